@@ -11,6 +11,7 @@ from codegen.base.border import verb
 from codegen.base.text import render
 from codegen.certify.size import beyond_checker
 from codegen.emit.c import c_language
+from codegen.observers import Observer
 from codegen.observers.shape import refuse_infinite_slope
 from codegen.program import Program, lower
 from codegen.simulate.simulable import refuse_unrunnable
@@ -38,69 +39,45 @@ def check(source: Source) -> Machine:
 
 def check_text(machine: Machine) -> str:
     """The system in readable form."""
-    return render("text/check.txt.j2", **machine_view(machine))
+    return render("text/check.txt.j2", transmissions=machine.system.transmissions, **check_json(machine))
 
 
 def check_json(machine: Machine) -> dict[str, Any]:
     """What ``stiction check --json`` prints: expressions as text, numbers in the units beside them."""
-    spec, system, view = machine.spec, machine.system, machine_view(machine)
-    observer = view["observer"]
+    spec, system = machine.spec, machine.system
+    observer = None if spec.observer is None else machine.nominal.observer
     coordinates = zip(system.positions, system.velocities, system.position_units, strict=True)
+    contacts = [
+        (c.name, str(slip), str(c.force.subs(c.slip, sympy.Symbol("u", real=True))), c.unit)
+        for c, slip in zip(system.contacts, system.slip_velocity, strict=True)
+    ]
+    tolerances = {p.name: {"tolerance": p.tolerance} for p in spec.parameters if p.tolerance is not None}
+    values = {s.name: {"value": float(v), "unit": system.units[s]} for s, v in system.values.items()}
     return {
         "format": "stiction-check/1",
         "name": spec.name,
         "source": spec.source,
         "coordinates": [{"name": x.name, "velocity": v.name, "unit": unit} for x, v, unit in coordinates],
         "inputs": [{"name": w.name, "unit": u} for w, u in zip(system.inputs, system.input_units, strict=True)],
-        "mass_matrix": view["mass"],
-        "force": view["force"],
-        "contacts": [dict(zip(("name", "slip", "law", "unit"), row, strict=True)) for row in view["contacts"]],
+        "mass_matrix": [[str(e) for e in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
+        "force": [str(e) for e in system.force],
+        "contacts": [dict(zip(("name", "slip", "law", "unit"), row, strict=True)) for row in contacts],
         "effects": [{"kind": e.kind, "on": list(e.on)} for e in spec.effects],
-        "values": {
-            name: numbers | ({"tolerance": view["tolerances"][name]} if name in view["tolerances"] else {})
-            for name, numbers in _numbers(view["values"]).items()
-        },
-        "observer": None
-        if observer is None
-        else {
-            "kind": observer.kind,
-            "velocity": observer.velocity,
-            "sample_time": float(observer.sample_time),
-            "gains": _numbers(view["gains"]) | view["free"],
-            "uncertifiable": view["uncertifiable"] or None,
-        },
+        "values": {name: number | tolerances.get(name, {}) for name, number in values.items()},
+        "observer": None if observer is None else _observer_json(machine, observer),
         "envelope": {name: [float(low), float(high)] for name, (low, high) in spec.envelope.items()},
     }
 
 
-def _numbers(rows: list[tuple[str, float, str]]) -> dict[str, dict[str, Any]]:
-    return {name: {"value": value, "unit": unit} for name, value, unit in rows}
-
-
-def machine_view(machine: Machine) -> dict[str, Any]:
-    """What ``stiction check`` prints."""
-    system = machine.system
-    observer = None if machine.spec.observer is None else machine.nominal.observer
+def _observer_json(machine: Machine, observer: Observer) -> dict[str, Any]:
     free = free_gains(machine)
-    values = [(s.name, float(v), system.units[s]) for s, v in system.values.items()]
-    slips = dict(zip([c.name for c in system.contacts], system.slip_velocity, strict=True))
+    gains = {s.name: {"value": float(v), "unit": observer.gain_units[s]} for s, v in observer.gains.items()}
     return {
-        "spec": machine.spec,
-        "system": system,
-        "mass": [[str(e) for e in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
-        "force": [str(e) for e in system.force],
-        "contacts": [
-            (c.name, str(slips[c.name]), str(c.force.subs(c.slip, sympy.Symbol("u", real=True))), c.unit)
-            for c in system.contacts
-        ],
-        "values": values,
-        "tolerances": {p.name: p.tolerance for p in machine.spec.parameters if p.tolerance is not None},
-        "observer": observer,
-        "uncertifiable": beyond_checker(observer) if observer else "",
-        "gains": [(s.name, float(v), observer.gain_units[s]) for s, v in observer.gains.items() if s.name not in free]
-        if observer
-        else [],
-        "free": free,
+        "kind": observer.kind,
+        "velocity": observer.velocity,
+        "sample_time": float(observer.sample_time),
+        "gains": {name: gain for name, gain in gains.items() if name not in free} | free,
+        "uncertifiable": beyond_checker(observer) or None,
     }
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from codegen.app.check import check, machine_view
+from codegen.app.check import check, check_json
 from codegen.app.derive import analysis_view, derive
 from codegen.app.diagnose import Diagnosed, diagnose
 from codegen.app.generate import generate
@@ -29,7 +29,7 @@ def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, floa
     """
     specs = resource_folder("specs")
     spec = specs / SPEC
-    say(render("text/demo_spec.txt.j2", file=SPEC, **machine_view(check(spec))))
+    say(render("text/demo_spec.txt.j2", file=SPEC, **check_json(check(spec))))
     say(render("text/demo_derive.txt.j2", **analysis_view(derive(spec))))
     generated = generate(spec, folder / "generated" / "belt_axis")
     if isinstance(generated.outcome, Certificate):

@@ -47,18 +47,14 @@ def analysis_view(analysis: Analysis) -> dict[str, Any]:
     return {
         "analysis": analysis,
         "observer": dynamics.observer,
-        "errors": [(e.symbol.name, e.meaning, e.unit) for e in dynamics.observer.errors],
         "rows": [[_entry(e) for e in dynamics.jacobian.row(i)] for i in range(dynamics.jacobian.rows)],
         "same": dynamics.sampled == dynamics.in_force(dynamics.jacobian) or dynamics.sampled == dynamics.jacobian,
-        "sampled": [[_entry(e) for e in dynamics.sampled.row(i)] for i in range(dynamics.sampled.rows)],
-        "unsaid": [(s.name, *map(float, analysis.points.ranges[s])) for s in analysis.points.missing],
-        "inverse": [(w.name, i + 1, j + 1) for w, (i, j) in dynamics.inverse_mass.items()],
         "factors": [
             (_polynomial_words(f.polynomial), _powers(f.polynomial), [e.name for e in f.errors])
             for f in analysis.factors
         ],
         "modes": analysis.modes,
-        "slopes": [(s.name, str(e)) for s, e in dynamics.slopes.items()],
+        "dynamics": dynamics,
         "routh": [_condition(c) for c in analysis.routh],
         "jury": [_condition(c) for c in analysis.jury],
         "free": _free(analysis),

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from codegen.app.generate import refuse_hand_written
-from codegen.app.machine import Machine, Source, machine_of
-from codegen.app.overrides import Overrides
+from codegen.app.machine import Source, machine_of
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, write_all, write_atomically
@@ -17,10 +16,9 @@ from codegen.base.input_files import LARGEST_GENERATED, is_there, read_text
 from codegen.base.shown import Result
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
-from codegen.export.controller import Controller
 from codegen.export.remarks import Remark
 from codegen.export.targets import TARGETS, Choices, robot_file, target_of
-from codegen.spec.model import CancellationChoice, Spec
+from codegen.spec.model import Spec
 
 MARK = "Written by stiction export"
 
@@ -104,28 +102,13 @@ def export(
         _refuse_foreign(path)
     model = None if into is None else Path(into)
     choices = Choices(_header(spec, to), on, Choices.counts if counts is None else counts, gear, model)
-    made = target.write(_Exportable(machine), choices)
+    made = target.write(machine, choices)
     if not target.endings:
         refuse_hand_written(path, made.files)
         write_all(path, made.files, ("manifest.json",))
         return Exported(path, to, tuple(made.files), made.remarks)
     write_atomically(path, made.files[""])
     return Exported(path, to, (), made.remarks)
-
-
-class _Exportable:
-    """A machine as the targets ask for it."""
-
-    def __init__(self, machine: Machine) -> None:
-        self._machine = machine
-        self.spec, self.system = machine.spec, machine.system
-
-    def controller(self, precision: str, cancelling: bool = False) -> Controller:
-        machine = self._machine
-        if cancelling and machine.spec.cancellation is None:
-            machine = machine.with_spec(replace(machine.spec, cancellation=CancellationChoice()))
-        machine = machine.with_overrides(Overrides(precision=precision))
-        return Controller(machine.program, machine.sources, lambda: machine.outcome)
 
 
 def _header(spec: Spec, to: str) -> list[str]:

@@ -100,20 +100,17 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
 
 def gains_view(report: Feasibility) -> dict[str, Any]:
     """What ``stiction gains`` prints."""
-    h = float(report.observer.sample_time)
-    spec = report.spec
     return {
         "report": report,
-        "sample_time": h,
+        "sample_time": float(report.observer.sample_time),
         "axes": [_axis_words(report, axis) for axis in report.axes],
-        "noise": list(zip(spec.positions, report.noise.rms, report.noise.sources, strict=True)),
+        "noise": list(zip(report.spec.positions, report.noise.rms, report.noise.sources, strict=True)),
         "default_step": DEFAULT_STEP,
-        "chosen": _set_view(report, report.chosen, h),
-        "suggested": _set_view(report, report.suggested, h),
-        "infeasible": _failure_view(report.infeasible),
         "noise_bound": NOISE_SHARE,
         "factor": GAIN_FACTOR,
-        "decibel": 20 * math.log10(GAIN_FACTOR),
+        "decibel": decibel,
+        "leaves_as": leaves_as,
+        "complex_text": _complex_text,
         "searched": SEARCHED,
     }
 
@@ -175,35 +172,8 @@ def _ordered(low: float, high: float, sign: float) -> tuple[float, float]:
     return (low, high) if sign > 0 else (-high, -low)
 
 
-def _set_view(report: Feasibility, judged: GainSet | None, h: float) -> dict[str, Any] | None:
-    if judged is None:
-        return None
-    units = report.observer.gain_units
-    noise, shares = judged.noise or {}, judged.noise_shares or {}
-    return {
-        "gains": [(s.name, judged.gains[s.name], units[s]) for s in report.observer.gains],
-        "set": judged,
-        "noise": [(name, rms, report.units[name], shares[name]) for name, rms in noise.items()],
-        "margins": [_margin_view(m, h) for m in judged.margins],
-        "failure": _failure_view(judged.failure),
-    }
-
-
-def _margin_view(margin: Margin, h: float) -> dict[str, Any]:
-    sides: list[tuple[str, float | None, float, str, float]] = []
-    for word, factor, z in (("raised", margin.up, margin.at_up), ("lowered", margin.down, margin.at_down)):
-        if factor is None or z is None:
-            sides.append((word, None, 0.0, "", 0.0))
-            continue
-        how, frequency = leaves_as(z, h * factor if margin.name == "sample time" else h)
-        sides.append((word, max(factor, 1 / factor), 20 * math.log10(factor), how, frequency))
-    return {"name": margin.name, "sides": sides}
-
-
-def _failure_view(failure: Failure | None) -> dict[str, Any] | None:
-    if failure is None:
-        return None
-    return {"failure": failure, "eigenvalue": _complex_text(failure.eigenvalue)}
+def decibel(factor: float) -> float:
+    return 20 * math.log10(factor)
 
 
 def _complex_text(z: complex) -> str:
@@ -243,19 +213,16 @@ def _set_json(judged: GainSet | None) -> dict[str, Any] | None:
 
 
 def _margin_json(margin: Margin) -> dict[str, Any]:
-    def decibel(factor: float | None) -> float | None:
-        return None if factor is None else 20 * math.log10(factor)
-
     def parts(z: complex | None) -> list[float] | None:
         return None if z is None else [z.real, z.imag]
 
     return {
         "of": margin.name,
         "up": margin.up,
-        "up_db": decibel(margin.up),
+        "up_db": None if margin.up is None else decibel(margin.up),
         "eigenvalue_at_up": parts(margin.at_up),
         "down": margin.down,
-        "down_db": decibel(margin.down),
+        "down_db": None if margin.down is None else decibel(margin.down),
         "eigenvalue_at_down": parts(margin.at_down),
     }
 

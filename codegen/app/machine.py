@@ -23,6 +23,7 @@ from codegen.mechanics.system import System
 from codegen.observers import Observer, build_observer
 from codegen.spec import Spec, read_spec
 from codegen.spec.free_gains import at_middle, refuse_free_gains
+from codegen.spec.model import CancellationChoice
 from codegen.spec.numerics import numerical
 from codegen.spec.places import placed
 
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from codegen.app.watch import watch as _watch
     from codegen.certify.outcome import Certificate, Refusal
     from codegen.emit.header import Header
+    from codegen.export.controller import Controller
     from codegen.program import Program
 
 
@@ -107,6 +109,17 @@ class Machine(Shown):
     def with_overrides(self, overrides: Overrides | None) -> Machine:
         """The same machine with the command's own choices for its code."""
         return self if overrides is None else Machine(self.spec, overrides, self.system)
+
+    def controller(self, precision: str, cancelling: bool = False) -> Controller:
+        """The generated observer as ``export`` takes it, also with a cancelling input that the spec does not ask for."""
+        from codegen.app.overrides import Overrides
+        from codegen.export.controller import Controller
+
+        spec = self.spec
+        if cancelling and spec.cancellation is None:
+            spec = replace(spec, cancellation=CancellationChoice())
+        machine = Machine(spec, Overrides(precision=precision), self.system)
+        return Controller(machine.program, machine.sources, lambda: machine.outcome)
 
     @cached_property
     def nominal(self) -> Machine:
