@@ -7,13 +7,13 @@ spec → system → observer → analysis
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from types import MethodType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from codegen.base.border import verb
 from codegen.base.files import sha256
@@ -29,33 +29,33 @@ from codegen.spec.places import placed
 
 if TYPE_CHECKING:
     from codegen.analysis.analysis import Analysis
-    from codegen.app.cancel import cancel as _cancel
-    from codegen.app.certify import certify as _certify
-    from codegen.app.check import check as _check
-    from codegen.app.derive import derive as _derive
-    from codegen.app.diagnose import diagnose as _diagnose
-    from codegen.app.export import export as _export
-    from codegen.app.gains import gains as _gains
-    from codegen.app.generate import generate as _generate
+    from codegen.app.cancel import CancelReport
+    from codegen.app.certify import Certified
+    from codegen.app.diagnose import Diagnosed
+    from codegen.app.export import Exported
+    from codegen.app.gains import GainReport
+    from codegen.app.generate import Generated
     from codegen.app.overrides import Overrides
-    from codegen.app.replay import replay as _replay
-    from codegen.app.simulate import simulate as _simulate
+    from codegen.app.simulate import Simulated
     from codegen.app.verify import Verified
-    from codegen.app.watch import watch as _watch
+    from codegen.app.watch import Watched
     from codegen.certify.outcome import Certificate, Refusal
     from codegen.emit.header import Header
     from codegen.export.controller import Controller
     from codegen.program import Program
+    from codegen.replay.over_log import Replayed
+
+Result = TypeVar("Result")
 
 
-class _Verb:
+class _Verb(Generic[Result]):
     """A verb as a method: the function of that name in its module, which is imported when it is first asked for."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
 
-    def __get__(self, machine: object, owner: type) -> Any:
-        function = getattr(import_module(f"codegen.app.{self._name}"), self._name)
+    def __get__(self, machine: object, owner: type) -> Callable[..., Result]:
+        function: Callable[..., Result] = getattr(import_module(f"codegen.app.{self._name}"), self._name)
         return function if machine is None else MethodType(function, machine)
 
 
@@ -67,13 +67,17 @@ class Machine(Shown):
         system: that of another machine which differs in its observer alone.
     """
 
-    if TYPE_CHECKING:
-        cancel, certify, check, derive, diagnose, export = _cancel, _certify, _check, _derive, _diagnose, _export
-        gains, generate, replay, simulate, watch = _gains, _generate, _replay, _simulate, _watch
-    else:
-        cancel, certify, check, derive = _Verb(), _Verb(), _Verb(), _Verb()
-        diagnose, export, gains, generate = _Verb(), _Verb(), _Verb(), _Verb()
-        replay, simulate, watch = _Verb(), _Verb(), _Verb()
+    cancel: _Verb[CancelReport] = _Verb()
+    certify: _Verb[Certified] = _Verb()
+    check: _Verb[Machine] = _Verb()
+    derive: _Verb[Analysis] = _Verb()
+    diagnose: _Verb[Diagnosed] = _Verb()
+    export: _Verb[Exported] = _Verb()
+    gains: _Verb[GainReport] = _Verb()
+    generate: _Verb[Generated] = _Verb()
+    replay: _Verb[Replayed] = _Verb()
+    simulate: _Verb[Simulated] = _Verb()
+    watch: _Verb[Watched] = _Verb()
 
     def __init__(self, spec: Spec, overrides: Overrides | None = None, system: System | None = None) -> None:
         self.spec = spec if overrides is None else overrides.applied(spec)
@@ -111,7 +115,7 @@ class Machine(Shown):
         return self if overrides is None else Machine(self.spec, overrides, self.system)
 
     def controller(self, precision: str, cancelling: bool = False) -> Controller:
-        """The generated observer as ``export`` takes it, also with a cancelling input that the spec does not ask for."""
+        """The generated observer for ``export``, also with a cancelling input that the spec does not ask for."""
         from codegen.app.overrides import Overrides
         from codegen.export.controller import Controller
 

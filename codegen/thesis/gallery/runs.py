@@ -136,7 +136,8 @@ def closed_loop(
         more: of ``run_loop``.
     """
     simulation = simulation_of(spec)
-    given = {"sensors": setting.sensors(spec, velocity_measured(spec)), "seed": simulation.seed + setting.seed} | more
+    given: dict[str, Any] = {"sensors": setting.sensors(spec, velocity_measured(spec)), **more}
+    given.setdefault("seed", simulation.seed + setting.seed)
     machine = plant if plant is not None else system_of(spec)
     return run_loop(machine, simulation.sample_time, sample_count(spec), controller, observer, cancellation, **given)
 
@@ -185,7 +186,7 @@ def pid_run(
     """The servo under a PID of position, velocity and integral gains; velocity as the sensors give it."""
     spec = setting.applied(spec)
     pid = Pid(simulation_of(spec).sample_time, ideal, gains)
-    noise = {} if seed is None else {"seed": seed}
+    noise: dict[str, Any] = {} if seed is None else {"seed": seed}
     return closed_loop(spec, setting, pid, plant=plant, substeps=substeps, **noise)
 
 
