@@ -11,7 +11,7 @@ from benchmarks.model import load
 from benchmarks.peers.casadi_c import casadi_source, step_of
 from benchmarks.peers.symforce_cpp import symforce_header
 from benchmarks.result import OURS, Goal, Row, Table, figure
-from codegen.app.machine import Machine
+from codegen.app.derived import Derived
 from codegen.base.resources import resource_folder
 from codegen.spec import read_spec
 
@@ -23,7 +23,7 @@ SOURCES, ALL = f"{OURS}, C and Python", f"{OURS}, all files with the attempt at 
 
 def everything() -> int:
     """All that ``stiction generate`` writes: C, Python, README, and the attempt at a certificate."""
-    files = Machine(read_spec(resource_folder("specs") / f"{SPEC}.yaml")).files
+    files = Derived(read_spec(resource_folder("specs") / f"{SPEC}.yaml")).files
     return sum(len(text) for text in files.values())
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from codegen.app.machine import Source, machine_of
+from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_all
 from codegen.base.shown import Result, json_text
@@ -167,7 +167,7 @@ def cancel(
     Raises:
         BadInput: for a bad spec, a force that is not linear in the inputs, or a folder that cannot be written.
     """
-    machine = machine_of(source)
+    machine = derived_from(source)
     spec = machine.spec
     if folder is not None:
         refuse_target(Path(folder) / NUMBERS, {"the spec itself": spec.path})

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from codegen.app.machine import Source, machine_of
+from codegen.app.derived import Source, derived_from
 from codegen.app.rounding_bound import Rounding, rounding_bounds
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_atomically
@@ -66,7 +66,7 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
     """
     if out is not None:
         refuse_target(Path(out), {"the spec itself": Path(source)}, (".json",))
-    machine = machine_of(source)
+    machine = derived_from(source)
     outcome = machine.outcome
     if isinstance(outcome, Certificate):
         bounds = outcome.bounds

@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from codegen.app.machine import Machine, Source, machine_of
+from codegen.app.derived import Derived, Source, derived_from
 from codegen.base.border import verb
 from codegen.base.text import render
 from codegen.certify.size import beyond_checker
@@ -22,13 +22,13 @@ from codegen.spec.places import placed
 
 
 @verb
-def check(source: Source) -> Machine:
+def check(source: Source) -> Derived:
     """Read and validate a spec: what the other verbs would refuse of it, all but its proof, is refused here.
 
     Raises:
         BadInput: for anything in it that cannot be used.
     """
-    machine = machine_of(source)
+    machine = derived_from(source)
     observer = None
     if machine.spec.observer is not None:
         observer = machine.nominal.observer
@@ -37,12 +37,12 @@ def check(source: Source) -> Machine:
     return machine
 
 
-def check_text(machine: Machine) -> str:
+def check_text(machine: Derived) -> str:
     """The system in readable form."""
     return render("text/check.txt.j2", transmissions=machine.system.transmissions, **check_json(machine))
 
 
-def check_json(machine: Machine) -> dict[str, Any]:
+def check_json(machine: Derived) -> dict[str, Any]:
     """What ``stiction check --json`` prints: expressions as text, numbers in the units beside them."""
     spec, system = machine.spec, machine.system
     observer = None if spec.observer is None else machine.nominal.observer
@@ -69,7 +69,7 @@ def check_json(machine: Machine) -> dict[str, Any]:
     }
 
 
-def _observer_json(machine: Machine, observer: Observer) -> dict[str, Any]:
+def _observer_json(machine: Derived, observer: Observer) -> dict[str, Any]:
     free = free_gains(machine)
     gains = {s.name: {"value": float(v), "unit": observer.gain_units[s]} for s, v in observer.gains.items()}
     return {
@@ -81,7 +81,7 @@ def _observer_json(machine: Machine, observer: Observer) -> dict[str, Any]:
     }
 
 
-def free_gains(machine: Machine) -> dict[str, dict[str, Any]]:
+def free_gains(machine: Derived) -> dict[str, dict[str, Any]]:
     """Name of each gain that the spec leaves free → its range and unit."""
     if not free_entries(machine.spec):
         return {}
@@ -95,7 +95,7 @@ def free_gains(machine: Machine) -> dict[str, dict[str, Any]]:
     }
 
 
-def refuse_ungenerable(machine: Machine) -> None:
+def refuse_ungenerable(machine: Derived) -> None:
     """Raise BadInput, at its line, for what ``generate`` would refuse before it comes to the proof."""
     program = machine.program
     assert machine.header

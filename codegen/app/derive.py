@@ -11,7 +11,7 @@ from codegen.analysis.analysis import Analysis
 from codegen.analysis.conditions import Condition
 from codegen.analysis.modes import Modes
 from codegen.app.check import free_gains
-from codegen.app.machine import Source, machine_of
+from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.text import render
 from codegen.spec.functions import Magnitude
@@ -29,7 +29,7 @@ def derive(source: Source) -> Analysis:
     Raises:
         BadInput: for a bad spec, or one without an observer.
     """
-    machine = machine_of(source)
+    machine = derived_from(source)
     free = tuple(free_gains(machine))
     return replace(machine.nominal.analysis, free=free) if free else machine.analysis
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codegen.app.machine import Machine, Source, machine_of
+from codegen.app.derived import Derived, Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_foreign, refuse_target, write_all
@@ -98,7 +98,7 @@ def diagnose(
     for name in DIAGNOSIS_FILES:
         refuse_target(folder / name, read)
     refuse_foreign(folder, "spec.yaml", ("diagnosis.json",))
-    machine = machine_of(source)
+    machine = derived_from(source)
     spec = machine.spec
     if spec.observer is not None:
         from codegen.app.check import refuse_ungenerable  # a third of a second that a plain spec need not pay
@@ -117,7 +117,7 @@ def diagnose(
     elif spec.observer is not None:
         from codegen.app.generate import refuse_hand_written
 
-        augmented = Machine(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))
+        augmented = Derived(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))
         try:
             generated, change = augmented.files, certificate_change(machine.outcome, augmented.outcome)
         except BadInput as error:  # of the augmented spec alone: what was diagnosed holds all the same

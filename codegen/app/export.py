@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from codegen.app.derived import Source, derived_from
 from codegen.app.generate import refuse_hand_written
-from codegen.app.machine import Source, machine_of
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, write_all, write_atomically
@@ -82,7 +82,7 @@ def export(
             not write.
     """
     target, path = target_of(to), Path(out)
-    machine = machine_of(source)
+    machine = derived_from(source)
     spec = machine.spec
     sources = {"the spec itself": spec.path}
     robot = robot_file(spec)

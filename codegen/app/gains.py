@@ -18,8 +18,8 @@ from codegen.analysis.feasibility.noise import DEFAULT_STEP
 from codegen.analysis.feasibility.region import SEARCHED, Margin
 from codegen.analysis.feasibility.stated import suggested_text
 from codegen.analysis.feasibility.suggest import GAIN_FACTOR, NOISE_SHARE
+from codegen.app.derived import Source, derived_from
 from codegen.app.gains_bound import USEFUL, GainBound, bounds_at, why_no_bound
-from codegen.app.machine import Source, machine_of
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign, refuse_target, write_all
 from codegen.base.shown import Result, json_text
@@ -75,7 +75,7 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
         BadInput: for a bad spec, gains that the observer does not have, or a folder that cannot be written or where a
             spec lies that we did not write.
     """
-    machine = machine_of(source)
+    machine = derived_from(source)
     spec = machine.spec
     if folder is not None:
         for name in (NUMBERS, MAP, SPEC):

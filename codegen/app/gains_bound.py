@@ -11,7 +11,7 @@ from typing import Any
 
 from codegen.analysis.analysis import analyse
 from codegen.analysis.feasibility.gains import Feasibility
-from codegen.app.machine import Machine
+from codegen.app.derived import Derived
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_bound import error_bounds
 from codegen.certify.bound.error_response import error_response
@@ -56,7 +56,7 @@ class GainBound:
         }
 
 
-def bounds_at(machine: Machine, report: Feasibility) -> tuple[GainBound, ...]:
+def bounds_at(machine: Derived, report: Feasibility) -> tuple[GainBound, ...]:
     """The bound at the suggested gains, and where it is not useful the first one that is, or the least; () for none.
 
     Bounds are known where the error dynamics are the same at every operating point and the envelope has the ranges.
@@ -76,7 +76,7 @@ def why_no_bound(report: Feasibility, bounds: Sequence[GainBound]) -> str:
     return found if isinstance(found, str) else ""
 
 
-def _until_useful(machine: Machine, report: Feasibility) -> Iterator[GainBound]:
+def _until_useful(machine: Derived, report: Feasibility) -> Iterator[GainBound]:
     for divisor in DIVISORS:
         one = _bound(machine, report, divisor)
         if one is None:
@@ -86,7 +86,7 @@ def _until_useful(machine: Machine, report: Feasibility) -> Iterator[GainBound]:
             return
 
 
-def _bound(machine: Machine, report: Feasibility, divisor: int) -> GainBound | None:
+def _bound(machine: Derived, report: Feasibility, divisor: int) -> GainBound | None:
     assert report.suggestion is not None
     numbers = {axis.name: report.suggestion.numbers[axis.name] / divisor for axis in report.axes}
     if any(not axis.low <= numbers[axis.name] <= axis.high for axis in report.axes if report.free):

@@ -9,7 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from codegen.app.machine import Source, machine_of
+from codegen.app.derived import Source, derived_from
 from codegen.app.overrides import Overrides
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
@@ -136,7 +136,7 @@ def generate(
     Raises:
         BadInput: for a bad spec, or a folder that cannot be written or where files lie that we did not write.
     """
-    machine = machine_of(source).with_overrides(overrides)
+    machine = derived_from(source).with_overrides(overrides)
     spec = machine.spec
     target = Path(folder) if folder is not None else Path("generated") / spec.name
     if not check_only:
@@ -176,7 +176,7 @@ def generate_fmu(
     """
     if version not in VERSIONS:
         raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}", code="CALL001")
-    machine = machine_of(source).with_overrides(overrides)
+    machine = derived_from(source).with_overrides(overrides)
     files, outcome = machine.files, machine.outcome
     fmu = emit_fmu(machine.program, dict(files), version)
     target = (Path(folder) if folder is not None else Path("generated") / machine.spec.name) / fmu.name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from codegen.app.machine import Source, machine_of
+from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_target
 from codegen.replay.engine import engine_for
@@ -33,7 +33,7 @@ def replay(
     Raises:
         BadInput: for a bad spec, log or output, or a log at another sample time than the observer's.
     """
-    machine = machine_of(source)
+    machine = derived_from(source)
     spec, program = machine.spec, machine.program
     target = Path(out) if out is not None else None
     if target is not None:

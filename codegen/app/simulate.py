@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from codegen.app.machine import Source, machine_of
+from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target
@@ -82,7 +82,7 @@ def simulate(
         raise BadInput("--method", found, f"`{METHODS[0]}`, or no --plant", code="CALL002")
     target = Path(out)
     refuse_target(target, {"the spec itself": Path(source)}, (".csv", ".txt"))
-    machine = machine_of(source)
+    machine = derived_from(source)
     spec, system = machine.spec, machine.system
     make_plant, notes = None, tuple[str, ...]()
     if plant != PLANTS[0]:

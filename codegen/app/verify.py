@@ -21,7 +21,7 @@ from codegen.certify.prefix import rational_text
 from codegen.checker import verify as checker
 
 if TYPE_CHECKING:
-    from codegen.app.machine import Machine
+    from codegen.app.derived import Derived
 
 CERTIFICATE = "a certificate (JSON)"
 FORMAT = "stiction-verification/1"
@@ -103,7 +103,7 @@ def verification_json(path: str | Path, spec: str | Path | None = None) -> tuple
 
 
 @verb_that_raises(checker.Refused)
-def verify_machine(machine: Machine) -> Verified:
+def verify_machine(machine: Derived) -> Verified:
     """Check the certificate that ``generate`` would write for a machine, with the files that it would write beside it.
 
     Raises:

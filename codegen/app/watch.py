@@ -8,7 +8,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from codegen.app.machine import Source, machine_of
+from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.interrupt import handled
@@ -105,7 +105,7 @@ def watch(
     Raises:
         BadInput: for a bad spec, one without a certified bound, or a log of which no row can be used.
     """
-    machine = machine_of(source)
+    machine = derived_from(source)
     spec, system, program = machine.spec, machine.system, machine.program
     outcome = machine.outcome
     bounds = outcome.bounds if isinstance(outcome, Certificate) else ""

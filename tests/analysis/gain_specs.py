@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from codegen.analysis.feasibility.gains import Feasibility, assess
-from codegen.app.machine import Machine
+from codegen.app.derived import Derived
 from codegen.spec import Spec, parse_spec
 
 MASS = 2.5
@@ -42,7 +42,7 @@ def spec_of(
 
 
 def assessed(spec: Spec, over: tuple[str, ...] = ()) -> Feasibility:
-    return assess(spec, Machine(spec).nominal.observer, over)
+    return assess(spec, Derived(spec).nominal.observer, over)
 
 
 def estimated_cfo(k_F: float, k_v: float, h: float) -> np.ndarray:

@@ -92,7 +92,7 @@ def test_what_is_not_ours_is_not_replaced(mine, arguments, words):
     with (
         patch("codegen.app.gains.assess", side_effect=AssertionError),
         patch("codegen.app.simulate.simulate_plant", side_effect=AssertionError),
-        patch("codegen.app.machine.Machine.outcome", property(AssertionError)),
+        patch("codegen.app.derived.Derived.outcome", property(AssertionError)),
     ):
         result = stiction(*arguments)
     assert is_one_message(result) and words in result.err, result

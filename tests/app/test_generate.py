@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.app import machine as derived
+from codegen.app import derived
 from codegen.checker import verify as checker
 from tests.in_part import in_part
 

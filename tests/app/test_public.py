@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import stiction as api
-from codegen.app import machine as derived
+from codegen.app import derived
 from codegen.spec import read_spec
 from tests.app.command import SPECS, stiction
 

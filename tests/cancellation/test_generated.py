@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.app.machine import Machine
+from codegen.app.derived import Derived
 from codegen.cancellation import with_cancellation
 from codegen.emit.package import emit_sources, make_header
 from codegen.observers import observer_of
@@ -72,16 +72,16 @@ def test_the_section_changes_nothing_else():
     path = SPECS / "two_mass.yaml"
     plain = parse_spec(path.read_text(encoding="utf-8"), path)
     asked = parse_spec(plain.text + "\ncancellation: {gain: 0.9}\n", path)
-    without, with_it = Machine(plain).program, Machine(asked).program
+    without, with_it = Derived(plain).program, Derived(asked).program
     assert [str(e) for e in with_it.next_state] == [str(e) for e in without.next_state]
     assert [o for o in with_it.outputs if "cancel" not in o[0]] == list(without.outputs)
     assert {p.name for p in with_it.parameters} - {p.name for p in without.parameters} == {"cancellation_gain"}
-    assert "cancel" not in "".join(Machine(plain).files.values())
+    assert "cancel" not in "".join(Derived(plain).files.values())
 
 
 def test_single_precision_has_the_input_too():
     text = (SPECS / "two_mass.yaml").read_text(encoding="utf-8") + "cancellation: {}\ncode: {precision: single}\n"
-    machine = Machine(parse_spec(text, SPECS / "two_mass.yaml"))
+    machine = Derived(parse_spec(text, SPECS / "two_mass.yaml"))
     program, files = machine.program, machine.files
     assert "u_cancel_w" in [name for name, _, _ in program.outputs]
     assert "float u_cancel_w;" in files["two_mass.h"] and "double" not in files["two_mass.h"]

@@ -16,7 +16,7 @@ import pytest
 from scipy.linalg import expm
 
 from codegen.analysis.analysis import analyse
-from codegen.app.machine import Machine
+from codegen.app.derived import Derived
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.disturbances import sliding
@@ -55,7 +55,7 @@ SETTLE = 3000
 
 def proved(spec: Spec) -> ErrorBound:
     """The bound, and what is proved of the C that is printed."""
-    found = Machine(spec).outcome
+    found = Derived(spec).outcome
     assert isinstance(found, Certificate), found.reason
     assert not isinstance(found.bounds, str), found.bounds
     return found.bounds[0]

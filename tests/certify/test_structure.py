@@ -12,7 +12,7 @@ import pytest
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.analysis.operating_points import evaluate
-from codegen.app.machine import Machine
+from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate, Refusal, certify
 from codegen.certify.remedies.proposals import propose
 from codegen.observers import observer_of
@@ -75,7 +75,7 @@ def test_where_k_v_differs_between_joints_it_is_proposed_to_measure_velocity() -
     assert ESTIMATED in text
     spec = parse_spec(text.replace(ESTIMATED, "K_v: [300, 300, 300, 300, 300, 300, 299]"), SPEC)
     assert isinstance(certify(spec, analyse(spec, observer_of(spec)), {}, "none"), Refusal)
-    proposed = propose(spec, Machine(spec).analysis, Machine).measured
+    proposed = propose(spec, Derived(spec).analysis, Derived).measured
     _, found = arm()
     assert proposed is not None and isinstance(found, Certificate)
     assert proposed.line == "velocity: measured, without K_v" and list(proposed.gains) == ["K_2"]

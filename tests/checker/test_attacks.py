@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.app.machine import Machine
+from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate
 from codegen.checker import files, verify
 from codegen.checker.verify import Refused
@@ -401,7 +401,7 @@ def test_other_machines_and_observers(case: str) -> None:
     name, envelope, kind, velocity, gains, step, effect = MACHINES[case]
     choice = f"kind: {kind}, velocity: {velocity}, gains: {{{gains}}}, sample_time: 0.0005, integration: {step}"
     text = f"{TEXTS[name]}observer: {{{choice}}}\nenvelope: {envelope}\neffects: [{effect}]\n"
-    machine = Machine(parse_spec(text, Path(f"{name}.yaml")))
+    machine = Derived(parse_spec(text, Path(f"{name}.yaml")))
     files, found = machine.files, machine.outcome
     assert isinstance(found, Certificate), found.reason
     report = verify.check(found.text, sources={k: v.encode() for k, v in files.items()})
@@ -417,7 +417,7 @@ def test_other_machines_and_observers(case: str) -> None:
 def test_a_friction_state_that_the_observer_leaves_out_is_assumed(effect: str, said: bool) -> None:
     choice = "kind: cfo, velocity: estimated, gains: {K_F: 10, K_v: 100}, sample_time: 0.0005"
     text = f"{TEXTS['one_mass']}observer: {{{choice}}}\nenvelope: {ONE}\neffects: [{effect}]\n"
-    found = Machine(parse_spec(text, Path("one_mass.yaml"))).outcome
+    found = Derived(parse_spec(text, Path("one_mass.yaml"))).outcome
     assert isinstance(found, Certificate), found.reason
     line = "The friction at rail has a state (law presliding) that the observer leaves out"
     assert any(a.startswith(line) for a in found.content["assumptions"]) == said

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.app.machine import Machine
+from codegen.app.derived import Derived
 from codegen.certify.bound.ellipsoid import unlike_envelope
 from codegen.checker import ellipsoid, verify
 from codegen.replay.engine import CompiledEngine
@@ -97,7 +97,7 @@ class Run:
 
     def __init__(self, name: str) -> None:
         self.proof, self.claim = content(name, "proof.json"), content(name, "ellipsoid.json")
-        machine = Machine(read_spec(spec_path(name)))
+        machine = Derived(read_spec(spec_path(name)))
         self.engine = CompiledEngine(machine.program, machine.sources)
         program = machine.program
         twin = load_twin(machine.sources["__init__.py"], name)
@@ -369,7 +369,7 @@ def test_verify_says_it_and_refuses_a_false_one(tmp_path: Path) -> None:
 
 def test_sizes_that_are_not_the_envelope_s_are_told() -> None:
     """By hand for one mass: 5e-6 m of noise, and h² 210/2 m that a sample moves beside the machine."""
-    machine = Machine(read_spec(spec_path("one_mass")))
+    machine = Derived(read_spec(spec_path("one_mass")))
     observer, spec, places = machine.observer, machine.spec, machine.program.places
     claim = content("one_mass", "ellipsoid.json")
     assert claim["noise"] == {"inputs.x": "1/200000"} and claim["drift"] == {"inputs.x": str(Fraction(210, 2 * 10**6))}

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.app.machine import Machine
+from codegen.app.derived import Derived
 from codegen.cancellation import with_cancellation
 from codegen.certify.certify import Certificate
 from codegen.certify.kernel_form import NotCovered, proof_text
@@ -99,7 +99,7 @@ def test_a_matrix_that_depends_on_the_signs_is_proved_for_all_of_them() -> None:
     """With a full K_F the level of one contact follows the other's slip, by the product of their signs."""
     text = spec_path("two_mass").read_text("utf-8").replace("K_F: [500, 700]", "K_F: [[500, 20], [30, 700]]")
     spec = parse_spec(text, Path("two_mass.yaml"))
-    machine = Machine(spec)
+    machine = Derived(spec)
     program, files, outcome = machine.program, machine.files, machine.outcome
     assert isinstance(outcome, Certificate)
     made = proof_text(observer_of(spec), program.places, outcome.content)
@@ -116,7 +116,7 @@ def test_a_matrix_that_depends_on_the_signs_is_proved_for_all_of_them() -> None:
 
 
 def generated(text: str) -> tuple[Certificate, dict[str, str]]:
-    machine = Machine(parse_spec(text, Path("made.yaml")))
+    machine = Derived(parse_spec(text, Path("made.yaml")))
     files, outcome = machine.files, machine.outcome
     assert isinstance(outcome, Certificate)
     return outcome, files

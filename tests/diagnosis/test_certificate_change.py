@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from codegen.app.derived import Derived
 from codegen.app.diagnose import certificate_change
-from codegen.app.machine import Machine
 from codegen.base.text import render
 from codegen.spec import parse_spec
 
@@ -19,9 +19,9 @@ COGGING = "[{kind: cogging, on: x, parameters: {amplitude: 1, period: 1, phase: 
 UNSTABLE = "[{kind: inertia_error, on: x, parameters: {delta: -0.999}}]"
 
 
-def machine(effects: str) -> Machine:
+def machine(effects: str) -> Derived:
     assert "effects: []" in SPEC
-    return Machine(parse_spec(SPEC.replace("effects: []", f"effects: {effects}"), Path("made.yaml")))
+    return Derived(parse_spec(SPEC.replace("effects: []", f"effects: {effects}"), Path("made.yaml")))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy
 
-from codegen.app.machine import Machine
+from codegen.app.derived import Derived
 from codegen.base.errors import BadInput, Place
 from codegen.certify.certify import Certificate
 from codegen.spec import parse_spec
@@ -162,7 +162,7 @@ def test_a_spec_with_this_unit_is_certified(unit: str) -> None:
     """The mass is scaled by a parameter in the unit over one in SI, so that the error's matrix has the value in it."""
     size = f"{33.5 / rounded_once(unit, Fraction(1)):.4g}"
     declared = f"p: {{value: {size}, unit: {unit}}}\n  q: {{value: 33.5, unit: {UNITS[unit][1]}}}"
-    outcome = Machine(parse_spec(MACHINE.format(declared=declared, mass="m*p/q"), Path("slide.yaml"))).outcome
+    outcome = Derived(parse_spec(MACHINE.format(declared=declared, mass="m*p/q"), Path("slide.yaml"))).outcome
     assert isinstance(outcome, Certificate), outcome.reason
 
 
@@ -183,7 +183,7 @@ envelope: {om: [-500, 500]}
 """
     spec = parse_spec(text, Path("rotor.yaml"))
     assert spec.parameters[0].value == sympy.Rational("3.35e-6")
-    machine = Machine(spec)
+    machine = Derived(spec)
     files, outcome = machine.files, machine.outcome
     assert isinstance(outcome, Certificate), outcome.reason
     assert "Jm: float = 3.35e-06" in files["__init__.py"] and "N*m: " in files["__init__.py"]
@@ -192,7 +192,7 @@ envelope: {om: [-500, 500]}
 def test_single_precision_keeps_the_certificate() -> None:
     """The twin has the value's own digits, which it rounds itself: 33.5 oz are no number of seven digits in kg."""
     text = MACHINE.format(declared="p: {value: 33.5, unit: oz}", mass="m + p") + "code: {precision: single}\n"
-    machine = Machine(parse_spec(text, Path("slide.yaml")))
+    machine = Derived(parse_spec(text, Path("slide.yaml")))
     files, outcome = machine.files, machine.outcome
     assert isinstance(outcome, Certificate), outcome.reason
     value = repr(rounded_once("oz", Fraction("33.5")))
@@ -276,7 +276,7 @@ def test_a_fraction_in_an_expression_keeps_the_certificate(force: str) -> None:
     ):
         assert old in text
         text = text.replace(old, new)
-    machine = Machine(parse_spec(text, Path("slide.yaml")))
+    machine = Derived(parse_spec(text, Path("slide.yaml")))
     files, outcome = machine.files, machine.outcome
     assert isinstance(outcome, Certificate), outcome.reason
     assert files["__init__.py"]

@@ -1,0 +1,257 @@
+"""A spec with all that is derived from it, each once and when it is first asked for.
+
+spec → system → observer → analysis
+                        ↘ program → sources → outcome (certificate or refusal) → files
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from codegen.base.files import sha256
+from codegen.base.shown import Shown
+from codegen.effects.declare import system_of
+from codegen.mechanics.system import System
+from codegen.observers import Observer, build_observer
+from codegen.spec import Spec, read_spec
+from codegen.spec.free_gains import at_middle, refuse_free_gains
+from codegen.spec.model import CancellationChoice
+from codegen.spec.numerics import numerical
+from codegen.spec.places import placed
+
+if TYPE_CHECKING:
+    from codegen.analysis.analysis import Analysis
+    from codegen.app.overrides import Overrides
+    from codegen.certify.outcome import Certificate, Refusal
+    from codegen.emit.header import Header
+    from codegen.export.controller import Controller
+    from codegen.program import Program
+
+
+class Derived(Shown):
+    """A spec, and all that follows from it.
+
+    Args:
+        overrides: the command's own choices of precision, fault policy and targets.
+        system: that of another machine which differs in its observer alone.
+    """
+
+    def __init__(self, spec: Spec, overrides: Overrides | None = None, system: System | None = None) -> None:
+        self.spec = spec if overrides is None else overrides.applied(spec)
+        self.overrides = overrides
+        if system is not None:
+            self.system = system
+
+    def __fspath__(self) -> str:
+        """Its file, by which errors name it."""
+        return str(self.spec.path)
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        spec, choice = self.spec, self.spec.observer
+        return {
+            "name": spec.name,
+            "coordinates": ", ".join(spec.positions),
+            "contacts": ", ".join(c.name for c in spec.contacts) or "none",
+            "effects": ", ".join(e.kind for e in spec.effects) or "none",
+            "observer": "none" if choice is None else f"{choice.kind} ({choice.velocity} velocity)",
+        }
+
+    def with_spec(self, spec: Spec) -> Derived:
+        """The same mechanics with another observer section."""
+        return Derived(spec, self.overrides, self.system)
+
+    def with_overrides(self, overrides: Overrides | None) -> Derived:
+        """The same machine with the command's own choices for its code."""
+        return self if overrides is None else Derived(self.spec, overrides, self.system)
+
+    def controller(self, precision: str, cancelling: bool = False) -> Controller:
+        """The generated observer for ``export``, also with a cancelling input that the spec does not ask for."""
+        from codegen.app.overrides import Overrides
+        from codegen.export.controller import Controller
+
+        spec = self.spec
+        if cancelling and spec.cancellation is None:
+            spec = replace(spec, cancellation=CancellationChoice())
+        machine = Derived(spec, Overrides(precision=precision), self.system)
+        return Controller(machine.program, machine.sources, lambda: machine.outcome)
+
+    @cached_property
+    def nominal(self) -> Derived:
+        """The machine with its free gains at mid-range, for what does not depend on their numbers."""
+        spec = at_middle(self.spec)
+        return self if spec is self.spec else self.with_spec(spec)
+
+    @cached_property
+    def system(self) -> System:
+        """M, g, U and the contacts, declared effects included."""
+        return system_of(self.spec)
+
+    @cached_property
+    def observer(self) -> Observer:
+        """The observer's equations.
+
+        Raises:
+            BadInput: for a spec without one, or with free gains.
+        """
+        refuse_free_gains(self.spec)
+        return build_observer(self.spec, self.system)
+
+    @cached_property
+    def analysis(self) -> Analysis:
+        """Ψ, its characteristic polynomial, gain conditions and margins."""
+        from codegen.analysis.analysis import analyse
+
+        return analyse(self.spec, self.observer)
+
+    @cached_property
+    def program(self) -> Program:
+        """The step as named blocks, the cancelling input included where the spec asks for it."""
+        return _program(self.spec, self.observer)
+
+    @cached_property
+    def header(self) -> Header:
+        """What generated files say of where they come from.
+
+        Raises:
+            BadInput: for a file whose name generated files cannot print.
+        """
+        from codegen.certify.prefix import rational_text
+        from codegen.emit.header import make_header
+
+        spec, options = self.spec, "" if self.overrides is None else self.overrides.options
+        envelope = {name: (rational_text(low), rational_text(high)) for name, (low, high) in spec.envelope.items()}
+        return make_header(spec.path.name, spec.sha256, spec.source, spec.robot, options, envelope)
+
+    @cached_property
+    def sources(self) -> Mapping[str, str]:
+        """File name → text of the C, the Python and what other targets give."""
+        return _sources(self.spec, self)
+
+    @cached_property
+    def outcome(self) -> Certificate | Refusal:
+        """The stability certificate of the sampled observer, bound to its sources, or why there is none.
+
+        Raises:
+            BadInput: for an envelope without a range that is needed, or a domain without a bound.
+        """
+        return _outcome(self)
+
+    @cached_property
+    def files(self) -> Mapping[str, str]:
+        """File name → text of all that generated/NAME/ holds."""
+        from codegen.certify.outcome import Certificate
+        from codegen.checker.verify import PROOF, SETS
+        from codegen.emit.package import emit_manifest, emit_readme
+
+        outcome, sources = self.outcome, self.sources
+        said = outcome.content if isinstance(outcome, Certificate) else outcome.reason
+        ellipsoid = outcome.ellipsoid if isinstance(outcome, Certificate) else None
+        bounds = outcome.bounds if isinstance(outcome, Certificate) and ellipsoid is not None else ()
+        files = {**sources, **outcome.proofs}
+        files["README.md"] = emit_readme(
+            self.program, self.header, said, tuple(sources), outcome.proofs, outcome.kernel is not None, bounds
+        )
+        if outcome.kernel is not None:
+            files[PROOF] = outcome.kernel
+        if ellipsoid is not None:
+            files[SETS] = ellipsoid
+        files["manifest.json"] = emit_manifest(self.header, files)
+        return files
+
+
+Source = Derived | str | Path
+"""What a verb takes: a machine, or the file of its spec."""
+
+
+def derived_from(given: Source) -> Derived:
+    """The machine that a verb was given, or that of the spec file it was given."""
+    return given if isinstance(given, Derived) else Derived(read_spec(given))
+
+
+@numerical("the generated step")
+def _program(spec: Spec, observer: Observer) -> Program:
+    from codegen.program import build_program
+
+    with placed(spec):
+        if spec.cancellation is not None:
+            from codegen.cancellation import with_cancellation  # with scipy.optimize, which few specs need
+
+            observer = with_cancellation(spec, observer)
+        return build_program(observer, spec.code)
+
+
+@numerical("the generated step")
+def _sources(spec: Spec, machine: Derived) -> Mapping[str, str]:
+    from codegen.emit import ALWAYS
+    from codegen.emit.package import emit_sources
+
+    printers = ALWAYS if machine.overrides is None else machine.overrides.printers
+    program = machine.program
+    with placed(spec):
+        return emit_sources(program, machine.header, printers)
+
+
+def _outcome(machine: Derived) -> Certificate | Refusal:
+    from codegen.certify.bound.error_bound import with_bounds
+    from codegen.certify.certify import Certificate, certify
+
+    spec, program = machine.spec, machine.program
+    hashes = {name: sha256(text) for name, text in machine.sources.items()}
+    places = {f.name: f"inputs.{program.reference(f.name)}" for f in program.inputs}
+    places |= {name: f"outputs.{program.reference(name)}" for name, _, _ in program.outputs}
+    outcome = certify(spec, machine.analysis, hashes, machine.header.command.raw, places=places)
+    sources = {name: text.encode() for name, text in machine.sources.items()}
+    if isinstance(outcome, Certificate):
+        return _with_kernel_proof(with_bounds(spec, machine.analysis, outcome), machine, sources)
+    if outcome.regions is not None and "sliding.json" in outcome.regions.proofs:
+        return _with_sliding_proof(outcome, outcome.regions.proofs["sliding.json"], machine, sources)
+    return outcome
+
+
+def _with_sliding_proof(
+    refusal: Refusal, sliding: Mapping[str, Any], machine: Derived, sources: Mapping[str, bytes]
+) -> Refusal:
+    """The refusal with the proof that the kernel accepts of what sliding.json says, or why there is none."""
+    from codegen.certify.kernel_form import NotCovered
+    from codegen.certify.kernel_sliding import sliding_proofs
+    from codegen.checker import verify as checker
+
+    why = ""
+    try:
+        for proof in sliding_proofs(machine.observer, machine.program.places, sliding):
+            try:
+                checker.by_kernel_alone(json.loads(proof), dict(sources))
+            except checker.Refused as error:
+                why = str(error)
+            else:
+                return replace(refusal, kernel=proof, not_by_kernel="")
+    except NotCovered as error:
+        why = str(error)
+    return replace(refusal, not_by_kernel=why)
+
+
+def _with_kernel_proof(certificate: Certificate, machine: Derived, sources: Mapping[str, bytes]) -> Certificate:
+    """The certificate with the proof that the kernel accepts for these sources, and with what noise and drift do by it,
+    where a bound is known; or why there is no proof.
+    """
+    from codegen.certify.bound.ellipsoid import with_ellipsoid
+    from codegen.certify.kernel_form import NotCovered, proof_text
+    from codegen.checker import verify as checker
+
+    observer, places = machine.observer, machine.program.places
+    try:
+        proof = proof_text(observer, places, certificate.content)
+        content = checker.parsed(certificate.text)
+        _, unproved, _ = checker.by_kernel(content, {**sources, checker.PROOF: proof.encode()})
+    except (NotCovered, checker.Refused) as error:
+        return replace(certificate, not_by_kernel=str(error))
+    if unproved:
+        return replace(certificate, kernel=None, not_by_kernel=unproved)
+    certificate = replace(certificate, kernel=proof, not_by_kernel="")
+    return with_ellipsoid(certificate, machine.spec, observer, places, sources)
