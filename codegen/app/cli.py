@@ -209,9 +209,8 @@ def generate(
     fmu = target == ["fmu"]
     overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))
     if out is not None and len(specs) > 1:
-        raise BadInput(
-            "-o", f"one folder for {len(specs)} specs", "one spec with -o, or several without", code="CALL002"
-        )
+        found = f"one folder for {len(specs)} specs"
+        raise BadInput("-o", found, "one spec with -o, or several without", code="CALL002")
     again = next((spec for k, spec in enumerate(specs) if identity(spec) in map(identity, specs[:k])), None)
     if again is not None:
         raise BadInput(str(again), "the same spec again", "each spec once", code="CALL002")

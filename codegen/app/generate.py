@@ -200,9 +200,8 @@ def _refuse_folder_of_another(target: Path, name: str) -> None:
     own = (f"{name}.h", f"{name}_lanes.h")
     header = next((file for file in _listed(target) if file.endswith(".h") and file not in own), None)
     if header is not None:
-        raise BadInput(
-            str(target), f"generated code of {header.removesuffix('.h')}", f"another folder for {name}", code="FILE004"
-        )
+        found = f"generated code of {header.removesuffix('.h')}"
+        raise BadInput(str(target), found, f"another folder for {name}", code="FILE004")
 
 
 def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
@@ -211,9 +210,8 @@ def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
     foreign = [name for name in files if name not in listed and is_there(target / name)]
     if foreign:
         found = f"{', '.join(foreign)}, which stiction did not write (no manifest.json lists them)"
-        raise BadInput(
-            str(target), found, "a new folder, or one that stiction wrote (no file was replaced)", code="FILE004"
-        )
+        expected = "a new folder, or one that stiction wrote (no file was replaced)"
+        raise BadInput(str(target), found, expected, code="FILE004")
 
 
 def _listed(folder: Path) -> tuple[str, ...]:

@@ -49,9 +49,8 @@ def init(
     if source is None and Path(name).suffix.lower() in ENDINGS:
         name, source = identifier(Path(name).stem), name
     if not is_identifier(name):
-        raise BadInput(
-            "NAME", f"`{name}`", "letters, digits and _, starting with a letter, such as my_axis", code="SPEC009"
-        )
+        found = f"`{name}`"
+        raise BadInput("NAME", found, "letters, digits and _, starting with a letter, such as my_axis", code="SPEC009")
     target = Path(folder) / f"{name}.yaml"
     refuse_target(target)
     if is_there(target):
@@ -91,9 +90,8 @@ def _of_spec(name: str, path: Path) -> dict[str, str]:
     text = _NAME_LINE.sub(f"name: {name}", read_text(path, "a spec file (YAML)"), count=1)
     spec = parse_spec(text, path)
     if spec.name != name:
-        raise BadInput(
-            Place(str(path)), f"no line `name: {spec.name}` that can be replaced", "a line `name: …`", code="SPEC003"
-        )
+        found = f"no line `name: {spec.name}` that can be replaced"
+        raise BadInput(Place(str(path)), found, "a line `name: …`", code="SPEC003")
     files = {f"{name}.yaml": text}
     if spec.robot is not None:
         robot = path.parent / spec.robot[0]
@@ -120,7 +118,6 @@ def _refuse_other_robot(folder: Path, spec: str, files: dict[str, str]) -> None:
     for file in [file for file in files if file != spec]:
         if is_there(folder / file):
             if read_text(folder / file, "a robot description (URDF)", LARGEST) != files[file]:
-                raise BadInput(
-                    str(folder / file), "a different robot file of that name exists", "another folder", code="FILE004"
-                )
+                found = "a different robot file of that name exists"
+                raise BadInput(str(folder / file), found, "another folder", code="FILE004")
             del files[file]

@@ -117,7 +117,8 @@ def audit(
 ) -> None:
     """Hold the printed formulas of the thesis against our own derivation of them."""
     from codegen.base.progress import progress
-    from codegen.thesis.audit import audit_json, audit_summary, run_audit, write_audit
+    from codegen.thesis.audit.judge import run_audit
+    from codegen.thesis.audit.output import audit_json, audit_summary, write_audit
 
     with progress() as tell:
         findings = run_audit(progress=lambda share: tell("audit", share))
@@ -140,7 +141,8 @@ def gallery(
 ) -> None:
     """Run the figures of the thesis, and check what its text says of them."""
     from codegen.base.progress import progress
-    from codegen.thesis.gallery import gallery_json, gallery_summary, run_gallery, write_gallery
+    from codegen.thesis.gallery.build import run_gallery
+    from codegen.thesis.gallery.page import gallery_json, gallery_summary, write_gallery
 
     with progress() as tell:
         results = run_gallery(only or (), lambda share: tell("gallery", share))

@@ -86,9 +86,8 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
         except BadInput as error:
             if Path(error.place.file).parent != Path(folder):
                 raise
-            raise BadInput(
-                Place(str(path), None, error.place.key), error.found, error.expected, code=error.code
-            ) from None
+            place = Place(str(path), None, error.place.key)
+            raise BadInput(place, error.found, error.expected, code=error.code) from None
     return {f"{name}.yaml": written, robot.file: robot.text}
 
 

@@ -62,9 +62,8 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
         raise _no_json(path, error) from None
     except OSError as error:  # of a file beside it, or of the spec
         found = f"unreadable ({error.strerror})"
-        raise BadInput(
-            str(error.filename or path), found, "a file that the certificate names", code="FILE001"
-        ) from None
+        expected = "a file that the certificate names"
+        raise BadInput(str(error.filename or path), found, expected, code="FILE001") from None
     except ValueError as error:
         raise BadInput(str(path), f"no certificate ({error})", CERTIFICATE, code="CALL003") from None
 
@@ -113,12 +112,8 @@ def verify_machine(machine: Derived) -> Verified:
     from codegen.certify.outcome import Refusal
 
     if isinstance(machine.outcome, Refusal):
-        raise BadInput(
-            machine.spec.place("name"),
-            f"no certificate ({machine.outcome.reason})",
-            "a certified machine",
-            code="CALL003",
-        )
+        found = f"no certificate ({machine.outcome.reason})"
+        raise BadInput(machine.spec.place("name"), found, "a certified machine", code="CALL003")
     sources = {name: text.encode() for name, text in machine.files.items()}
     return Verified(checker.check(machine.outcome.text, None, machine.spec.path, sources))
 
@@ -136,9 +131,8 @@ def write_smt(certificate: str | Path, out: str | Path) -> Path:
     try:
         checker.parsed(text)
     except (checker.Refused, ValueError, RecursionError) as error:
-        raise BadInput(
-            str(certificate), f"no certificate ({error})", "a stability certificate", code="CALL003"
-        ) from None
+        found = f"no certificate ({error})"
+        raise BadInput(str(certificate), found, "a stability certificate", code="CALL003") from None
     write_atomically(target, smt_text(json.loads(text)))
     return target
 
@@ -154,9 +148,8 @@ def smt_text(content: Mapping[str, Any]) -> str:
     """
     if content["cover"]:
         found = "an inequality over sines and cosines, on the cells of a cover"
-        raise BadInput(
-            "certificate", found, "one at the vertices of cells; only the checker verifies it", code="CALL003"
-        )
+        expected = "one at the vertices of cells; only the checker verifies it"
+        raise BadInput("certificate", found, expected, code="CALL003")
     for entry in content["reversals"]:
         if entry["dwell_samples"] > LONGEST_DWELL:
             found = f"{entry['dwell_samples']} samples of dwell time at {entry['contact']}"

@@ -94,9 +94,8 @@ def load_library(library: bytes) -> ctypes.CDLL:
             return ctypes.CDLL(str(path))
         except OSError as error:
             expected = "a compiler for this machine, and a temporary directory (TMPDIR) in which programs may run"
-            raise BadInput(
-                str(folder.parent), f"compiled code cannot be loaded there ({error})", expected, code="TOOL002"
-            ) from None
+            found = f"compiled code cannot be loaded there ({error})"
+            raise BadInput(str(folder.parent), found, expected, code="TOOL002") from None
 
 
 FOLDER = "stiction-libraries"

@@ -81,9 +81,8 @@ def private_folder() -> Iterator[Path]:
     try:
         folder, handle = _new_folder(home)
     except OSError as error:
-        raise BadInput(
-            str(home), f"cannot be written ({error.strerror})", "a temporary directory, or TMPDIR", code="FILE007"
-        ) from None
+        found = f"cannot be written ({error.strerror})"
+        raise BadInput(str(home), found, "a temporary directory, or TMPDIR", code="FILE007") from None
     try:
         yield folder
     finally:
@@ -100,9 +99,8 @@ def temporary_directory() -> Path:
     try:
         return Path(tempfile.gettempdir())
     except OSError:
-        raise BadInput(
-            "TMPDIR", "no temporary directory that can be written", "one, such as /tmp", code="FILE007"
-        ) from None
+        found = "no temporary directory that can be written"
+        raise BadInput("TMPDIR", found, "one, such as /tmp", code="FILE007") from None
 
 
 def _new_folder(home: Path) -> tuple[Path, int]:
@@ -215,11 +213,7 @@ def in_temporary_folder(work: Callable[Given, Result]) -> Callable[Given, Result
             return work(*given, **named)
         except OSError as error:
             found = f"cannot be used ({error.strerror or error})"
-            raise BadInput(
-                "the temporary folder",
-                found,
-                "a temporary folder that is writable and has free space (TMPDIR)",
-                code="FILE007",
-            ) from None
+            expected = "a temporary folder that is writable and has free space (TMPDIR)"
+            raise BadInput("the temporary folder", found, expected, code="FILE007") from None
 
     return guarded

@@ -70,21 +70,11 @@ def _allowed(text: str, signs: str) -> str:
 
 def c_text(text: str) -> str:
     """Within a comment or a string of C; no trigraph, and neither ``/*`` nor ``*/``."""
-    return _JOINED.sub(" ", _allowed(text, PUNCTUATION + TYPOGRAPHIC))
+    return _JOINED.sub(" ", line_text(text))
 
 
-def python_text(text: str) -> str:
-    """Within a docstring, comment or string of Python."""
-    return _allowed(text, PUNCTUATION + TYPOGRAPHIC)
-
-
-def cmake_text(text: str) -> str:
-    """Within a line comment of CMake."""
-    return _allowed(text, PUNCTUATION + TYPOGRAPHIC)
-
-
-def make_text(text: str) -> str:
-    """Within a comment of a Makefile."""
+def line_text(text: str) -> str:
+    """Within a docstring, comment or string of Python, or a line comment of CMake or a Makefile."""
     return _allowed(text, PUNCTUATION + TYPOGRAPHIC)
 
 
@@ -154,9 +144,9 @@ def file_text(name: str) -> str:
 
 PRINTED: dict[str, Callable[[str], str]] = {
     "c": c_text,
-    "python": python_text,
-    "cmake": cmake_text,
-    "make": make_text,
+    "python": line_text,
+    "cmake": line_text,
+    "make": line_text,
     "markdown": markdown_text,
     "html": markup_text,
     "xml": markup_text,

@@ -168,9 +168,8 @@ class Samples:
     def _require_inputs(self, known: Mapping[str, object], place: Place) -> None:
         for name in self._inputs:
             if name not in known:
-                raise BadInput(
-                    place, f"no column `{name}`", "the measured velocity, an input of this observer", code="LOG003"
-                )
+                found = f"no column `{name}`"
+                raise BadInput(place, found, "the measured velocity, an input of this observer", code="LOG003")
 
     def _of_log(self, log: Log) -> Array:
         """(N, inputs) of a log."""

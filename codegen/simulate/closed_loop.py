@@ -82,12 +82,8 @@ def simulate(
     moves = np.isfinite(run.true_positions).all(axis=1) & np.isfinite(run.true_velocities).all(axis=1)
     if not moves.all():
         found = f"a motion that leaves all bounds at t = {run.time[np.argmin(moves)]:.4g} s"
-        raise BadInput(
-            spec.place("simulation"),
-            found,
-            "inputs, gains and parameters under which the machine stays bounded",
-            code="SPEC034",
-        )
+        expected = "inputs, gains and parameters under which the machine stays bounded"
+        raise BadInput(spec.place("simulation"), found, expected, code="SPEC034")
     return run
 
 

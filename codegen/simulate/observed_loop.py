@@ -187,10 +187,13 @@ class _Plant:
 def _empty_run(system: System, period: float, samples: int, outputs: tuple[str, ...]) -> LoopRun:
     """A run to be filled in, NaN everywhere."""
     n, m, contacts = system.degrees_of_freedom, len(system.inputs), len(system.contacts)
-    widths = (n, n, m, m, n, n, contacts, n)
-    rows = [np.full((samples, width), np.nan) for width in widths]
-    estimates, faults = np.full((samples, len(outputs)), np.nan), np.zeros(samples, dtype=np.intc)
-    return LoopRun(period * np.arange(samples, dtype=np.float64), *rows, outputs, estimates, faults)
+
+    def room(width: int) -> Array:
+        return np.full((samples, width), np.nan)
+
+    time, faults = period * np.arange(samples, dtype=np.float64), np.zeros(samples, dtype=np.intc)
+    seen, truth = (room(n), room(n), room(m), room(m)), (room(n), room(n), room(contacts), room(n))
+    return LoopRun(time, *seen, *truth, outputs, room(len(outputs)), faults)
 
 
 def _on_coordinates(system: System, positions: Array, forces: Array) -> Array:

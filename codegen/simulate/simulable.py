@@ -63,10 +63,6 @@ def steps_a_sample(spec: Spec, simulation: Simulation, observer: Observer) -> in
     every = round(ratio)
     if every < 1 or abs(ratio / every - 1) > 1e-9:
         found = f"{simulation.sample_time:g} s in the simulation and {float(observer.sample_time):g} s in the observer"
-        raise BadInput(
-            spec.place("simulation.sample_time"),
-            found,
-            "a sample time of which the observer's is a whole multiple",
-            code="SPEC024",
-        )
+        expected = "a sample time of which the observer's is a whole multiple"
+        raise BadInput(spec.place("simulation.sample_time"), found, expected, code="SPEC024")
     return every

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from codegen.app.verify import smt_text
 from codegen.base.errors import BadInput, Place
 from codegen.base.text import environment, language_of, render
-from codegen.base.user_text import PRINTED, REPLACEMENT, UserText, c_text, file_text, python_text, terminal_text
+from codegen.base.user_text import PRINTED, REPLACEMENT, UserText, c_text, file_text, line_text, terminal_text
 from codegen.emit import PRINTERS
 from codegen.emit.fmu.variables import Unit, Variable
 from codegen.emit.header import Header, make_header
@@ -210,7 +210,7 @@ def test_make_and_cmake_see_no_more_than_comments(tmp_path: Path) -> None:
 
 def test_python_sees_no_more_than_a_string() -> None:
     for quote in ('"""', "'''", '"', "'"):
-        lines = [f"({quote}with: {python_text(text)}.{quote}, {k})" for k, text in enumerate(WORST)]
+        lines = [f"({quote}with: {line_text(text)}.{quote}, {k})" for k, text in enumerate(WORST)]
         assert [k for _, k in eval(f"[{','.join(lines)}]")] == list(range(len(WORST)))
 
 
@@ -338,7 +338,7 @@ def test_units_are_printed_as_they_are_or_refused(text: str) -> None:
         parse_unit(text, Place("s.yaml"))
     except BadInput:
         return
-    assert c_text(f"({text})") == f"({text})" == python_text(f"({text})")
+    assert c_text(f"({text})") == f"({text})" == line_text(f"({text})")
 
 
 def test_a_template_cannot_print_it_as_it_stands() -> None:
@@ -359,6 +359,6 @@ def test_a_template_cannot_print_it_as_it_stands() -> None:
 def test_what_is_harmless_stays() -> None:
     harmless = "Müller–Ohlsson 1994, §3.2 (λ ≈ 2·10³): N*m/rad, ½ & 50 %, see [7] on a_b + c; why?"
     kept = harmless.replace("≈", REPLACEMENT)
-    assert c_text(harmless) == python_text(harmless) == kept
+    assert c_text(harmless) == line_text(harmless) == kept
     assert c_text('Coulomb\'s "law" a/b */ c ?? d\\e\n f') == f"Coulomb’s ”law” a/b * / c ? ? d{REPLACEMENT}e  f"
     assert file_text("two_mass-2.yaml") == "two_mass-2.yaml" and file_text("\udcff x.yaml") == "__x.yaml"

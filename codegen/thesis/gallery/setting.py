@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from codegen.base.errors import Place
 from codegen.simulate.sensors import Sensors
 from codegen.spec.expression import exact_number, parse_expression
-from codegen.spec.model import Contact, ObserverChoice, Simulation, Spec, symbol
+from codegen.spec.model import ObserverChoice, Simulation, Spec, symbol
 
 Array = NDArray[np.float64]
 LEVELS = ("a", "a1", "a2", "a4", "F_c", "F_s")
@@ -55,18 +55,16 @@ class Setting:
         Raises:
             ValueError: for a spec without a simulation section.
         """
-        if spec.simulation is None:
-            raise ValueError(f"{spec.name} has no simulation section")
-        there = Place(self.name)
+        simulation, there = simulation_of(spec), Place(self.name)
         given = {k: parse_expression(v, there).symbolic({"t": symbol("t")}) for k, v in (self.inputs or {}).items()}
-        step = self.step or spec.simulation.sample_time
+        step = self.step or simulation.sample_time
         late = {symbol("t"): symbol("t") / exact_number(repr(self.slower), there)}
         simulation = replace(
-            spec.simulation,
+            simulation,
             sample_time=step,
-            duration=self.slower * spec.simulation.duration,
-            inputs={**spec.simulation.inputs, **given},
-            reference={k: v.subs(late) for k, v in spec.simulation.reference.items()},
+            duration=self.slower * simulation.duration,
+            inputs={**simulation.inputs, **given},
+            reference={k: v.subs(late) for k, v in simulation.reference.items()},
         )
         parameters = tuple(replace(p, value=self._scaled(p.name, p.value)) for p in spec.parameters)
         spec = replace(spec, simulation=simulation, parameters=parameters)
@@ -150,9 +148,7 @@ def without_friction(spec: Spec) -> Spec:
 
 def from_zero(spec: Spec) -> Spec:
     """The spec with every level at zero and its laws kept: an observer made from it starts without friction."""
-    return replace(spec, contacts=tuple(_unloaded(c) for c in spec.contacts))
-
-
-def _unloaded(contact: Contact) -> Contact:
-    zero = exact_number("0", Place(contact.name))
-    return replace(contact, parameters={k: zero if k in LEVELS else v for k, v in contact.parameters.items()})
+    zero = dict.fromkeys(LEVELS, exact_number("0", Place("level")))
+    levels = [{name: zero.get(name, value) for name, value in c.parameters.items()} for c in spec.contacts]
+    contacts = zip(spec.contacts, levels, strict=True)
+    return replace(spec, contacts=tuple(replace(c, parameters=own) for c, own in contacts))

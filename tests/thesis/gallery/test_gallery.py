@@ -15,11 +15,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from codegen.simulate.loop_run import LoopRun
-from codegen.thesis.gallery import figure_numbers, run_gallery, runs, write_gallery
-from codegen.thesis.gallery.build import PLOTS, figure_specs, make_figure
+from codegen.thesis.gallery import runs
+from codegen.thesis.gallery.build import PLOTS, figure_numbers, figure_specs, make_figure, run_gallery
 from codegen.thesis.gallery.figure import AS_DRAWN, Runs
 from codegen.thesis.gallery.measures import hang_off
-from codegen.thesis.gallery.page import KEPT, PAGE, gallery_page, is_of, read_kept
+from codegen.thesis.gallery.page import KEPT, PAGE, gallery_page, is_of, read_kept, write_gallery
 from codegen.thesis.gallery.rig import CHAPTER_3, NAMES
 from codegen.thesis.gallery.runs import ideal_run, reference_of, servo_run
 from codegen.thesis.gallery.setting import Setting, simulation_of, with_observer, without_friction
