@@ -32,7 +32,7 @@ def closed_loop(system: System, record: str) -> tuple[float, float]:
     pulses, (kp,), (kv,) = d.get("pulses_N", np.zeros_like(d["t"])), d["kp"], d["kv"]
     h = float(np.median(np.diff(d["t"])))
     plant = Plant(system, SUBSTEPS)
-    state = plant.start(d["qm"][:1], np.zeros(1))[0]
+    state = plant.start(d["qm"][:1], np.zeros(1))
     before, motion = state[0], np.empty((len(d["t"]), 2))
     for k, now in enumerate(d["t"]):
         x = state[0]

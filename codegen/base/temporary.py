@@ -27,7 +27,7 @@ Result = TypeVar("Result")
 
 fcntl: Any = import_module("fcntl") if os.name == "posix" else None
 """None on a system without these locks: nothing is swept there."""
-_NAME = re.compile(r"(?P<head>\.?stiction)-(?P<random>[0-9a-f]{16})-(?P<check>[0-9a-f]{8})\.tmp")
+_NAME = re.compile(r"\.?stiction-([0-9a-f]{16})-[0-9a-f]{8}\.tmp")
 _LOCK = "lock"
 _OPEN = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 UNKNOWN_USER = 65534
@@ -122,14 +122,14 @@ def sweep_files(folder: Path) -> None:
     """Remove the temporary files that a killed run left in a folder."""
     for entry in _ours(folder, ".stiction"):
         if entry.is_file(follow_symlinks=False):
-            _remove_if_free(Path(entry.path), Path(entry.path))
+            _remove_if_free(Path(entry), Path(entry))
 
 
 def sweep_folders(home: Path) -> None:
     """Remove the temporary folders that a killed run left in the temporary directory."""
     for entry in _ours(home, "stiction"):
         if entry.is_dir(follow_symlinks=False):
-            _remove_if_free(Path(entry.path), Path(entry.path) / _LOCK)
+            _remove_if_free(Path(entry), Path(entry) / _LOCK)
 
 
 def refuse_replaceable(folder: Path) -> None:
@@ -150,14 +150,10 @@ def refuse_replaceable(folder: Path) -> None:
             )
 
 
-def _new_name(head: str) -> str:
-    random = secrets.token_hex(8)
-    return f"{head}-{random}-{_check(random)}.tmp"
-
-
-def _check(random: str) -> str:
-    """What makes a name of ours: nobody types it by chance."""
-    return hashlib.sha256(f"stiction {random}".encode()).hexdigest()[:8]
+def _new_name(head: str, random: str = "") -> str:
+    """A name of ours, new unless its random part is given; its check is typed by nobody by chance."""
+    random = random or secrets.token_hex(8)
+    return f"{head}-{random}-{hashlib.sha256(f'stiction {random}'.encode()).hexdigest()[:8]}.tmp"
 
 
 def _ours(folder: Path, head: str) -> list[os.DirEntry[str]]:
@@ -173,7 +169,7 @@ def _ours(folder: Path, head: str) -> list[os.DirEntry[str]]:
 
 def _named(name: str, head: str) -> bool:
     found = _NAME.fullmatch(name)
-    return found is not None and found["head"] == head and found["check"] == _check(found["random"])
+    return found is not None and name == _new_name(head, found[1])
 
 
 def _remove_if_free(path: Path, lock: Path) -> None:

@@ -161,7 +161,7 @@ class _Plant:
 
     def __init__(self, system: System, period: float, substeps: int, x: Array, v: Array) -> None:
         plant, n = Plant(system, substeps), system.degrees_of_freedom
-        self.state = plant.start(x, v)[0]
+        self.state = plant.start(x, v)
         self.forces = np.zeros(len(system.contacts))
         self._after = np.empty_like(self.state)
         self._held = HeldInput(system, period, np.linspace(0, 1, substeps + 1))

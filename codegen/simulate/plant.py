@@ -32,8 +32,7 @@ class Plant:
 
     The state is the column (x, v, loads, q, z): n positions, n velocities, the positions and then the velocities of
     loads behind springs, each set-valued force of the last substep, the guess for the next, and the states of the laws
-    that have any. ``t`` in an expression is time from the start of the
-    run, in seconds.
+    that have any. ``t`` in an expression is time from the start of the run, in seconds.
 
     Attributes:
         system: what it was built from.
@@ -59,41 +58,16 @@ class Plant:
         self._step = _step_function(self.contacts, system.degrees_of_freedom)
         self.sample = self._sample_function()
 
-    def start(
-        self,
-        positions: Array,
-        velocities: Array,
-        contact_states: Array | None = None,
-        loads: Array | None = None,
-    ) -> Array:
-        """States (runs, state_size) from positions and velocities (runs, n).
+    def start(self, positions: Array, velocities: Array, contact_states: Array | None = None) -> Array:
+        """The state (state_size,) from positions and velocities (n,), loads behind springs as their motors.
 
         Args:
-            contact_states: (runs, states) of the laws that have any; as at rest without load if not given.
-            loads: (runs, 2 loads) positions and velocities of loads behind springs; as their motors if not given.
+            contact_states: (states,) of the laws that have any; as at rest without load if not given.
         """
-        x, v = np.atleast_2d(positions), np.atleast_2d(velocities)
-        rest = np.tile(self.contacts.dynamic.rest, (len(x), 1))
-        z = rest if contact_states is None else np.atleast_2d(contact_states)
+        z = self.contacts.dynamic.rest if contact_states is None else contact_states
         loaded = [t.coordinate for t in self.system.transmissions]
-        behind = np.hstack([x[:, loaded], v[:, loaded]]) if loads is None else np.atleast_2d(loads)
-        return np.hstack([x, v, behind, np.zeros((len(x), len(self.contacts.set_valued))), z])
-
-    def run(self, states: Array, drives: Array) -> Array:
-        """Run all rows of ``states`` side by side.
-
-        Args:
-            states: (runs, state_size) at the first sample.
-            drives: (runs, samples, drive size), see ``drive_columns``.
-
-        Returns:
-            (runs, samples, state_size): the states one sample after each drive column.
-        """
-        runs, samples, size = drives.shape
-        function = self.sample if samples == 1 else self.sample.mapaccum("run", samples, 1)
-        function = function if runs == 1 else function.map(runs)
-        result = function(states.T, drives.reshape(runs * samples, size).T)[0]
-        return np.asarray(result.full().T.reshape(runs, samples, self.state_size), dtype=float)
+        forces = np.zeros(len(self.contacts.set_valued))
+        return np.concatenate([positions, velocities, positions[loaded], velocities[loaded], forces, z])
 
     def _sample_function(self) -> Any:
         m = len(self.system.inputs)
@@ -129,11 +103,13 @@ def simulate_open_loop(
     Returns:
         positions (N, n) and velocities (N, n) at ``time``; inf from where the motion is not finite.
     """
-    plant = Plant(system, substeps)
-    n = system.degrees_of_freedom
+    plant, n = Plant(system, substeps), system.degrees_of_freedom
     start = plant.start(np.asarray(x0, dtype=float), np.asarray(v0, dtype=float), contact_states)
     drives = drive_columns(system, np.asarray(time, dtype=float), np.asarray(inputs, dtype=float), substeps)
-    states = np.vstack([start, plant.run(start, drives[None, :-1])[0]]) if len(time) > 1 else start
+    states = start[None, :]
+    if len(time) > 1:
+        later = plant.sample.mapaccum("run", len(time) - 1, 1)(start, drives[:-1].T)[0]
+        states = np.vstack([states, later.full().T])
     states = np.where(np.isfinite(states), states, np.inf)
     return states[:, :n], states[:, n : 2 * n]
 

@@ -171,7 +171,7 @@ def test_steady_sliding_has_the_level_of_the_law():
     _, system = sliding(list(SMOOTH)[6], k=0)
     plant = Plant(system, 50)
     state = plant.start(STILL, np.full(1, 1.0), np.full(1, 2 / 1e4))
-    force = plant.sample(state[0], np.array([0, 2e-4, *[2.4] * 50]))[1]
+    force = plant.sample(state, np.array([0, 2e-4, *[2.4] * 50]))[1]
     assert float(force) == pytest.approx(2.4, rel=1e-6)
 
 
