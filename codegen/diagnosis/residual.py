@@ -23,7 +23,7 @@ from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import TIME, Matrix, System
 from codegen.simulate.drive import mean_about_samples
 from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL, LawTerms
-from codegen.simulate.sensor_error import SensorError
+from codegen.simulate.sensors import SensorError
 from codegen.spec.functions import Sgn
 
 Array = NDArray[np.float64]
