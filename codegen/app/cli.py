@@ -171,7 +171,7 @@ def verify(
         readable(certificate)  # the checker says it too, but knows no codes of errors
         status = checker.main([str(certificate), *(["--spec", str(spec)] if spec is not None else [])])
     if status not in (2, REFUSED) and smt is not None:
-        from codegen.app.verify import write_smt
+        from codegen.app.smt_lib import write_smt
 
         written = write_smt(certificate, smt)
         if not as_json:

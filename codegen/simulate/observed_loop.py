@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, Protocol, get_args
+from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args
 
 import casadi
 import numpy as np
@@ -171,10 +171,11 @@ class _Plant:
         self.positions, self.velocities = self.state[:n], self.state[n : 2 * n]
         buffer, self._trigger = plant.sample.buffer()
         self._buffer = buffer
-        for index, values in enumerate((self.state, self._drive)):
-            buffer.set_arg(index, memoryview(values))
-        for index, values in enumerate((self._after, self.forces)):
-            buffer.set_res(index, memoryview(values))
+        given: list[Any] = [self.state, self._drive]
+        found: list[Any] = [self._after, self.forces]
+        for index, (argument, result) in enumerate(zip(given, found, strict=True)):
+            buffer.set_arg(index, memoryview(argument))
+            buffer.set_res(index, memoryview(result))
 
     def move(self, time: float, command: Array) -> None:
         """One sample on under a command held from ``time``."""

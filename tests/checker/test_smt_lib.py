@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from codegen.app.verify import smt_text
+from codegen.app.smt_lib import smt_text
 from codegen.base.errors import BadInput
 from codegen.certify.region_proofs import REGION_PROOFS
 from codegen.checker import verify

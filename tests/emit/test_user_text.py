@@ -16,7 +16,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from codegen.app.verify import smt_text
+from codegen.app.smt_lib import smt_text
 from codegen.base.errors import BadInput, Place
 from codegen.base.text import environment, language_of, render
 from codegen.base.user_text import PRINTED, REPLACEMENT, UserText, c_text, file_text, line_text, terminal_text
