@@ -17,7 +17,7 @@ from codegen.certify.bound.bounds import DomainBound, ErrorBound
 from codegen.certify.bound.error_bound import error_bounds, rounding_share
 from codegen.certify.certify import Certificate
 from codegen.observers.equations import Observer
-from codegen.observers.integration import SAMPLE_TIME
+from codegen.observers.velocity import SAMPLE_TIME
 from codegen.program import build_program
 from codegen.program.lower import lower
 from codegen.program.rounding import UNIT, Enclosed, Undecided, enclose

@@ -10,8 +10,8 @@ from codegen.mechanics.system import System
 from codegen.observers.coulomb import coulomb_friction_observer
 from codegen.observers.dynamic import dynamic_friction_observer
 from codegen.observers.equations import Equation, ErrorVariable, Observer
-from codegen.observers.integration import refuse_integration
 from codegen.observers.tracking import tracking_observer
+from codegen.observers.velocity import refuse_integration
 from codegen.spec.free_gains import refuse_free_gains
 from codegen.spec.model import ObserverChoice, Spec
 from codegen.spec.numerics import numerical

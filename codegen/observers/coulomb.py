@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import sympy
 
+from codegen.base.errors import BadInput
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
-from codegen.observers.domain import read_domain
-from codegen.observers.equations import Cascade, Equation, ErrorVariable, Observer
+from codegen.observers.equations import Cascade, Domain, Equation, Observer
 from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
 from codegen.observers.shape import Shape, read_shape
-from codegen.observers.velocity import velocity_of
+from codegen.observers.velocity import States, velocity_of
 from codegen.spec.model import Spec, symbol
 
 
@@ -30,27 +30,24 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     assert choice is not None
     shape = read_shape(spec, system)
     refuse_unknown_gains(spec, choice, ("K_F", "K_v"))
-    names = parts.contact_names(system)
+    names, units = parts.contact_names(system), parts.contact_units(system)
     friction_gain = read_gain(spec, choice, "K_F", names, names, sign=1)
     velocity = velocity_of(spec, choice, system)
-    values = friction_gain.values | velocity.values
 
     slip, sign = parts.slip_equations(system, velocity.symbols)
-    equations = [*velocity.equations, slip, sign]
     speed = Matrix([shape.value(u) for u in slip.symbols])
-    state = Matrix([symbol(f"z_{name}") for name in names])
+    state = parts.vector("z", names)
     level = Equation(
         "friction_level",
         parts.vector("a_hat", names),
         Matrix(state - friction_gain.matrix * speed),
-        parts.contact_units(system),
+        units,
         "(4.11)",
         state=state,
         output=True,
     )
-    law_force = Matrix([s * a for s, a in zip(sign.symbols, level.symbols, strict=True)])
-    equations.append(level)
-    equations += parts.friction_equations(system, slip, law_force, "(4.10)")
+    equations = [slip, sign, level]
+    equations += parts.friction_equations(system, slip, parts.times(sign.symbols, level.symbols), "(4.10)")
     acceleration = parts.acceleration_equation(system, velocity.symbols, equations[-1].symbols)
     equations.append(acceleration)
 
@@ -59,42 +56,27 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     rates = friction_gain.matrix * (slope * slip_rate)
     first_slip = None if velocity.estimated else system.slip_velocity
     initial = _declared_levels(system, first_slip, friction_gain.matrix, shape)
-    states = velocity.with_own(acceleration.symbols, state, parts.contact_units(system), rates, initial)
-
-    signs = tuple(symbol(f"s_{name}") for name in names)
-    truths = [symbol(f"a_{name}") for name in names]
-    errors = tuple(
-        ErrorVariable(
-            symbol(f"e_a_{name}"), truth, "level", k, None, f"a_{name} - a_hat_{name}", system.contacts[k].unit
-        )
-        for k, (name, truth) in enumerate(zip(names, truths, strict=True))
+    errors = parts.errors_of("level", "a", "a_hat", names, units)
+    signs = [symbol(f"s_{name}") for name in names]
+    cascade = Cascade(
+        friction_gain.matrix,
+        diagonal(shape.slope(u) for u in system.slip_velocity),
+        system.distribution,
+        velocity.matrix,
+        "K_F",
+        "K_F U' M^-1 U" if shape.exponent == 1 else "K_F D U' M^-1 U, D = diag(h'(|u|))",
     )
-    truth_force = system.distribution * Matrix([s * a for s, a in zip(signs, truths, strict=True)])
-    return Observer(
-        kind=choice.kind,
-        velocity=choice.velocity,
-        system=system,
-        equations=tuple(equations),
-        states=states.symbols,
-        state_units=states.units,
-        rates=states.rates,
-        initial=states.initial,
-        errors=velocity.errors + errors,
-        true_friction=Matrix(truth_force),
-        signs=signs,
-        gains=values,
-        gain_units=dict.fromkeys(values, "1/s") | _gain_units(friction_gain, system, shape),
-        sample_time=choice.sample_time,
+    return velocity.observer(
+        choice,
+        equations,
+        States(state, units, rates, initial),
+        errors,
+        system.distribution * Matrix([s * e.truth for s, e in zip(signs, errors, strict=True)]),
+        (friction_gain,),
+        _gain_units(friction_gain, system, shape),
         level_errors=True,
         domain=read_domain(spec, system),
-        cascade=Cascade(
-            friction_gain.matrix,
-            diagonal(shape.slope(u) for u in system.slip_velocity),
-            system.distribution,
-            velocity.gain,
-            "K_F",
-            "K_F U' M^-1 U" if shape.exponent == 1 else "K_F D U' M^-1 U, D = diag(h'(|u|))",
-        ),
+        cascade=cascade,
     )
 
 
@@ -114,3 +96,54 @@ def _gain_units(gain: GainMatrix, system: System, shape: Shape) -> dict[sympy.Sy
     else:
         divisors = [f"*s/{q}" if mu == 1 else f"*(s/{q})^{mu}" for q in slips]
     return gain.units(parts.contact_units(system), divisors)
+
+
+def read_domain(spec: Spec, system: System) -> Domain | None:
+    """The domain of the spec; the range of the true level is the envelope's ``a_CONTACT``.
+
+    Raises:
+        BadInput: for a domain on several coordinates or contacts, with measured velocity, another h than h(s) = s or
+            exponential or implicit steps, or without a range for the level that contains the declared one.
+    """
+    choice = spec.observer
+    assert choice is not None
+    if choice.domain is None:
+        return None
+    place = spec.place("observer.domain")
+    if system.degrees_of_freedom > 1 or len(system.contacts) > 1:
+        found = f"a domain for {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
+        raise BadInput(
+            place, found, "one coordinate with one contact; for several there is no such domain", code="SPEC022"
+        )
+    if choice.velocity != "estimated" or choice.integration not in ("euler", "semi_implicit"):
+        found = f"a domain with {choice.velocity} velocity under {choice.integration}"
+        raise BadInput(place, found, "`velocity: estimated`, and euler or semi_implicit", code="SPEC022")
+    if choice.exponent != 1 or choice.shape is not None:
+        raise BadInput(
+            place,
+            "a domain together with `exponent` or `h`",
+            "neither of them: a domain needs h(s) = s",
+            code="SPEC005",
+        )
+    contact = system.contacts[0]
+    key = f"a_{contact.name}"
+    level = spec.envelope.get(key)
+    if level is None:
+        raise BadInput(
+            place,
+            f"no range for {key}",
+            f"`{key}: [low, high]` in the envelope: the true friction level",
+            code="SPEC026",
+        )
+    at_rest = contact.level_at_rest
+    if level[0] < 0 or (at_rest is not None and not level[0] <= at_rest.subs(system.values) <= level[1]):
+        found = f"[{level[0]}, {level[1]}]"
+        raise BadInput(
+            spec.place(f"envelope.{key}"),
+            found,
+            "a range of levels >= 0 in which the declared one lies",
+            code="SPEC007",
+        )
+    domain = choice.domain
+    samples = max(1, int(sympy.ceiling(domain.settle / choice.sample_time)))
+    return Domain(domain.slip_speed, samples, level, domain.innovation)

@@ -12,9 +12,9 @@ from codegen.friction import DynamicLaw, FrictionLaw
 from codegen.mechanics.contacts import law_of
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.observers import parts
-from codegen.observers.equations import Equation, ErrorVariable, LawFunction, Observer
+from codegen.observers.equations import Equation, LawFunction, Observer
 from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
-from codegen.observers.velocity import velocity_of
+from codegen.observers.velocity import States, velocity_of
 from codegen.spec.model import Spec, symbol
 
 
@@ -73,7 +73,6 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     first = read_gain(spec, choice, "K_f1", names, positions, optional=square)
     second = read_gain(spec, choice, "K_f2", names, positions, optional=square)
     velocity = velocity_of(spec, choice, system)
-    values = level_gain.values | first.values | second.values | velocity.values
 
     slip, _ = parts.slip_equations(system, velocity.symbols)
     z_f, z_a = parts.vector("z_f", names), parts.vector("z_a", names)
@@ -105,7 +104,7 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
         "the law's force at level 1; f of (7.12)",
         law=_law_functions("phi", names, slip.symbols, f_hat),
     )
-    equations = [*velocity.equations, slip, state, level, unit_force]
+    equations = [slip, state, level, unit_force]
     equations += parts.friction_equations(system, slip, parts.times(a_hat, unit_force.symbols), "(7.12)")
     acceleration = parts.acceleration_equation(system, velocity.symbols, equations[-1].symbols)
     rate = Equation(
@@ -122,57 +121,33 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     state_rates = -first.matrix * velocity.symbols - second.matrix * acceleration.symbols + rate.symbols
     level_rates = -level_gain.matrix * (parts.times(slip.symbols, rate.symbols) + parts.times(f_hat, slip_rate))
     rest = Matrix([law.law.rest_state(law.parameters)[0] for law in laws])
-    known_velocity = sympy.zeros(len(positions), 1) if velocity.estimated else system.v
-    known_slip = system.distribution.T * known_velocity
+    known_slip = system.distribution.T * velocity.known
     units = [law.state_unit for law in laws] + [law.level_unit for law in laws]
     initial = [
-        *(rest - first.matrix * system.x - second.matrix * known_velocity),
+        *(rest - first.matrix * system.x - second.matrix * velocity.known),
         *(Matrix([_declared(law) for law in laws]) - level_gain.matrix * parts.times(rest, known_slip)),
     ]
-    states = velocity.with_own(acceleration.symbols, [*z_f, *z_a], units, [*state_rates, *level_rates], initial)
-
-    true_state = [symbol(f"f_{name}") for name in names]
-    true_level = [symbol(f"a_{name}") for name in names]
-    errors = [
-        ErrorVariable(symbol(f"e_f_{n}"), f, "state", k, None, f"f_{n} - f_hat_{n}", laws[k].state_unit)
-        for k, (n, f) in enumerate(zip(names, true_state, strict=True))
-    ]
-    errors += [
-        ErrorVariable(symbol(f"e_a_{n}"), a, "level", k, None, f"a_{n} - a_hat_{n}", laws[k].level_unit)
-        for k, (n, a) in enumerate(zip(names, true_level, strict=True))
-    ]
+    state_errors = parts.errors_of("state", "f", "f_hat", names, [law.state_unit for law in laws])
+    level_errors = parts.errors_of("level", "a", "a_hat", names, [law.level_unit for law in laws])
+    true_state, true_level = ([e.truth for e in errors] for errors in (state_errors, level_errors))
     true_force = Matrix(
         [law.force(a, c.slip, f) for law, a, c, f in zip(laws, true_level, system.contacts, true_state, strict=True)]
-    )
+    ).subs({c.slip: u for c, u in zip(system.contacts, system.slip_velocity, strict=True)}, simultaneous=True)
     fixed = {a: law.level for a, law in zip(true_level, laws, strict=True) if a.name not in spec.envelope}
-    ranged = {a: spec.envelope[a.name] for a in true_level if a.name in spec.envelope}
-    gain_units = _gain_units(laws, system, level_gain, first, second)
-    return Observer(
-        kind=choice.kind,
-        velocity=choice.velocity,
-        system=system,
-        equations=tuple(equations),
-        states=states.symbols,
-        state_units=states.units,
-        rates=states.rates,
-        initial=states.initial,
-        errors=(*velocity.errors, *errors),
-        true_friction=Matrix(
-            system.distribution
-            * true_force.subs(
-                {c.slip: u for c, u in zip(system.contacts, system.slip_velocity, strict=True)}, simultaneous=True
-            )
-        ),
-        signs=tuple(symbol(f"s_{name}") for name in names),
-        gains=values,
-        gain_units={s: gain_units.get(s, "1/s") for s in values},
-        sample_time=choice.sample_time,
+    assumed_units = {a: law.level_unit for a, law in zip(true_level, laws, strict=True)}
+    return velocity.observer(
+        choice,
+        equations,
+        States([*z_f, *z_a], units, [*state_rates, *level_rates], initial),
+        state_errors + level_errors,
+        system.distribution * true_force,
+        (level_gain, first, second),
+        _gain_units(laws, system, level_gain, first, second),
         level_errors=False,
         assumed=fixed | {s: value for law in laws for s, value in law.values.items()},
-        assumed_units={a: law.level_unit for a, law in zip(true_level, laws, strict=True)}
-        | {s: unit for law in laws for s, unit in law.units.items()},
+        assumed_units=assumed_units | {s: unit for law in laws for s, unit in law.units.items()},
         truth_ranges={f: r for f, law in zip(true_state, laws, strict=True) if (r := _range(spec, system, law))},
-        level_ranges=ranged,
+        level_ranges={a: spec.envelope[a.name] for a in true_level if a.name in spec.envelope},
         exact=all(law.contact.law is law.law and not law.values for law in laws),
     )
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import sympy
 
 from codegen.mechanics.system import Matrix, System
-from codegen.observers.equations import Equation
+from codegen.observers.equations import Equation, ErrorOf, ErrorVariable
 from codegen.spec.functions import Sgn
 from codegen.spec.model import symbol
 
@@ -79,23 +81,15 @@ def friction_equations(system: System, slip: Equation, law_force: Matrix, source
     if has_declared_friction(system):
         equations.append(declared_friction(system, slip.symbols))
         law_force = Matrix(law_force + equations[0].symbols)
-    contact = Equation(
-        "contact_friction",
-        vector("F_hat", contact_names(system)),
-        law_force,
-        contact_units(system),
-        source,
-        output=True,
-    )
-    force = Equation(
-        "friction_force",
-        vector("F_hat_on", [x.name for x in system.positions]),
-        Matrix(system.distribution * contact.symbols),
-        force_units(system),
-        source,
-        output=True,
-    )
-    return [*equations, contact, force]
+    names, units = contact_names(system), contact_units(system)
+    contact = Equation("contact_friction", vector("F_hat", names), law_force, units, source, output=True)
+    return [*equations, contact, force_equation(system, Matrix(system.distribution * contact.symbols), source)]
+
+
+def force_equation(system: System, force: Matrix, source: str) -> Equation:
+    """The estimated generalised friction force on the coordinates."""
+    estimate = vector("F_hat_on", [x.name for x in system.positions])
+    return Equation("friction_force", estimate, force, force_units(system), source, output=True)
 
 
 def declared_friction(system: System, slip: Matrix) -> Equation:
@@ -116,3 +110,21 @@ def acceleration_equation(system: System, velocity: Matrix, friction: Matrix) ->
     symbols = Matrix([symbol(f"{v.name}_dot_hat") for v in system.velocities])
     units = tuple(f"{unit}/s^2" for unit in system.position_units)
     return Equation("acceleration", symbols, Matrix(force - friction), units, "(4.2)", form="mass_solve")
+
+
+def errors_of(
+    of: ErrorOf, truth: str, estimate: str, names: Sequence[str], units: Sequence[str], by_contact: bool = True
+) -> tuple[ErrorVariable, ...]:
+    """truth_NAME − estimate_NAME of each contact, or of each coordinate."""
+    return tuple(
+        ErrorVariable(
+            symbol(f"e_{truth}_{name}"),
+            symbol(f"{truth}_{name}"),
+            of,
+            k if by_contact else None,
+            None if by_contact else k,
+            f"{truth}_{name} - {estimate}_{name}",
+            unit,
+        )
+        for k, (name, unit) in enumerate(zip(names, units, strict=True))
+    )

@@ -1,78 +1,127 @@
-"""The velocity that an observer works with: measured, or estimated by the first of its equations."""
+"""The velocity that an observer works with: measured, or estimated with the spec's ``integration``.
+
+With v̂ = z + Γ x, dz/dt = −Γ v̂ + Φ a and an explicit Euler step, the velocity estimate becomes v̂[k+1] = (I − hΓ)
+v̂[k] + Γ (x[k+1] − x[k]) + h Φ a[k], so Γ and Φ choose how its decay K_v is integrated:
+
+  - ``euler``: Γ = K_v, Φ = I, as in the thesis;
+  - ``semi_implicit``: Γ = (I + hK_v)⁻¹ K_v, Φ = (I + hK_v)⁻¹, the decay −K_v v̂ at the new sample, the rest at the old;
+  - ``exponential``: Γ = (I − exp(−hK_v))/h, Φ = Γ K_v⁻¹, the decay exact over a sample.
+
+``implicit`` (backward Euler) takes every rate at the new sample; its equations are those of ``euler``, and
+``program/implicit_step.py`` solves for the step.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import sympy
 
+from codegen.base.errors import BadInput
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
-from codegen.observers.equations import Equation, ErrorVariable
-from codegen.observers.gains import read_gain
-from codegen.observers.integration import VelocityStep, velocity_step
+from codegen.observers.equations import Equation, ErrorVariable, Observer
+from codegen.observers.gains import GainMatrix, read_gain
 from codegen.spec.model import ObserverChoice, Spec, symbol
+
+SAMPLE_TIME = symbol("h")
+INTEGRATIONS = {
+    "euler": "explicit Euler",
+    "semi_implicit": "semi-implicit Euler",
+    "implicit": "backward Euler",
+    "exponential": "exponential Euler",
+}
+LARGEST_FULL_GAIN = 3
 
 
 @dataclass(frozen=True)
 class States:
     """States of an observer: symbols, units, rates, and values from the first measurement."""
 
-    symbols: Matrix
-    units: tuple[str, ...]
-    rates: Matrix
-    initial: Matrix
+    symbols: Iterable[sympy.Symbol]
+    units: Iterable[str]
+    rates: Iterable[Any]
+    initial: Iterable[Any]
 
 
 @dataclass(frozen=True)
 class Velocity:
     """v, or v̂ = z_v + Γ x with dz_v/dt = −Γ v̂ + Φ M⁻¹[g(x, v̂, w) − F̂], (3.6), (3.7), (4.25), (4.26).
 
-    Γ = K_v and Φ = I under explicit Euler.
-
     Attributes:
         symbols: v or v̂, n by 1.
-        gain: K_v, n by n; None where the velocity is measured.
-        values: of K_v's symbols.
+        known: v at the first sample, n by 1; zero where it is estimated.
+        gain: K_v; None where the velocity is measured.
+        step: Γ and Φ, n by n over K_v and the sample time ``h``; 1/s and 1.
         equations: of v̂.
         errors: v − v̂.
     """
 
     system: System
     symbols: Matrix
-    gain: Matrix | None = None
-    values: dict[sympy.Symbol, Any] = field(default_factory=dict)
+    known: Matrix
+    gain: GainMatrix | None = None
+    step: tuple[Matrix, Matrix] | None = None
     equations: tuple[Equation, ...] = ()
     errors: tuple[ErrorVariable, ...] = ()
-    step: VelocityStep | None = None
 
     @property
     def estimated(self) -> bool:
-        return self.step is not None
+        return self.gain is not None
 
-    def with_own(
+    @property
+    def matrix(self) -> Matrix | None:
+        """K_v, n by n; None where the velocity is measured."""
+        return None if self.gain is None else self.gain.matrix
+
+    def observer(
         self,
-        acceleration: Matrix,
-        states: Iterable[Any],
-        units: Iterable[str],
-        rates: Iterable[Any],
-        initial: Iterable[Any],
-    ) -> States:
-        """An observer's states: those of the velocity estimate, where there is one, and behind them its own.
+        choice: ObserverChoice,
+        equations: Sequence[Equation],
+        own: States,
+        errors: Sequence[ErrorVariable],
+        true_friction: Matrix,
+        gains: Sequence[GainMatrix],
+        gain_units: Mapping[sympy.Symbol, str],
+        **more: Any,
+    ) -> Observer:
+        """The observer of these equations, behind those of the velocity estimate where there is one.
 
         Args:
-            acceleration: M⁻¹[g(x, v̂, w) − F̂], n by 1.
+            own: its states without those of the velocity estimate.
+            errors: without v − v̂.
+            gains: without K_v.
+            gain_units: of its gains; the others are in 1/s.
+            more: other fields of ``Observer``.
         """
-        if self.step is None:
-            return States(Matrix([*states]), tuple(units), Matrix([*rates]), Matrix([*initial]))
-        rate = -self.step.gain * self.symbols + self.step.weight * acceleration
-        return States(
-            Matrix([*(self.equations[0].state or ()), *states]),
-            (*parts.velocity_units(self.system), *units),
-            Matrix([*rate, *rates]),
-            Matrix([*(-self.step.gain * self.system.x), *initial]),
+        system = self.system
+        states, units, rates, initial = ([*part] for part in (own.symbols, own.units, own.rates, own.initial))
+        if self.step is not None:
+            gain, weight = self.step
+            acceleration = next(e.symbols for e in equations if e.form == "mass_solve")
+            states = [*(self.equations[0].state or ()), *states]
+            units = [*parts.velocity_units(system), *units]
+            rates = [*(-gain * self.symbols + weight * acceleration), *rates]
+            initial = [*(-gain * system.x), *initial]
+        values = {s: value for gain in (*gains, self.gain) if gain is not None for s, value in gain.values.items()}
+        return Observer(
+            kind=choice.kind,
+            velocity=choice.velocity,
+            system=system,
+            equations=(*self.equations, *equations),
+            states=Matrix(states),
+            state_units=tuple(units),
+            rates=Matrix(rates),
+            initial=Matrix(initial),
+            errors=(*self.errors, *errors),
+            true_friction=Matrix(true_friction),
+            signs=tuple(symbol(f"s_{c.name}") for c in system.contacts),
+            gains=values,
+            gain_units={s: gain_units.get(s, "1/s") for s in values},
+            sample_time=choice.sample_time,
+            **more,
         )
 
 
@@ -83,15 +132,51 @@ def velocity_of(spec: Spec, choice: ObserverChoice, system: System) -> Velocity:
         BadInput: for a K_v of wrong shape or sign, or one that the integration does not take.
     """
     if choice.velocity == "measured":
-        return Velocity(system, system.v)
+        return Velocity(system, system.v, system.v)
     names, units = parts.velocity_names(system), parts.velocity_units(system)
     gain = read_gain(spec, choice, "K_v", names, names, sign=1)
-    step = velocity_step(spec, gain.matrix)
+    step = _step(spec, choice.integration, gain.matrix)
     state, estimate = parts.vector("z", names), Matrix([symbol(f"{name}_hat") for name in names])
-    value = Matrix(state + step.gain * system.x)
+    value = Matrix(state + step[0] * system.x)
     equation = Equation("velocity_estimate", estimate, value, units, "(4.25)", state=state, output=True)
     errors = tuple(
         ErrorVariable(symbol(f"e_{v}"), v, "velocity", None, k, f"{v} - {v}_hat", unit)
         for k, (v, unit) in enumerate(zip(system.velocities, units, strict=True))
     )
-    return Velocity(system, estimate, gain.matrix, dict(gain.values), (equation,), errors, step)
+    return Velocity(system, estimate, Matrix(sympy.zeros(len(names), 1)), gain, step, (equation,), errors)
+
+
+def _step(spec: Spec, integration: str, gain: Matrix) -> tuple[Matrix, Matrix]:
+    """Γ and Φ of the spec's integration for K_v = ``gain``.
+
+    Raises:
+        BadInput: for ``exponential`` with a K_v that is not diagonal, or ``semi_implicit`` with one of order above 3.
+    """
+    n, h = gain.rows, SAMPLE_TIME
+    diagonal, place = gain.is_diagonal(), spec.place("observer.gains.K_v")
+    if integration == "semi_implicit":
+        if not diagonal and n > LARGEST_FULL_GAIN:
+            found = f"a K_v of order {n} that is not diagonal"
+            raise BadInput(place, found, "a diagonal K_v under semi_implicit", code="SPEC022")
+        if diagonal:
+            weight = sympy.diag(*[1 / (1 + h * gain[i, i]) for i in range(n)])
+        else:
+            weight = (sympy.eye(n) + h * gain).inv(method="ADJ")
+        return Matrix(weight * gain), Matrix(weight)
+    if integration == "exponential":
+        if not diagonal:
+            raise BadInput(place, "a K_v that is not diagonal", "a diagonal K_v under exponential", code="SPEC022")
+        rates = [(1 - sympy.exp(-h * gain[i, i])) / h for i in range(n)]
+        return Matrix(sympy.diag(*rates)), Matrix(sympy.diag(*[r / gain[i, i] for i, r in enumerate(rates)]))
+    return gain, Matrix(sympy.eye(n))
+
+
+def refuse_integration(spec: Spec) -> None:
+    """Raise BadInput for an integration of the velocity estimate where velocity is measured."""
+    choice = spec.observer
+    assert choice is not None
+    if choice.velocity == "measured" and choice.integration in ("semi_implicit", "exponential"):
+        found = f"{choice.integration} with measured velocity; it integrates the decay of the velocity estimate"
+        raise BadInput(
+            spec.place("observer.integration"), found, "euler or implicit, or `velocity: estimated`", code="SPEC022"
+        )

@@ -14,7 +14,7 @@ from codegen.base.errors import BadInput
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME
 from codegen.observers.equations import Observer
-from codegen.observers.integration import INTEGRATIONS, SAMPLE_TIME
+from codegen.observers.velocity import INTEGRATIONS, SAMPLE_TIME
 from codegen.program.arrays import Element, elements, gathered
 from codegen.program.domain import Guard
 from codegen.program.effective_input import effective_input, held_input

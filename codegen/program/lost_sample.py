@@ -18,7 +18,7 @@ import sympy
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import Matrix
 from codegen.observers.equations import Equation, Observer
-from codegen.observers.integration import SAMPLE_TIME
+from codegen.observers.velocity import SAMPLE_TIME
 from codegen.program.model import HELD
 
 MOST = (8, 4, 2)

@@ -116,7 +116,7 @@ class ObserverChoice:
         exponent: μ of (2.6), exact.
         shape: h(s) over the slip speed s in place of s^μ, or None.
         laws: contact → the law that the observer assumes there (ξ₁ of 6.3.3), where it is not the plant's.
-        integration: euler, semi_implicit, implicit or exponential (observers/integration.py).
+        integration: euler, semi_implicit, implicit or exponential (observers/velocity.py).
         domain: where a (G)CFO's estimate is certified through reversals, or None.
     """
 

@@ -20,7 +20,7 @@ from codegen.analysis.operating_points import evaluate_columns
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.observers import Observer
-from codegen.observers.integration import SAMPLE_TIME
+from codegen.observers.velocity import SAMPLE_TIME
 from codegen.spec.model import Spec
 
 Array = NDArray[np.float64]

@@ -29,7 +29,7 @@ from codegen.certify.several_rates import common_at, shown_rates
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
 from codegen.observers import build_observer
-from codegen.observers.integration import INTEGRATIONS
+from codegen.observers.velocity import INTEGRATIONS
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
