@@ -11,9 +11,9 @@ from codegen.emit.expression import Expressions, wrapped
 from codegen.emit.header import Header
 from codegen.emit.language import Language
 from codegen.program import Code, Program
+from codegen.program.code import Line, Stretch, Sum
 from codegen.program.graph import Node, reachable
 from codegen.program.model import HELD, LARGEST
-from codegen.program.stretch import Line, Stretch, Sum
 
 INDEX = "i"
 _SUM_STARTS = 25

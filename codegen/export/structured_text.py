@@ -15,9 +15,9 @@ from codegen.base.text import render
 from codegen.emit.language import Language
 from codegen.emit.writer import Style, Writer
 from codegen.export.controller import Controller
+from codegen.program.code import Rolled
 from codegen.program.lower import lower
 from codegen.program.model import LARGEST
-from codegen.program.stretch import Rolled
 
 STRUCTS = {"parameters": "p_{name}", "state": "s_{name}", "inputs": "{name}", "outputs": "{name}"}
 LOCAL = "l_{name}"

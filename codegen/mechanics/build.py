@@ -9,8 +9,7 @@ import numpy as np
 import sympy
 
 from codegen.base.errors import BadInput, Faults
-from codegen.mechanics.contact_rank import refuse_dependent_contacts
-from codegen.mechanics.contacts import build_contacts
+from codegen.mechanics.contacts import build_contacts, refuse_dependent_contacts
 from codegen.mechanics.link_parameters import LinkParameter
 from codegen.mechanics.motion import equation_of_motion, form_key
 from codegen.mechanics.sampling import numbers_over, position_range
@@ -42,8 +41,8 @@ def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
     units = {symbol(p.name): coherent_name(p.unit, spec.place(f"parameters.{p.name}.unit")) for p in spec.parameters}
     values |= {symbol(p.name): decimal_of(float(p.value)) for p in free}
     units |= {symbol(p.name): p.unit for p in free}
-    motion = equation_of_motion(spec, free)
-    contacts, law_values, law_units = build_contacts(spec, motion.distribution)
+    mass_matrix, force, distribution = equation_of_motion(spec, free)
+    contacts, law_values, law_units = build_contacts(spec, distribution)
     for name in law_values:
         if name in values:
             contact = next(c for c in contacts if name in c.law_parameters.values())
@@ -57,9 +56,9 @@ def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
         inputs=tuple(symbol(i.name) for i in spec.inputs),
         position_units=tuple(c.unit for c in spec.coordinates),
         input_units=tuple(i.unit for i in spec.inputs),
-        mass_matrix=_as_printed(motion.mass_matrix),
-        force=_as_printed(motion.force),
-        distribution=_as_printed(motion.distribution),
+        mass_matrix=_as_printed(mass_matrix),
+        force=_as_printed(force),
+        distribution=_as_printed(distribution),
         contacts=contacts,
         values=values | law_values,
         units=units | law_units,

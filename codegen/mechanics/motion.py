@@ -1,39 +1,31 @@
-"""M(x), g(x, v, w) and U(x) of a spec, whichever way it states them."""
+"""M(x), g(x, v, w) and U(x) of a spec: as written, or from bodies, constraints, energies or a robot file."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+import casadi
 import sympy
 
 from codegen.base.errors import BadInput
-from codegen.mechanics.chain_motion import chain_motion
+from codegen.mechanics.base_parameters import regrouped
 from codegen.mechanics.compact import compact
-from codegen.mechanics.constraints import constrained_motion
-from codegen.mechanics.lagrangian import lagrangian_motion
-from codegen.mechanics.link_parameters import LinkParameter
-from codegen.mechanics.sampling import numeric_matrix, sampled_values
+from codegen.mechanics.computed import computed_matrix
+from codegen.mechanics.kinematic_chain import bias_force, mass_matrix, points_of
+from codegen.mechanics.link_parameters import LinkParameter, base_values, masses_of
+from codegen.mechanics.sampling import numeric_matrix, rank, sampled_values
+from codegen.mechanics.sparse import diagonal, jacobian, sparse
 from codegen.mechanics.system import Matrix
-from codegen.mechanics.topology import topology_motion
 from codegen.spec.kinematics import KinematicTree
-from codegen.spec.model import Spec
-from codegen.spec.motion import Constraints, Lagrangian, Topology
+from codegen.spec.model import Contact, Spec, symbol
+from codegen.spec.motion import Body, Constraints, Lagrangian, Topology, position_name, rate_name
 
 TOLERANCE = 1e-9
+LARGEST_SYMBOLIC = 4
 
 
-@dataclass(frozen=True)
-class Motion:
-    """M(x), n by n; g(x, v, w), n by 1; U(x), n by contacts."""
-
-    mass_matrix: Matrix
-    force: Matrix
-    distribution: Matrix
-
-
-def equation_of_motion(spec: Spec, free: Sequence[LinkParameter] = ()) -> Motion:
-    """The matrices as written, or derived from the spec's topology, constraints, Lagrangian or robot file.
+def equation_of_motion(spec: Spec, free: Sequence[LinkParameter] = ()) -> tuple[Matrix, Matrix, Matrix]:
+    """M(x), n by n; g(x, v, w), n by 1; U(x), n by contacts: as written, or derived from what the spec states instead.
 
     Args:
         free: base parameters of the robot file that stay symbols.
@@ -44,19 +36,18 @@ def equation_of_motion(spec: Spec, free: Sequence[LinkParameter] = ()) -> Motion
     force = Matrix(spec.force)
     match spec.form:
         case Topology():
-            mass, derived = topology_motion(spec, spec.form)
-            return Motion(mass, force, _distribution(spec, derived))
+            mass, derived = _topology(spec, spec.form)
+            return mass, force, _distribution(spec, derived)
         case Constraints():
-            mass, force, derived = constrained_motion(spec, spec.form)
-            return Motion(mass, force, _distribution(spec, derived))
+            mass, force, derived = _constraints(spec, spec.form)
+            return mass, force, _distribution(spec, derived)
         case Lagrangian():
-            mass, force = lagrangian_motion(spec, spec.form)
-            return Motion(mass, force, Matrix(spec.distribution))
+            mass, force = _lagrangian(spec, spec.form)
         case KinematicTree():
-            mass, force = chain_motion(spec, spec.form, free)
-            return Motion(mass, force, Matrix(spec.distribution))
+            mass, force = _kinematic_tree(spec, spec.form, free)
         case _:
-            return Motion(Matrix(spec.mass_matrix), force, Matrix(spec.distribution))
+            mass = Matrix(spec.mass_matrix)
+    return mass, force, Matrix(spec.distribution)
 
 
 def form_key(spec: Spec) -> str:
@@ -94,3 +85,222 @@ def _equal(spec: Spec, a: Matrix, b: Matrix) -> bool:
 
 def _words(column: Matrix) -> str:
     return ", ".join(str(entry) for entry in column)
+
+
+# Bodies: positions and masses in one vector, and the contacts between them by Lemma A.1.
+
+
+def _axes(bodies: Sequence[Body]) -> list[tuple[str, str]]:
+    """(body, direction) for each row of what follows."""
+    return [(body.name, direction) for body in bodies for direction in body.positions]
+
+
+def _positions(bodies: Sequence[Body]) -> Matrix:
+    """x̄, k by 1: (A.41), body by body instead of direction by direction."""
+    return Matrix([position for body in bodies for position in body.positions.values()])
+
+
+def _masses(bodies: Sequence[Body]) -> Matrix:
+    """M̄ = diag of masses and moments of inertia, k by k: (A.5), (A.43)."""
+    return diagonal(body.weight(direction) for body in bodies for direction in body.positions)
+
+
+def _body_distribution(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Matrix:
+    """Ū, k by contacts, of Lemma A.1, with columns for the contacts that exist (A.36) alone.
+
+    A contact of bodies i and j slides by u = v_i − v_j, against the ground by u = v_i: its column has +1 at i and −1
+    at j, times the contact's share of each direction. A contact without bodies has a column of zeros.
+    """
+    row = {axis: i for i, axis in enumerate(_axes(bodies))}
+    entries: dict[tuple[int, int], sympy.Expr] = {}
+    for k, contact in enumerate(contacts):
+        if contact.sliding is None:
+            continue
+        first, second = contact.sliding.bodies
+        for direction, share in contact.sliding.along.items():
+            for body, sign in ((first, 1), (second, -1)):
+                if (body, direction) in row:  # the ground does not move
+                    at = row[body, direction], k
+                    entries[at] = entries.get(at, sympy.S.Zero) + sign * share
+    return sparse(len(row), len(contacts), entries)
+
+
+# Topology: bodies without constraints.
+
+
+def _topology(spec: Spec, form: Topology) -> tuple[Matrix, Matrix]:
+    """M, n by n, and U, n by contacts.
+
+    With x̄ the positions of the bodies and x = T x̄: M = T⁻ᵀ M̄ T⁻¹ and U = T⁻ᵀ Ū. For the unitary T of (A.37)
+    these are T M̄ T' and T Ū; a lever or a gear is a T that is not.
+
+    Raises:
+        BadInput: for a T that has no inverse.
+    """
+    positions = _positions(form.bodies)
+    if form.transform is None:
+        back = jacobian(list(positions), [symbol(name) for name in spec.positions])
+    else:
+        back = _inverse(spec, Matrix(form.transform))
+    mass = compact(Matrix(back.T * _masses(form.bodies) * back))
+    return mass, compact(Matrix(back.T * _body_distribution(form.bodies, spec.contacts)))
+
+
+def _inverse(spec: Spec, T: Matrix) -> Matrix:
+    """T⁻¹: T' where T is unitary, else exactly."""
+    if compact(Matrix(T * T.T)) == sympy.eye(T.rows):
+        return Matrix(T.T)
+    place, expected = spec.place("topology.transform"), "an invertible transform"
+    if T.free_symbols and T.rows > LARGEST_SYMBOLIC:
+        found = f"{T.rows} rows with parameters, not unitary"
+        raise BadInput(place, found, f"numbers, a unitary matrix, or up to {LARGEST_SYMBOLIC} rows", code="SPEC015")
+    determinant = compact(T.det(method="berkowitz"))
+    values = {symbol(p.name): p.value for p in spec.parameters}
+    if determinant.subs(values).evalf() == 0:
+        raise BadInput(place, "a transform of determinant 0", expected, code="SPEC018")
+    return Matrix(T.adjugate() / determinant)
+
+
+# Constraints: bodies under holonomic constraints, A.1.5.
+
+
+def _constraints(spec: Spec, form: Constraints) -> tuple[Matrix, Matrix, Matrix]:
+    """M_q = T'M T (A.64), g_q = T'g_x − T'M (dT/dt) v plus the spec's ``force`` (A.66), U_q = T'U_x (A.65).
+
+    T = ∂x/∂q (A.58), k by n; (dT/dt) v = (∂(T v)/∂q) v, the acceleration of the bodies at constant v (A.57).
+
+    Raises:
+        BadInput: for coordinates that do not move the bodies independently, and for equations ψ that contradict the
+            positions or each other, or say the same twice.
+    """
+    q = Matrix([symbol(name) for name in spec.positions])
+    v = Matrix([symbol(name) for name in spec.velocities])
+    x, masses = _positions(form.bodies), _masses(form.bodies)
+    T = Matrix(x.jacobian(q))
+    _require_independent_coordinates(spec, T)
+    _check_equations(spec, form, x)
+    rate = T * v
+    axes = _axes(form.bodies)
+    where = {symbol(position_name(*axis)): x[k] for k, axis in enumerate(axes)}
+    where |= {symbol(rate_name(*axis)): rate[k] for k, axis in enumerate(axes)}
+    on_bodies = Matrix([form.force.get(axis, sympy.S.Zero) for axis in axes]).subs(where)
+    force = T.T * (on_bodies - masses * (rate.jacobian(q) * v))
+    distribution = T.T * _body_distribution(form.bodies, spec.contacts)
+    return (
+        compact(Matrix(T.T * masses * T)),
+        Matrix(spec.force + compact(Matrix(force))),
+        compact(Matrix(distribution)),
+    )
+
+
+def _require_independent_coordinates(spec: Spec, T: Matrix) -> None:
+    """Each coordinate is a motion of its own: T_q has full column rank, or M_q would be singular."""
+    points = sampled_values(spec)
+    for k, name in enumerate(spec.positions):
+        if rank(T[:, : k + 1], points) <= k:
+            found = f"coordinate {name} " + (
+                "adds no motion of the bodies to those of the coordinates before it"
+                if any(T[:, k])
+                else "moves no body"
+            )
+            raise BadInput(
+                spec.place(f"coordinates.{name}"),
+                found,
+                "coordinates that move the bodies independently of each other",
+                code="SPEC018",
+            )
+
+
+def _check_equations(spec: Spec, form: Constraints, x: Matrix) -> None:
+    """ψ(x(q)) = 0 for every q, each ψ another condition, and k − λ = n motions left."""
+    axes = [symbol(position_name(*axis)) for axis in _axes(form.bodies)]
+    where, points = dict(zip(axes, x, strict=True)), sampled_values(spec)
+    gradients = Matrix(form.equations).jacobian(Matrix(axes)).subs(where) if form.equations else Matrix([])
+    for k, equation in enumerate(form.equations):
+        place = spec.place(f"constraints.equations[{k}]")
+        dependent = rank(gradients[: k + 1, :], points) <= k
+        value, at = _largest(compact(equation.subs(where)), points)
+        if value > TOLERANCE:
+            found = f"equation {k + 1} `{equation}` = {value:.4g} at {at}"
+            others = "the equations before it and " if dependent else ""
+            raise BadInput(
+                place,
+                f"contradictory: {found}",
+                f"0, which follows from {others}the positions of the bodies",
+                code="SPEC018",
+            )
+        if dependent:
+            found = f"redundant: equation {k + 1} `{equation}` follows from those before it"
+            raise BadInput(place, found, "equations that are independent", code="SPEC018")
+    wanted = len(axes) - len(spec.positions)
+    if form.equations and len(form.equations) != wanted:
+        given, motions = len(form.equations), len(spec.positions)
+        found = f"{given} of {wanted} equations for {len(axes)} positions and {motions} coordinates"
+        expected = f"{wanted} equations (number of positions less number of coordinates), or none"
+        raise BadInput(spec.place("constraints.equations"), found, expected, code="SPEC018")
+
+
+def _largest(expression: sympy.Expr, points: list[dict[sympy.Symbol, sympy.Expr]]) -> tuple[float, str]:
+    """The largest size of ψ over the points, and where."""
+    if expression == 0:
+        return 0.0, ""
+    sizes = [abs(float(numeric_matrix(Matrix([expression]), point)[0, 0])) for point in points]
+    k = max(range(len(points)), key=lambda index: sizes[index])
+    names = [s for s in points[k] if s.name in str(expression) and s in expression.free_symbols]
+    return sizes[k], ", ".join(f"{s} = {float(points[k][s]):.4g}" for s in names) or "every point"
+
+
+# Energies and robot files.
+
+
+def _lagrangian(spec: Spec, form: Lagrangian) -> tuple[Matrix, Matrix]:
+    """M, n by n, and g, n by 1, of d/dt (∂E/∂v)' − (∂E/∂x)' + (∂V/∂x)' = Φ (A.50), Φ the spec's ``force``.
+
+    With p = (∂E/∂v)', M = ∂p/∂v and g = Φ + (∂E/∂x)' − (∂V/∂x)' − (∂p/∂x) v. Terms of E that are linear in v
+    (gyroscopic) or free of it (centrifugal) are admitted.
+
+    Raises:
+        BadInput: where E is not of the second degree in the velocities, or a coordinate has no kinetic energy.
+    """
+    x = Matrix([symbol(name) for name in spec.positions])
+    v = Matrix([symbol(name) for name in spec.velocities])
+    momentum = Matrix([form.kinetic.diff(rate) for rate in v])
+    mass = compact(Matrix(momentum.jacobian(v)))
+    place = spec.place("lagrangian.kinetic")
+    if mass.has(*v):
+        found = f"a kinetic energy whose second derivative holds {next(rate for rate in v if mass.has(rate))}"
+        raise BadInput(place, found, "an energy of the second degree in the velocities", code="SPEC018")
+    for name, row in zip(spec.velocities, range(mass.rows), strict=True):
+        if not any(mass.row(row)):
+            raise BadInput(
+                place, f"no kinetic energy in {name}", f"a term with {name}**2 for its inertia", code="SPEC018"
+            )
+    conservative = Matrix([(form.kinetic - form.potential).diff(position) for position in x])
+    return mass, Matrix(spec.force + compact(conservative - momentum.jacobian(x) * v))
+
+
+def _kinematic_tree(spec: Spec, tree: KinematicTree, free: Sequence[LinkParameter] = ()) -> tuple[Matrix, Matrix]:
+    """M(x), n by n, and the force, n by 1: the spec's (the joints' inputs) less the bias force.
+
+    Args:
+        free: base parameters that stay symbols; the others are the numbers of the robot file, or the spec's own.
+    """
+    positions = {symbol(name): casadi.SX.sym(name) for name in spec.positions}
+    velocities = {symbol(name): casadi.SX.sym(name) for name in spec.velocities}
+    open_ones = {symbol(p.name): casadi.SX.sym(p.name) for p in free}
+    x, v = (casadi.vertcat(*names.values()) for names in (positions, velocities))
+    whole, tree = tree, regrouped(tree)
+    if free or whole.base_parameters:
+        values = {name: casadi.SX(float(value)) for name, value in base_values(spec, whole).items()}
+        masses = masses_of(tree, values | {s.name: value for s, value in open_ones.items()})
+    else:
+        masses = [points_of(body) for body in tree.bodies]
+    wide = len(tree.bodies) > 9
+    mass = computed_matrix(
+        lambda i, j: f"M{i + 1}_{j + 1}" if wide else f"M{i + 1}{j + 1}",
+        mass_matrix(tree, x, masses),
+        positions | open_ones,
+        symmetric=True,
+    )
+    bias = computed_matrix(lambda i, _: f"h{i + 1}", bias_force(tree, x, v, masses), positions | velocities | open_ones)
+    return mass, Matrix(Matrix(spec.force) - bias)

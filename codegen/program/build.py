@@ -17,13 +17,12 @@ from codegen.observers.equations import Observer
 from codegen.observers.velocity import INTEGRATIONS, SAMPLE_TIME
 from codegen.program.arrays import Element, elements, gathered
 from codegen.program.domain import Guard
-from codegen.program.effective_input import effective_input, held_input
 from codegen.program.implicit_step import implicit_blocks
 from codegen.program.lost_sample import carried_states, most_lost, resumed_states
 from codegen.program.mass_solve import MassSolve
-from codegen.program.model import Block, Field, Program
+from codegen.program.model import Block, Field, Program, State
 from codegen.program.naming import WORDS, Names
-from codegen.program.true_position import true_positions
+from codegen.program.signals import effective_input, held_input, true_positions
 from codegen.spec.model import CodeChoice
 
 EXAMPLE = "example_main"
@@ -50,21 +49,23 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
             for v, unit in zip(system.velocities, system.position_units, strict=True)
         ]
     commands = [_field(names, w, unit, "input") for w, unit in zip(system.inputs, system.input_units, strict=True)]
-    states = [
+    own = [
         _field(names, z, unit, "observer state") for z, unit in zip(observer.states, observer.state_units, strict=True)
     ]
 
     blocks: list[Block] = true_positions(system, names)
     corrected = [(block.symbols, block.expression) for block in blocks]
     clock = _field(names, TIME, "s", "time since the first sample")
-    chains = [effective_input(observer, k, f, period, names) for k, f in enumerate(commands)]
-    blocks += [block for chain in chains for block in chain.blocks]
+    signals: list[State] = []
+    for k, command in enumerate(commands):
+        chain, behind = effective_input(observer, k, command, period, names)
+        blocks, signals = blocks + chain, signals + behind
     taken = {s.name for s in names} | {s.name for e in observer.equations for s in e.symbols}
     names[SAMPLE_TIME] = period.symbol
     following: list[Any] = []
     if observer.integration == "implicit":
-        chains += [held_input(observer, k, f, names) for k, f in enumerate(commands)]
-        step, now = implicit_blocks(observer, names, states, period.symbol, taken)
+        signals += [held_input(observer, k, f, names) for k, f in enumerate(commands)]
+        step, now = implicit_blocks(observer, names, own, period.symbol, taken)
         blocks += step
         following = casadi.vertsplit(now.symbols)
         names.update(zip(observer.states, following, strict=True))
@@ -86,42 +87,34 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
         )
 
     rates = to_casadi(observer.rates, names)
-    next_state = list(following) or [field.symbol + period.symbol * rates[i] for i, field in enumerate(states)]
-    initial = casadi.vertsplit(_written_out(to_casadi(observer.initial, names), corrected))
-    most, resumption = most_lost(observer), resumed_states(observer, names, period.symbol)
+    following = following or [field.symbol + period.symbol * rates[i] for i, field in enumerate(own)]
+    initial = casadi.vertsplit(to_casadi(observer.initial, names))
+    most, resumed = most_lost(observer), resumed_states(observer, names, period.symbol)
     change = carried_states(observer, names, period.symbol) if most > 1 and observer.velocity == "estimated" else {}
-    carried = [f.symbol + change.get(z, 0) for z, f in zip(observer.states, states, strict=True)]
-    resumed = [_written_out(resumption[z], corrected) for z in observer.states]
+    states = [
+        State(field, following[i], initial[i], field.symbol + change.get(z, 0), resumed[z])
+        for i, (z, field) in enumerate(zip(observer.states, own, strict=True))
+    ]
     if guard is not None:
         blocks += guard.verdict(period)
         level = next(e for e in observer.equations if e.name == "friction_level")
         assert level.state is not None
         at = list(observer.states).index(level.state[0])
-        next_state[at] = guard.next_level(level, rates[at], period)
-        resumed[at] = guard.resumed_level(level)
+        states[at] = replace(
+            states[at], following=guard.next_level(level, rates[at], period), resumed=guard.resumed_level(level)
+        )
         parameters += guard.parameters
         states += guard.states
-        next_state += guard.next_state
-        initial += casadi.vertsplit(_written_out(casadi.vertcat(*guard.initial), corrected))
-        carried += guard.carried(period)
-        resumed += casadi.vertsplit(_written_out(casadi.vertcat(*guard.resumed(period)), corrected))
-    for chain in chains:
-        states += chain.states
-        next_state += chain.next_state
-        initial += chain.initial
-        carried += [f.symbol for f in chain.states]
-        resumed += chain.initial
-    blocks = _needed(blocks, next_state)
-    if clock.name in _used(blocks, next_state):
-        states.append(clock)
-        next_state.append(clock.symbol + period.symbol)
-        initial.append(casadi.SX(0))
-        carried.append(next_state[-1])
-        resumed.append(next_state[-1])
-    used = _used(blocks, next_state, initial)
+    states = [_written_out(state, corrected) for state in states] + signals
+    blocks = _needed(blocks, [s.following for s in states])
+    if clock.name in _used(blocks, [s.following for s in states]):
+        later = clock.symbol + period.symbol
+        states.append(State(clock, later, casadi.SX(0), later, later))
+    used = _used(blocks, [s.following for s in states], [s.initial for s in states])
     choice = choice or CodeChoice()
     kept = [p for p in parameters if p.name in used]
-    arrays = _arrays(kept, states, [*inputs, *commands], blocks)
+    fields = [s.field for s in states]
+    arrays = _arrays(kept, fields, [*inputs, *commands], blocks)
     order = {name: k for k, name in enumerate(gathered([p.name for p in kept], arrays))}
     kept.sort(key=lambda p: order[p.name])
     program = Program(
@@ -129,13 +122,13 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
         kind=observer.kind,
         velocity=observer.velocity,
         parameters=(*kept, period),
-        states=tuple(states),
+        states=tuple(fields),
         inputs=(*inputs, *commands),
         blocks=tuple(blocks),
-        next_state=tuple(next_state),
-        initial_state=tuple(initial),
-        carried_state=tuple(carried),
-        resumed_state=tuple(resumed),
+        next_state=tuple(s.following for s in states),
+        initial_state=tuple(s.initial for s in states),
+        carried_state=tuple(s.carried for s in states),
+        resumed_state=tuple(s.initial if s.resumed is None else s.resumed for s in states),
         most_lost=most,
         precision=choice.precision,
         fault=choice.fault,
@@ -164,11 +157,12 @@ def _parameters(observer: Observer, names: dict[sympy.Symbol, Any]) -> list[Fiel
     return fields + [_field(names, s, observer.gain_units[s], "observer gain", float(value)) for s, value in gains]
 
 
-def _written_out(expressions: Any, blocks: list[tuple[Any, Any]]) -> Any:
-    """Expressions with blocks inserted: at the first sample no block has been computed."""
+def _written_out(state: State, blocks: list[tuple[Any, Any]]) -> State:
+    """A state with the true positions inserted where no block has been computed: at a first or resumed sample."""
+    initial, resumed = state.initial, state.resumed
     for symbols, meaning in blocks:
-        expressions = casadi.substitute(expressions, symbols, meaning)
-    return expressions
+        initial, resumed = casadi.substitute([initial, resumed], [symbols], [meaning])
+    return replace(state, initial=initial, resumed=resumed)
 
 
 def _needed(blocks: list[Block], next_state: list[Any]) -> list[Block]:

@@ -20,7 +20,7 @@ import sympy
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.observers.equations import Domain, Equation, Observer
 from codegen.program.lost_sample import held
-from codegen.program.model import Block, Field
+from codegen.program.model import Block, Field, State
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
@@ -41,7 +41,7 @@ class Guard:
             self._field(f"a_high_{name}", unit, "largest level", domain.level[1]),
             self._field("settle_samples", "1", "samples until the estimate is in its domain", domain.samples),
         ]
-        self.states = [
+        self.fields = [
             self._field(f"direction_{name}", "1", "sign with which the level was updated, or 0"),
             self._field("samples_slid", "1", "samples since the level is updated, counted up to settle_samples"),
         ]
@@ -50,8 +50,7 @@ class Guard:
             self.parameters.append(
                 self._field("largest_innovation", length, "of the measured position, in the domain", domain.innovation)
             )
-            self.states.append(self._field(f"{self.position}_predicted", length, "position predicted for this sample"))
-        self.initial = [casadi.SX(0), casadi.SX(0), names[self.position]][: len(self.states)]
+            self.fields.append(self._field(f"{self.position}_predicted", length, "position predicted for this sample"))
 
     def level(self, equation: Equation) -> list[Block]:
         """The blocks that replace the equation of the level estimate."""
@@ -83,12 +82,15 @@ class Guard:
             inside *= symbol("calm")
         counted = (slid + 1 + least - Magnitude(slid + 1 - least)) / 2
         estimate = self.observer.equations[0].symbols[0]
-        following = [symbol("learning") * self.sign, inside * counted]
-        if self.domain.innovation is not None:
-            following.append(self.position + symbol("h") * estimate)
+        following = [symbol("learning") * self.sign, inside * counted, self.position + symbol("h") * estimate]
         names = {**self.names, symbol("h"): period.symbol}
-        self.next_state = [
-            to_casadi(e, {**names, **{symbol(b.elements[0]): b.symbols for b in blocks}}) for e in following
+        way = period.symbol * next(iter(held([estimate]).values()))  # h v̂ with the velocity estimate that is held
+        zero, x = casadi.SX(0), self.names[self.position]
+        kept = [f.symbol for f in self.fields]
+        initial, carried, resumed = [zero, zero, x], [kept[0], zero, kept[-1] + way], [zero, zero, x + way]
+        self.states = [
+            State(f, to_casadi(e, names), *values)
+            for f, e, *values in zip(self.fields, following, initial, carried, resumed, strict=False)
         ]
         settled = _above(slid - least + sympy.Rational(1, 2))
         source = "1 where the certificate's bound holds, if its assumptions do"
@@ -99,22 +101,9 @@ class Guard:
         learnt = to_casadi(self.gain * Magnitude(self.slip), self.names) + period.symbol * rate
         return self.names[equation.symbols[0]] + self.names[symbol("learning")] * learnt
 
-    def carried(self, period: Field) -> list[Any]:
-        """The states after an invalid sample: the count of samples starts again."""
-        kept = [self.names[symbol(f.name)] for f in self.states]
-        return [kept[0], casadi.SX(0), *(x + self._way(period) for x in kept[2:])]
-
-    def resumed(self, period: Field) -> list[Any]:
-        """The states set by a valid sample after invalid ones."""
-        return [*self.initial[:2], *(x + self._way(period) for x in self.initial[2:])]
-
     def resumed_level(self, equation: Equation) -> Any:
         """z_F in that case, without direction (d = 0)."""
         return held(equation.symbols)[equation.symbols[0]]
-
-    def _way(self, period: Field) -> Any:
-        """h v̂ with the velocity estimate that is held."""
-        return period.symbol * next(iter(held(self.observer.equations[0].symbols).values()))
 
     def _field(self, name: str, unit: str, meaning: str, value: Any = None) -> Field:
         self.names[symbol(name)] = casadi.SX.sym(name)

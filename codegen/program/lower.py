@@ -10,13 +10,12 @@ from typing import Any
 import casadi
 
 from codegen.program.code import Assignment, Code, Group, Setting
-from codegen.program.evaluate import Evaluator
-from codegen.program.graph import Graph, Node, reachable
+from codegen.program.evaluate import constant_values
+from codegen.program.graph import Graph, Node, reachable, to_graph
 from codegen.program.model import HELD, Program
 from codegen.program.naming import WORDS, Names, constant_name, partial_name
 from codegen.program.normal import normalise
 from codegen.program.roll import roll
-from codegen.program.translate import to_graph
 
 
 def lower(program: Program) -> Code:
@@ -36,11 +35,11 @@ class _Lowering:
     def __init__(self, program: Program, factoring: bool) -> None:
         self.program, self.factoring = program, factoring
         self.graph = Graph()
-        period = self.graph.symbol("sample_time", True)
-        nodes = {f.name: self.graph.symbol(f.name, True) for f in program.parameters}
-        nodes |= {f.name: self.graph.symbol(f.name, False) for f in (*program.states, *program.inputs)}
-        nodes |= {HELD + name: self.graph.symbol(HELD + name, False) for name, _, _ in program.outputs}
-        self.symbols = {**nodes, "sample_time": period}
+        varying = [f.name for f in (*program.states, *program.inputs)] + [HELD + name for name, _, _ in program.outputs]
+        self.symbols = {
+            name: self.graph.symbol(name, True) for name in ("sample_time", *(f.name for f in program.parameters))
+        }
+        self.symbols |= {name: self.graph.symbol(name, False) for name in varying}
         elements = {e for b in program.blocks for e in b.elements}
         following = {f"{f.name}_next" for f in program.states}
         self.names = Names(elements | following | {f.name for f in program.inputs} | WORDS)
@@ -56,10 +55,9 @@ class _Lowering:
         derived = self._derived([*final, *(value[name] for name, _, _ in self.program.outputs)], value)
         states = self.program.states
         parameters = {f.name: f.value for f in self.program.parameters if f.value is not None}
-        evaluator = Evaluator(parameters, self.program.precision == "single")
         return Code(
             derived=derived,
-            derived_values=evaluator.values(a.value for a in derived),
+            derived_values=constant_values([a.value for a in derived], parameters, self.program.precision == "single"),
             step=self._groups(value, final),
             next_state=tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)),
             outputs=tuple(Assignment(name, value[name], unit) for name, unit, _ in self.program.outputs),

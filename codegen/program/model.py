@@ -38,6 +38,24 @@ class Field:
 
 
 @dataclass(frozen=True)
+class State:
+    """A state with its values: SX over fields and blocks.
+
+    Attributes:
+        following: one sample later.
+        initial: at the first sample, over parameters and inputs.
+        carried: after an invalid sample, over parameters, states and held outputs.
+        resumed: set by a valid sample after many invalid ones, so that the held estimates continue; None: as initial.
+    """
+
+    field: Field
+    following: Any
+    initial: Any
+    carried: Any
+    resumed: Any = None
+
+
+@dataclass(frozen=True)
 class Block:
     """A named vector quantity.
 

@@ -9,12 +9,11 @@ import re
 from collections.abc import Iterable, Sequence
 
 from codegen.program.arrays import Element, elements
-from codegen.program.code import Code, Setting
+from codegen.program.code import Code, Line, Part, Rolled, RolledSetting, Setting, Stretch, Sum
 from codegen.program.graph import Graph, Node
 from codegen.program.model import HELD, Program
 from codegen.program.naming import Names
 from codegen.program.schedule import Run, Value, schedule
-from codegen.program.stretch import Line, Part, Rolled, RolledSetting, Stretch, Sum
 
 FEWEST = 8
 """Smallest number of isomorphic partial results that get an array."""

@@ -13,7 +13,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from codegen.program.arrays import Element
-from codegen.program.components import strong_components
 from codegen.program.graph import Node
 
 SHORTEST = 4
@@ -211,4 +210,41 @@ def _joins(host: Run, run: Run, needed: set[Run], into: dict[Run, Run], of: dict
     return True
 
 
-__all__ = ["Run", "Value", "schedule"]
+def strong_components(count: int, edges: Iterable[tuple[int, int]]) -> list[int]:
+    """For each of the nodes 0 to ``count`` - 1 the label of its strongly connected component (Tarjan, no recursion).
+
+    SciPy has this too, but its import takes longer than the rest of ``stiction check``.
+
+    Args:
+        edges: (from, to).
+    """
+    following: list[list[int]] = [[] for _ in range(count)]
+    for start, end in edges:
+        following[start].append(end)
+    order: dict[int, int] = {}
+    lowest: dict[int, int] = {}
+    label = [-1] * count
+    open_nodes: list[int] = []
+    for root in range(count):
+        if root in order:
+            continue
+        path = [(root, iter(following[root]))]
+        order[root] = lowest[root] = len(order)
+        open_nodes.append(root)
+        while path:
+            node, rest = path[-1]
+            for other in rest:
+                if other not in order:
+                    order[other] = lowest[other] = len(order)
+                    open_nodes.append(other)
+                    path.append((other, iter(following[other])))
+                    break
+                if label[other] < 0:
+                    lowest[node] = min(lowest[node], order[other])
+            else:
+                path.pop()
+                if path:
+                    lowest[path[-1][0]] = min(lowest[path[-1][0]], lowest[node])
+                while lowest[node] == order[node] and label[node] < 0:
+                    label[open_nodes.pop()] = node
+    return label

@@ -17,9 +17,8 @@ from codegen.base.errors import BadInput
 from codegen.emit.c import FUNCTIONS
 from codegen.emit.expression import Expressions
 from codegen.emit.language import Language
-from codegen.program.graph import Graph
+from codegen.program.graph import Graph, to_graph
 from codegen.program.normal import normalise
-from codegen.program.translate import to_graph
 from tests.told import refused
 
 from .build import compile_shared

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from codegen.program.components import strong_components
+from codegen.program.schedule import strong_components
 
 
 @given(st.integers(0, 2**49 - 1))

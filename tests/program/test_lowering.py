@@ -8,10 +8,9 @@ import casadi
 import pytest
 
 from codegen.program import Program, build_program, lower
-from codegen.program.graph import Graph, Node, reachable
+from codegen.program.graph import Graph, Node, reachable, to_graph
 from codegen.program.naming import Names, constant_name
 from codegen.program.normal import normalise
-from codegen.program.translate import to_graph
 from codegen.spec.reader import parse_spec
 from stiction import check
 
