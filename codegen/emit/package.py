@@ -10,8 +10,8 @@ from codegen.base.files import sha256
 from codegen.base.text import render
 from codegen.certify.region_files import REGION_PROOFS
 from codegen.emit import ALWAYS, PRINTERS
-from codegen.emit.entries import inputs_of, outputs_of
 from codegen.emit.header import Header, make_header
+from codegen.emit.writer import entries
 from codegen.program import Program
 from codegen.program.lower import lower
 from codegen.program.model import LARGEST
@@ -51,8 +51,8 @@ def emit_readme(
     return render(
         "text/generated_readme.md.j2",
         program=program,
-        inputs=inputs_of(program),
-        outputs=outputs_of(program),
+        inputs=entries(program, "inputs"),
+        outputs=entries(program, "outputs"),
         header=header,
         certificate=certificate,
         refused=refused,

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from codegen.emit.entries import inputs_of, outputs_of, parameters_of, states_of
-from codegen.emit.expression import Expressions, wrapped
+from codegen.emit.expression import Expressions, Language, wrapped
 from codegen.emit.header import Header
-from codegen.emit.language import Language
 from codegen.program import Code, Program
 from codegen.program.code import Line, Stretch, Sum
 from codegen.program.graph import Node, reachable
@@ -37,6 +35,57 @@ class Style:
     declared: str
     declares: bool
     indent: int
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A declared field.
+
+    Attributes:
+        name: of the field; ``count`` is 0 for a scalar, the length of an array otherwise.
+        unit, meaning: for the comment; the meaning of an array lists the names of the spec that are its elements.
+        values: one for each element.
+    """
+
+    name: str
+    count: int
+    unit: str
+    meaning: str
+    values: tuple[float, ...]
+
+    @property
+    def declared(self) -> str:
+        return f"{self.name}[{self.count}]" if self.count else self.name
+
+
+Row = tuple[str, str, str, float]
+
+
+def entries(program: Program, struct: str) -> tuple[Entry, ...]:
+    """The entries of ``parameters``, ``states``, ``inputs`` or ``outputs``; neighbours of an array are one entry."""
+    if struct == "outputs":
+        rows = [(name, unit, meaning, 0.0) for name, unit, meaning in program.outputs]
+    else:
+        rows = [(f.name, f.unit, f.meaning, f.value or 0.0) for f in getattr(program, struct)]
+    groups: list[list[Row]] = []
+    for row in rows:
+        place = program.arrays.get(row[0])
+        before = program.arrays.get(groups[-1][-1][0]) if groups else None
+        if place is not None and before is not None and before.array == place.array:
+            groups[-1].append(row)
+        else:
+            groups.append([row])
+    return tuple(_entry(program, group) for group in groups)
+
+
+def _entry(program: Program, group: Sequence[Row]) -> Entry:
+    name, unit, meaning, _ = group[0]
+    values = tuple(value for _, _, _, value in group)
+    place = program.arrays.get(name)
+    if place is None:
+        return Entry(name, 0, unit, meaning, values)
+    units = "; ".join(dict.fromkeys(row[1] for row in group))
+    return Entry(place.array, len(group), units, f"{name} to {group[-1][0]}, {meaning}", values)
 
 
 @dataclass(frozen=True)
@@ -140,10 +189,7 @@ def template_words(program: Program, code: Code, header: Header, style: Style, r
         "real": real,
         "largest": literal(largest),
         "largest_shown": f"{largest:.0e}",
-        "parameters": parameters_of(program),
-        "states": states_of(program),
-        "inputs": inputs_of(program),
-        "outputs": outputs_of(program),
+        **{struct: entries(program, struct) for struct in ("parameters", "states", "inputs", "outputs")},
     }
 
 

@@ -1,11 +1,17 @@
-"""The generated observer as a target takes it: its program, its C, and what is certified of it."""
+"""The generated observer as a target takes it, and as a library of Arduino and a block of Simulink."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
+from codegen.base.files import sha256
+from codegen.base.text import render
+from codegen.base.version import VERSION
 from codegen.certify.outcome import Certificate, Refusal
+from codegen.emit.writer import entries
 from codegen.program import Program
 
 
@@ -38,3 +44,66 @@ class Controller:
     def period(self) -> float:
         """The observer's sample time, s."""
         return next(p.value for p in self.program.parameters if p.name == "sample_time" and p.value is not None)
+
+    def words(self, header: list[str]) -> dict[str, Any]:
+        """What the templates of every target are given."""
+        program = self.program
+        return {
+            "program": program,
+            "name": program.name,
+            "version": VERSION,
+            "header": header,
+            "inputs": entries(program, "inputs"),
+            "outputs": entries(program, "outputs"),
+            "claim": self.claim,
+            "period": repr(self.period),
+        }
+
+    def c(self, folder: str = "") -> dict[str, str]:
+        """NAME.h and NAME.c in a folder."""
+        return {f"{folder}{file}": self.sources[file] for file in (f"{self.program.name}.h", f"{self.program.name}.c")}
+
+
+def with_manifest(files: Mapping[str, str]) -> dict[str, str]:
+    """The files with their hashes, by which a later run knows that they are ours."""
+    hashes = {name: sha256(text) for name, text in sorted(files.items())}
+    manifest = {"tool": {"name": "stiction", "version": VERSION}, "files": hashes}
+    return {**files, "manifest.json": json.dumps(manifest, indent=2) + "\n"}
+
+
+def arduino_library(controller: Controller, header: list[str]) -> dict[str, str]:
+    """A library in single precision for the Arduino IDE and PlatformIO.
+
+    library.properties, library.json, src/NAME.h, src/NAME.c, an example, a README and the manifest.
+    """
+    name = controller.program.name
+    words = controller.words(header) | {"period": f"{round(controller.period * 1e6)}"}
+    package = {
+        "name": f"stiction_{name}",
+        "version": VERSION,
+        "description": f"Friction observer {controller.program.kind} of {name}, generated",
+        "frameworks": "*",
+        "platforms": "*",
+        "headers": f"{name}.h",
+        "build": {"flags": ["-ffp-contract=off"]},
+    }
+    files = {
+        "library.properties": render("export/arduino/library.properties.j2", **words),
+        "library.json": json.dumps(package, indent=2) + "\n",
+        **controller.c("src/"),
+        f"examples/{name}_serial/{name}_serial.ino": render("export/arduino/example.ino.c.j2", **words),
+        "README.md": render("export/arduino/README.md.j2", **words),
+    }
+    return with_manifest(files)
+
+
+def simulink_block(controller: Controller, header: list[str]) -> dict[str, str]:
+    """A level-2 C MEX S-function: NAME_sfun.c, NAME.h, NAME.c, the script that builds them, a README, the manifest."""
+    name, words = controller.program.name, controller.words(header)
+    files = {
+        f"{name}_sfun.c": render("export/simulink/sfun.c.j2", **words),
+        **controller.c(),
+        f"build_{name}.m": render("export/simulink/build.m.j2", **words),
+        "README.md": render("export/simulink/README.md.j2", **words),
+    }
+    return with_manifest(files)

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import sympy
 
 from codegen.export.friction_fit import fit_friction
-from codegen.export.means import combination, over_assumed, unit_along, with_means
-from codegen.export.mechanism import SPEED, Direction, Drive, Line, Mechanism, unit_direction
-from codegen.export.region import Region
+from codegen.export.mechanism import Direction, Drive, Line, Mechanism, unit_direction
 from codegen.export.remarks import CORNER, Held, Remark
+from codegen.export.walk import Walk
 from codegen.spec.model import Spec
 
 
@@ -48,28 +47,23 @@ def joint_terms(
     return joints, tuple(reduction.remarks)
 
 
-class _Reduction:
+class _Reduction(Walk):
     def __init__(self, spec: Spec, mechanism: Mechanism, target: str, springs: bool, armatures: bool) -> None:
-        self.system, self.target, self.springs, self.armatures = mechanism.system, target, springs, armatures
-        self.region = Region(spec, self.system)
-        self.remarks: list[Remark] = []
-        self.mechanism = with_means(mechanism, self.region, self.remarks)
-        self._n = len(self.system.positions)
+        super().__init__(spec, mechanism)
+        self.target, self.springs, self.armatures = target, springs, armatures
 
     def joint(self, index: int) -> JointTerms:
         x = self.system.positions[index]
-        direction = unit_direction(index, self._n)
+        direction = unit_direction(index, len(self.system.positions))
         line = self.mechanism.joint_line(index) or Line(direction)
-        level = sympy.Add(*[f.level for f in line.frictions])
-        level += sympy.Add(*[sympy.Float(d) * SPEED ** (j + 1) for j, d in enumerate(line.damping) if d])
-        unit = unit_along(self.system, direction)
+        level, unit = line.level, self.unit(direction)
         fit = fit_friction(level, self.region.speeds(direction), 1, False)
         terms = fit.terms
         if level != 0:
             held: Held = "exact" if fit.exact else "nearest"
             how = f"damping {terms.damping[0]:.6g}, friction {terms.level:.6g}"
             if not fit.exact:
-                how += f" by least squares over the envelope's speeds{self._assumed(level, direction)}"
+                how += f" by least squares over the envelope's speeds{self.assumed(level, direction)}"
             for f in line.frictions:
                 if f.at_rest is not None:
                     held, how = "nearest", f"{how}; the level at rest, {f.at_rest:.6g} {unit}, is lost"
@@ -79,7 +73,7 @@ class _Reduction:
         stiffness = line.stiffness[0] if self.springs else 0.0
         reference = line.constant / stiffness if stiffness else 0.0
         if stiffness:
-            self.remarks.append(Remark(f"spring on {x}", "exact", f"{stiffness:.6g}, at rest at {reference:.6g}"))
+            self.says(f"spring on {x}", "exact", f"{stiffness:.6g}, at rest at {reference:.6g}")
         self._lost(line, direction, stiffness, reference)
         armature = self._armature(index)
         return JointTerms(x.name, terms.damping[0], terms.level, stiffness, reference, self._effort(index), armature)
@@ -90,19 +84,17 @@ class _Reduction:
         if self.mechanism.tree is None or not inertia:
             return 0.0
         if self.armatures and inertia > 0:
-            self.remarks.append(Remark(where, "exact", f"armature {inertia:.6g}"))
+            self.says(where, "exact", f"armature {inertia:.6g}")
             return inertia
         why = "takes none below zero" if self.armatures else "has none there"
-        self.remarks.append(Remark(where, "dropped", f"{inertia:.6g} of inertia at the joint: {self.target} {why}"))
+        self.says(where, "dropped", f"{inertia:.6g} of inertia at the joint: {self.target} {why}")
         return 0.0
 
     def _lost(self, line: Line, direction: tuple[float, ...], stiffness: float, reference: float) -> None:
         """Forces of the position, and constant ones, that the target has not."""
         index = direction.index(1.0)
         x = self.system.positions[index]
-        force = sympy.Float(line.constant) - sympy.Add(
-            *[sympy.Float(k) * x ** (j + 1) for j, k in enumerate(line.stiffness)]
-        )
+        force = sympy.Float(line.constant) - line.spring(x)
         force += sympy.Add(*[w.amplitude * sympy.sin(w.rate * x + w.phase) for w in line.waves])
         force = sympy.expand(force + stiffness * (x - reference))
         if (any(line.stiffness) or line.waves or line.constant) and force != 0:
@@ -116,26 +108,18 @@ class _Reduction:
     def others(self) -> None:
         """Lines between coordinates, drives, sensors."""
         for line in self.mechanism.lines:
-            moved = [c for c in line.direction if c]
-            if len(moved) > 1:
-                words = combination(line.direction, self.system)
-                level = sympy.Add(*[f.level for f in line.frictions])
-                level += sympy.Add(*[sympy.Float(d) * SPEED ** (j + 1) for j, d in enumerate(line.damping) if d])
-                if level != 0:
-                    self._drop(
-                        f"friction along {words}", f"{self.target} has it on joints alone", level, line.direction
-                    )
+            if sum(map(bool, line.direction)) > 1:
+                words, names = self.words(line.direction), zip(line.direction, self.system.positions, strict=True)
+                if line.level != 0:
+                    how = f"{self.target} has it on joints alone"
+                    self._drop(f"friction along {words}", how, line.level, line.direction)
                 if any(line.stiffness):
-                    names = zip(line.direction, self.system.positions, strict=True)
-                    way = sympy.Add(*[sympy.Float(c) * x for c, x in names if c])
-                    force = sympy.Add(*[sympy.Float(k) * way ** (j + 1) for j, k in enumerate(line.stiffness) if k])
+                    force = line.spring(sympy.Add(*[sympy.Float(c) * x for c, x in names if c]))
                     self._drop(f"spring along {words}", f"{self.target} has none between joints", force, line.direction)
         for drive in self.mechanism.drives:
             self._drive(drive)
         for x in self.system.sensor_errors:
-            self.remarks.append(
-                Remark(f"sensor of {x}", "dropped", f"its error: {self.target} describes no sensor of a joint")
-            )
+            self.says(f"sensor of {x}", "dropped", f"its error: {self.target} describes no sensor of a joint")
 
     def _drive(self, drive: Drive) -> None:
         w, unit = self.system.inputs[drive.index], self.system.input_units[drive.index]
@@ -148,19 +132,19 @@ class _Reduction:
                 if c
             ]
             how = f"its gain: 1 {unit} makes {' and '.join(made) or 'no force'}, and a joint here takes the force"
-            self.remarks.append(Remark(where, "dropped", how))
+            self.says(where, "dropped", how)
         for name, value in (("a delay", drive.delay), *[("a lag", drive.lag)] * drive.order):
             if value:
-                self.remarks.append(Remark(where, "dropped", f"{name} of {value:.6g} s: {self.target} has none"))
+                self.says(where, "dropped", f"{name} of {value:.6g} s: {self.target} has none")
         if drive.dead_zone:
             lost = sympy.Float(drive.dead_zone * max(map(abs, drive.direction)))
             self._drop(where, f"a dead zone of {drive.dead_zone:.6g} {unit} of command", lost, drive.direction)
         if drive.limit is not None and len(moved) == 1:
             held: Held = "nearest" if drive.rounded else "exact"
             words = f"limited by the effort {drive.limit * abs(moved[0]):.6g}{CORNER if drive.rounded else ''}"
-            self.remarks.append(Remark(where, held, words))
+            self.says(where, held, words)
         elif drive.limit is not None:
-            self.remarks.append(Remark(where, "dropped", f"its limit of {drive.limit:.6g} {unit}"))
+            self.says(where, "dropped", f"its limit of {drive.limit:.6g} {unit}")
 
     def _effort(self, index: int) -> float | None:
         """Of a joint that one limited input alone moves."""
@@ -169,13 +153,6 @@ class _Reduction:
             return None
         return drives[0].limit * abs(drives[0].direction[index])
 
-    def _assumed(self, force: sympy.Expr, direction: Direction) -> str:
-        """The ranges behind the figures of a force that no section of the spec gives, in words; empty where all are."""
-        names = {s for s in force.free_symbols if isinstance(s, sympy.Symbol)}
-        if SPEED in names:
-            names |= {v for c, v in zip(direction, self.system.velocities, strict=True) if c}
-        return over_assumed(self.region, names)
-
     def _drop(self, where: str, how: str, force: sympy.Expr, direction: Direction) -> None:
-        values, how = self.region.sampled(force, direction), how + self._assumed(force, direction)
-        self.remarks.append(Remark.costing(where, "dropped", how, values, unit_along(self.system, direction)))
+        errors = self.region.sampled(force, direction)
+        self.says(where, "dropped", how + self.assumed(force, direction), errors, self.unit(direction))

@@ -17,7 +17,6 @@ from codegen.friction import ZeroMemoryLaw
 from codegen.mechanics.build import build_system
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.system import TIME, ContactFriction, Matrix, System
-from codegen.mechanics.transmission import Transmission
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
@@ -78,6 +77,16 @@ class Line:
     waves: list[Wave] = field(default_factory=list)
     frictions: list[LineFriction] = field(default_factory=list)
     gap: float = 0.0
+
+    @property
+    def level(self) -> sympy.Expr:
+        """What opposes the motion, over SPEED: friction and damping."""
+        damping = [sympy.Float(d) * SPEED ** (j + 1) for j, d in enumerate(self.damping) if d]
+        return sympy.Add(*[f.level for f in self.frictions]) + sympy.Add(*damping)
+
+    def spring(self, way: sympy.Expr) -> sympy.Expr:
+        """Σ k_j y^(j+1) at y = ``way``, against which the spring pushes."""
+        return sympy.Add(*[sympy.Float(k) * way ** (j + 1) for j, k in enumerate(self.stiffness) if k])
 
 
 @dataclass(frozen=True)
@@ -142,12 +151,17 @@ class Mechanism:
 
     def joint_line(self, index: int) -> Line | None:
         """What acts along one coordinate alone."""
-        unit = unit_direction(index, len(self.system.positions))
-        return next((line for line in self.lines if line.direction == unit), None)
+        return next((line for line in self.lines if coordinate_of(line.direction) == index), None)
 
 
 def unit_direction(index: int, n: int) -> Direction:
     return tuple(float(i == index) for i in range(n))
+
+
+def coordinate_of(direction: Direction) -> int | None:
+    """The coordinate of a line along it alone, else None."""
+    n = len(direction)
+    return next((i for i in range(n) if direction == unit_direction(i, n)), None)
 
 
 def mechanism_of(spec: Spec, system: System) -> Mechanism:
@@ -176,11 +190,13 @@ def mechanism_of(spec: Spec, system: System) -> Mechanism:
     gaps = [float(t.gap.subs(system.values)) for t in system.transmissions]
     springs = [t.coordinate for t in system.transmissions]
     n = len(system.positions)
-    system = with_loads(replace(system, transmissions=tuple(_without_play(t) for t in system.transmissions)))
+    without_play = tuple(replace(t, gap=sympy.S.Zero) for t in system.transmissions)
+    system = with_loads(replace(system, transmissions=without_play))
     elements = _Elements(spec, system)
     for k, (coordinate, gap) in enumerate(zip(springs, gaps, strict=True)):
         if gap:
-            elements.line(_difference(coordinate, n + k, len(system.positions))).gap = gap
+            ends = {coordinate: 1.0, n + k: -1.0}
+            elements.line(tuple(ends.get(i, 0.0) for i in range(len(system.positions)))).gap = gap
     return Mechanism(
         system,
         tree,
@@ -189,14 +205,6 @@ def mechanism_of(spec: Spec, system: System) -> Mechanism:
         tuple(elements.drives),
         tuple(elements.leftovers),
     )
-
-
-def _without_play(transmission: Transmission) -> Transmission:
-    return replace(transmission, gap=sympy.S.Zero)
-
-
-def _difference(i: int, j: int, n: int) -> Direction:
-    return tuple(1.0 if k == i else -1.0 if k == j else 0.0 for k in range(n))
 
 
 class _Elements:
@@ -221,11 +229,9 @@ class _Elements:
         return sympy.expand(sympy.sympify(expression).subs(self._values))
 
     def _inertias(self) -> tuple[float, ...]:
-        mass = self._numeric_matrix(self.system.mass_matrix)
-        if any(entry.free_symbols for entry in mass) or any(
-            mass[i, j] != 0 for i in range(self.n) for j in range(self.n) if i != j
-        ):
-            shape = "one that depends on the position" if any(e.free_symbols for e in mass) else "one with couplings"
+        mass = self.system.mass_matrix.applyfunc(self._numeric)
+        if mass.free_symbols or not mass.is_diagonal():
+            shape = "one that depends on the position" if mass.free_symbols else "one with couplings"
             raise BadInput(
                 self.spec.place("mass_matrix"),
                 f"the mass matrix of {self.system.name}: {shape}",
@@ -234,9 +240,6 @@ class _Elements:
                 code="SPEC036",
             )
         return tuple(float(mass[i, i]) for i in range(self.n))
-
-    def _numeric_matrix(self, matrix: Matrix) -> Any:
-        return matrix.applyfunc(self._numeric)
 
     def _smooth_forces(self) -> None:
         """Sort g: each term of each row once."""

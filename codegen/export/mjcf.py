@@ -19,19 +19,10 @@ import numpy as np
 from codegen.base.text import render
 from codegen.export.bodies import Link, links_of
 from codegen.export.friction_fit import FrictionFit, fit_friction
-from codegen.export.means import combination, unit_along, with_means
-from codegen.export.mechanism import (
-    HIGHEST,
-    Direction,
-    Drive,
-    Line,
-    LineFriction,
-    Mechanism,
-    unit_direction,
-)
+from codegen.export.mechanism import HIGHEST, Direction, Drive, Line, LineFriction, Mechanism, coordinate_of
 from codegen.export.numbers import number, numbers, polynomial
-from codegen.export.region import Region
 from codegen.export.remarks import CORNER, Held, Remark
+from codegen.export.walk import Walk
 from codegen.mechanics.kinematic_chain import mass_matrix
 from codegen.simulate.plant import MOST_SUBSTEPS, substeps_of
 from codegen.spec.model import Spec
@@ -142,15 +133,11 @@ def parts_for(
     return _Writer(spec, mechanism, timestep, labels).parts(springs)
 
 
-class _Writer:
+class _Writer(Walk):
     def __init__(
         self, spec: Spec, mechanism: Mechanism, timestep: float | None = None, labels: Mapping[str, str] | None = None
     ) -> None:
-        self.spec, self.system = spec, mechanism.system
-        self.n = len(self.system.positions)
-        self.region = Region(spec, self.system)
-        self.remarks: list[Remark] = []
-        self.mechanism = with_means(mechanism, self.region, self.remarks)
+        super().__init__(spec, mechanism)
         self.tendons: dict[Direction, dict[str, str]] = {}
         self.actuators: list[Element] = []
         self.frictions: list[FrictionElement] = []
@@ -165,8 +152,8 @@ class _Writer:
         self._armatures(list(joints.values()))
         lines = []
         for line in self.mechanism.lines:
-            name = next((n for i, n in enumerate(coordinates) if line.direction == unit_direction(i, self.n)), None)
-            held = springs.get(name, 0.0) if name is not None and any(line.stiffness) else 0.0
+            joint = coordinate_of(line.direction)
+            held = springs.get(coordinates[joint], 0.0) if joint is not None and any(line.stiffness) else 0.0
             same = abs(line.constant - held) <= 1e-9 * max(abs(line.constant), abs(held))
             lines.append(replace(line, constant=0.0 if same else line.constant - held))
         self._lines(lines, list(joints.values()))
@@ -174,23 +161,21 @@ class _Writer:
             own = [float(abs(c)) for c in drive.direction if c]
             if own != [1.0] or drive.limit is not None or drive.delay or drive.lag is not None or drive.dead_zone:
                 how = "its gain, limit, delay, lag and dead zone: the actuators of the file stay as they are"
-                self._says(f"input {self.system.inputs[drive.index]}", "dropped", how)
+                self.says(f"input {self.system.inputs[drive.index]}", "dropped", how)
         for x in self.system.sensor_errors:
-            self._says(f"sensor of {x}", "dropped", "its error: the sensors of the file stay as they are")
-        costs = any(r.worst is not None for r in self.remarks)
-        assumed = tuple(_assumptions(self.region)) if costs else ()
-        actuators = tuple(self.actuators)
-        return Parts(joints, tuple(self._tendons(self.names)), actuators, tuple(self.remarks), assumed)
+            self.says(f"sensor of {x}", "dropped", "its error: the sensors of the file stay as they are")
+        tendons, actuators = tuple(self._tendons(self.names)), tuple(self.actuators)
+        return Parts(joints, tendons, actuators, tuple(self.remarks), self._assumptions)
 
     def _armatures(self, attributes: list[dict[str, str]]) -> None:
         for name, inertia, own in zip(self.names, self.mechanism.inertias, attributes, strict=True):
             if self.mechanism.tree is not None and inertia:
                 own["armature"] = number(inertia)
-                self._says(f"inertia of {name}", "exact", f"armature {own['armature']}")
+                self.says(f"inertia of {name}", "exact", f"armature {own['armature']}")
 
     def _lines(self, lines: Sequence[Line], attributes: list[dict[str, str]]) -> None:
         for k, line in enumerate(lines):
-            joint = _alone(line)
+            joint = coordinate_of(line.direction)
             target = {"joint": self.names[joint]} if joint is not None else {"tendon": self._tendon(line.direction)}
             own = attributes[joint] if joint is not None else self.tendons[line.direction]
             self._line(line, target, own, f"line{k + 1}.")
@@ -211,21 +196,17 @@ class _Writer:
         self._lines(self.mechanism.lines, attributes)
         for x, error in self.system.sensor_errors.items():
             unit = self.system.position_units[self.system.positions.index(x)]
-            size = float(np.abs(self.region.sampled(error.subs(self.system.values), unit_direction(0, self.n))).max())
-            self._says(
-                f"sensor of {x}",
-                "dropped",
-                f"MuJoCo's sensors read the true position, wrong by up to {size:.4g} {unit} here",
-            )
+            size = float(np.abs(self.region.sampled(error.subs(self.system.values))).max())
+            how = f"MuJoCo's sensors read the true position, wrong by up to {size:.4g} {unit} here"
+            self.says(f"sensor of {x}", "dropped", how)
         roots = [body for body in bodies if body.link.parent < 0]
         for body in bodies:
             if body.link.parent >= 0:
                 bodies[body.link.parent].children.append(body)
         gravity = self.mechanism.tree.gravity if self.mechanism.tree is not None else (Fraction(0),) * 3
-        costs = any(r.worst is not None for r in self.remarks)
         text = render(
             "export/model.mjcf.xml.j2",
-            header=[*header, *(r.text for r in self.remarks), *(_assumptions(self.region) if costs else [])],
+            header=[*header, *(r.text for r in self.remarks), *self._assumptions],
             name=self.spec.name,
             timestep=number(self.timestep),
             gravity=" ".join(number(float(g)) for g in gravity),
@@ -240,10 +221,20 @@ class _Writer:
         named = {direction: tendon["name"] for direction, tendon in self.tendons.items()}
         return MjcfModel(text, self.timestep, tuple(names), inputs, named, tuple(self.frictions), tuple(self.remarks))
 
+    @property
+    def _assumptions(self) -> tuple[str, ...]:
+        """What the errors are over, where there are any and the envelope does not say it."""
+        if not self.region.assumed or all(r.worst is None for r in self.remarks):
+            return ()
+        return (f"errors are over the envelope; it says nothing of {', '.join(self.region.assumed)}",)
+
     def _timestep(self) -> float:
         """A whole part of the sample time: as short as ours for laws with states, and so that bristles are not late."""
-        period = _period(self.spec)
-        substeps = max(ceil(period / LONGEST_STEP - 1e-9), _substeps(self.mechanism, period))
+        simulation, observer = self.spec.simulation, self.spec.observer
+        period = simulation.sample_time if simulation else float(observer.sample_time) if observer else 1e-3
+        substeps = ceil(period / LONGEST_STEP - 1e-9)
+        if self.mechanism.tree is None:
+            substeps = max(substeps, substeps_of(self.system, period, np.zeros(len(self.system.positions))))
         for line in self.mechanism.lines:
             for friction in line.frictions:
                 if friction.bristles is not None:
@@ -251,24 +242,14 @@ class _Writer:
                     substeps = max(substeps, ceil(late))
         return period / min(substeps, MOST_SUBSTEPS)
 
-    def _says(self, where: str, held: Any, how: str, errors: Any = None, unit: str = "") -> None:
-        plain = errors is None
-        self.remarks.append(Remark(where, held, how) if plain else Remark.costing(where, held, how, errors, unit))
-
     def _tendon(self, direction: Direction) -> str:
         return self.tendons.setdefault(direction, {"name": f"along{len(self.tendons) + 1}"})["name"]
 
     def _coefficients(self, direction: Direction, names: list[str]) -> list[tuple[str, str]]:
         return [(name, number(c)) for name, c in zip(names, direction, strict=True) if c]
 
-    def _unit(self, direction: Direction) -> str:
-        return unit_along(self.system, direction)
-
-    def _words(self, direction: Direction) -> str:
-        return combination(direction, self.system)
-
     def _line(self, line: Line, target: dict[str, str], attributes: dict[str, str], name: str) -> None:
-        words, unit = self._words(line.direction), self._unit(line.direction)
+        words, unit = self.words(line.direction), self.unit(line.direction)
         if any(line.stiffness):
             attributes["stiffness"] = polynomial(line.stiffness)
             if "joint" not in target and not line.gap:
@@ -277,26 +258,19 @@ class _Writer:
             if line.gap:
                 attributes["springlength"] = numbers([-line.gap / 2, line.gap / 2])
                 how += f", none within {attributes['springlength']}; the damper acts within the play too, and may pull"
-            self._says(f"spring along {words}", "nearest" if line.gap else "exact", how)
+            self.says(f"spring along {words}", "nearest" if line.gap else "exact", how)
         damping = list(line.damping)
         if any(line.damping):
-            self._says(f"damping along {words}", "exact", f"damping {polynomial(line.damping)}")
+            self.says(f"damping along {words}", "exact", f"damping {polynomial(line.damping)}")
         if line.constant:
             self._passive(target, {"cogging": numbers([line.constant, 0, pi / 2])}, f"{name}constant")
-            self._says(
-                f"constant force along {words}",
-                "exact",
-                f"{line.constant:.6g} {unit} by a dcmotor's cogging of 0 poles",
-            )
+            how = f"{line.constant:.6g} {unit} by a dcmotor's cogging of 0 poles"
+            self.says(f"constant force along {words}", "exact", how)
         for k, wave in enumerate(line.waves):
-            self._passive(
-                target,
-                {"cogging": numbers([wave.amplitude / wave.rate, 1, wave.phase])},
-                f"{name}wave{k + 1}",
-                wave.rate,
-            )
+            cogging = numbers([wave.amplitude / wave.rate, 1, wave.phase])
+            self._passive(target, {"cogging": cogging}, f"{name}wave{k + 1}", wave.rate)
             how = f"{wave.amplitude:.6g} {unit} with the period {2 * pi / wave.rate:.6g} by a dcmotor's cogging"
-            self._says(f"periodic force along {words}", "exact", how)
+            self.says(f"periodic force along {words}", "exact", how)
         loss = 0.0
         for friction in line.frictions:
             loss += self._friction(friction, line, target, damping, f"{name}{friction.contact}", unit)
@@ -307,7 +281,7 @@ class _Writer:
             creep = self._creep(line.direction, loss)
             speed = f"{creep:.2g} {self.system.position_units[line.direction.index(max(line.direction))]}/s"
             how = f"frictionloss {number(loss)}, a constraint: at rest it creeps, by up to {speed}"
-            self._says(f"Coulomb friction along {words}", "nearest", how)
+            self.says(f"Coulomb friction along {words}", "nearest", how)
 
     def _creep(self, direction: Direction, loss: float) -> float:
         """Speed at which a contact that is pushed by its level moves: b v = R f of MuJoCo's constraint.
@@ -372,14 +346,12 @@ class _Writer:
         elif moved:
             attributes["tendon"], gain = self._tendon(drive.direction), 1.0
         else:
-            self._says(where, "exact", "it moves nothing")
+            self.says(where, "exact", "it moves nothing")
             attributes["joint"], gain = self.system.positions[0].name, 0.0
         attributes["gear"] = number(gain)
-        parts = [
-            f"{attributes['gear']} {self._unit(drive.direction)} per {unit}"
-            if len(moved) == 1
-            else "a force along a tendon"
-        ]
+        parts = ["a force along a tendon"]
+        if len(moved) == 1:
+            parts = [f"{attributes['gear']} {self.unit(drive.direction)} per {unit}"]
         if drive.limit is not None:
             attributes["ctrlrange"] = numbers([-drive.limit, drive.limit])
             parts.append(f"limited to {drive.limit:.6g} {unit}" + (CORNER if drive.rounded else ""))
@@ -396,37 +368,11 @@ class _Writer:
             parts.append(f"behind a lag of {total:.6g} s{equal}")
             held = "nearest" if equal else held
         self.actuators.append(Element("general", attributes))
-        self._says(where, held, ", ".join(parts))
+        self.says(where, held, ", ".join(parts))
         if drive.dead_zone:
-            self._says(
-                where,
-                "dropped",
-                f"a dead zone of {drive.dead_zone:.6g} {unit} of command: no actuator of MuJoCo has one",
-                np.array([drive.dead_zone * max(map(abs, drive.direction))]),
-                self._unit(drive.direction),
-            )
-
-
-def _alone(line: Line) -> int | None:
-    """The coordinate of a line along it alone."""
-    n = len(line.direction)
-    return next((i for i in range(n) if line.direction == unit_direction(i, n)), None)
-
-
-def _assumptions(region: Region) -> list[str]:
-    return [f"errors are over the envelope; it says nothing of {', '.join(region.assumed)}"] if region.assumed else []
-
-
-def _period(spec: Spec) -> float:
-    if spec.simulation is not None:
-        return spec.simulation.sample_time
-    return float(spec.observer.sample_time) if spec.observer is not None else 1e-3
-
-
-def _substeps(mechanism: Mechanism, period: float) -> int:
-    if mechanism.tree is not None:
-        return 1
-    return substeps_of(mechanism.system, period, np.zeros(len(mechanism.system.positions)))
+            how = f"a dead zone of {drive.dead_zone:.6g} {unit} of command: no actuator of MuJoCo has one"
+            lost = np.array([drive.dead_zone * max(map(abs, drive.direction))])
+            self.says(where, "dropped", how, lost, self.unit(drive.direction))
 
 
 def _mobility(mechanism: Mechanism) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
-from codegen.export.mechanism import Direction, mechanism_of, unit_direction
+from codegen.export.mechanism import coordinate_of, mechanism_of
 from codegen.export.mjcf import FrictionElement, MjcfModel, build_mjcf
 from codegen.mechanics.system import System
 from codegen.simulate.observed_loop import PlantMaker
@@ -86,12 +86,10 @@ class _Reading:
         total = sum(f.loss for f in exported.frictions if f.direction == friction.direction)
         self._share = friction.loss / total if total else 0.0
         self._lugre = model.actuator(friction.lugre).id if friction.lugre else -1
-        joint = _joint_of(friction.direction)
+        joint = coordinate_of(friction.direction)
         if joint is not None:
-            self._kind, self._id = (
-                mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF,
-                model.joint(exported.joints[joint]).dofadr[0],
-            )
+            self._kind = mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF
+            self._id = model.joint(exported.joints[joint]).dofadr[0]
         else:
             self._kind = mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON
             self._id = model.tendon(exported.tendons[friction.direction]).id
@@ -113,8 +111,3 @@ def _at_rest(friction: FrictionElement, speed: float) -> float:
     """The part of the terms that is no damper: it is read from the constraint or the bristles."""
     terms = friction.sliding.terms
     return terms.level + (terms.rise * float(np.exp(-((speed / terms.stribeck) ** 2))) if terms.rise else 0.0)
-
-
-def _joint_of(direction: Direction) -> int | None:
-    n = len(direction)
-    return next((i for i in range(n) if direction == unit_direction(i, n)), None)

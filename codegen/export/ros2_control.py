@@ -12,11 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from codegen.base.text import render
-from codegen.base.version import VERSION
 from codegen.cancellation import cancelling_outputs
 from codegen.cancellation.law import GAIN
-from codegen.export.arduino import manifest
-from codegen.export.controller import Controller
+from codegen.export.controller import Controller, with_manifest
 from codegen.mechanics.system import System
 
 FRICTION = "F_hat"
@@ -48,16 +46,10 @@ def ros2_package(
     """
     labels = {name: label for name, label in labels.items() if _LABEL.fullmatch(label)}
     program, name = controller.program, controller.program.name
-    words = {
-        "program": program,
-        "name": name,
+    words = controller.words(header) | {
         "package": f"stiction_{name}_controller",
         "space": f"stiction_{name}",
-        "version": VERSION,
-        "header": header,
-        "claim": controller.claim,
         "certified": controller.certified,
-        "period": repr(controller.period),
         "rate": f"{1 / controller.period:.6g}",
         "measured": _measured(controller, system, labels),
         "commands": _commands(controller, system, labels),
@@ -77,11 +69,10 @@ def ros2_package(
         "plugin.xml": render(f"{base}/plugin.xml.j2", **words),
         f"include/{words['package']}/friction_compensation.hpp": render(f"{base}/controller.hpp.h.j2", **words),
         "src/friction_compensation.cpp": render(f"{base}/controller.cpp.c.j2", **words),
-        f"src/{name}.h": controller.sources[f"{name}.h"],
-        f"src/{name}.c": controller.sources[f"{name}.c"],
+        **controller.c("src/"),
         "README.md": render(f"{base}/README.md.j2", **words),
     }
-    return files | {"manifest.json": manifest(files)}
+    return with_manifest(files)
 
 
 def _measured(controller: Controller, system: System, labels: Mapping[str, str]) -> list[Port]:

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 
 from codegen.base.errors import BadInput
 from codegen.base.text import render
-from codegen.emit.language import Language
+from codegen.emit.expression import Language
 from codegen.emit.writer import Style, Writer
 from codegen.export.controller import Controller
 from codegen.program.code import Rolled

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from codegen.base.errors import BadInput, refuse_unknown
-from codegen.export.arduino import arduino_library
-from codegen.export.controller import Controller
+from codegen.export.controller import Controller, arduino_library, simulink_block
 from codegen.export.force_map import csv_map, force_map, odrive_map
 from codegen.export.mechanism import Mechanism, mechanism_of
 from codegen.export.mjcf import build_mjcf
@@ -17,7 +16,6 @@ from codegen.export.mjcf_into import mjcf_into
 from codegen.export.remarks import Remark
 from codegen.export.ros2_control import ros2_package
 from codegen.export.sdf import sdf_text
-from codegen.export.simulink import simulink_block
 from codegen.export.structured_text import structured_text
 from codegen.export.urdf import urdf_text
 from codegen.export.usd import usd_text

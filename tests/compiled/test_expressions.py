@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 
 from codegen.base.errors import BadInput
 from codegen.emit.c import FUNCTIONS
-from codegen.emit.expression import Expressions
-from codegen.emit.language import Language
+from codegen.emit.expression import Expressions, Language
 from codegen.program.graph import Graph, to_graph
 from codegen.program.normal import normalise
 from tests.told import refused

@@ -12,7 +12,7 @@ import pytest
 from codegen.base.errors import BadInput
 from codegen.base.files import sha256
 from codegen.effects.declare import add_declared_effects
-from codegen.emit.language import Language
+from codegen.emit.expression import Language
 from codegen.emit.package import emit_manifest, emit_readme, emit_sources, make_header
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer

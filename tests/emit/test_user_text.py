@@ -21,7 +21,7 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.text import environment, language_of, render
 from codegen.base.user_text import PRINTED, REPLACEMENT, UserText, c_text, file_text, line_text, terminal_text
 from codegen.emit import PRINTERS
-from codegen.emit.fmu.variables import Unit, Variable
+from codegen.emit.fmu import Unit, Variable
 from codegen.emit.header import Header, make_header
 from codegen.emit.package import emit_manifest, emit_readme
 from codegen.observers import observer_of

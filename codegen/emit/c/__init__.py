@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from codegen.base.text import render
+from codegen.emit.expression import Language
 from codegen.emit.header import Header
-from codegen.emit.language import Language
 from codegen.emit.writer import Style, template_words
 from codegen.program import Code, Program
 

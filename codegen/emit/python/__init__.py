@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from codegen.base.text import render
+from codegen.emit.expression import Language
 from codegen.emit.header import Header
-from codegen.emit.language import Language
 from codegen.emit.writer import Style, template_words
 from codegen.program import Code, Program
 

@@ -1,0 +1,147 @@
+"""What all exported models share: forces compared with ours over the envelope, and remarks on what a target holds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.export.mechanism import SPEED, Direction, Leftover, Line, LineFriction, Mechanism
+from codegen.export.remarks import Held, Remark
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.system import TIME, System
+from codegen.spec.model import Spec
+
+Array = NDArray[np.float64]
+POINTS = 4096
+SPEEDS = 1000
+NEGLIGIBLE = 0.05
+"""A mean below this share of the force's root mean square is the chance of the sampled points."""
+
+
+class Walk:
+    """A mechanism whose leftovers are held by their means over the envelope, and remarks on what a target holds of it.
+
+    Forces that no target has as elements become constant forces and levels; the rest is the error.
+    """
+
+    def __init__(self, spec: Spec, mechanism: Mechanism) -> None:
+        self.spec, self.system = spec, mechanism.system
+        self.region = Region(spec, self.system)
+        self.remarks: list[Remark] = []
+        lines = {line.direction: replace(line, frictions=list(line.frictions)) for line in mechanism.lines}
+        for leftover in mechanism.leftovers:
+            self._take(leftover, lines)
+        self.mechanism = replace(mechanism, lines=tuple(lines.values()), leftovers=())
+
+    def says(self, where: str, held: Held, how: str, errors: Array | None = None, unit: str = "") -> None:
+        """Add a remark, with the force errors at sampled points where there are any."""
+        remark = Remark(where, held, how) if errors is None else Remark.costing(where, held, how, errors, unit)
+        self.remarks.append(remark)
+
+    def unit(self, direction: Direction) -> str:
+        """The unit of a force along a line: that of the first coordinate in it."""
+        return self.system.force_unit(next((i for i, c in enumerate(direction) if c), 0))
+
+    def words(self, direction: Direction) -> str:
+        """A line in words: ``x``, ``x2 - x1``."""
+        names = [x.name for x in self.system.positions]
+        parts = []
+        for c, name in sorted(zip(direction, names, strict=True), key=lambda part: -part[0]):
+            if c:
+                size = "" if abs(c) == 1 else f"{abs(c):.6g}*"
+                parts.append(f"{'-' if c < 0 else '+'} {size}{name}")
+        return " ".join(parts).removeprefix("+ ")
+
+    def assumed(self, force: sympy.Expr, direction: Direction = ()) -> str:
+        """The ranges behind the figures of a force that no section of the spec gives, in words; empty where all are."""
+        names = {s for s in force.free_symbols if isinstance(s, sympy.Symbol)}
+        if SPEED in names:
+            names |= {v for c, v in zip(direction, self.system.velocities, strict=False) if c}
+        ranges = self.region.said(names)
+        return f" (over {', '.join(ranges)}, assumed: the envelope says nothing of it)" if ranges else ""
+
+    def _take(self, leftover: Leftover, lines: dict[Direction, Line]) -> None:
+        values = self.region.sampled(leftover.force, leftover.direction)
+        finite = values[np.isfinite(values)]
+        mean = float(finite.mean()) if len(finite) else 0.0
+        if abs(mean) < NEGLIGIBLE * float(np.sqrt(np.mean(finite**2))) or (leftover.friction and mean < 0):
+            mean = 0.0
+        line = lines.setdefault(leftover.direction, Line(leftover.direction))
+        if leftover.friction and mean:
+            line.frictions.append(LineFriction(leftover.friction, "a mean", sympy.Float(mean), None, False))
+        elif mean:
+            line.constant += mean
+        unit = self.unit(leftover.direction)
+        kept = f"its mean over the envelope, {mean:.4g} {unit}, is held" if mean else "nothing is near"
+        force = f"{_shown(leftover.force)} along {self.words(leftover.direction)}"
+        how = f"{force} is no element here; {kept}{self.assumed(leftover.force)}"
+        self.says(leftover.where, "nearest" if mean else "dropped", how, finite - mean, unit)
+
+
+def _shown(expression: sympy.Expr) -> str:
+    """With six digits of each number; ``s`` is the slip speed."""
+    fractions = {r: sympy.Float(r, 6) for r in expression.atoms(sympy.Rational) if not r.is_Integer}
+    return str(sympy.sstr(expression.xreplace(fractions)))
+
+
+class Region:
+    """Ranges of positions, velocities, inputs and time.
+
+    Attributes:
+        assumed: what no section of the spec says, in words.
+    """
+
+    def __init__(self, spec: Spec, system: System) -> None:
+        self.assumed: list[str] = []
+        self._system = system
+        self.ranges: dict[sympy.Symbol, tuple[float, float]] = {}
+        for x, v, unit in zip(system.positions, system.velocities, system.position_units, strict=True):
+            half = pi if unit == "rad" else 1.0
+            self.ranges[x] = self._range(spec, x, half, unit)
+            self.ranges[v] = self._range(spec, v, 1.0, f"{unit}/s")
+        for w, unit in zip(system.inputs, system.input_units, strict=True):
+            given = spec.simulation.input_limit.get(w.name) if spec.simulation is not None else None
+            limits = [float(e.height.subs(system.values)) for e in system.actuator(system.inputs.index(w)).limits]
+            if given is not None or limits:
+                half = min([*limits, *([given] if given is not None else [])])
+                self.ranges[w] = (-half, half)
+            else:
+                self.ranges[w] = self._range(spec, w, 1.0, unit)
+        duration = spec.simulation.duration if spec.simulation is not None else 60.0
+        self.ranges[TIME] = (0.0, float(duration))
+
+    def _range(self, spec: Spec, name: sympy.Symbol, half: float, unit: str) -> tuple[float, float]:
+        told = name.name.removesuffix("_load")
+        if told in spec.envelope:
+            low, high = spec.envelope[told]
+            return float(low), float(high)
+        if told == name.name:
+            self.assumed.append(f"{name} in [{-half:g}, {half:g}] {unit}")
+        return -half, half
+
+    def said(self, names: set[sympy.Symbol]) -> list[str]:
+        """The assumptions about these symbols."""
+        return [text for text in self.assumed if text.split(" ")[0] in {s.name for s in names}]
+
+    def speeds(self, direction: Direction) -> Array:
+        """Speeds along a line, above 0 up to the highest of the region, evenly."""
+        pairs = zip(direction, self._system.velocities, strict=True)
+        top = sum(abs(c) * max(map(abs, self.ranges[v])) for c, v in pairs if c)
+        return (np.arange(SPEEDS) + 0.5) / SPEEDS * top
+
+    def sampled(self, expression: sympy.Expr, direction: Direction = ()) -> Array:
+        """Values at random points of the region, (POINTS,); SPEED is the magnitude of the velocity along the line."""
+        rate = sympy.Add(*[sympy.Float(c) * v for c, v in zip(direction, self._system.velocities, strict=False) if c])
+        rng = np.random.default_rng(0)
+        symbols = list(self.ranges)
+        points = np.array([rng.uniform(*self.ranges[s], POINTS) for s in symbols])
+        at = casadi.SX.sym("at", len(symbols))
+        names = {s: at[k] for k, s in enumerate(symbols)}
+        names[SPEED] = casadi.fabs(to_casadi(rate, names))
+        value = casadi.densify(to_casadi(sympy.sympify(expression), names))
+        return np.asarray(casadi.Function("sampled", [at], [value])(points).full(), dtype=float).ravel()
