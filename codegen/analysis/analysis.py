@@ -23,8 +23,8 @@ from codegen.analysis.operating_points import (
 from codegen.base.errors import BadInput
 from codegen.base.exact_numbers import eigenvalues, first_largest
 from codegen.base.shown import Shown
+from codegen.observers.coulomb import refuse_infinite_slope
 from codegen.observers.equations import Observer
-from codegen.observers.shape import refuse_infinite_slope
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 

@@ -12,7 +12,7 @@ from codegen.base.text import render
 from codegen.certify.size import beyond_checker
 from codegen.emit.c import c_language
 from codegen.observers import Observer
-from codegen.observers.shape import refuse_infinite_slope
+from codegen.observers.coulomb import refuse_infinite_slope
 from codegen.program import Program, lower
 from codegen.simulate.simulable import refuse_unrunnable
 from codegen.spec.free_gains import free_entries

@@ -13,9 +13,8 @@ from codegen.cancellation.optimum import removed_share
 from codegen.cancellation.rank import Ranks
 from codegen.cancellation.reduction import Reduction, reduce
 from codegen.cancellation.weight import weighted_rank_form
-from codegen.mechanics.input_matrix import NonlinearInput
 from codegen.mechanics.sampling import numbers_over, position_range
-from codegen.mechanics.system import Matrix, System
+from codegen.mechanics.system import Matrix, NonlinearInput, System
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 

@@ -8,7 +8,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from codegen.diagnosis.results import FoundEffect
 from codegen.effects.declare import written_place
-from codegen.mechanics.link_parameters import base_values
+from codegen.mechanics.base_parameters import base_values
 from codegen.mechanics.system import System
 from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec

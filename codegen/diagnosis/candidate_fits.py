@@ -16,8 +16,7 @@ from codegen.diagnosis.parallel import in_parallel
 from codegen.diagnosis.search import ROUNDS, Search
 from codegen.diagnosis.starting_values import ForceStart, simplex_search, starting_points
 from codegen.diagnosis.trial import Part, Trial, part_of, with_values
-from codegen.effects.family import candidates
-from codegen.effects.register import is_own
+from codegen.effects.register import candidates, is_own
 from codegen.effects.start import Covered
 
 Array = NDArray[np.float64]

@@ -63,7 +63,7 @@ from codegen.diagnosis.wrong_values import equal_parameter, explaining_values, i
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.mechanics import build_system
-from codegen.mechanics.link_parameters import link_parameters
+from codegen.mechanics.base_parameters import link_parameters
 from codegen.mechanics.system import System
 from codegen.simulate.simulable import is_simulable
 from codegen.spec.kinematics import KinematicTree

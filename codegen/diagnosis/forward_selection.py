@@ -34,7 +34,7 @@ from codegen.diagnosis.search import Search
 from codegen.diagnosis.shooting import hidden_states
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
-from codegen.effects.family import kinds_of
+from codegen.effects.register import kinds_of
 
 MOST_EFFECTS = 3
 DIVERGING, SHORTEST = 100.0, 0.25

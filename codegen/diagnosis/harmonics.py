@@ -26,8 +26,8 @@ from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.signals import low_pass
 from codegen.diagnosis.trial import Part, part_of, with_effects, with_values
-from codegen.effects.family import candidates, kinds_of
 from codegen.effects.periodic import PERIOD, CoggingHarmonics
+from codegen.effects.register import candidates, kinds_of
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]

@@ -28,7 +28,7 @@ from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part, with_effects, with_values
 from codegen.effects import CATALOGUE
-from codegen.effects.family import is_identical
+from codegen.effects.register import is_identical
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]

@@ -26,7 +26,7 @@ from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import with_effects, with_values
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import unit_words
-from codegen.effects.family import kinds_of
+from codegen.effects.register import kinds_of
 from codegen.logs import Log
 from codegen.mechanics.system import System
 from codegen.simulate.sensors import Sensors

@@ -30,8 +30,7 @@ from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Remainder, Verdict
 from codegen.diagnosis.shooting import hidden_states
 from codegen.diagnosis.trial import Part, Trial, model_of, part_of
-from codegen.effects.family import candidates
-from codegen.effects.register import is_own
+from codegen.effects.register import candidates, is_own
 from codegen.logs import Log
 from codegen.logs.motion import measured_motion
 from codegen.logs.steady import steady_speeds

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import astuple
 from typing import Any
 
@@ -10,7 +10,6 @@ import sympy
 
 from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.effects import CATALOGUE, Effect
-from codegen.effects.effect import EffectParameter
 from codegen.effects.places import pairs
 from codegen.friction import DynamicLaw
 from codegen.mechanics.build import build_system, check_mass_matrix
@@ -89,30 +88,29 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     key = f"effects[{index}]"
     if declared in spec.effects[:index]:
         found = f"the same {declared.kind} on {', '.join(declared.on)} twice"
-        raise BadInput(
-            spec.place(key), found, "each effect once; a second one of its kind has other parameters", code="SPEC021"
-        )
+        expected = "each effect once; a second one of its kind has other parameters"
+        raise BadInput(spec.place(key), found, expected, code="SPEC021")
     refuse_unknown(declared.kind, CATALOGUE, spec.place(f"{key}.kind"), "unknown effect", code="SPEC008")
     effect = CATALOGUE[declared.kind].with_parameters(list(declared.parameters))
     on = _place(effect, declared, system, spec, key)
-    known = places_of(effect, system)
+    place = places_of(effect, system).index(on)
     symbols = effect_symbols(effect, on, system)
     given = _checked(effect, declared, spec, key)
-    if effect.demands and not effect.admissible(system, known.index(on), {p: float(v) for p, v in given.items()}):
+    if effect.demands and not effect.admissible(system, place, {p: float(v) for p, v in given.items()}):
         found = ", ".join(f"{p} = {float(v):g}" for p, v in given.items())
         raise BadInput(spec.place(f"{key}.parameters"), found, effect.demands, code="SPEC021")
     values = {symbols[p]: v for p, v in given.items()}
-    units = unit_words(effect, known.index(on), system)
+    units = unit_words(effect, place, system)
     for name, unit in declared.units.items():
         refuse_other_unit(unit, units[name], f"{name} in `{unit}`", spec.place(f"{key}.parameters.{name}"))
     numbers = {p.name: _exponent(given[p.name]) for p in effect.parameters if p.as_number}
     with_all = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
-    richer = added(effect, with_all, known.index(on), symbols, spec.place(key))
+    richer = added(effect, with_all, place, symbols, spec.place(key))
     if not numbers:
         return richer
     kept = {name: s for name, s in symbols.items() if name not in numbers}
     system = system.with_parameters({s: values[s] for s in kept.values()}, {s: units[n] for n, s in kept.items()})
-    return effect.add(system, known.index(on), {**kept, **numbers})
+    return effect.add(system, place, {**kept, **numbers})
 
 
 def _exponent(value: Any) -> sympy.Number:
@@ -128,51 +126,36 @@ def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec,
     on = next((name for name in known if sorted(name.split(", ")) == sorted(declared.on)), None)
     if on is None:
         article = "" if effect.sits_on == "two coordinates" else "one "
-        expected = (
-            f"{article}{effect.sits_on}: {' or '.join(f'[{k}]' if ',' in k else k for k in known) or 'there is none'}"
-        )
-        raise BadInput(
-            spec.place(f"{key}.on"),
-            f"{declared.kind} on `{written}`",
-            expected,
-            nearest_name(written, known),
-            code="SPEC008",
-        )
+        names = " or ".join(f"[{k}]" if "," in k else k for k in known) or "there is none"
+        expected, nearest = f"{article}{effect.sits_on}: {names}", nearest_name(written, known)
+        raise BadInput(spec.place(f"{key}.on"), f"{declared.kind} on `{written}`", expected, nearest, code="SPEC008")
     if not effect.applies(system, known.index(on)):
         raise BadInput(spec.place(f"{key}.on"), f"{declared.kind} on `{written}`", effect.needs, code="SPEC021")
     return on
 
 
-def _wanted(effect: Effect, parameter: EffectParameter, forms: Iterable[str]) -> str:
-    """A missing parameter with its meaning; every form of the effect where another would do without it."""
-    own = f"`{parameter.name}:` ({parameter.meaning})"
-    return (
-        own if all(parameter in form.parameters for form in effect.forms) else f"{own}; a form has {' or '.join(forms)}"
-    )
-
-
 def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> dict[str, Any]:
+    """The declared values in the order of the form's parameters, each known, there and within its bounds."""
     names = [p.name for p in effect.parameters]
-    forms = dict.fromkeys(", ".join(p.name for p in form.parameters) for form in effect.forms)
+    forms = " or ".join(dict.fromkeys(", ".join(p.name for p in form.parameters) for form in effect.forms))
     possible = list(dict.fromkeys(p.name for form in effect.forms for p in form.parameters))
     for name in declared.parameters:
         place, expected = spec.place(f"{key}.parameters.{name}"), f"{', '.join(possible)} of {effect.kind}"
         refuse_unknown(name, possible, place, "unknown parameter", expected, code="SPEC008")
         if name not in names:
             found = f"`{name}` together with `{', '.join(names)}`"
-            raise BadInput(place, found, f"the parameters of one form: {' or '.join(forms)}", code="SPEC008")
+            raise BadInput(place, found, f"the parameters of one form: {forms}", code="SPEC008")
     for p in effect.parameters:
         if p.name not in declared.parameters:
-            raise BadInput(
-                spec.place(f"{key}.parameters"), f"`{p.name}` is missing", _wanted(effect, p, forms), code="SPEC003"
-            )
+            expected = f"`{p.name}:` ({p.meaning})"
+            if any(p not in form.parameters for form in effect.forms):
+                expected += f"; a form has {forms}"
+            raise BadInput(spec.place(f"{key}.parameters"), f"`{p.name}` is missing", expected, code="SPEC003")
         value = declared.parameters[p.name]
         if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
             limits = [f"{word} {b:g}" for word, b in (("above", p.low), ("below", p.high)) if b is not None]
-            wanted = f"a value {' and '.join(limits)}"
-            raise BadInput(
-                spec.place(f"{key}.parameters.{p.name}"), f"{p.name} = {float(value):g}", wanted, code="SPEC007"
-            )
+            found, place = f"{p.name} = {float(value):g}", spec.place(f"{key}.parameters.{p.name}")
+            raise BadInput(place, found, f"a value {' and '.join(limits)}", code="SPEC007")
     return {name: declared.parameters[name] for name in names}
 
 

@@ -1,15 +1,20 @@
-"""User-defined effects from one Python file that the user names; no other file is executed."""
+"""The catalogue with a user's own effects, from one Python file that the user names; no other file is executed."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from traceback import extract_tb
 from types import ModuleType
+from typing import Any
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_text
 from codegen.effects import CATALOGUE, Effect
+from codegen.effects.declare import effect_symbols, places_of
+from codegen.mechanics.system import System
 from codegen.spec.reserved import is_identifier
 from codegen.spec.units import is_written
 
@@ -28,12 +33,8 @@ def register(effect: Effect, where: str = "an effect") -> None:
             raise BadInput(where, f"an effect with the name `{name}`", expected, code="EFFECT001")
     for p in effect.parameters:
         if not is_written(re.sub(r"\{[Fqw]\}", "N", p.unit)):
-            raise BadInput(
-                where,
-                f"`{p.name}` in `{p.unit}`",
-                "a unit such as N*m, with {F}, {q} and {w} for those of its place",
-                code="EFFECT001",
-            )
+            expected = "a unit such as N*m, with {F}, {q} and {w} for those of its place"
+            raise BadInput(where, f"`{p.name}` in `{p.unit}`", expected, code="EFFECT001")
     known = CATALOGUE.get(effect.kind)
     if known is not None and type(known).__qualname__ != type(effect).__qualname__:
         raise BadInput(where, f"a second effect `{effect.kind}`", "a kind that no other effect has", code="EFFECT001")
@@ -66,12 +67,42 @@ def load_effects(path: str | Path) -> tuple[str, ...]:
         raise BadInput(Place(where, line), f"{type(error).__name__}: {error}", expected, code="EFFECT001") from None
     found = getattr(module, LIST, None)
     if not isinstance(found, list | tuple) or not found or not all(isinstance(e, Effect) for e in found):
-        raise BadInput(
-            where,
-            f"no list `{LIST}` of effects",
-            f"`{LIST} = [MyEffect()]`, each a codegen.effects.Effect",
-            code="EFFECT001",
-        )
+        expected = f"`{LIST} = [MyEffect()]`, each a codegen.effects.Effect"
+        raise BadInput(where, f"no list `{LIST}` of effects", expected, code="EFFECT001")
     for effect in found:
         register(effect, where)
     return tuple(effect.kind for effect in found)
+
+
+def kinds_of(kind: str) -> set[str]:
+    """A kind and the kinds of its base classes, whose confusions it inherits."""
+    classes = type(CATALOGUE[kind]).__mro__
+    return {kind, *(c.kind for c in classes if issubclass(c, Effect) and "kind" in vars(c))}
+
+
+def candidates(system: System) -> Iterator[tuple[Effect, int]]:
+    """(effect, place) of the catalogue wherever it applies; a user's own replaces an identical shipped effect."""
+    for effect in CATALOGUE.values():
+        users = [] if is_own(effect.kind) else [CATALOGUE[k] for k in CATALOGUE if is_own(k)]
+        for place in range(len(places_of(effect, system))):
+            if effect.applies(system, place) and not any(is_identical(own, effect, system, place) for own in users):
+                yield effect, place
+
+
+def is_identical(own: Effect, effect: Effect, system: System, place: int) -> bool:
+    """Whether a user's effect is identical to one it is derived from: same parameters, same change of the System."""
+    comes_from_it = isinstance(own, type(effect)) and own.sits_on == effect.sits_on
+    if not comes_from_it or [p.name for p in own.parameters] != [p.name for p in effect.parameters]:
+        return False
+    if not own.applies(system, place):
+        return False
+    symbols = effect_symbols(effect, places_of(effect, system)[place], system)
+    changed = [e.add(system, place, symbols) for e in (own, effect)]
+    return _compared(changed[0]) == _compared(changed[1])
+
+
+def _compared(system: System) -> tuple[Any, ...]:
+    """A System as a comparable value: laws have no equality of their own."""
+    laws = [(type(c.law), vars(c.law)) for c in system.contacts]
+    contacts = [(c.slip, dict(c.law_parameters), c.extra_level, c.extra_force) for c in system.contacts]
+    return replace(system, contacts=()), contacts, laws

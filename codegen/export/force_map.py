@@ -19,7 +19,7 @@ from codegen.base.text import render
 from codegen.base.user_text import UserText
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import system_of
-from codegen.export.mechanism import Mechanism, Wave, mechanism_of, unit_direction, wave_of
+from codegen.export.mechanism import Mechanism, Wave, coordinate_of, mechanism_of, wave_of
 from codegen.export.remarks import Remark
 from codegen.spec.model import DeclaredEffect, Spec
 
@@ -82,34 +82,30 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
         raise BadInput("--gear", f"{gear:g}", expected, code="CALL001")
     modelled = _modelled(spec)
     system = mechanism.system
-    found: dict[str, _Found] = {}
+    found: dict[str, tuple[list[Wave], list[Wave], list[Remark]]] = {}
     left_out: list[Remark] = []
     for i, x in enumerate(system.positions):
-        line = mechanism.joint_line(i)
-        own = _less(line.waves if line is not None else [], modelled.get(x.name, []))
+        own = _less(_waves(mechanism, i), modelled[i])
         levels = []
         for leftover in mechanism.leftovers:
-            if leftover.friction and leftover.direction == unit_direction(i, len(system.positions)):
+            if leftover.friction and coordinate_of(leftover.direction) == i:
                 factor, shape = leftover.force.as_independent(x)
                 wave = wave_of(float(factor), shape, x) if not factor.free_symbols else None
                 levels += [wave] if wave is not None else []
-        rest = [_kept_out(wave, x.name, system.force_unit(i)) for wave in modelled.get(x.name, [])]
+        rest = [_kept_out(wave, x.name, system.force_unit(i)) for wave in modelled[i]]
         left_out += rest
         if levels or own:
-            found[x.name] = _Found(own, levels, rest)
+            found[x.name] = own, levels, rest
     if not found:
-        place = spec.place("effects")
+        but = " but a weight, or what stands in `force:`" if left_out else ""
         expected = "an effect such as cogging, for a map of it"
-        nothing = (
-            f"no force that repeats with the position{' but a weight, or what stands in `force:`' * bool(left_out)}"
-        )
-        raise BadInput(place, nothing, expected, code="SPEC036")
+        raise BadInput(spec.place("effects"), f"no force that repeats with the position{but}", expected, code="SPEC036")
     if on is None and len(found) > 1:
         expected = f"one of {', '.join(found)}: each has a map of its own"
         raise BadInput("--on", "no coordinate", expected, code="CALL001")
     name = next(iter(found)) if on is None else on
     refuse_unknown(name, found, "--on", "", code="CALL001")
-    table = _map(name, found[name], mechanism, gear)
+    table = _map(name, *found[name], mechanism, gear)
     if not (table.forces or table.levels):
         lost = next(r for r in table.remarks if r not in left_out)
         over = "the motor's angle" if gear != 1 else name
@@ -118,21 +114,16 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
     return table
 
 
-@dataclass(frozen=True)
-class _Found:
-    """What repeats on a coordinate, by its own position: forces and levels for the map, and what is left out."""
-
-    forces: list[Wave]
-    levels: list[Wave]
-    left_out: list[Remark]
-
-
-def _modelled(spec: Spec) -> dict[str, list[Wave]]:
+def _modelled(spec: Spec) -> list[list[Wave]]:
     """The waves of each coordinate that are the model's: all but those of its effects, and the weights among these."""
     without = replace(spec, effects=tuple(effect for effect in spec.effects if _is_weight(effect)))
     mechanism = mechanism_of(without, system_of(without))
-    lines = ((x.name, mechanism.joint_line(i)) for i, x in enumerate(mechanism.system.positions))
-    return {name: list(line.waves) for name, line in lines if line is not None and line.waves}
+    return [_waves(mechanism, i) for i in range(len(mechanism.system.positions))]
+
+
+def _waves(mechanism: Mechanism, index: int) -> list[Wave]:
+    line = mechanism.joint_line(index)
+    return [] if line is None else line.waves
 
 
 def _is_weight(declared: DeclaredEffect) -> bool:
@@ -160,15 +151,18 @@ def _kept_out(wave: Wave, name: str, unit: str) -> Remark:
     return Remark(f"force on {name}", "dropped", how, size, size / np.sqrt(2), unit)
 
 
-def _map(name: str, found: _Found, mechanism: Mechanism, gear: float) -> ForceMap:
+def _map(
+    name: str, own: list[Wave], levels: list[Wave], left_out: list[Remark], mechanism: Mechanism, gear: float
+) -> ForceMap:
+    """What repeats on a coordinate by its own position, over the turn of the motor."""
     index = [x.name for x in mechanism.system.positions].index(name)
     position_unit, unit = mechanism.system.position_units[index], mechanism.system.force_unit(index)
     if gear != 1 and position_unit != "rad":
         raise BadInput("--gear", f"{gear:g}, and {name} in {position_unit}", "an angle for a gear", code="CALL001")
-    forces = [_geared(wave, gear, wave.amplitude / gear) for wave in found.forces]
-    levels = [_geared(wave, gear, wave.amplitude / abs(gear)) for wave in found.levels]
+    forces = [_geared(wave, gear, wave.amplitude / gear) for wave in own]
+    levels = [_geared(wave, gear, wave.amplitude / abs(gear)) for wave in levels]
     turn = 2 * pi if position_unit == "rad" else max(2 * pi / wave.rate for wave in (*forces, *levels))
-    remarks, kept = list(found.left_out), []
+    remarks, kept = list(left_out), []
     for waves, word in ((forces, "force"), (levels, "friction level")):
         fitting = [_fitting(wave, turn, f"{word} on {name}", unit, position_unit) for wave in waves]
         kept.append(tuple(wave for wave, _ in fitting if wave is not None))
@@ -213,10 +207,8 @@ def csv_map(table: ForceMap, counts: int, header: list[str]) -> tuple[str, tuple
     errors = [(exact(ends)[1:] + exact(ends)[:-1]) / 2 - exact(middle) for exact in (table.compensation, table.level)]
     remark = _interpolation(table, "linear interpolation between counts", np.concatenate(errors))
     remarks = (*table.remarks, remark)
-    text = render(
-        "export/force_map.csv.j2", header=[*header, *(r.text for r in remarks)], table=table, rows=rows, counts=counts
-    )
-    return text, remarks
+    lines = [*header, *(r.text for r in remarks)]
+    return render("export/force_map.csv.j2", header=lines, table=table, rows=rows, counts=counts), remarks
 
 
 def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
@@ -234,15 +226,12 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
         expected = "an angle with torques in N*m; csv-map holds any other"
         raise BadInput("--to", found, expected, code="SPEC036")
     edges = np.arange(ODRIVE_COUNTS + 1) * 2 * pi / ODRIVE_COUNTS
-    primitive = sum(
-        (w.amplitude / w.rate * np.cos(w.rate * edges + w.phase) for w in table.forces), np.zeros_like(edges)
-    )
+    waves = (w.amplitude / w.rate * np.cos(w.rate * edges + w.phase) for w in table.forces)
+    primitive = sum(waves, np.zeros_like(edges))
     entries = np.diff(primitive) / (2 * pi / ODRIVE_COUNTS)
     fine = (edges[:-1, None] + np.linspace(0, 1, 9) * 2 * pi / ODRIVE_COUNTS).ravel()
-    remarks = [
-        *table.remarks,
-        _interpolation(table, "no interpolation between entries", np.repeat(entries, 9) - table.compensation(fine)),
-    ]
+    errors = np.repeat(entries, 9) - table.compensation(fine)
+    remarks = [*table.remarks, _interpolation(table, "no interpolation between entries", errors)]
     if table.levels:
         size = table.level(fine)
         how = "a level that changes sign with the direction: the map has none"
@@ -259,7 +248,4 @@ def _interpolation(table: ForceMap, how: str, errors: Array) -> Remark:
 
 
 def _sum(waves: tuple[Wave, ...], position: Array) -> Array:
-    total = np.zeros_like(position)
-    for wave in waves:
-        total = total + wave.amplitude * np.sin(wave.rate * position + wave.phase)
-    return total
+    return sum((w.amplitude * np.sin(w.rate * position + w.phase) for w in waves), np.zeros_like(position))

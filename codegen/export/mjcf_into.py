@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from xml.parsers import expat
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from codegen.export.mechanism import Mechanism
 from codegen.export.mjcf import Parts, parts_for
 from codegen.export.numbers import number
 from codegen.export.remarks import Remark
-from codegen.export.urdf import end_of_tag, with_attributes
+from codegen.export.xml_edit import edited
 from codegen.spec.mjcf import EXPECTED, compiled
 from codegen.spec.model import Spec
 from codegen.spec.robot_file import LARGEST
@@ -157,46 +156,19 @@ def _changed(joint: _Joint, wanted: Mapping[str, str]) -> dict[str, str]:
 
 def _edited(content: bytes, changes: Mapping[str, Mapping[str, str]], path: Path) -> str:
     """The file with other attributes of the joints named in ``changes``."""
-    found = _tags(content, set(changes), path)
+    found: set[str] = set()
+
+    def changed(opened: Sequence[str], attributes: Mapping[str, str]) -> Mapping[str, str]:
+        label = attributes.get("name", "") if opened[-2:] == ["body", "joint"] else ""
+        found.add(label)
+        return changes.get(label, {})
+
+    text = edited(content, path, "a model", EXPECTED, changed)
     for label in changes:
         if label not in found:
             expected = "it in this file itself: `<include>` and macros are not looked into"
             raise BadInput(str(path), f'the joint "{label}" is not written there', expected, code="SPEC031")
-    for label, (start, end) in sorted(found.items(), key=lambda item: -item[1][0]):
-        tag = content[start:end].decode("utf-8")
-        content = content[:start] + with_attributes(tag, changes[label]).encode() + content[end:]
-    return content.decode("utf-8")
-
-
-def _tags(content: bytes, labels: set[str], path: Path) -> dict[str, tuple[int, int]]:
-    """Where the tags of joints in bodies stand, by the joint's name."""
-    found: dict[str, tuple[int, int]] = {}
-    opened: list[str] = []
-    parser = expat.ParserCreate()
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        if tag == "joint" and opened[-1:] == ["body"] and attributes.get("name") in labels:
-            at = parser.CurrentByteIndex
-            found[attributes["name"]] = at, end_of_tag(content, at)
-        opened.append(tag)
-
-    def end(_: str) -> None:
-        opened.pop()
-
-    def refuse(*_: object) -> None:
-        raise BadInput(str(path), "a document type declaration", "a model without one", code="SPEC030")
-
-    parser.StartElementHandler = start
-    parser.EndElementHandler = end
-    parser.StartDoctypeDeclHandler = refuse
-    try:
-        content.decode("utf-8")
-        parser.Parse(content, True)
-    except UnicodeDecodeError:
-        raise BadInput(str(path), "text that is not UTF-8", "a model in UTF-8, to be edited", code="FILE006") from None
-    except expat.ExpatError as error:
-        raise BadInput(str(path), str(error), EXPECTED, code="SPEC030") from None
-    return found
+    return text
 
 
 def _with_parts(text: str, parts: Parts, lines: list[str], path: Path) -> str:

@@ -8,8 +8,8 @@ Both count a damping of a hinge per degree. Numbers are single precision there.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import pi
+from typing import Any
 
 import numpy as np
 
@@ -21,34 +21,6 @@ from codegen.export.mechanism import Mechanism
 from codegen.export.numbers import number
 from codegen.export.remarks import Remark
 from codegen.spec.model import Spec
-
-
-@dataclass(frozen=True)
-class _Body:
-    """A link and its joint, as the template writes them: every field is text.
-
-    Attributes:
-        position, orientation: of the body in the world, all coordinates zero.
-        place, turned: of the joint's frame in the parent's body; along: in the body's own. Its x axis is the joint's.
-        moments, axes: principal ones.
-        damping: N m s/deg or N s/m.
-    """
-
-    link: Link
-    parent: str
-    position: str
-    orientation: str
-    place: str
-    turned: str
-    along: str
-    mass: str
-    centre: str
-    moments: str
-    axes: str
-    armature: str
-    damping: str
-    friction: str
-    effort: str
 
 
 def usd_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
@@ -71,31 +43,36 @@ def usd_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str, 
     ), remarks
 
 
-def _bodies(links: Sequence[Link], joints: Sequence[JointTerms]) -> list[_Body]:
+def _bodies(links: Sequence[Link], joints: Sequence[JointTerms]) -> list[dict[str, Any]]:
+    """Links and their joints as text for the template.
+
+    ``position`` and ``orientation`` are the body's in the world, all coordinates zero; ``place`` and ``turned`` the
+    joint frame's in the parent's body, ``along`` in the body's own: its x axis is the joint's. ``moments`` are the
+    principal ones about ``axes``; ``damping`` in N m s/deg or N s/m.
+    """
     found, poses = [], list[tuple[Array, Array]]()
     for link, joint in zip(links, joints, strict=True):
         turn, at = (np.eye(3), np.zeros(3)) if link.parent < 0 else poses[link.parent]
         poses.append((turn @ link.rotation, at + turn @ link.offset))
         along, (moments, axes) = _from_x(link.axis), principal(link.inertia)
-        found.append(
-            _Body(
-                link,
-                "base" if link.parent < 0 else f"{links[link.parent].name}_link",
-                _doubles(poses[-1][1]),
-                _doubles(quaternion(poses[-1][0])),
-                _singles(link.offset),
-                _singles(quaternion(link.rotation @ along)),
-                _singles(quaternion(along)),
-                _single(link.mass),
-                _singles(link.centre),
-                _singles(moments),
-                _singles(quaternion(axes)),
-                _single(joint.armature),
-                _single(joint.damping * (pi / 180 if link.turns else 1)),
-                _single(joint.friction),
-                "" if joint.effort is None else _single(joint.effort),
-            )
-        )
+        body = {
+            "link": link,
+            "parent": "base" if link.parent < 0 else f"{links[link.parent].name}_link",
+            "position": _doubles(poses[-1][1]),
+            "orientation": _doubles(quaternion(poses[-1][0])),
+            "place": _singles(link.offset),
+            "turned": _singles(quaternion(link.rotation @ along)),
+            "along": _singles(quaternion(along)),
+            "mass": _single(link.mass),
+            "centre": _singles(link.centre),
+            "moments": _singles(moments),
+            "axes": _singles(quaternion(axes)),
+            "armature": _single(joint.armature),
+            "damping": _single(joint.damping * (pi / 180 if link.turns else 1)),
+            "friction": _single(joint.friction),
+            "effort": "" if joint.effort is None else _single(joint.effort),
+        }
+        found.append(body)
     return found
 
 

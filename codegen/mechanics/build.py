@@ -9,8 +9,8 @@ import numpy as np
 import sympy
 
 from codegen.base.errors import BadInput, Faults
+from codegen.mechanics.base_parameters import LinkParameter
 from codegen.mechanics.contacts import build_contacts, refuse_dependent_contacts
-from codegen.mechanics.link_parameters import LinkParameter
 from codegen.mechanics.motion import equation_of_motion, form_key
 from codegen.mechanics.sampling import numbers_over, position_range
 from codegen.mechanics.system import Matrix, System

@@ -8,11 +8,10 @@ import casadi
 import sympy
 
 from codegen.base.errors import BadInput
-from codegen.mechanics.base_parameters import regrouped
+from codegen.mechanics.base_parameters import LinkParameter, base_values, masses_of, regrouped
 from codegen.mechanics.compact import compact
 from codegen.mechanics.computed import computed_matrix
 from codegen.mechanics.kinematic_chain import bias_force, mass_matrix, points_of
-from codegen.mechanics.link_parameters import LinkParameter, base_values, masses_of
 from codegen.mechanics.sampling import numeric_matrix, rank, sampled_values
 from codegen.mechanics.sparse import diagonal, jacobian, sparse
 from codegen.mechanics.system import Matrix

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from sympy import ImmutableMatrix
 from codegen.base.errors import Place
 from codegen.friction import FrictionLaw
 from codegen.mechanics.actuator import Actuator, Stage
-from codegen.mechanics.input_matrix import NonlinearInput, input_matrix
+from codegen.mechanics.compact import compact
 from codegen.mechanics.transmission import Transmission
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
@@ -26,6 +26,8 @@ else:
 
 TIME = symbol("t")
 """Time from the start of the log, or from an observer's first sample, in s."""
+LONGEST_SLOPE = 200
+"""Operations of an entry of ∂g/∂w that is simplified by ``cancel``."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,26 @@ class ContactFriction:
     def force(self) -> sympy.Expr:
         """λ(u) for u ≠ 0."""
         return Sgn(self.slip) * self.law_level + self.known_force
+
+
+@dataclass(frozen=True)
+class NonlinearInput:
+    """Why there is no B.
+
+    Attributes:
+        coordinate: the first on which the force is not linear in the inputs.
+        input: the input whose effect there varies with the inputs.
+        slope: ∂g/∂w of that input on that coordinate; it holds an input.
+    """
+
+    coordinate: str
+    input: str
+    slope: sympy.Expr
+
+    @property
+    def reason(self) -> str:
+        """As what a ``BadInput`` may say was found."""
+        return f"the force on {self.coordinate} is not linear in {self.input}: its slope is {self.slope}"
 
 
 @dataclass(frozen=True)
@@ -129,7 +151,7 @@ class System:
     def input_matrix(self) -> Matrix | NonlinearInput:
         """B of g = g₀(x, v) + B(x, v) w, n by inputs, w the commands; where g is not linear in w, what shows it."""
         static = {w: a.static(w) for w, a in self.actuators.items() if a.lag is None}
-        return input_matrix(_over(self.force, static), self.positions, self.inputs)
+        return _input_matrix(_over(self.force, static), self.positions, self.inputs)
 
     def actuator(self, index: int) -> Actuator:
         return self.actuators.get(self.inputs[index], Actuator())
@@ -237,3 +259,29 @@ class System:
 def _over(expression: Any, static: Mapping[sympy.Symbol, sympy.Expr]) -> Any:
     """An expression over effective inputs, with these in their place."""
     return expression.subs(static, simultaneous=True) if static else expression
+
+
+def _input_matrix(
+    force: Any, positions: Sequence[sympy.Symbol], inputs: Sequence[sympy.Symbol]
+) -> Matrix | NonlinearInput:
+    """B = ∂g/∂w, coordinates by inputs, or the first entry that shows that g is not linear (affine) in w.
+
+    Args:
+        force: g(x, v, w), n by 1.
+        positions: names of the rows.
+        inputs: w, in order.
+    """
+    slopes = sympy.zeros(len(positions), len(inputs))
+    for i, position in enumerate(positions):
+        for j, entry in enumerate(inputs):
+            slope = force[i].diff(entry)
+            if slope.has(*inputs):
+                slope = compact(slope)
+            if slope.has(*inputs) and sympy.count_ops(slope) <= LONGEST_SLOPE:
+                slope = sympy.cancel(slope)  # a quotient in which w falls out
+            # a step in w has no slope, and ``sgn`` says that its own is zero
+            steps = [f for f in force[i].atoms(sympy.Function) if f.has(entry)]
+            if slope.has(*inputs) or steps:
+                return NonlinearInput(position.name, entry.name, slope)
+            slopes[i, j] = slope
+    return Matrix(slopes)

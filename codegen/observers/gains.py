@@ -56,52 +56,37 @@ def read_gain(
     Raises:
         BadInput: for a missing gain, a wrong shape or a wrong sign.
     """
-    key = f"observer.gains.{name}"
     raw = choice.gains.get(name)
     if raw is None and optional:
         return GainMatrix(Matrix(sympy.zeros(len(rows), len(columns))), {})
     if raw is None:
-        given = ", ".join(choice.gains) or "none"
-        raise BadInput(
-            spec.place("observer.gains"),
-            f"gain `{name}` is missing (given: {given})",
-            f"`{name}:` for {choice.kind}",
-            code="SPEC003",
-        )
-    place = spec.place(key)
-    shape = f"{len(rows)} by {len(columns)}"
+        found = f"gain `{name}` is missing (given: {', '.join(choice.gains) or 'none'})"
+        raise BadInput(spec.place("observer.gains"), found, f"`{name}:` for {choice.kind}", code="SPEC003")
+    place = spec.place(f"observer.gains.{name}")
+    shape, square = f"{len(rows)} by {len(columns)}", len(rows) == len(columns)
     if not isinstance(raw, list):
-        if len(rows) != len(columns):
+        if not square:
             raise BadInput(place, f"{name}: {raw}", f"{shape} rows, since the matrix is not square", code="SPEC015")
-        numbers = [exact_number(str(raw), place)] * len(rows)
-    elif any(not isinstance(entry, list) for entry in raw):
-        if any(isinstance(entry, list) for entry in raw) or len(raw) != len(rows) or len(rows) != len(columns):
-            raise BadInput(
-                place,
-                f"{name} of length {len(raw)}",
-                f"a scalar, {len(rows)} diagonal entries or {shape} rows",
-                code="SPEC015",
-            )
-        numbers = [exact_number(str(entry), place) for entry in raw]
-    else:
-        return _full(name, raw, rows, columns, place, shape)
+        raw = [raw] * len(rows)
+    elif all(isinstance(entry, list) for entry in raw):
+        return _full(name, raw, rows, columns, place)
+    elif any(isinstance(entry, list) for entry in raw) or len(raw) != len(rows) or not square:
+        expected = f"a scalar, {len(rows)} diagonal entries or {shape} rows"
+        raise BadInput(place, f"{name} of length {len(raw)}", expected, code="SPEC015")
+    numbers = [exact_number(str(entry), place) for entry in raw]
     for label, number in zip(rows, numbers, strict=True):
         if sign and number * sign <= 0:
-            wanted = "a positive gain" if sign > 0 else "a negative gain"
-            raise BadInput(
-                place, f"{name} = {float(number):g}" + (f" on {label}" if len(rows) > 1 else ""), wanted, code="SPEC007"
-            )
-    names = [name] if len(rows) == 1 else [f"{name}_{label}" for label in rows]
-    symbols = [symbol(n) for n in names]
+            found = f"{name} = {float(number):g}" + (f" on {label}" if len(rows) > 1 else "")
+            raise BadInput(place, found, "a positive gain" if sign > 0 else "a negative gain", code="SPEC007")
+    symbols = [symbol(name if len(rows) == 1 else f"{name}_{label}") for label in rows]
     return GainMatrix(diagonal(symbols), dict(zip(symbols, numbers, strict=True)))
 
 
-def _full(name: str, raw: Any, rows: list[str], columns: list[str], place: Any, shape: str) -> GainMatrix:
+def _full(name: str, raw: Any, rows: list[str], columns: list[str], place: Any) -> GainMatrix:
     widths = {len(row) for row in raw}
     if len(raw) != len(rows) or widths != {len(columns)}:
-        raise BadInput(
-            place, f"{name} of {len(raw)} rows of {'/'.join(map(str, sorted(widths)))}", f"{shape}", code="SPEC015"
-        )
+        found = f"{name} of {len(raw)} rows of {'/'.join(map(str, sorted(widths)))}"
+        raise BadInput(place, found, f"{len(rows)} by {len(columns)}", code="SPEC015")
     matrix, values = sympy.zeros(len(rows), len(columns)), {}
     for i, row in enumerate(rows):
         for j, column in enumerate(columns):
@@ -117,9 +102,8 @@ def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: tuple[str, .
     """Raise BadInput for a gain that this observer does not have."""
     if choice.velocity == "measured" and "K_v" in choice.gains:
         expected = "no K_v with `velocity: measured`, since it is the gain of the velocity observer"
-        raise BadInput(
-            spec.place("observer.gains.K_v"), "a gain `K_v`", expected, "velocity: estimated", code="SPEC004"
-        )
+        place = spec.place("observer.gains.K_v")
+        raise BadInput(place, "a gain `K_v`", expected, "velocity: estimated", code="SPEC004")
     for name in choice.gains:
         place, expected = spec.place(f"observer.gains.{name}"), f"{', '.join(known)} for {choice.kind}"
         refuse_unknown(name, known, place, "unknown gain", expected, code="SPEC008")

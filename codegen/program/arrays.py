@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 from codegen.program.naming import Names
 from codegen.spec.reserved import reserved
@@ -16,6 +17,7 @@ from codegen.spec.reserved import reserved
 LEAST = 16
 """Smallest number of quantities that become an array."""
 
+NUMBER = re.compile(r"(0|[1-9]\d*)")
 _Key = tuple[object, ...]
 
 
@@ -65,7 +67,7 @@ def gathered(names: Sequence[str], places: dict[str, Element]) -> list[str]:
 
 def _keys(name: str) -> Iterable[tuple[_Key, int]]:
     """(stem, number) for each number of a name as the running index, and for all together (L10_9)."""
-    parts = re.split(r"(0|[1-9]\d*)", name)
+    parts = NUMBER.split(name)
     numbers = [int(n) for n in parts[1::2]]
     for k, number in enumerate(numbers):
         yield ("one", *parts[: 2 * k + 1], None, *parts[2 * k + 2 :]), number
@@ -75,18 +77,12 @@ def _keys(name: str) -> Iterable[tuple[_Key, int]]:
 
 def _longest_run(members: list[tuple[int, str]]) -> list[str]:
     """The names of the longest run of consecutive numbers."""
-    runs: list[list[str]] = []
-    before = None
-    for number, name in sorted(members):
-        if before is None or number != before + 1:
-            runs.append([])
-        runs[-1].append(name)
-        before = number
-    return max(runs, key=len, default=[])
+    runs = groupby(enumerate(sorted(members)), key=lambda member: member[1][0] - member[0])
+    return max(([name for _, (_, name) in run] for _, run in runs), key=len, default=[])
 
 
 def _stem(first: str, second: str) -> str:
     """The name without the running numbers."""
-    pairs = zip(re.split(r"(0|[1-9]\d*)", first), re.split(r"(0|[1-9]\d*)", second), strict=True)
+    pairs = zip(NUMBER.split(first), NUMBER.split(second), strict=True)
     stem = re.sub(r"__+|_$", "_", "".join(a if a == b else "" for a, b in pairs)).strip("_")
     return f"{stem}_" if not re.match(r"[A-Za-z]", stem) or reserved(stem) else stem

@@ -29,6 +29,9 @@ class Enclosed:
     def size(self) -> float:
         return max(abs(self.low), abs(self.high))
 
+    def __neg__(self) -> Enclosed:
+        return Enclosed(-self.high, -self.low, self.error)
+
     def within(self, low: float, high: float) -> Enclosed:
         return Enclosed(max(self.low, low), min(self.high, high), self.error)
 
@@ -73,12 +76,11 @@ def _value(node: Node, parts: list[Enclosed], ranges: Mapping[str, Enclosed], pr
         case "symbol":
             return ranges[node.name]
         case "negative":
-            return Enclosed(-parts[0].high, -parts[0].low, parts[0].error)
+            return -parts[0]
         case "sum":
-            total = parts[0] if node.signs[0] > 0 else Enclosed(-parts[0].high, -parts[0].low, parts[0].error)
-            for sign, part in zip(node.signs[1:], parts[1:], strict=True):
-                low, high = (part.low, part.high) if sign > 0 else (-part.high, -part.low)
-                exact = Enclosed(total.low + low, total.high + high, total.error + part.error)
+            total, *rest = (part if sign > 0 else -part for sign, part in zip(node.signs, parts, strict=True))
+            for part in rest:
+                exact = Enclosed(total.low + part.low, total.high + part.high, total.error + part.error)
                 total = _rounded(exact, precision)
             return total
         case "product":

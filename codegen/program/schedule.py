@@ -12,6 +12,8 @@ import heapq
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from sympy.utilities.iterables import strongly_connected_components
+
 from codegen.program.arrays import Element
 from codegen.program.graph import Node
 
@@ -180,9 +182,11 @@ def _without_cycles(runs: list[Run]) -> list[Run]:
     edges = {(k, of[u]) for k, run in enumerate(runs) for v in run.values for u in v.uses if of[u] != k}
     if not edges:
         return runs
+    components = strongly_connected_components((range(len(runs)), edges))
+    label = {k: n for n, component in enumerate(components) for k in component}
     groups: dict[int, list[Run]] = {}
-    for label, run in zip(strong_components(len(runs), edges), runs, strict=True):
-        groups.setdefault(label, []).append(run)
+    for k, run in enumerate(runs):
+        groups.setdefault(label[k], []).append(run)
     result = []
     for group in groups.values():
         if len(group) > 1 and all(r.loop and (r.first, r.stop) == (group[0].first, group[0].stop) for r in group):
@@ -208,43 +212,3 @@ def _joins(host: Run, run: Run, needed: set[Run], into: dict[Run, Run], of: dict
         return False
     host.forward, host.backward = forward, backward
     return True
-
-
-def strong_components(count: int, edges: Iterable[tuple[int, int]]) -> list[int]:
-    """For each of the nodes 0 to ``count`` - 1 the label of its strongly connected component (Tarjan, no recursion).
-
-    SciPy has this too, but its import takes longer than the rest of ``stiction check``.
-
-    Args:
-        edges: (from, to).
-    """
-    following: list[list[int]] = [[] for _ in range(count)]
-    for start, end in edges:
-        following[start].append(end)
-    order: dict[int, int] = {}
-    lowest: dict[int, int] = {}
-    label = [-1] * count
-    open_nodes: list[int] = []
-    for root in range(count):
-        if root in order:
-            continue
-        path = [(root, iter(following[root]))]
-        order[root] = lowest[root] = len(order)
-        open_nodes.append(root)
-        while path:
-            node, rest = path[-1]
-            for other in rest:
-                if other not in order:
-                    order[other] = lowest[other] = len(order)
-                    open_nodes.append(other)
-                    path.append((other, iter(following[other])))
-                    break
-                if label[other] < 0:
-                    lowest[node] = min(lowest[node], order[other])
-            else:
-                path.pop()
-                if path:
-                    lowest[path[-1][0]] = min(lowest[path[-1][0]], lowest[node])
-                while lowest[node] == order[node] and label[node] < 0:
-                    label[open_nodes.pop()] = node
-    return label

@@ -12,7 +12,7 @@ import pytest
 from codegen.diagnosis import candidate_fits, forward_selection, ranking
 from codegen.diagnosis.forward_selection import still_credited
 from codegen.diagnosis.trial import part_of
-from codegen.effects.family import candidates
+from codegen.effects.register import candidates
 from tests.diagnosis.stage import stage, system_of
 
 

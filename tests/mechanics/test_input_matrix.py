@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy
 
-from codegen.mechanics.input_matrix import NonlinearInput
+from codegen.mechanics.system import NonlinearInput
 
 from .forms import CART_CONSTRAINTS, SPECS, read
 

@@ -10,7 +10,7 @@ import pytest
 
 from codegen.base.errors import BadInput
 from codegen.mechanics import System, build_system
-from codegen.mechanics.link_parameters import base_values, link_parameters
+from codegen.mechanics.base_parameters import base_values, link_parameters
 from codegen.spec import Spec, parse_spec
 from codegen.spec.model import symbol
 from mechanics.robots import SEVEN, TREE, TWO_LINKS, numbers, robot_system
