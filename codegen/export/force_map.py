@@ -85,14 +85,15 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
     found: dict[str, tuple[list[Wave], list[Wave], list[Remark]]] = {}
     left_out: list[Remark] = []
     for i, x in enumerate(system.positions):
-        own = _less(_waves(mechanism, i), modelled[i])
+        weights = modelled.get(x.name, [])
+        own = _less(_waves(mechanism, i), weights)
         levels = []
         for leftover in mechanism.leftovers:
             if leftover.friction and coordinate_of(leftover.direction) == i:
                 factor, shape = leftover.force.as_independent(x)
                 wave = wave_of(float(factor), shape, x) if not factor.free_symbols else None
                 levels += [wave] if wave is not None else []
-        rest = [_kept_out(wave, x.name, system.force_unit(i)) for wave in modelled[i]]
+        rest = [_kept_out(wave, x.name, system.force_unit(i)) for wave in weights]
         left_out += rest
         if levels or own:
             found[x.name] = own, levels, rest
@@ -114,11 +115,11 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
     return table
 
 
-def _modelled(spec: Spec) -> list[list[Wave]]:
+def _modelled(spec: Spec) -> dict[str, list[Wave]]:
     """The waves of each coordinate that are the model's: all but those of its effects, and the weights among these."""
     without = replace(spec, effects=tuple(effect for effect in spec.effects if _is_weight(effect)))
     mechanism = mechanism_of(without, system_of(without))
-    return [_waves(mechanism, i) for i in range(len(mechanism.system.positions))]
+    return {x.name: _waves(mechanism, i) for i, x in enumerate(mechanism.system.positions)}
 
 
 def _waves(mechanism: Mechanism, index: int) -> list[Wave]:
