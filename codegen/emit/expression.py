@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from codegen.base.errors import BadInput
-from codegen.program.graph import Node
+from codegen.program.graph import Node, out_of_range
 
 ATOM, UNARY, PRODUCT, SUM = 4, 3, 2, 1
 WIDTH = 112
@@ -41,16 +40,10 @@ class Language:
         Raises:
             BadInput: for a number that no literal can express, or that vanishes or overflows in single precision.
         """
-        size = "single" if self.single else "double"
         with np.errstate(over="ignore", under="ignore"):
             rounded = np.float32(value) if self.single else np.float64(value)
         if not math.isfinite(rounded) or (value != 0) != (rounded != 0):
-            raise BadInput(
-                "generated code",
-                f"the constant {value}",
-                f"parameters and gains whose products are within the range of a {size}",
-                code="SPEC028",
-            )
+            raise out_of_range(f"the constant {value}", "single" if self.single else "double")
         wide = not self.single or (self.narrows and float(rounded) != value)
         digits = repr(float(value)) if wide else str(rounded)
         return self.number.format(digits=digits)

@@ -201,12 +201,8 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
     taken = [variable.name for variable in found]
     for name in (TIME, FAULT):
         if taken.count(name) > 1:
-            raise BadInput(
-                f"spec {program.name}",
-                f"a quantity called `{name}`",
-                "another name, since every FMU has a variable of this one",
-                code="SPEC009",
-            )
+            expected = "another name, since every FMU has a variable of this one"
+            raise BadInput(f"spec {program.name}", f"a quantity called `{name}`", expected, code="SPEC009")
     return tuple(found)
 
 

@@ -47,10 +47,6 @@ class Link:
     # As text, for templates.
 
     @property
-    def pos(self) -> str:
-        return numbers(self.offset)
-
-    @property
     def quat(self) -> str:
         """w, x, y, z."""
         return numbers(quaternion(self.rotation))
@@ -59,18 +55,6 @@ class Link:
     def rpy(self) -> str:
         """Roll, pitch and yaw about fixed axes."""
         return numbers(roll_pitch_yaw(self.rotation))
-
-    @property
-    def axis_text(self) -> str:
-        return numbers(self.axis)
-
-    @property
-    def com(self) -> str:
-        return numbers(self.centre)
-
-    @property
-    def mass_text(self) -> str:
-        return number(self.mass)
 
     @property
     def full(self) -> str:

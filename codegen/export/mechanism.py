@@ -178,9 +178,8 @@ def mechanism_of(spec: Spec, system: System) -> Mechanism:
     if tree is not None:
         if tree.base_parameters:
             found = "`urdf:` with base_parameters, which belong to no single body"
-            raise BadInput(
-                spec.place("urdf"), found, "the masses and inertias in the robot file itself", code="SPEC036"
-            )
+            expected = "the masses and inertias in the robot file itself"
+            raise BadInput(spec.place("urdf"), found, expected, code="SPEC036")
         if system.transmissions:
             found = "a load behind a spring on a joint of a robot file"
             raise BadInput(spec.place("effects"), found, "a joint of its own for it in the robot file", code="SPEC036")
@@ -197,14 +196,8 @@ def mechanism_of(spec: Spec, system: System) -> Mechanism:
         if gap:
             ends = {coordinate: 1.0, n + k: -1.0}
             elements.line(tuple(ends.get(i, 0.0) for i in range(len(system.positions)))).gap = gap
-    return Mechanism(
-        system,
-        tree,
-        elements.inertias,
-        tuple(elements.lines.values()),
-        tuple(elements.drives),
-        tuple(elements.leftovers),
-    )
+    lines, drives, leftovers = elements.lines.values(), elements.drives, elements.leftovers
+    return Mechanism(system, tree, elements.inertias, tuple(lines), tuple(drives), tuple(leftovers))
 
 
 class _Elements:
@@ -232,13 +225,12 @@ class _Elements:
         mass = self.system.mass_matrix.applyfunc(self._numeric)
         if mass.free_symbols or not mass.is_diagonal():
             shape = "one that depends on the position" if mass.free_symbols else "one with couplings"
-            raise BadInput(
-                self.spec.place("mass_matrix"),
-                f"the mass matrix of {self.system.name}: {shape}",
+            found = f"the mass matrix of {self.system.name}: {shape}"
+            expected = (
                 "`urdf:` with a robot file, or a constant diagonal mass matrix (each coordinate the position of a body "
-                "of its own, as `topology:` has it); a simulator's model is made of bodies",
-                code="SPEC036",
+                "of its own, as `topology:` has it); a simulator's model is made of bodies"
             )
+            raise BadInput(self.spec.place("mass_matrix"), found, expected, code="SPEC036")
         return tuple(float(mass[i, i]) for i in range(self.n))
 
     def _smooth_forces(self) -> None:

@@ -164,8 +164,7 @@ class _Writer(Walk):
                 self.says(f"input {self.system.inputs[drive.index]}", "dropped", how)
         for x in self.system.sensor_errors:
             self.says(f"sensor of {x}", "dropped", "its error: the sensors of the file stay as they are")
-        tendons, actuators = tuple(self._tendons(self.names)), tuple(self.actuators)
-        return Parts(joints, tendons, actuators, tuple(self.remarks), self._assumptions)
+        return Parts(joints, self._tendons(), tuple(self.actuators), tuple(self.remarks), self._assumptions)
 
     def _armatures(self, attributes: list[dict[str, str]]) -> None:
         for name, inertia, own in zip(self.names, self.mechanism.inertias, attributes, strict=True):
@@ -180,15 +179,15 @@ class _Writer(Walk):
             own = attributes[joint] if joint is not None else self.tendons[line.direction]
             self._line(line, target, own, f"line{k + 1}.")
 
-    def _tendons(self, names: list[str]) -> list[Tendon]:
-        return [
-            (name["name"], list(name.items())[1:], self._coefficients(direction, names))
-            for direction, name in self.tendons.items()
-        ]
+    def _tendons(self) -> tuple[Tendon, ...]:
+        found = []
+        for direction, own in self.tendons.items():
+            coefficients = [(name, number(c)) for name, c in zip(self.names, direction, strict=True) if c]
+            found.append((own["name"], list(own.items())[1:], coefficients))
+        return tuple(found)
 
     def model(self, header: list[str]) -> MjcfModel:
         bodies = [Body(link) for link in links_of(self.mechanism)]
-        names = [body.link.name for body in bodies]
         attributes = [body.joint for body in bodies]
         self._armatures(attributes)
         for drive in self.mechanism.drives:
@@ -199,27 +198,28 @@ class _Writer(Walk):
             size = float(np.abs(self.region.sampled(error.subs(self.system.values))).max())
             how = f"MuJoCo's sensors read the true position, wrong by up to {size:.4g} {unit} here"
             self.says(f"sensor of {x}", "dropped", how)
-        roots = [body for body in bodies if body.link.parent < 0]
+        roots: list[Body] = []
         for body in bodies:
-            if body.link.parent >= 0:
-                bodies[body.link.parent].children.append(body)
+            (roots if body.link.parent < 0 else bodies[body.link.parent].children).append(body)
         gravity = self.mechanism.tree.gravity if self.mechanism.tree is not None else (Fraction(0),) * 3
         text = render(
             "export/model.mjcf.xml.j2",
             header=[*header, *(r.text for r in self.remarks), *self._assumptions],
             name=self.spec.name,
             timestep=number(self.timestep),
-            gravity=" ".join(number(float(g)) for g in gravity),
+            gravity=numbers([float(g) for g in gravity]),
             solref=f"{number(2 * self.timestep)} 1",
             solimp=f"{IMPEDANCE} {IMPEDANCE} 0.001",
             roots=roots,
-            tendons=self._tendons(names),
+            tendons=self._tendons(),
             actuators=self.actuators,
-            coordinates=names,
+            coordinates=self.names,
+            n=numbers,
         )
         inputs = tuple(w.name for w in self.system.inputs)
         named = {direction: tendon["name"] for direction, tendon in self.tendons.items()}
-        return MjcfModel(text, self.timestep, tuple(names), inputs, named, tuple(self.frictions), tuple(self.remarks))
+        joints, frictions = tuple(self.names), tuple(self.frictions)
+        return MjcfModel(text, self.timestep, joints, inputs, named, frictions, tuple(self.remarks))
 
     @property
     def _assumptions(self) -> tuple[str, ...]:
@@ -244,9 +244,6 @@ class _Writer(Walk):
 
     def _tendon(self, direction: Direction) -> str:
         return self.tendons.setdefault(direction, {"name": f"along{len(self.tendons) + 1}"})["name"]
-
-    def _coefficients(self, direction: Direction, names: list[str]) -> list[tuple[str, str]]:
-        return [(name, number(c)) for name, c in zip(names, direction, strict=True) if c]
 
     def _line(self, line: Line, target: dict[str, str], attributes: dict[str, str], name: str) -> None:
         words, unit = self.words(line.direction), self.unit(line.direction)
@@ -273,7 +270,7 @@ class _Writer(Walk):
             self.says(f"periodic force along {words}", "exact", how)
         loss = 0.0
         for friction in line.frictions:
-            loss += self._friction(friction, line, target, damping, f"{name}{friction.contact}", unit)
+            loss += self._friction(friction, line.direction, target, damping, f"{name}{friction.contact}")
         if any(damping):
             attributes["damping"] = polynomial(damping)
         if loss > 0:
@@ -291,10 +288,10 @@ class _Writer(Walk):
         return float((1 - IMPEDANCE) * self._mobility(direction) * loss * self.timestep)
 
     def _friction(
-        self, friction: LineFriction, line: Line, target: dict[str, str], damping: list[float], name: str, unit: str
+        self, friction: LineFriction, line: Direction, target: dict[str, str], damping: list[float], name: str
     ) -> float:
         """Write one contact's friction; its part of the line's friction loss."""
-        speeds = self.region.speeds(line.direction)
+        speeds, unit = self.region.speeds(line), self.unit(line)
         fit = fit_friction(friction.level, speeds, HIGHEST, True)
         terms, lugre, loss = fit.terms, "", 0.0
         where = f"contact {friction.contact} ({friction.law})"
@@ -303,7 +300,7 @@ class _Writer(Walk):
         parts = [f"damping {polynomial(terms.damping)}"] if any(terms.damping) else []
         held: Any = "exact" if fit.exact else "nearest"
         if friction.bristles is not None or terms.rise:
-            stiffness, micro = friction.bristles or (self._stiff_bristles(line.direction), 0.0)
+            stiffness, micro = friction.bristles or (self._stiff_bristles(line), 0.0)
             lugre = name
             speed = terms.stribeck if terms.rise else max(float(speeds[-1]), 1e-3)
             given = [stiffness, micro, terms.level, terms.level + terms.rise, speed]
@@ -322,7 +319,7 @@ class _Writer(Walk):
         if friction.at_rest is not None:
             held = "nearest"
             parts.append(f"the level at rest, {friction.at_rest:.6g} {unit}, is lost")
-        self.frictions.append(FrictionElement(friction.contact, line.direction, fit, lugre, loss))
+        self.frictions.append(FrictionElement(friction.contact, line, fit, lugre, loss))
         how = ", ".join(parts) or "none"
         self.remarks.append(Remark(where, held, how, *fit.cost(unit)))
         return loss

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import numpy as np
+from numpy.typing import ArrayLike
 
 
 def number(value: float) -> str:
@@ -11,8 +12,9 @@ def number(value: float) -> str:
     return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
 
 
-def numbers(values: Iterable[float]) -> str:
-    return " ".join(number(v) for v in values)
+def numbers(values: ArrayLike) -> str:
+    """A number, or several with spaces between."""
+    return " ".join(number(v) for v in np.ravel(values))
 
 
 def polynomial(values: list[float] | tuple[float, ...]) -> str:

@@ -6,7 +6,7 @@ from codegen.base.text import render
 from codegen.export.bodies import links_of
 from codegen.export.joints import joint_terms
 from codegen.export.mechanism import Mechanism
-from codegen.export.numbers import number
+from codegen.export.numbers import numbers
 from codegen.export.remarks import Remark
 from codegen.spec.model import Spec
 
@@ -19,4 +19,4 @@ def sdf_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str, 
         remarks = (*remarks, Remark("gravity", "nearest", how))
     lines = [*header, *(r.text for r in remarks)]
     pairs = list(zip(links_of(mechanism), joints, strict=True))
-    return render("export/model.sdf.xml.j2", name=spec.name, header=lines, pairs=pairs, n=number), remarks
+    return render("export/model.sdf.xml.j2", name=spec.name, header=lines, pairs=pairs, n=numbers), remarks

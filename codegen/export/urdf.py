@@ -10,7 +10,7 @@ from codegen.base.text import render
 from codegen.export.bodies import links_of
 from codegen.export.joints import JointTerms, joint_terms
 from codegen.export.mechanism import Mechanism
-from codegen.export.numbers import number
+from codegen.export.numbers import number, numbers
 from codegen.export.remarks import Remark
 from codegen.export.xml_edit import edited
 from codegen.spec.model import Spec
@@ -30,7 +30,7 @@ def urdf_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str,
         robot = _edited(spec, mechanism.tree.path, {labels[j.name]: j for j in joints})
         return render("export/edited.urdf.xml.j2", header=lines) + robot, remarks
     pairs = list(zip(links_of(mechanism), joints, strict=True))
-    return render("export/robot.urdf.xml.j2", name=spec.name, header=lines, pairs=pairs, n=number), remarks
+    return render("export/robot.urdf.xml.j2", name=spec.name, header=lines, pairs=pairs, n=numbers), remarks
 
 
 def _edited(spec: Spec, path: Path, joints: Mapping[str, JointTerms]) -> str:

@@ -94,12 +94,8 @@ def needed(applied_force: Any, law: str) -> Any:
         BadInput: where there is none.
     """
     if applied_force is None:
-        raise BadInput(
-            f"the law {law}",
-            "no applied force",
-            "the force that tries to move the contact while it rests",
-            code="SPEC020",
-        )
+        expected = "the force that tries to move the contact while it rests"
+        raise BadInput(f"the law {law}", "no applied force", expected, code="SPEC020")
     return np.asarray(applied_force, dtype=float)
 
 

@@ -67,19 +67,11 @@ def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
     law = LAWS.get(contact.law)
     if law is None:
         meant = ALSO_CALLED.get(contact.law.lower())
-        found = f"unknown law `{contact.law}`"
+        found, nearest = f"unknown law `{contact.law}`", meant or nearest_name(contact.law, LAWS)
         if meant:
-            found += (
-                f", another name for `{meant}`: its parameters are {', '.join(p.name for p in LAWS[meant].parameters)}"
-            )
-        expected = f"one of {', '.join(LAWS)}"
-        raise BadInput(
-            spec.place(f"{key}.law"),
-            found,
-            expected,
-            meant or nearest_name(contact.law, LAWS),
-            code="SPEC008",
-        )
+            parameters = ", ".join(p.name for p in LAWS[meant].parameters)
+            found += f", another name for `{meant}`: its parameters are {parameters}"
+        raise BadInput(spec.place(f"{key}.law"), found, f"one of {', '.join(LAWS)}", nearest, code="SPEC008")
     names = [p.name for p in law.parameters]
     for name in contact.parameters:
         expected = f"name, law, unit and {', '.join(names)} of the law {law.name}"

@@ -197,17 +197,10 @@ def _require_independent_coordinates(spec: Spec, T: Matrix) -> None:
     points = sampled_values(spec)
     for k, name in enumerate(spec.positions):
         if rank(T[:, : k + 1], points) <= k:
-            found = f"coordinate {name} " + (
-                "adds no motion of the bodies to those of the coordinates before it"
-                if any(T[:, k])
-                else "moves no body"
-            )
-            raise BadInput(
-                spec.place(f"coordinates.{name}"),
-                found,
-                "coordinates that move the bodies independently of each other",
-                code="SPEC018",
-            )
+            adds = "adds no motion of the bodies to those of the coordinates before it"
+            found = f"coordinate {name} {adds if any(T[:, k]) else 'moves no body'}"
+            expected = "coordinates that move the bodies independently of each other"
+            raise BadInput(spec.place(f"coordinates.{name}"), found, expected, code="SPEC018")
 
 
 def _check_equations(spec: Spec, form: Constraints, x: Matrix) -> None:
@@ -222,12 +215,8 @@ def _check_equations(spec: Spec, form: Constraints, x: Matrix) -> None:
         if value > TOLERANCE:
             found = f"equation {k + 1} `{equation}` = {value:.4g} at {at}"
             others = "the equations before it and " if dependent else ""
-            raise BadInput(
-                place,
-                f"contradictory: {found}",
-                f"0, which follows from {others}the positions of the bodies",
-                code="SPEC018",
-            )
+            expected = f"0, which follows from {others}the positions of the bodies"
+            raise BadInput(place, f"contradictory: {found}", expected, code="SPEC018")
         if dependent:
             found = f"redundant: equation {k + 1} `{equation}` follows from those before it"
             raise BadInput(place, found, "equations that are independent", code="SPEC018")

@@ -48,12 +48,8 @@ def build_observer(spec: Spec, system: System) -> Observer:
     """
     choice = spec.observer
     if choice is None:
-        raise BadInput(
-            spec.place("name"),
-            "no `observer:` section",
-            "observer: {kind, velocity, gains, sample_time}",
-            code="SPEC029",
-        )
+        expected = "observer: {kind, velocity, gains, sample_time}"
+        raise BadInput(spec.place("name"), "no `observer:` section", expected, code="SPEC029")
     place = spec.place("observer.kind")
     refuse_unknown(choice.kind, OBSERVERS, place, "unknown observer", code="SPEC008")
     builder = OBSERVERS[choice.kind]

@@ -122,38 +122,24 @@ def read_domain(spec: Spec, system: System) -> Domain | None:
     place = spec.place("observer.domain")
     if system.degrees_of_freedom > 1 or len(system.contacts) > 1:
         found = f"a domain for {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
-        raise BadInput(
-            place, found, "one coordinate with one contact; for several there is no such domain", code="SPEC022"
-        )
+        expected = "one coordinate with one contact; for several there is no such domain"
+        raise BadInput(place, found, expected, code="SPEC022")
     if choice.velocity != "estimated" or choice.integration not in ("euler", "semi_implicit"):
         found = f"a domain with {choice.velocity} velocity under {choice.integration}"
         raise BadInput(place, found, "`velocity: estimated`, and euler or semi_implicit", code="SPEC022")
     if choice.exponent != 1 or choice.shape is not None:
-        raise BadInput(
-            place,
-            "a domain together with `exponent` or `h`",
-            "neither of them: a domain needs h(s) = s",
-            code="SPEC005",
-        )
+        found = "a domain together with `exponent` or `h`"
+        raise BadInput(place, found, "neither of them: a domain needs h(s) = s", code="SPEC005")
     contact = system.contacts[0]
     key = f"a_{contact.name}"
     level = spec.envelope.get(key)
     if level is None:
-        raise BadInput(
-            place,
-            f"no range for {key}",
-            f"`{key}: [low, high]` in the envelope: the true friction level",
-            code="SPEC026",
-        )
+        expected = f"`{key}: [low, high]` in the envelope: the true friction level"
+        raise BadInput(place, f"no range for {key}", expected, code="SPEC026")
     at_rest = contact.level_at_rest
     if level[0] < 0 or (at_rest is not None and not level[0] <= at_rest.subs(system.values) <= level[1]):
-        found = f"[{level[0]}, {level[1]}]"
-        raise BadInput(
-            spec.place(f"envelope.{key}"),
-            found,
-            "a range of levels >= 0 in which the declared one lies",
-            code="SPEC007",
-        )
+        found, expected = f"[{level[0]}, {level[1]}]", "a range of levels >= 0 in which the declared one lies"
+        raise BadInput(spec.place(f"envelope.{key}"), found, expected, code="SPEC007")
     domain = choice.domain
     samples = max(1, int(sympy.ceiling(domain.settle / choice.sample_time)))
     return Domain(domain.slip_speed, samples, level, domain.innovation)
@@ -208,9 +194,8 @@ def read_shape(spec: Spec, system: System) -> Shape:
     for s, slope in zip(speeds, slopes, strict=True):
         if not slope > 0:
             found = f"h = {choice.shape}, whose slope at s = {s:.3g} is {slope:.3g}"
-            raise BadInput(
-                place, found, f"a function that rises up to the envelope's top slip speed {top:.3g}", code="SPEC022"
-            )
+            expected = f"a function that rises up to the envelope's top slip speed {top:.3g}"
+            raise BadInput(place, found, expected, code="SPEC022")
     return shape
 
 
@@ -225,12 +210,8 @@ def refuse_infinite_slope(spec: Spec) -> None:
     if not np.isfinite(float(to_casadi(shape.expression.diff(SPEED), {SPEED: 0.0}))):
         key = "exponent" if choice.shape is None else "h"
         found = f"h(s) = {shape.expression}, whose slope is infinite at rest"
-        raise BadInput(
-            spec.place(f"observer.{key}"),
-            found,
-            "a finite slope (exponent 1 or more), or velocities that are never 0",
-            code="SPEC033",
-        )
+        expected = "a finite slope (exponent 1 or more), or velocities that are never 0"
+        raise BadInput(spec.place(f"observer.{key}"), found, expected, code="SPEC033")
 
 
 def _top_speed(spec: Spec, system: System) -> float:

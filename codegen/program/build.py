@@ -210,21 +210,11 @@ def _arrays(
 
 def _refuse_shared_names(program: Program) -> None:
     if program.name == EXAMPLE:
-        raise BadInput(
-            f"spec {EXAMPLE}",
-            f"the name `{EXAMPLE}`",
-            "a name other than that of the generated example",
-            about="",
-            code="SPEC009",
-        )
+        expected = "a name other than that of the generated example"
+        raise BadInput(f"spec {EXAMPLE}", f"the name `{EXAMPLE}`", expected, about="", code="SPEC009")
     fields = [f.name for f in (*program.parameters, *program.states, *program.inputs)]
     counts: Mapping[str, int] = Counter([*fields, *(e for b in program.blocks for e in b.elements)])
     for name, count in counts.items():
         if count > 1:
-            raise BadInput(
-                f"spec {program.name}",
-                f"two quantities called `{name}` in the generated code",
-                "another name in the spec",
-                about=name,
-                code="SPEC009",
-            )
+            found = f"two quantities called `{name}` in the generated code"
+            raise BadInput(f"spec {program.name}", found, "another name in the spec", about=name, code="SPEC009")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from codegen.base.errors import BadInput
-from codegen.program.graph import Node, reachable
+from codegen.program.graph import Node, out_of_range, reachable
 
 _CALLS: dict[str, Callable[..., float]] = {
     **{name: getattr(math, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "pow")},
@@ -66,10 +66,5 @@ def _not_finite(node: Node, given: Mapping[str, float]) -> BadInput:
     """The error; it names the parameter in the constant that is farthest from 1."""
     names = [n.name for n in reachable([node]) if n.kind == "symbol"]
     size = {name: abs(math.log(abs(given[name]) or 5e-324)) for name in names}
-    return BadInput(
-        "generated code",
-        f"a constant of {', '.join(names)} that is not finite",
-        "parameters and gains whose products are within the range of a double",
-        about=max(names, key=size.__getitem__) if names else None,
-        code="SPEC028",
-    )
+    about = max(names, key=size.__getitem__) if names else None
+    return out_of_range(f"a constant of {', '.join(names)} that is not finite", about=about)

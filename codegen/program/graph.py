@@ -185,10 +185,11 @@ def _operation(operation: int, arguments: list[Node], graph: Graph) -> Node:
 
 def _finite(value: float) -> float:
     if value - value != 0:
-        raise BadInput(
-            "generated code",
-            f"the constant {value}",
-            "parameters and gains whose products are within the range of a double",
-            code="SPEC028",
-        )
+        raise out_of_range(f"the constant {value}")
     return value
+
+
+def out_of_range(found: str, size: str = "double", about: str | None = None) -> BadInput:
+    """The error for a constant that generated code cannot have."""
+    expected = f"parameters and gains whose products are within the range of a {size}"
+    return BadInput("generated code", found, expected, about=about, code="SPEC028")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import groupby
 
 from codegen.program.arrays import Element, elements
 from codegen.program.code import Code, Line, Part, Rolled, RolledSetting, Setting, Stretch, Sum
@@ -60,7 +61,7 @@ class _Rolling:
         constants = self._constants(code)
         prepare = self._stretches(constants)
         step = [
-            Value(a.value, a.name, g.title, g.source, a.unit, self.places.get(a.name))
+            Value(a.value, a.name, self.places.get(a.name), title=g.title, source=g.source, unit=a.unit)
             for g in code.step
             for a in g.assignments
         ]
@@ -75,9 +76,11 @@ class _Rolling:
         written = self._stretches(outputs, join=False)
         states = [self._field(a.name, m, "state") for a, m in zip(code.next_state, markers, strict=True)]
         committed = self._stretches(states, join=False)
-        check = self._sums([*(self._symbol(name) for name in unseen), *markers, *code.unseen_outputs()])
-        given = self._sums([self._symbol(f.name) for f in self.program.inputs])
-        begun = self._sums([self._symbol(f.name) for f in (*self.program.inputs, *self.program.states)])
+        inputs, before = (
+            [Node("symbol", name=f.name) for f in fields] for fields in (self.program.inputs, self.program.states)
+        )
+        check = self._sums([*(node for node in inputs if node.name in unseen), *markers, *code.unseen_outputs()])
+        given, begun = self._sums(inputs), self._sums([*inputs, *before])
         arrays = self._local_arrays()
         return Rolled(
             storage=self.storage,
@@ -101,7 +104,7 @@ class _Rolling:
 
     def _setting(self, constants: list[Value], setting: Setting) -> RolledSetting:
         before, self.scalars = self._local_arrays(), []
-        parts = [Value(a.value, a.name, "", "", "", None) for a in setting.parts]
+        parts = [Value(a.value, a.name) for a in setting.parts]
         self.defined = {v.node: v for v in constants}
         self._place(parts)
         stretches = self._stretches([*parts, *(self._field(a.name, a.value, "state") for a in setting.states)])
@@ -114,14 +117,13 @@ class _Rolling:
         """Derived constants; those whose names are numbered go into arrays by name, the others by formula."""
         named = [a.name for a in code.derived if not re.fullmatch(r"constant_\d+", a.name)]
         places = elements(named, self.names) if self.program.arrays else {}
-        values = [Value(a.value, a.name, "", "", "", places.get(a.name), "parameters", True) for a in code.derived]
+        values = [Value(a.value, a.name, places.get(a.name), "parameters", True) for a in code.derived]
         self._place(values)
         return values
 
     def _field(self, name: str, node: Node, field: str) -> Value:
         """A value that is stored in a struct."""
-        place = self.places.get(name)
-        return Value(node, name, "", "", "", place, field, True)
+        return Value(node, name, self.places.get(name), field, True)
 
     def _following(self, code: Code) -> tuple[list[Value], list[Node]]:
         """The values of the next states, and a symbol for each, to refer to it."""
@@ -135,13 +137,10 @@ class _Rolling:
                 place = Element(arrays[place.array], place.at)
             title = f"states one sample later ({self.program.integration})"
             unit = "" if place is None else a.unit  # a scalar's is in the state's declaration
-            values.append(Value(a.value, f"{a.name}_next", title, "", unit, place, "", place is not None))
+            values.append(Value(a.value, f"{a.name}_next", place, stored=place is not None, title=title, unit=unit))
             markers.append(Node("symbol", name=f"{a.name}_next"))
             self.defined[markers[-1]] = values[-1]
         return values, markers
-
-    def _symbol(self, name: str) -> Node:
-        return Node("symbol", name=name)
 
     def _place(self, values: Sequence[Value]) -> None:
         """Register values; isomorphic computations without an array get one."""
@@ -224,9 +223,8 @@ class _Rolling:
             return self.graph.symbol(v.name, v.field == "parameters")
         own = self.run_of[v]
         if own is run and run.loop and v.place is not None:
-            return self.graph.local(
-                v.place.array if v.place.array not in self.lengths else f"{v.place.array}_here", True
-            )
+            array = v.place.array
+            return self.graph.local(f"{array}_here" if array in self.lengths else array, True)
         return self.graph.local(v.name, False)
 
     # Stretches.
@@ -251,9 +249,8 @@ class _Rolling:
         for run in runs:
             parts = self._parts(run)
             if result and not run.loop and not result[-1].loop:
-                result[-1] = Stretch(_merged([*result[-1].parts, *parts]))
-            else:
-                result.append(Stretch(_merged(parts), run.first, run.stop, run.backward))
+                parts = [*result.pop().parts, *parts]
+            result.append(Stretch(_merged(parts), run.first, run.stop, run.backward))
         return tuple(result)
 
     def _decide_stored(self, values: Sequence[Value], runs: Sequence[Run]) -> None:
@@ -273,16 +270,9 @@ class _Rolling:
         parts = []
         for column in run.members:
             v = column[0]
-            target = self._target(v, run)
-            parts.append(
-                Part(v.title, v.source, (Line(target, self._written(v.node, run, self._whole(v)), v.unit, v.field),))
-            )
+            line = Line(self._name(v, run), self._written(v.node, run, self._whole(v)), v.unit, v.field)
+            parts.append(Part(v.title, v.source, (line,)))
         return parts
-
-    def _target(self, v: Value, run: Run) -> Node:
-        if v.place is None or not v.stored:
-            return self._name(v, run)
-        return self._element(v.place, run)
 
     def _take(self, place: Element, kind: str) -> None:
         """Record where an array is stored, and its length."""
@@ -307,10 +297,5 @@ class _Rolling:
 
 def _merged(parts: Sequence[Part]) -> tuple[Part, ...]:
     """Neighbouring parts with the same comment merged."""
-    result: list[Part] = []
-    for part in parts:
-        if result and (result[-1].title, result[-1].source) == (part.title, part.source):
-            result[-1] = Part(part.title, part.source, (*result[-1].lines, *part.lines))
-        else:
-            result.append(part)
-    return tuple(result)
+    groups = groupby(parts, key=lambda part: (part.title, part.source))
+    return tuple(Part(*comment, tuple(line for part in some for line in part.lines)) for comment, some in groups)

@@ -38,12 +38,12 @@ class Value:
 
     node: Node
     name: str
-    title: str
-    source: str
-    unit: str
-    place: Element | None
+    place: Element | None = None
     field: str = ""
     stored: bool = False
+    title: str = ""
+    source: str = ""
+    unit: str = ""
     order: int = 0
     alike: object = None
     uses: list[Value] = dataclasses.field(default_factory=list)
