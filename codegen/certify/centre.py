@@ -13,8 +13,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.certify.lmi import fall, half
-
 Array = NDArray[np.float64]
 Group = tuple[Sequence[Array] | Array, float]
 Pattern = NDArray[np.bool_]
@@ -29,6 +27,23 @@ SURE = 0.1
 """Of the squared Newton decrement: a whole step stays within and goes down."""
 SETTLED, MORE = 1e-6, 4
 """Where Newton's method doubles its digits at each step, and how many steps it does from there on."""
+
+
+def half(size: int) -> tuple[Array, Array]:
+    """(W, D): the scaled lower half of a symmetric matrix X is W vec X, and vec X is D of its unscaled lower half."""
+    rows, columns = np.tril_indices(size)
+    pick, spread = np.zeros((len(rows), size * size)), np.zeros((size * size, len(rows)))
+    for k, (i, j) in enumerate(zip(rows, columns, strict=True)):
+        pick[k, i * size + j] = 1.0 if i == j else np.sqrt(2.0)
+        spread[[i * size + j, j * size + i], k] = 1.0
+    return pick, spread
+
+
+def fall(a: Array, h: float, alpha: float) -> Array:
+    """The map vec P → vec −(A'P + PA + hA'PA + 2αP), m² by m²."""
+    unit = np.eye(len(a))
+    now = np.kron(a.T, unit) + np.kron(unit, a.T) + h * np.kron(a.T, a.T)
+    return np.asarray(-(now + 2 * alpha * np.eye(len(now))))
 
 
 def slower_until(holds: Callable[[float], Array | None], limit: float) -> tuple[Array, float] | None:

@@ -1,8 +1,8 @@
-"""A quadratic Lyapunov matrix common to several sampled error matrices, found in floating point.
+"""Common quadratic Lyapunov functions V = e'Pe of sampled error matrices, found in floating point.
 
 In δ form, with Φ = I + hA:  A'P + PA + hA'PA ≤ −2αP  is the same as  Φ'PΦ ≤ (1 − 2αh)P, and stays well conditioned
 at short sample times. With h = 0 it is the condition of the implicit step, for which it implies V[k+1] ≤ V[k]/(1 + αh)²
-at any h. What is found here is only proposed; the exact check decides.
+at any h. Linear matrix inequalities in P are solved by Clarabel. What is found is only proposed; the exact check decides.
 """
 
 from __future__ import annotations
@@ -10,20 +10,29 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import clarabel
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 from scipy.linalg import eigh, matrix_balance, solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
-from codegen.certify.centre import climbed, slower_until
-from codegen.certify.lmi import fall, feasible
+from codegen.certify.centre import Array, Group, Pattern, centred, climbed, fall, half, slower_until
 
-Array = NDArray[np.float64]
 LARGEST_HULL = 4
+LARGEST, SLACK = 1e6, 1e-3
+"""I ≤ P ≤ 10⁶ I, and how far from its edge an inequality is asked for."""
 WELL = 1e8
 SAME = 0.05
 """Steps of log w: coarse, so that no last bit decides."""
+FEW, FIRST, ADDED, ROUNDS = 64, 12, 6, 25
+"""Of more than FEW matrices the inequality is met for FIRST, then with the worst ADDED of those that P does not serve."""
+NEAR = 2e-5
+"""How near to the largest rate the centre of one family is brought (``climbed``): within 1 % of the proved limit."""
+NEARER = (0.75, 0.5, 0.25)
+MOST = 4096
+"""Of more matrices than these the centre would take minutes: P is then where the solver stopped."""
 
 
 def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
@@ -35,9 +44,15 @@ def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
     return (1 - radius**2) / (2 * h)
 
 
-def common_lyapunov(
-    matrices: Sequence[Array], h: float, structure: NDArray[np.bool_] | None = None
-) -> tuple[Array, float] | None:
+def shown_rates(p: Array, stack: Array, h: float) -> Array:
+    """The largest α that P > 0 shows of each matrix of a stack, N by m by m."""
+    inverse = np.linalg.inv(np.linalg.cholesky(p))
+    turned = stack.transpose(0, 2, 1)
+    falls = -(turned @ p + p @ stack + h * turned @ p @ stack)
+    return np.asarray(np.linalg.eigvalsh(inverse @ falls @ inverse.T)[:, 0] / 2)
+
+
+def common_lyapunov(matrices: Sequence[Array], h: float, structure: Pattern | None = None) -> tuple[Array, float] | None:
     """(P, α) with Φ'PΦ ≤ (1 − 2αh)P for every matrix and α close to the largest possible, or None if none is found.
 
     Args:
@@ -49,21 +64,172 @@ def common_lyapunov(
     if limit <= 0:
         return None
     scale = balance(matrices)
-    few, scaled = ([a * scale[None, :] / scale[:, None] for a in each] for each in (extreme(matrices), matrices))
-    found = (
-        _single(few[0], h, limit) if len(few) == 1 and structure is None else _several(few, scaled, h, limit, structure)
-    )
+    few, stack = _in(scale, extreme(matrices)), _in(scale, matrices)
+    if len(few) == 1 and structure is None:
+        found = _single(few[0], h, limit)
+    else:
+        first = slower_until(lambda alpha: _feasible([(few, alpha)], h, structure), limit)
+        if first is None:
+            return None
+        p, shown = climbed(*first, stack, h, lambda p: float(shown_rates(p, stack, h).min()), structure)
+        found = p, shown * 0.9999
     if found is None:
         return None
-    p, alpha = found
+    p = found[0] / scale[None, :] / scale[:, None]
+    return (p + p.T) / 2, found[1]
+
+
+def fastest(matrices: Sequence[Array], h: float, limit: float, near: float = NEAR) -> tuple[Array, float] | None:
+    """As ``common_lyapunov``, for families of very many matrices; α is 0.1 % less than P shows.
+
+    Args:
+        limit: of ``decay_rate_limit``.
+        near: as in ``climbed``.
+    """
+    if len(matrices) > MOST:
+        return _bisected(matrices, h, limit)
+    first = slower_until(lambda alpha: common_at([(matrices, alpha)], h), limit)
+    if first is None:
+        return None
+    for share in NEARER:  # the climb is slow where there are many matrices: it begins as near as a P is found
+        alpha = first[1] + share * (limit - first[1])
+        if (p := common_at([(matrices, alpha)], h)) is not None:
+            first = p, alpha
+            break
+    scale = balance(matrices)
+    stack, start = _in(scale, matrices), first[0] * scale[None, :] * scale[:, None]
+    p, shown = climbed(start, first[1], stack, h, lambda p: float(shown_rates(p, stack, h).min()), near=near)
+    return p / scale[None, :] / scale[:, None], shown * 0.999
+
+
+def _bisected(matrices: Sequence[Array], h: float, limit: float, steps: int = 8) -> tuple[Array, float] | None:
+    """As ``fastest``, by bisection alone."""
+    low, high, best = 0.0, limit, None
+    stack, alpha = np.array(matrices), limit * 0.98
+    for _ in range(steps):
+        p = common_at([(matrices, alpha)], h)
+        if p is None:
+            high = alpha
+        else:
+            low = max(alpha, float(shown_rates(p, stack, h).min()))
+            best = p, low * 0.999
+        alpha = (low + high) / 2
+        if high - low < 2e-3 * limit:
+            break
+    return best
+
+
+def common_at(groups: Sequence[Group], h: float) -> Array | None:
+    """One P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group at the α of this group; None if none is found.
+
+    Args:
+        groups: (matrices m by m, α in 1/s) each; where α is below zero V may grow.
+    """
+    scale = _scale(groups)
+    scaled = [
+        (_in(scale, extreme(list(matrices)) if len(matrices) <= FEW else matrices), rate) for matrices, rate in groups
+    ]
+    p = _feasible(scaled, h, first=FIRST)
+    if p is None:
+        return None
     p = p / scale[None, :] / scale[:, None]
-    return (p + p.T) / 2, alpha
+    return np.asarray((p + p.T) / 2)
+
+
+def middle_at(groups: Sequence[Group], h: float) -> Array | None:
+    """As ``common_at``; of all such P the one in the middle, the same on every machine, up to ``MOST`` matrices."""
+    p = common_at(groups, h)
+    if p is None or sum(len(matrices) for matrices, _ in groups) > MOST:
+        return p
+    scale = _scale(groups)
+    scaled = [(_in(scale, matrices), rate) for matrices, rate in groups]
+    middle = centred(scaled, h, p * scale[None, :] * scale[:, None])
+    return p if middle is None else middle / scale[None, :] / scale[:, None]
+
+
+def _feasible(
+    groups: Sequence[Group], h: float, structure: Pattern | None = None, first: int | None = None
+) -> Array | None:
+    """``common_at`` for matrices in scales in which their entries are alike.
+
+    Large families are met by a few of their matrices at a time: those that a found P does not serve are added.
+
+    Args:
+        first: how many of each group are taken first; None: all.
+    """
+    stacks = [np.asarray(stack) for stack, _ in groups]
+    largest = max(1.0, *(float(np.abs(stack).max()) for stack in stacks))
+    used = [sorted({*np.linspace(0, len(s) - 1, min(first or len(s), len(s))).astype(int)}) for s in stacks]
+    for _ in range(ROUNDS):
+        p = feasible(
+            [
+                fall(stack[k], h, rate) / largest
+                for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True)
+                for k in chosen
+            ],
+            structure,
+        )
+        if p is None or np.linalg.eigvalsh(p)[0] <= 0:
+            return None
+        missing = False
+        for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True):
+            shown = shown_rates(p, stack, h)
+            worst = [int(k) for k in np.argsort(shown)[:ADDED] if shown[k] < rate]
+            missing |= bool(worst)
+            if set(worst) & set(chosen):
+                return None  # the solver does not reach what was asked of it
+            chosen += worst
+        if not missing:
+            return p
+    return None
+
+
+def feasible(conditions: Sequence[Array], structure: Pattern | None = None) -> Array | None:
+    """P with I ≤ P ≤ 10⁶ I and L(P) > 0 for each condition, far from its edge; None if none is found.
+
+    Args:
+        conditions: the L, which map vec P to a vectorised matrix, m² by m²; scaled to entries of about 1.
+        structure: where P may hold other entries than zero; None: everywhere.
+    """
+    size = math.isqrt(len(conditions[0]))
+    pick, spread = half(size)
+    unit, count = pick @ np.eye(size).ravel(), len(conditions)
+    n = len(unit)
+    blocks = [np.column_stack([-pick @ block @ spread, SLACK * unit]) for block in conditions]
+    blocks += [np.column_stack([sign * pick @ spread, 0 * unit]) for sign in (-1, 1)]
+    right = [np.zeros(count * n), -unit, LARGEST * unit, np.ones(1)]
+    blocks.append(np.eye(n + 1)[-1:])  # the slack is at most 1
+    cones = [*[clarabel.PSDTriangleConeT(size)] * (count + 2), clarabel.NonnegativeConeT(1)]
+    zeros = [] if structure is None else [*np.flatnonzero(~structure[np.tril_indices(size)])]
+    if zeros:
+        blocks.append(np.eye(n + 1)[zeros])
+        right.append(np.zeros(len(zeros)))
+        cones.append(clarabel.ZeroConeT(len(zeros)))
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    empty, matrix = scipy.sparse.csc_matrix((n + 1, n + 1)), scipy.sparse.csc_matrix(np.vstack(blocks))
+    target = -np.eye(n + 1)[-1]
+    found = clarabel.DefaultSolver(empty, target, matrix, np.concatenate(right), cones, settings).solve()
+    x = np.array(found.x)
+    if not np.isfinite(x).all() or x[-1] <= 0:
+        return None
+    p = (spread @ x[:n]).reshape(size, size)
+    return p if structure is None else np.where(structure, p, 0.0)
 
 
 def balance(matrices: Sequence[Array]) -> Array:
     """Scales of the error's components, in which the entries of the A are alike: A_ij scale_j / scale_i."""
     _, (scale, _) = matrix_balance(np.mean(np.abs(matrices), axis=0), permute=False, separate=True)
     return np.asarray(scale)
+
+
+def _scale(groups: Sequence[Group]) -> Array:
+    return balance([a for matrices, _ in groups for a in matrices])
+
+
+def _in(scale: Array, matrices: Sequence[Array] | Array) -> Array:
+    """Matrices A in these scales, N by m by m."""
+    return np.asarray(np.array(matrices) * scale[None, None, :] / scale[None, :, None])
 
 
 def extreme(matrices: Sequence[Array]) -> list[Array]:
@@ -87,53 +253,17 @@ def extreme(matrices: Sequence[Array]) -> list[Array]:
 
 def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
     """For one matrix: the discrete Lyapunov equation of Φ/ρ with ρ a little above the spectral radius."""
-    m = len(a)
-    step = np.eye(m) + h * a
+    unit = np.eye(len(a))
     for share in (0.998, 0.99, 0.95, 0.8, 0.5, 0.1):
         alpha = share * limit
         if h == 0:
-            p = solve_continuous_lyapunov(a.T + alpha * np.eye(m), -np.eye(m))
+            p = solve_continuous_lyapunov(a.T + alpha * unit, -unit)
         else:
-            rho = np.sqrt(1 - 2 * alpha * h)
-            p = solve_discrete_lyapunov(step.T / rho, np.eye(m) * h)
+            p = solve_discrete_lyapunov((unit + h * a).T / np.sqrt(1 - 2 * alpha * h), unit * h)
         p = (p + p.T) / 2
-        if np.linalg.eigvalsh(p)[0] > 0 and np.linalg.cond(p) < 1e8:
+        if np.linalg.eigvalsh(p)[0] > 0 and np.linalg.cond(p) < WELL:
             return p / np.abs(p).max(), alpha * 0.999
     return None
-
-
-def _several(
-    few: Sequence[Array], matrices: Sequence[Array], h: float, limit: float, structure: NDArray[np.bool_] | None
-) -> tuple[Array, float] | None:
-    """For a family: the linear matrix inequality at falling α, and from the first that is met on by centres.
-
-    Args:
-        few: of the matrices, those that are no mixture of others; which these are may hang on the last bit.
-    """
-    first = slower_until(lambda alpha: _feasible(few, h, alpha, structure), limit)
-    if first is None:
-        return None
-    p, shown = climbed(*first, np.array(matrices), h, lambda p: rate_of(p, matrices, h), structure)
-    return p, shown * 0.9999
-
-
-def rate_of(p: Array, matrices: Sequence[Array], h: float) -> float:
-    """The largest α that P > 0 shows of every matrix: the least eigenvalue of −(A'P + PA + hA'PA) against 2P."""
-    falls = (eigh(-(a.T @ p + p @ a + h * a.T @ p @ a), 2 * p, eigvals_only=True)[0] for a in matrices)
-    return float(min(falls))
-
-
-def _feasible(matrices: Sequence[Array], h: float, alpha: float, structure: NDArray[np.bool_] | None) -> Array | None:
-    rate = max(1.0, float(np.abs(matrices).max()))
-    found = feasible([{0: fall(a, h, alpha) / rate} for a in matrices], 1, len(matrices[0]), structure)
-    if found is None:
-        return None
-    value = found[0]
-    worst = min(
-        float(np.linalg.eigvalsh(-(a.T @ value + value @ a + h * a.T @ value @ a + 2 * alpha * value))[0])
-        for a in matrices
-    )
-    return value if worst > 0 and np.linalg.eigvalsh(value)[0] > 0 else None
 
 
 def gentle(matrix: Array, h: float, turned: Sequence[Sequence[int]], largest: int = 8) -> Array | None:

@@ -21,8 +21,7 @@ from codegen.certify.along_friction import AlongFriction, Box, ContactAxes
 from codegen.certify.centre import Group
 from codegen.certify.enclosure import Enclosure, exact_ranges
 from codegen.certify.family import Family
-from codegen.certify.lyapunov import decay_rate_limit
-from codegen.certify.several_rates import common_at, fastest, middle_at, shown_rates
+from codegen.certify.lyapunov import common_at, decay_rate_limit, fastest, middle_at, shown_rates
 
 Array = NDArray[np.float64]
 KEPT, KEPT_BESIDE = 0.5, 0.4
@@ -37,7 +36,7 @@ COARSE, RATIO, FINE = 8.0, 0.03, 2e-4
 BELOW, THIN = 5e-4, 0.99
 FLOOR, FASTEST, CELLS = 1e-6, 2.0, 5
 NEAR = 1e-5
-"""As in ``several_rates``, for the many matrices of cells: within 1 % of the proved limit."""
+"""As in ``lyapunov``, for the many matrices of cells: within 1 % of the proved limit."""
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from codegen.certify.centre import centred
-from codegen.certify.lyapunov import common_lyapunov
-from codegen.certify.several_rates import fastest, middle_at, shown_rates
+from codegen.certify.lyapunov import common_lyapunov, fastest, middle_at, shown_rates
 
 
 def family(h: float) -> list[Any]:

@@ -26,7 +26,7 @@ from codegen.certify.region_proofs import REGION_PROOFS, Regions, find_regions
 from codegen.certify.regions import RegionSearch
 from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.certify.rising import none_without_growth
-from codegen.certify.several_rates import common_at
+from codegen.certify.lyapunov import common_at
 from codegen.checker.verify import check
 from codegen.mechanics import build_system
 from codegen.observers import build_observer

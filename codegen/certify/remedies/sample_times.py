@@ -22,10 +22,9 @@ from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import levels_of, over_levels
-from codegen.certify.lyapunov import common_lyapunov, decay_rate_limit
+from codegen.certify.lyapunov import common_at, common_lyapunov, decay_rate_limit, shown_rates
 from codegen.certify.region_proofs import Regions
 from codegen.certify.regions import one_cell
-from codegen.certify.several_rates import common_at, shown_rates
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
 from codegen.observers import build_observer
