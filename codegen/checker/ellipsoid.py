@@ -35,7 +35,7 @@ elif "kernel" not in globals():  # verify.py hands its own in
 FIELDS = ("name", "noise", "drift", "shifts", "push", "sets")
 SET, LATER = ("matrix", "weights", "samples", "rows"), ("within", "after")  # the latter two may be absent
 DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
-GRID, MOST_SAMPLES = 1 << 120, 10_000
+GRID, MOST_SAMPLES = 1 << 60, 10_000
 Polys = list[list[Any]]
 
 

@@ -119,8 +119,10 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors
                 known[i, j, *rest] = (i == j) + h * A[i][j][1](point)[0]
             F, e = integers([[known[key] for key in column] for column in keys])  # e F, by columns
             PF = [[sum(map(mul, row, column)) for row in P] for column in F]  # e P F, by columns
-            gap = [[c * e * e * p + b * e * (PF[i][j] + PF[j][i]) for j, p in enumerate(P[i])] for i in size]
-            gap = [[x + a * sum(map(mul, F[i], PF[j])) for j, x in enumerate(gap[i])] for i in size] if a else gap
+            upper = [(i, j) for i in size for j in size[i:]]  # the half that is read
+            gap = [[0] * len(P) for _ in size]
+            for i, j in upper:
+                gap[i][j] = c * e * e * P[i][j] + b * e * (PF[i][j] + PF[j][i]) + (a and a * sum(map(mul, F[i], PF[j])))
             try:
                 positive_pivots(gap, d * e * e * scale, "")
             except Refused as why:
@@ -160,8 +162,8 @@ def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
     where, size, (a, b) = f"reversal of {where}", range(len(P)), growth.as_integer_ratio()
     demand(growth >= 1, f"{where}: growth {show(growth)} is below 1")
     demand(sorted({*flips} & {*size}) == sorted(flips), f"{where}: flips {brief(flips)} twice or not below {len(size)}")
-    turned = [[-p if (i in flips) != (j in flips) else p for j, p in enumerate(row)] for i, row in enumerate(P)]
-    gap, scale = integers(forms.added(forms.scaled(a, P), forms.scaled(-b, turned)))
+    (whole, scale), turn = integers(P), [-1 if i in flips else 1 for i in size]
+    gap = [[(a - b * turn[i] * turn[j]) * p for j, p in enumerate(row)] for i, row in enumerate(whole)]
     positive_pivots(gap, b * scale, f"{where}: V may grow by more than {show(growth)}")
     after, factor, fact = (
         growth,
