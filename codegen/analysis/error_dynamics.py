@@ -53,6 +53,11 @@ class ErrorDynamics:
         """Whether the step is (I − h A) e[k+1] = e[k]."""
         return self.observer.integration == "implicit"
 
+    @property
+    def period(self) -> float:
+        """h in the condition A'P + PA + hA'PA < 0 of a V = e'Pe that falls, s: 0 where the step is implicit."""
+        return 0.0 if self.implicit else float(self.observer.sample_time)
+
     def multipliers(self, eigenvalues: Any, h: Any) -> Any:
         """Eigenvalues of the step over one sample, from those of A (array) and h in s."""
         return 1 / (1 - h * eigenvalues) if self.implicit else 1 + h * eigenvalues

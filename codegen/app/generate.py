@@ -17,9 +17,9 @@ from codegen.base.files import refuse_target, remove, sha256, write_all, write_a
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_bytes, read_or_none, read_text
 from codegen.base.shown import Result
 from codegen.base.text import render
+from codegen.certify import REGION_PROOFS
 from codegen.certify.kernel_form import with_solution
 from codegen.certify.outcome import PROOFS, Certificate, Refusal, json_text
-from codegen.certify.region_files import REGION_PROOFS
 from codegen.checker import verify as checker
 from codegen.emit.fmu import VERSIONS, emit_fmu
 from codegen.emit.package import proof_lines

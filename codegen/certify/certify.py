@@ -6,44 +6,46 @@ The proposal is made in floating point; what is handed out has passed the indepe
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from itertools import islice
 from typing import Any
+
+import numpy as np
+import sympy
 
 from codegen.analysis.analysis import Analysis
 from codegen.base.errors import BadInput
 from codegen.base.text import render
 from codegen.certify.content import Found, frame, proved
-from codegen.certify.enclosure import Cells
-from codegen.certify.exact import unstable_point
+from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import SHARES, about_declared, over_levels
-from codegen.certify.outcome import PROOFS, Certificate, Proposal, Proposals, Refusal, json_text
-from codegen.certify.refute import rational_points, refute, slowest_point
+from codegen.certify.lyapunov import common_lyapunov, extreme, gentle
+from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
+from codegen.certify.refute import rational_points, refute, slowest_point, unstable_point
 from codegen.certify.region_proofs import Regions, find_regions
-from codegen.certify.search import proposals_for
 from codegen.certify.size import beyond_checker
 from codegen.certify.structure import by_structure
-from codegen.certify.turning import none_through_turns, through_turns, turns
+from codegen.certify.trigonometric import over_angles
 from codegen.checker import verify
+from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
-__all__ = [
-    "PROOFS",
-    "Certificate",
-    "Proposal",
-    "Proposals",
-    "Refusal",
-    "certify",
-    "json_text",
-    "spectral_rate",
-]
+__all__ = ["Certificate", "Proposal", "Proposals", "Refusal", "certify", "spectral_rate"]
 
-SLOWER = (0.999, 0.99, 0.97, 0.9)
+SLOWER = (1.0, 0.999, 0.99, 0.97, 0.9)
+"""Shares of a proposal's rate that are tried: rounding can spoil the last thousandth of what a P shows in floats."""
+FINER, MOST_MATRICES = (2, 4), 150
+"""How often every cell is halved again while no P is found, and up to how many matrices."""
+ENOUGH = 0.9
+"""A common P with this share of the spectral rate is enough."""
+MOST_TURNING = 32
+"""Up to so many matrices one V through all reversals is looked for."""
 
 
 @numerical("the certificate of these gains over the envelope")
@@ -83,85 +85,136 @@ def certify(
         )
     if beyond := beyond_checker(analysis.dynamics.observer):
         return _undecided(analysis, beyond, narrower=False)
-    found = _certified(spec, analysis, files, command, further, places)
+    stated = partial(frame, spec, files, command)
+    found = _certified(analysis, stated, further, places)
     if isinstance(found, Certificate) and analysis.dynamics.observer.declared_levels:
         for share in SHARES:
             wider = over_levels(analysis, about_declared(analysis, share))
-            if isinstance(over := _certified(spec, wider, files, command, further, places), Certificate):
+            if isinstance(over := _certified(wider, stated, further, places), Certificate):
                 return over
     return found
 
 
 def _certified(
-    spec: Spec,
-    analysis: Analysis,
-    files: Mapping[str, str],
-    command: str,
-    further: bool,
-    places: Mapping[str, str] | None,
+    analysis: Analysis, stated: Callable[..., dict[str, Any]], further: bool, places: Mapping[str, str] | None
 ) -> Certificate | Refusal:
-    points = analysis.points
-    base: dict[str, Any] | None = None
-    try:
-        family = build_family(analysis.dynamics, points.ranges)
-        base = frame(spec, analysis, family, files, command, places)
-    except (NotEnclosable, TypeError) as error:
-        if analysis.stable:
-            structured = by_structure(spec, analysis, files, command)
-            return _no_words(analysis, error) if structured is None else _vouched(analysis, structured)
-
     def by_parts() -> Regions | None:
-        return find_regions(spec, analysis, files, command) if further else None
+        return find_regions(analysis, stated) if further else None
 
-    slowest = slowest_point(analysis, family) if base is not None else None
-    limit = refute(analysis, slowest, base) if slowest is not None and base is not None else None
-    if not analysis.stable or base is None:
+    try:
+        family = build_family(analysis.dynamics, analysis.points.ranges)
+        base = stated(analysis, family, places)
+    except (NotEnclosable, TypeError) as error:
+        if not analysis.stable:
+            return _unstable(analysis, None, by_parts())
+        structured = by_structure(analysis, stated)
+        return _no_words(analysis, error) if structured is None else _by_structure(analysis, structured)
+    slowest = slowest_point(analysis, family)
+    limit = refute(analysis, slowest, base) if slowest is not None else None
+    if not analysis.stable:
         return _unstable(analysis, limit, by_parts())
     spectral = min([spectral_rate(analysis), *([] if slowest is None else [slowest.rate])])
     try:
-        cells, proposals = proposals_for(analysis, family, spectral)
+        cells, common = _common(family, analysis.dynamics.period)
     except NotEnclosable as error:
         return replace(_no_words(analysis, error), regions=by_parts())
     except verify.Refused as error:
         return replace(_undecided(analysis, str(error)), regions=by_parts())
     why = "no quadratic Lyapunov function common to the whole envelope was found"
-    for proposal in (slower for found in proposals for slower in _also_slower(found)):
+    found_first = _proposals(analysis, family, cells, common, spectral)
+    for proposal, share in ((each, share) for each in found_first for share in SLOWER):
         try:
-            content, report = proved(base, analysis, family, proposal)
+            content, report = proved((base, family, replace(proposal, alpha=share * proposal.alpha)), analysis)
         except verify.Refused as error:
             why = f"the matrix that was found fails the check in exact arithmetic ({error})"
             continue
-        found = Certificate(content, float(Fraction(content["decay_rate"])), spectral, report.facts)
-        found = replace(found, limit=limit)
+        found = Certificate(content, float(Fraction(content["decay_rate"])), spectral, report.facts, limit)
         return _with_turning(found, base, analysis, family, cells) if further else found
     return replace(_undecided(analysis, why), regions=by_parts())
 
 
-def _also_slower(found: Found) -> Iterator[Found]:
-    """A proposal, then its P at slower rates: rounding can spoil the last thousandth of what a P shows in floats."""
-    yield found
-    for share in SLOWER:
-        yield replace(found, alpha=share * found.alpha)
+def _common(family: Family, h: float) -> tuple[Cells, Found | None]:
+    """The cells of the envelope with a common Lyapunov matrix, cut finer as long as none is found."""
+    cells = enclose_family(family)
+    proposal = common_lyapunov(cells.matrices, h)
+    for finer in FINER:
+        if proposal is not None or not family.variables:
+            break
+        finer_cells = enclose_family(family, finer)
+        if len(finer_cells.matrices) > MOST_MATRICES:
+            break
+        cells = finer_cells
+        proposal = common_lyapunov(cells.matrices, h)
+    return cells, None if proposal is None else Found(proposal[1], cells.splits, proposal[0])
+
+
+def _proposals(
+    analysis: Analysis, family: Family, cells: Cells, common: Found | None, spectral: float
+) -> Iterator[Found]:
+    """What the solver found, the fastest first."""
+    observer, h = analysis.dynamics.observer, analysis.dynamics.period
+    if h and (common is None or common.alpha < ENOUGH * spectral):
+        over = over_angles(family, observer.sample_time)
+        if over is not None and (common is None or common.alpha < over.alpha):
+            yield over
+    if common is None:
+        return
+    matrices = extreme(cells.matrices)
+    if len(matrices) == 1 and observer.level_errors:  # a P of the same rate that a reversal makes grow least
+        contacts = range(len(observer.signs))
+        turned = [[k for k, e in enumerate(observer.errors) if e.contact == c] for c in contacts]
+        p = gentle(matrices[0], h, [each for each in turned if each])
+        if p is not None:
+            yield replace(common, p=p)
+    yield common
 
 
 def _with_turning(
     found: Certificate, base: Mapping[str, Any], analysis: Analysis, family: Family, cells: Cells
 ) -> Certificate:
-    """The certificate with what is known of one V for all signs of the slips."""
-    observer = analysis.dynamics.observer
-    if not turns(observer):
+    """The certificate with one V for both signs of every slip, or with the proof that there is none.
+
+    A step has one sign throughout. That in which a slip turns is another, made with the old sign and read with the new:
+    it moves the level by 2 K_F |û| besides, with the velocity error in û, and no V is claimed to fall there.
+
+    In levels a turn of contact c changes A into J_c A J_c, J_c = diag(±1) with −1 at the errors of c. If V = e'Pe
+    serves all signs, so does the mean of P over all products of the J_c, which commutes with each: P has no entry
+    between the errors of two contacts, or of a contact and a velocity. Such a P proves the fall for the family in force
+    errors and for every sign at once. There is none where a Z >= 0 has Z <= the mean of Φ Z Φ' over the signs, since
+    tr(PZ) would have to fall and not fall; Z = diag(0, I) is one for explicit Euler, exactly.
+    """
+    observer, h = analysis.dynamics.observer, analysis.dynamics.period
+    contacts = [e.contact for e in observer.errors]
+    kept = np.array([[a == b for b in contacts] for a in contacts])
+    if not observer.level_errors or kept.all():
         return found
-    if any(none_through_turns(observer, exact) for _, exact in islice(rational_points(analysis, family), 1)):
+    points = islice(rational_points(analysis, family), 1) if h else ()
+    if any(_none_through_turns(observer, kept, exact) for _, exact in points):
         return replace(found, no_turning=True)
-    serving = through_turns(observer, cells)
-    if serving is not None:
-        proposal = Found(serving[1], cells.splits, [serving[0]])
-        with suppress(verify.Refused):
-            return replace(found, turning=proved(base, analysis, family, proposal, turning=True)[0])
+    if len(cells.matrices) <= MOST_TURNING:
+        serving = common_lyapunov(cells.matrices, h, kept)
+        if serving is not None:
+            with suppress(verify.Refused):
+                proposal = Found(serving[1], cells.splits, serving[0])
+                return replace(found, turning=proved((base, family, proposal), analysis, turning=True)[0])
     return found
 
 
-def _vouched(analysis: Analysis, content: Mapping[str, Any]) -> Certificate:
+def _none_through_turns(observer: Observer, kept: Any, matrix: Any) -> bool:
+    """Whether Z = diag(0, I) proves that no P serves all signs at one point with A there, in exact numbers."""
+    size = range(matrix.rows)
+    witness = sympy.diag(*[int(e.contact is not None) for e in observer.errors])
+    step = sympy.eye(matrix.rows) + observer.sample_time * matrix
+    gap = step * witness * step.T - witness
+    rows = [[Fraction(str(gap[i, j])) if kept[i, j] else Fraction(0) for j in size] for i in size]
+    try:
+        verify.positive_pivots(*verify.integers(rows), "")
+    except verify.Refused:
+        return False
+    return True
+
+
+def _by_structure(analysis: Analysis, content: Mapping[str, Any]) -> Certificate:
     facts = verify.check(json.dumps(content)).facts
     rate = float(Fraction(content["decay_rate"]))
     return Certificate(content, rate, spectral_rate(analysis), facts, by_structure=True)

@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,24 +16,26 @@ from numpy.typing import NDArray
 from codegen.analysis.analysis import Analysis
 from codegen.base.text import render
 from codegen.base.version import VERSION
-from codegen.certify.decimals import rounded, rounded_matrix, texts
 from codegen.certify.family import Family
-from codegen.certify.prefix import rational_text, to_prefix
-from codegen.certify.reading import code_reading
+from codegen.certify.kernel_form import estimates_of
+from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts, to_prefix
 from codegen.checker import verify
 from codegen.friction import DynamicLaw
+from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 
 FORMAT = "stiction-certificate/1"
 DIGITS = (4, 6, 9, 12)
+Frame = Callable[[Analysis, Family], dict[str, Any]]
+"""``frame`` of one spec and its files."""
 
 
 def frame(
     spec: Spec,
-    analysis: Analysis,
-    family: Family,
     files: Mapping[str, str],
     command: str,
+    analysis: Analysis,
+    family: Family,
     places: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
     """What is known before anything is proved: subject, observer, error, and the family of matrices over its envelope.
@@ -42,7 +43,7 @@ def frame(
     Args:
         files: name → SHA-256 of the generated sources.
         command: that writes it.
-        places: where the twin among these shows its inputs and outputs; None where nothing is to be replayed.
+        places: where the code has its inputs and outputs; None where the certificate need not say.
     """
     observer = analysis.dynamics.observer
     return {
@@ -52,10 +53,7 @@ def frame(
         "observer": {"kind": observer.kind, "velocity": observer.velocity, "integration": observer.integration},
         "claim": "",
         "sample_time": rational_text(observer.sample_time),
-        "error": [
-            {"name": e.symbol.name, "meaning": _meaning(e, observer.level_errors), "unit": e.unit}
-            for e in observer.errors
-        ],
+        "error": [{"name": e.symbol.name, "meaning": _meaning(e, observer), "unit": e.unit} for e in observer.errors],
         "variables": {v.name: [rational_text(lo), rational_text(hi)] for v, (lo, hi) in family.variables.items()},
         "splits": {},
         "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
@@ -70,128 +68,148 @@ def frame(
     }
 
 
-def _meaning(error: Any, level_errors: bool) -> str:
-    return f"sign of slip times ({error.meaning})" if level_errors and error.contact is not None else str(error.meaning)
+def _meaning(error: ErrorVariable, observer: Observer) -> str:
+    turned = observer.level_errors and error.contact is not None
+    return f"sign of slip times ({error.meaning})" if turned else error.meaning
 
 
 @dataclass(frozen=True)
 class Found:
-    """A proposal of the solver: a common P for all cells.
+    """A proposal of the solver.
 
     Attributes:
         alpha: 1/s.
         splits: variable → breakpoints, exact.
-        matrices: P, m by m.
+        p: P, m by m.
         cover: a tree of cuts on whose leaves the checker is to decide it (covered.py), and none where the cells are
             those of ``splits``.
     """
 
     alpha: float
     splits: Mapping[sympy.Symbol, list[Any]]
-    matrices: list[NDArray[np.float64]]
+    p: NDArray[np.float64]
     cover: Sequence[Any] = ()
 
 
-def proved(
-    base: Mapping[str, Any], analysis: Analysis, family: Family, found: Found, turning: bool = False
-) -> tuple[dict[str, Any], verify.Report]:
-    """The certificate with the fewest digits that the checker accepts.
+Part = tuple[Mapping[str, Any], Family, Found]
+"""The certificate's fields that do not depend on the proof (``frame``), the family and the proposal."""
+
+
+def proved(part: Part, analysis: Analysis, turning: bool = False) -> tuple[dict[str, Any], verify.Report]:
+    """The certificate with the fewest digits that the checker accepts, and its report.
 
     Raises:
         codegen.checker.verify.Refused: if it accepts none.
     """
-    for digits in DIGITS[:-1]:
-        content = _content(base, analysis, family, found, digits, turning)
-        with suppress(verify.Refused):
-            return content, verify.check(json.dumps(content))
-    content = _content(base, analysis, family, found, DIGITS[-1], turning)
-    return content, verify.check(json.dumps(content))
+    return proved_alike([part], analysis, lambda _, content: content, turning)[0]
 
 
 def proved_alike(
-    parts: Sequence[tuple[Mapping[str, Any], Family, Found]],
+    parts: Sequence[Part],
     analysis: Analysis,
     finish: Callable[[int, dict[str, Any]], dict[str, Any]],
-) -> list[dict[str, Any]]:
+    turning: bool = False,
+) -> list[tuple[dict[str, Any], verify.Report]]:
     """Certificates that the checker accepts all with the same digits: a proposal with a common P keeps it.
 
     Args:
-        parts: what ``proved`` takes, each.
         finish: (which part, its certificate) → the certificate with what else is to stand in it.
 
     Raises:
         codegen.checker.verify.Refused: if it accepts them with no number of digits.
     """
-    for digits in DIGITS:
-        made = [_content(base, analysis, family, found, digits, False) for base, family, found in parts]
+
+    def attempt(digits: int) -> list[tuple[dict[str, Any], verify.Report]]:
+        made = [_content(part, analysis, digits, turning) for part in parts]
         contents = [finish(k, content) for k, content in enumerate(made)]
-        try:
-            for content in contents:
-                verify.check(json.dumps(content))
-        except verify.Refused:
-            if digits == DIGITS[-1]:
-                raise
-            continue
-        break
-    return contents
+        return [(content, verify.check(json.dumps(content))) for content in contents]
+
+    for digits in DIGITS[:-1]:
+        with suppress(verify.Refused):
+            return attempt(digits)
+    return attempt(DIGITS[-1])
 
 
-def _content(
-    base: Mapping[str, Any], analysis: Analysis, family: Family, found: Found, digits: int, turning: bool
-) -> dict[str, Any]:
-    observer = analysis.dynamics.observer
+def _content(part: Part, analysis: Analysis, digits: int, turning: bool) -> dict[str, Any]:
+    (base, family, found), observer = part, analysis.dynamics.observer
     h = observer.sample_time
-    exact = [rounded_matrix(matrix, digits, np.sqrt(np.diag(matrix))) for matrix in found.matrices]
-    rate, together = rounded(found.alpha - abs(found.alpha) * 10.0 ** (1 - digits), 4), [exact]
+    exact = rounded_matrix(found.p, digits, np.sqrt(np.diag(found.p)))
+    rate = rounded(found.alpha - abs(found.alpha) * 10.0 ** (1 - digits), 4)
     fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
-    reversals = [_reversal(together, analysis, contact, fall) for contact in range(len(observer.signs))]
-    words = {"observer": observer, "reversals": [r for r in reversals if r], "rate": float(rate), "period": float(h)}
-    words |= {"turning": turning}
+    reversals = []
+    for contact in range(len(observer.signs)) if observer.level_errors else ():
+        if flips := [k for k, e in enumerate(observer.errors) if e.contact == contact]:
+            with suppress(np.linalg.LinAlgError, OverflowError):  # P is nearly singular: nothing is said of a reversal
+                reversals.append(turn_cost(exact, observer.system.contacts[contact].name, flips, fall))
+    words = {"observer": observer, "reversals": reversals, "rate": float(rate), "period": float(h), "turning": turning}
     words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if isinstance(c.law, DynamicLaw)]
-    words |= {"variables": {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}}
+    words["variables"] = {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}
     return {
         **base,
-        "claim": " ".join(render("text/claim.j2", **words).split()),
+        "claim": one_line("text/claim.j2", **words),
         "splits": {v.name: [rational_text(b) for b in breaks] for v, breaks in found.splits.items()},
-        "lyapunov_matrix": texts(exact[0]),
+        "lyapunov_matrix": texts(exact),
         "cover": [*found.cover],
         "decay_rate": rational_text(rate),
-        "reversals": [r for r in reversals if r],
-        "assumptions": [line.strip() for line in render("text/assumptions.j2", **words).splitlines() if line.strip()],
+        "reversals": reversals,
+        "assumptions": lines("text/assumptions.j2", **words),
     }
 
 
-def _reversal(
-    matrices: Sequence[Sequence[list[list[Any]]]], analysis: Analysis, contact: int, fall: float
-) -> dict[str, Any] | None:
-    """How much V can grow when a contact's slip turns, and how many samples bring it down again.
+def one_line(template: str, **words: Any) -> str:
+    """A template's text in one line."""
+    return " ".join(render(template, **words).split())
+
+
+def lines(template: str, **words: Any) -> list[str]:
+    """A template's lines that are not empty."""
+    return [line.strip() for line in render(template, **words).splitlines() if line.strip()]
+
+
+def turn_cost(exact: list[list[Any]], contact: str, flips: list[int], fall: float) -> dict[str, Any]:
+    """The entry of ``reversals``: what V grows by where these components change sign, and the dwell time after it.
 
     Args:
-        matrices: the P at each place, any of which may follow any other of that place.
-    """
-    observer = analysis.dynamics.observer
-    flips = [k for k, e in enumerate(observer.errors) if e.contact == contact]
-    if not observer.level_errors or not flips:
-        return None
-    try:
-        return turn_cost(matrices, observer.system.contacts[contact].name, flips, fall)
-    except (np.linalg.LinAlgError, OverflowError):  # P is nearly singular: nothing is said of a reversal
-        return None
-
-
-def turn_cost(
-    matrices: Sequence[Sequence[list[list[Any]]]], contact: str, flips: list[int], fall: float
-) -> dict[str, Any]:
-    """The entry of ``reversals``: what V grows by where these components change sign, and what makes it good again.
-
-    Args:
-        matrices: the P at each place, exact, any of which may follow any other of that place.
+        exact: P.
         fall: of V in a sample.
     """
-    floats = [[np.array(matrix, dtype=float) for matrix in here] for here in matrices]
-    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(floats[0][0]))])
-    pairs = [pair for here in floats for pair in product(here, repeat=2)]
-    growth = max(1.0, *[float(np.linalg.eigvals(np.linalg.solve(p, turn @ q @ turn)).real.max()) for p, q in pairs])
+    p = np.array(exact, dtype=float)
+    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
+    growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()))
     bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
     dwell = math.ceil(math.log(float(bound)) / -math.log(fall) * (1 + 1e-9)) + int(bool(bound > 1))
     return {"contact": contact, "flips": flips, "growth": rational_text(bound), "dwell_samples": int(dwell)}
+
+
+def code_reading(observer: Observer, family: Family, places: Mapping[str, str]) -> dict[str, Any]:
+    """The certificate's ``code``: which outputs its errors are of, and for its reader where its variables are.
+
+    What the code does not show is left out, and the checker says so.
+
+    Args:
+        places: name of an input or output of the code → its place there, such as outputs.v_hat[3].
+    """
+    system = observer.system
+    # Positions and velocities → what the code takes for them, where its error is zero.
+    names = {x: x.name for x in system.positions if x not in system.sensor_errors}
+    names |= {v: v.name if v.name in places else f"{v.name}_hat" for v in system.velocities}
+    shown = {s: sympy.Symbol(places[name]) for s, name in names.items() if name in places}
+    slips = [*system.slip_velocity.subs(observer.values)]
+    signs = [u / sympy.Abs(u) for u in slips]
+    meaning = {x: x for x in (*system.positions, *system.velocities)}
+    meaning |= dict(zip([c.slip for c in system.contacts], slips, strict=True))
+    meaning |= dict(zip(observer.signs, signs, strict=True))
+    known = {v: meaning[v] for v in family.variables if v in meaning and meaning[v].free_symbols <= shown.keys()}
+    errors: list[Any] = []
+    for error, estimate in zip(observer.errors, estimates_of(observer), strict=True):
+        place: Any = places.get(estimate.name, "")
+        if place and observer.level_errors and error.contact is not None:  # a level that is certified as a force
+            sign = signs[error.contact]
+            place = ["*", to_prefix(sign.subs(shown)), place] if sign.free_symbols <= shown.keys() else ""
+        errors.append(place)
+    pairs = zip(system.positions, system.velocities, strict=True)
+    return {
+        "errors": errors if all(errors) else [],
+        "variables": {v.name: to_prefix(e.subs(shown)) for v, e in known.items()},
+        "motion": {shown[x].name: shown[v].name for x, v in pairs if x in shown and v in shown},
+    }

@@ -1,14 +1,15 @@
 """A certificate as a proof for the kernel (checker/kernel.py): untrusted, as all that is written for it.
 
 What a certificate says of a matrix is said there of the C: which states show which estimates, in which machine.
-Covered are levels of Coulomb friction and tracked forces with constant M and Ψ and a common P.
+Covered are levels of Coulomb friction and tracked forces with a common P, and the sliding of a DFO with one contact.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from itertools import product
 from typing import Any
 
 import sympy
@@ -17,6 +18,9 @@ from codegen.mechanics import System
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
+
+SLOWER = (Fraction(1), Fraction(999, 1000), Fraction(99, 100), Fraction(9, 10))
+"""Shares of the rate of sliding.json that are tried: a cell in place of its cells may lose some."""
 
 
 class NotCovered(Exception):
@@ -33,22 +37,7 @@ def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[s
     Raises:
         NotCovered: for what the kernel cannot say.
     """
-    _refuse_uncovered(observer, content)
-    return _text(_proof(observer, places, content))
-
-
-def with_solution(proof: str, content: Mapping[str, Any]) -> str:
-    """The proof with P, rate and reversals of another certificate of the same matrix."""
-    made = json.loads(proof)
-    return _text(made | _found(content, {x.split(".")[1]: x for x in (*made["positions"], *made["box"])}))
-
-
-def _text(proof: Mapping[str, Any]) -> str:
-    return json.dumps(proof, indent=1) + "\n"
-
-
-def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
-    system = observer.system
+    system, write = observer.system, Writer(observer, places)
     if content["along"]:
         raise NotCovered("a refutation")
     if observer.integration not in ("euler", "semi_implicit"):
@@ -57,34 +46,111 @@ def _refuse_uncovered(observer: Observer, content: Mapping[str, Any]) -> None:
         raise NotCovered("a proof by structure")
     if system.actuators or system.sensor_errors or system.transmissions:
         raise NotCovered("effects on inputs or sensors, or loads behind springs")
-
-
-def _proof(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> dict[str, Any]:
-    system, write = observer.system, Writer(observer, places)
     force = system.modelled_force - observer.true_friction
     acceleration = _inverse(system) * force
     at = {name: write(symbol(name)) for name in content["variables"]}
-    parameters = {p["name"]: infix(p["expression"], at) for p in content["parameters"]}
-    h, size = content["sample_time"], range(len(content["matrix"]))
-    turned = [observer.signs[e.contact] if e.contact is not None and observer.level_errors else None
-              for e in observer.errors]  # fmt: skip
-    return {
-        "name": content["subject"]["name"],
-        "step": observer.integration,
+    signs = [
+        observer.signs[e.contact] if e.contact is not None and observer.level_errors else None for e in observer.errors
+    ]
+    made = {
         "positions": {write(x): write(v) for x, v in zip(system.positions, system.velocities, strict=True)},
         "mass_matrix": [[write(x) for x in system.mass_matrix.row(i)] for i in range(system.mass_matrix.rows)],
         "force": [write(f) for f in force],
         "acceleration": {write(v): write(a) for v, a in zip(system.velocities, acceleration, strict=True)},
         "signs": {write(s): write(u) for s, u in zip(observer.signs, write.slips, strict=True)},
         "domain": _domain(observer, write),
-        "errors": [
-            {"truth": write(e.truth), "estimate": write(s), "sign": "" if sign is None else write(sign)}
-            for e, s, sign in zip(observer.errors, estimates_of(observer), turned, strict=True)
-        ],
-        "states": {write(z): write(text) for z, text in states_of(observer).items()} | _held(observer, write),
-        "matrix": [[step_entry(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size],
+        **_errors(observer, write, signs, content, at),
         "box": {at[name]: ends for name, ends in content["variables"].items() if at[name].startswith("true.")},
         **_found(content, at),
+    }
+    made["states"] |= _held(observer, write)
+    return _text({"name": content["subject"]["name"], "step": observer.integration, **made})
+
+
+def with_solution(proof: str, content: Mapping[str, Any]) -> str:
+    """The proof with P, rate and reversals of another certificate of the same matrix."""
+    made = json.loads(proof)
+    return _text(made | _found(content, {x.split(".")[1]: x for x in (*made["positions"], *made["box"])}))
+
+
+def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> Iterator[str]:
+    """Proofs of a DFO's sliding as JSON, the fastest first, for the kernel to accept one.
+
+    With σ the sign of the friction state f, the errors are σ(v − v̂), σ(f − f̂) and a − â, and the matrix is one for both
+    signs, over σf, σv, a and the input. The level that the step leaves is off by h² K_a u' f' a sample even where all
+    estimates are right: that is the proof's `rest`.
+
+    Args:
+        places: as of ``proof_text``.
+        content: of sliding.json.
+
+    Raises:
+        NotCovered: for what the kernel cannot say.
+    """
+    system, write, s = observer.system, Writer(observer, places), observer.signs[0]
+    if len(system.positions) != 1 or list(system.slip_velocity) != list(system.velocities) or len(system.inputs) != 1:
+        raise NotCovered("a DFO of more than one coordinate, contact or input, or with a slip that is no velocity")
+    if observer.integration != "euler" or observer.velocity != "estimated":
+        raise NotCovered("a DFO with another step than euler, or whose velocity is measured")
+    v, f, a = (error.truth for error in observer.errors)
+    name, ends = system.contacts[0].name, {x: [Fraction(e) for e in pair] for x, pair in content["variables"].items()}
+    state, slip, rate = (ends[f"{x}_along"] for x in (f.name, f"slip_{name}", f"slip_{name}_dot"))
+    v_hat, f_hat, _ = estimates_of(observer)
+    (equation,) = (e for e in observer.equations if e.law and e.law[0].label.startswith("xi"))
+    law, domain = _in_signs(equation.expression[0], s, {system.contacts[0].slip: slip, f_hat: state})
+    pushed = (system.force - observer.true_friction)[0]
+    acceleration = pushed / system.mass_matrix[0]
+    xi = law.xreplace({system.contacts[0].slip: v, v_hat: v, f_hat: f})
+    at = {f.name: s * f, f"slip_{name}": s * v, f"slip_{name}_dot": s * acceleration}
+    along = {f"{x}_along": f"({write(e)})" for x, e in at.items()} | {a.name: write(a)}
+    mass = Fraction(str(system.mass_matrix.subs(system.values)[0]))
+    most = mass * rate[1] - max(map(abs, ends[a.name])) * state[1]  # at which the acceleration stays in its range
+    if most <= 0:
+        raise NotCovered("accelerations that the friction alone exceeds")
+    box = {v: slip, f: state, a: ends[a.name], system.inputs[0]: [-most, most]}
+    h, K_a = symbol("h"), symbol("K_a")
+    made = {
+        "name": content["subject"]["name"],
+        "step": observer.integration,
+        "positions": {write(system.positions[0]): write(v)},
+        "mass_matrix": [[write(system.mass_matrix[0]), "0"], ["0", "1"]],
+        "force": [write(pushed), write(xi)],
+        "acceleration": {write(v): write(acceleration), write(f): write(xi)},
+        "signs": {write(s): write(f_hat)},
+        "domain": [write(x) for x in domain],
+        **_errors(observer, write, [s, s, None], content, along),
+        "rest": ["0", "0", f"-{write(h * h * K_a)}*({write(acceleration)})*({write(xi)})"],
+        "box": {write(x): [str(end) for end in pair] for x, pair in box.items()},
+        "cover": "",
+        "reversals": [],
+        "lyapunov_matrix": content["lyapunov_matrix"],
+    }
+    for share in SLOWER:
+        yield _text(made | {"decay_rate": str(share * Fraction(content["decay_rate"]))})
+
+
+def _text(proof: Mapping[str, Any]) -> str:
+    return json.dumps(proof, indent=1) + "\n"
+
+
+def _errors(
+    observer: Observer, write: Writer, signs: list[Any], content: Mapping[str, Any], at: Mapping[str, str]
+) -> dict[str, Any]:
+    """The errors, what the states are where the estimates are known, and the matrix I + hA.
+
+    Args:
+        signs: of each error, or None.
+        at: a variable of the certificate → what it is in the code.
+    """
+    h, size = content["sample_time"], range(len(content["matrix"]))
+    parameters = {p["name"]: infix(p["expression"], at) for p in content["parameters"]}
+    return {
+        "errors": [
+            {"truth": write(e.truth), "estimate": write(y), "sign": "" if sign is None else write(sign)}
+            for e, y, sign in zip(observer.errors, estimates_of(observer), signs, strict=True)
+        ],
+        "states": {write(z): write(text) for z, text in _states(observer).items()},
+        "matrix": [[_step_entry(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size],
     }
 
 
@@ -122,7 +188,7 @@ def _inverse(system: System) -> sympy.Matrix:
     return mass.inv() if mass.rows <= 3 or mass.is_diagonal() else mass.subs(system.values).inv()
 
 
-def step_entry(diagonal: bool, h: str, entry: Any, parameters: Mapping[str, str]) -> str:
+def _step_entry(diagonal: bool, h: str, entry: Any, parameters: Mapping[str, str]) -> str:
     """An entry of I + hA."""
     if isinstance(entry, str) and entry not in parameters:
         return str(diagonal + Fraction(h) * Fraction(entry))
@@ -220,10 +286,11 @@ def _of_a_sum(e: Any) -> bool:
 
 
 def estimates_of(observer: Observer) -> list[Any]:
+    """The symbols of the estimates, in the order of the errors."""
     return [s for equation in observer.equations if equation.state is not None for s in equation.symbols]
 
 
-def states_of(observer: Observer) -> dict[Any, Any]:
+def _states(observer: Observer) -> dict[Any, Any]:
     """State → what it is where the estimates are known: estimate = state + rest, so state = estimate − rest."""
     states = {}
     for equation in observer.equations:
@@ -250,3 +317,22 @@ def _held(observer: Observer, write: Writer) -> dict[str, str]:
         return {}
     (contact,), (s,) = observer.system.contacts, observer.signs
     return {f"state.direction_{contact.name}": write(s), "state.samples_slid": "parameters.settle_samples"}
+
+
+def _in_signs(law: Any, s: sympy.Symbol, along: Mapping[Any, Any]) -> tuple[Any, list[Any]]:
+    """The law with a sign for each |x| and sgn x, and what is positive where x has that sign: s x, −s x, x or −x.
+
+    Args:
+        along: what x is linear in → the range of s times it.
+    """
+    found: dict[Any, Any] = {}
+    for x in sorted({atom.args[0] for atom in law.atoms(Magnitude, Sgn)}, key=str):
+        at = {side: [x.subs({u: side * end for u, end in zip(along, ends, strict=True)})
+                     for ends in product(*along.values())] for side in (1, -1)}  # fmt: skip
+        seen = [({sympy.sign(value) for value in values}, side) for side, values in at.items()]
+        if any(len(signs) != 1 or 0 in signs for signs, _ in seen):
+            raise NotCovered(f"the sign of {x}, which changes in the region")
+        first, second = (next(iter(signs)) for signs, _ in seen)
+        found[x] = first if first == second else first * s
+    law = law.replace(Magnitude, lambda x: found[x] * x).replace(Sgn, lambda x: found[x])
+    return law, [sign * x for x, sign in found.items()]

@@ -2,7 +2,7 @@
 
 In δ form, with Φ = I + hA:  A'P + PA + hA'PA ≤ −2αP  is the same as  Φ'PΦ ≤ (1 − 2αh)P, and stays well conditioned
 at short sample times. With h = 0 it is the condition of the implicit step, for which it implies V[k+1] ≤ V[k]/(1 + αh)²
-at any h. Linear matrix inequalities in P are solved by Clarabel. What is found is only proposed; the exact check decides.
+at any h. Linear matrix inequalities in P are solved by Clarabel. What is found is proposed; the exact check decides.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from collections.abc import Sequence
 import clarabel
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 from scipy.linalg import eigh, matrix_balance, solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
@@ -27,7 +26,7 @@ WELL = 1e8
 SAME = 0.05
 """Steps of log w: coarse, so that no last bit decides."""
 FEW, FIRST, ADDED, ROUNDS = 64, 12, 6, 25
-"""Of more than FEW matrices the inequality is met for FIRST, then with the worst ADDED of those that P does not serve."""
+"""Of more than FEW matrices the inequality is met for FIRST, then with the worst ADDED that P does not serve."""
 NEAR = 2e-5
 """How near to the largest rate the centre of one family is brought (``climbed``): within 1 % of the proved limit."""
 NEARER = (0.75, 0.5, 0.25)
@@ -52,7 +51,9 @@ def shown_rates(p: Array, stack: Array, h: float) -> Array:
     return np.asarray(np.linalg.eigvalsh(inverse @ falls @ inverse.T)[:, 0] / 2)
 
 
-def common_lyapunov(matrices: Sequence[Array], h: float, structure: Pattern | None = None) -> tuple[Array, float] | None:
+def common_lyapunov(
+    matrices: Sequence[Array], h: float, structure: Pattern | None = None
+) -> tuple[Array, float] | None:
     """(P, α) with Φ'PΦ ≤ (1 − 2αh)P for every matrix and α close to the largest possible, or None if none is found.
 
     Args:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.operating_points import evaluate_columns, matrix_function
 from codegen.base.exact_numbers import geometric, powers_of_ten
-from codegen.certify.decimals import rounded
+from codegen.certify.prefix import rounded
 
 Array = NDArray[np.float64]
 POINTS = 4000

@@ -9,8 +9,8 @@ from fractions import Fraction
 from typing import Any
 
 from codegen.base.shown import Shown
+from codegen.certify import REGION_PROOFS
 from codegen.certify.bound.bounds import ErrorBound
-from codegen.certify.region_files import REGION_PROOFS
 from codegen.certify.region_proofs import Regions
 
 PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", *REGION_PROOFS)

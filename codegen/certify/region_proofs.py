@@ -18,17 +18,16 @@ import sympy
 
 from codegen.analysis.analysis import Analysis
 from codegen.base.text import render
+from codegen.certify import REGION_PROOFS
 from codegen.certify.along_friction import AlongFriction, along_friction, envelope_along
-from codegen.certify.content import Found, frame, proved_alike, turn_cost
+from codegen.certify.content import Found, Frame, lines, one_line, proved_alike, turn_cost
 from codegen.certify.family import Family, NotEnclosable
 from codegen.certify.levels import SHARES, about_declared, over_levels
 from codegen.certify.lyapunov import decay_rate_limit
 from codegen.certify.refute import SLACK, refuted_at
-from codegen.certify.region_files import REGION_PROOFS
 from codegen.certify.regions import Region, RegionSearch
-from codegen.certify.rising import none_without_growth
 from codegen.checker import verify
-from codegen.spec.model import Spec
+from codegen.mechanics.system import Matrix
 
 FALLING = ("sliding.json", "presliding.json", "presliding_back.json")
 ZERO = 1e-6
@@ -44,7 +43,7 @@ class Regions:
         rates: file → 1/s: proved or, of ``sliding_limit.json``, refuted; below zero V may grow.
         reversal: growth of V in ``recovery.json`` where a contact's friction passes zero, by contact.
         sample_time: s.
-        must_grow: whether it is proved that no V is non-increasing (``rising``).
+        must_grow: whether it is proved that no V is non-increasing.
         passes_zero: whether the envelope has a friction state of zero.
         whole: files whose region holds the whole envelope.
         levels: (name, lowest, largest, unit) of the true friction levels, of the files but presliding.
@@ -84,84 +83,70 @@ class Regions:
         return risen / -float(np.log1p(-2 * down * h)) * h
 
 
-def find_regions(spec: Spec, analysis: Analysis, files: Mapping[str, str], command: str) -> Regions | None:
-    """The regions of a refused DFO, or None where its envelope is refused for another reason or has no such form.
-
-    Args:
-        files: name → SHA-256 of the generated sources.
-        command: that writes them.
-    """
-    if not analysis.dynamics.observer.truth_ranges or analysis.spectral_abscissa > ZERO:
+def find_regions(analysis: Analysis, stated: Frame) -> Regions | None:
+    """The regions of a refused DFO, or None where its envelope is refused for another reason or has no such form."""
+    observer = analysis.dynamics.observer
+    if not observer.truth_ranges or analysis.spectral_abscissa > ZERO or (declared := along_friction(analysis)) is None:
         return None
-    declared = along_friction(analysis)
-    if declared is None:
-        return None
-    ranges = (
-        [about_declared(analysis, share) for share in SHARES] if analysis.dynamics.observer.declared_levels else [{}]
-    )
-    for k, levels in enumerate(ranges):
-        maker = _Maker(spec, over_levels(analysis, levels), files, command)
+    levels = [about_declared(analysis, share) for share in SHARES] if observer.declared_levels else [{}]
+    over = [over_levels(analysis, each) for each in levels]
+    for k, wide in enumerate(over):
+        along = along_friction(wide)
+        assert along is not None
+        proofs = _Proofs(wide, along, stated)
+        search = RegionSearch(along)
         try:
-            search = RegionSearch(maker.along)
-            maker.all(search.regions())
+            proofs.add(search.regions())
         except (NotEnclosable, TypeError, verify.Refused):
             continue
-        if maker.proofs:
-            return _with_presliding(maker, search, declared, [over_levels(analysis, r) for r in ranges[k + 1 :]])
+        if proofs.proofs:
+            return _with_presliding(proofs, search, declared, over[k + 1 :])
     return None
 
 
-def _with_presliding(maker: _Maker, search: RegionSearch, declared: AlongFriction, narrower: list[Analysis]) -> Regions:
+def _with_presliding(
+    widest: _Proofs, search: RegionSearch, declared: AlongFriction, narrower: list[Analysis]
+) -> Regions:
     """What was proved; presliding over narrower ranges of levels where it was not for the widest, or its absence."""
-    if maker.presliding_whole or not narrower:
-        return maker.regions()
-    if FALLING[1] not in maker.proofs:  # what serves a range of levels serves a narrower one: the narrowest decides
-        *wider, narrowest = (maker.at(analysis) for analysis in narrower)
-        found = narrowest.presliding_by(search)
-        if found:
-            found = next((p for other in wider if FALLING[1] in (p := other.presliding_by(search))), found)
-        maker.proofs |= found
+    if widest.presliding_whole or not narrower:
+        return widest.regions()
+    proofs = widest.proofs
+    if FALLING[1] not in proofs:  # what serves a range of levels serves a narrower one: the narrowest decides
+
+        def presliding(analysis: Analysis) -> dict[str, dict[str, Any]]:
+            other = _Proofs(analysis, widest.along.over(analysis.dynamics.observer), widest.stated)
+            other.add(search.presliding(other.along))
+            return other.proofs
+
+        *wider, narrowest = narrower
+        if found := presliding(narrowest):
+            found = next((p for analysis in wider if FALLING[1] in (p := presliding(analysis))), found)
+        proofs |= found
     alone = dict(zip(FALLING[1:], (region.rate for region in search.presliding(declared)), strict=False))
-    asked = [*alone, *(FALLING[2:] if FALLING[1] in maker.proofs else ())]
-    return replace(maker.regions(), withheld={name: alone.get(name) for name in asked if name not in maker.proofs})
+    asked = [*alone, *(FALLING[2:] if FALLING[1] in proofs else ())]
+    return replace(widest.regions(), withheld={name: alone.get(name) for name in asked if name not in proofs})
 
 
-class _Maker:
-    """Writes the proofs and keeps those that the checker accepts."""
+@dataclass(frozen=True)
+class _Proofs:
+    """The proofs that the checker accepts at one range of levels: file → its content."""
 
-    def __init__(
-        self,
-        spec: Spec,
-        analysis: Analysis,
-        files: Mapping[str, str],
-        command: str,
-        along: AlongFriction | None = None,
-    ) -> None:
-        along = along or along_friction(analysis)
-        assert along is not None
-        self.spec, self.analysis, self.along, self.files, self.command = spec, analysis, along, files, command
-        self.proofs: dict[str, dict[str, Any]] = {}
-        self.envelope = envelope_along(analysis)
+    analysis: Analysis
+    along: AlongFriction
+    stated: Frame
+    proofs: dict[str, dict[str, Any]] = field(default_factory=dict)
 
-    def at(self, analysis: Analysis) -> _Maker:
-        """The same for other ranges of the same levels, without proofs."""
-        along = self.along.over(analysis.dynamics.observer)
-        return _Maker(self.spec, analysis, self.files, self.command, along)
-
-    def presliding_by(self, search: RegionSearch) -> dict[str, dict[str, Any]]:
-        """The proofs of presliding at these levels, beside the sliding that was found."""
-        self.all(search.presliding(self.along))
-        return self.proofs
-
-    def all(self, found: list[Region]) -> None:
+    def add(self, found: list[Region]) -> None:
         """Prove what was found."""
         for region in found:
             if region.kind in ("sliding", "presliding", "weak"):
-                self.alone(region)
-        together = [region for region in found if region.kind in ("passing", "recovery")]
+                name = f"{region.kind}.json"
+                self._prove({f"{region.kind}_back.json" if name in self.proofs else name: region})
+        together = {f"{region.kind}.json": region for region in found if region.kind in ("passing", "recovery")}
         if len(together) == 2 and self.passes_zero:
-            self.together(together)
-        self.limit(found)
+            self._prove(together)
+        if "sliding.json" in self.proofs:
+            self._limit(next(region.family for region in found if region.kind == "sliding"))
 
     @property
     def passes_zero(self) -> bool:
@@ -178,11 +163,11 @@ class _Maker:
         return FALLING[2] in self.proofs or (bool(ends) and ends[0] < 0 < ends[1])
 
     def _holds_envelope(self, content: Mapping[str, Any]) -> bool:
-        asked = {v.name: ends for v, ends in (self.envelope or {}).items()}
-        ends = {v: pair for axis in self.along.axes for v in axis.symbols if (pair := content["variables"].get(v.name))}
+        asked = {v.name: ends for v, ends in (envelope_along(self.analysis) or {}).items()}
+        names = {v.name for axis in self.along.axes for v in axis.symbols} & content["variables"].keys()
+        ends = {name: [sympy.Rational(x) for x in content["variables"][name]] for name in names}
         return bool(asked) and all(
-            v.name in asked and sympy.Rational(low) <= asked[v.name][0] and asked[v.name][1] <= sympy.Rational(high)
-            for v, (low, high) in ends.items()
+            name in asked and low <= asked[name][0] and asked[name][1] <= high for name, (low, high) in ends.items()
         )
 
     def regions(self) -> Regions:
@@ -203,64 +188,40 @@ class _Maker:
             self.analysis.dynamics.observer.ranged_levels,
         )
 
-    def base(self, family: Family) -> dict[str, Any]:
-        """What ``frame`` gives, over the axes: nothing of it is read from the twin."""
-        content = frame(self.spec, self.analysis, family, self.files, self.command)
+    def _base(self, family: Family) -> dict[str, Any]:
+        """What the proofs of a family state, over the axes."""
+        content = self.stated(self.analysis, family)
         for error, own in zip(content["error"], self.analysis.dynamics.observer.errors, strict=True):
             if own.of == "level":
                 error["meaning"] = f"sign of friction state times ({error['meaning']})"
         return content
 
-    def alone(self, region: Region) -> None:
-        name = f"{region.kind}.json"
-        if name in self.proofs:
-            name = f"{region.kind}_back.json"
-        self._prove([(name, region)])
-
-    def together(self, regions: list[Region]) -> None:
-        self._prove([(f"{region.kind}.json", region) for region in regions])
-
-    def _prove(self, named: list[tuple[str, Region]]) -> None:
-        parts = [(self.base(r.family), r.family, Found(r.rate, r.splits, [r.p])) for _, r in named]
+    def _prove(self, named: Mapping[str, Region]) -> None:
+        regions = [*named.values()]
+        parts = [(self._base(r.family), r.family, Found(r.rate, r.splits, r.p)) for r in regions]
 
         def finish(k: int, content: dict[str, Any]) -> dict[str, Any]:
-            kind = named[k][1].kind
             rate, h = float(Fraction(content["decay_rate"])), float(Fraction(content["sample_time"]))
-            if kind == "recovery":
-                content = content | {"reversals": self._turns(content, 1 - 2 * rate * h)}
-            return content | self._words(kind, content, rate, h)
+            if regions[k].kind == "recovery":
+                names = [error["name"] for error in content["error"]]
+                exact = [[sympy.Rational(x) for x in row] for row in content["lyapunov_matrix"]]
+                content["reversals"] = [
+                    turn_cost(exact, axis.name, [names.index(f"e_a_{axis.name}")], 1 - 2 * rate * h)
+                    for axis in self.along.axes
+                ]
+            words = {"kind": regions[k].kind, "rate": rate, "period": h, "axes": self.along.axes}
+            words |= {"observer": self.analysis.dynamics.observer}
+            words |= {key: content[key] for key in ("reversals", "variables")}
+            said: dict[str, Any] = {"claim": one_line("text/region_claim.j2", **words)}
+            said["assumptions"] = [*content["assumptions"], *lines("text/region_assumptions.j2", **words)]
+            return content | said
 
         with suppress(verify.Refused):
-            contents = proved_alike(parts, self.analysis, finish)
-            self.proofs |= {name: content for (name, _), content in zip(named, contents, strict=True)}
+            accepted = proved_alike(parts, self.analysis, finish)
+            self.proofs.update(zip(named, (content for content, _ in accepted), strict=True))
 
-    def _turns(self, content: Mapping[str, Any], fall: float) -> list[dict[str, Any]]:
-        names = [error["name"] for error in content["error"]]
-        exact = [[sympy.Rational(x) for x in row] for row in content["lyapunov_matrix"]]
-        contacts = [axis.name for axis in self.along.axes]
-        return [turn_cost([[exact]], name, [names.index(f"e_a_{name}")], fall) for name in contacts]
-
-    def _words(self, kind: str, content: Mapping[str, Any], rate: float, h: float) -> dict[str, Any]:
-        words = {
-            "kind": kind,
-            "rate": rate,
-            "period": h,
-            "axes": self.along.axes,
-            "observer": self.analysis.dynamics.observer,
-        }
-        words |= {"reversals": content["reversals"]}
-        words |= {"variables": content["variables"]}
-        more = render("text/region_assumptions.j2", **words).splitlines()
-        return {
-            "claim": " ".join(render("text/region_claim.j2", **words).split()),
-            "assumptions": [*content["assumptions"], *[line.strip() for line in more if line.strip()]],
-        }
-
-    def limit(self, found: list[Region]) -> None:
+    def _limit(self, family: Family) -> None:
         """The refutation of every faster rate while sliding, from the slowest corner of its box."""
-        if "sliding.json" not in self.proofs:
-            return
-        family = next(region.family for region in found if region.kind == "sliding")
         h = float(self.analysis.dynamics.observer.sample_time)
         corners = []
         for ends in product(*[sorted({*ends}) for ends in family.variables.values()]):
@@ -269,7 +230,34 @@ class _Maker:
             a = np.array(exact.tolist(), dtype=float)
             corners.append((decay_rate_limit([a], h), {v.name: x for v, x in point.items()}, a))
         limit, at, a = min(corners, key=lambda corner: corner[0])
-        rates = [limit * (1 + slack) for slack in SLACK]
-        content = refuted_at(self.analysis, self.base(family), at, a, rates)
+        content = refuted_at(self.analysis, self._base(family), at, a, [limit * (1 + slack) for slack in SLACK])
         if content is not None:
             self.proofs["sliding_limit.json"] = content
+
+
+def none_without_growth(along: AlongFriction) -> bool:
+    """Whether it is proved that no V is non-increasing over the envelope of a refused DFO, in exact numbers.
+
+    Let x be a level's error, and A₁x = A₂x = 0 at two operating points of zero friction with opposite steady slips:
+    nothing is learnt of the level. If V = e'Pe with P > 0 rises at neither, P − Φ'PΦ ≥ 0 vanishes along x, so
+    A₁'Px = A₂'Px = 0. But where x = A₁y₁ + A₂y₂ for some y₁ and y₂, this gives x'Px = 0, against P > 0.
+    """
+    if any(axis.least_state != 0 for axis in along.axes):
+        return False
+
+    def at_zero(share: Any) -> Matrix:
+        """A at zero friction, steady slips of a share of the largest."""
+        point = {v: sympy.Integer(0) for axis in along.axes for v in axis.symbols}
+        point |= {axis.slip: share * axis.largest_slip for axis in along.axes}
+        point |= {level: (low + high) / 2 for level, (low, high) in along.levels.items()}
+        family = along.family({v: (x, x) for v, x in point.items()})
+        return Matrix(family.matrix.subs({s: e.subs(point) for s, e in family.parameters.items()}))
+
+    first, second = at_zero(sympy.Rational(1, 2)), at_zero(sympy.Rational(-1, 2))
+    both = first.row_join(second)
+    for k, error in enumerate(along.dynamics.observer.errors):
+        x = sympy.eye(first.rows)[:, k]
+        held = first * x == second * x == sympy.zeros(first.rows, 1)
+        if error.of == "level" and held and both.row_join(x).rank() == both.rank():
+            return True
+    return False

@@ -18,11 +18,10 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.certify.content import Found
-from codegen.certify.decimals import rounded_matrix
 from codegen.certify.enclosure import exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
-from codegen.certify.prefix import to_prefix
+from codegen.certify.prefix import rounded_matrix, to_prefix
 from codegen.checker import covered, kernel
 
 Array = NDArray[np.float64]
@@ -60,7 +59,7 @@ def over_angles(family: Family, h: Any) -> Found | None:
         factor = 1 - 2 * Fraction(str(h)) * Fraction(f"{share * alpha:.9g}")
         tree = _cover(partial(falls, factor), [f"{a.name} t" for a in angles])
         if tree is not None:
-            return Found(share * alpha * 0.999, {}, [p], cover=(tree,))
+            return Found(share * alpha * 0.999, {}, p, cover=(tree,))
     return None
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from codegen.base.files import sha256
 from codegen.base.text import render
-from codegen.certify.region_files import REGION_PROOFS
+from codegen.certify import REGION_PROOFS
 from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.header import Header, make_header
 from codegen.emit.writer import entries

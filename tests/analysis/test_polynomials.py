@@ -15,7 +15,7 @@ from codegen.analysis.factors import written_conditions
 from codegen.analysis.operating_points import evaluate
 from codegen.analysis.polynomials import bilinear, characteristic_polynomial, hurwitz_determinant, jury, routh_hurwitz
 from codegen.app.derive import analysis_json
-from codegen.certify.exact import schur_stable
+from codegen.certify.refute import schur_stable
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec, read_spec

@@ -7,6 +7,7 @@ import json
 import runpy
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,13 +21,13 @@ from codegen.analysis.operating_points import evaluate
 from codegen.certify import along_friction
 from codegen.certify.along_friction import AlongFriction
 from codegen.certify.certify import Refusal, certify
+from codegen.certify.content import frame
 from codegen.certify.enclosure import Enclosure
 from codegen.certify.family import Family, NotEnclosable
-from codegen.certify.region_proofs import REGION_PROOFS, Regions, find_regions
+from codegen.certify.lyapunov import common_at
+from codegen.certify.region_proofs import REGION_PROOFS, Regions, find_regions, none_without_growth
 from codegen.certify.regions import RegionSearch
 from codegen.certify.remedies.sample_times import largest_sample_times
-from codegen.certify.rising import none_without_growth
-from codegen.certify.lyapunov import common_at
 from codegen.checker.verify import check
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
@@ -271,7 +272,7 @@ def test_no_regions_where_another_fault_refuses() -> None:
     path = ROOT / "specs/thesis/one_mass_dfo.yaml"
     spec = read_spec(path)
     wrong = analysis_of("one_mass_dfo", {"K_a: -10": "K_a: 10"})
-    assert wrong.spectral_abscissa > 1 and find_regions(spec, wrong, {}, "none") is None
+    assert wrong.spectral_abscissa > 1 and find_regions(wrong, partial(frame, spec, {}, "none")) is None
 
 
 def test_false_mutants_of_regions_are_refused() -> None:
@@ -395,7 +396,7 @@ def test_an_envelope_inside_a_proved_region_gets_no_less_than_the_whole() -> Non
 def test_which_region_holds_the_whole_envelope(v: str, f: str, whole: tuple[str, ...]) -> None:
     """Sliding is proved from |f| = 0.9874 and |v| = 0.005054 on, for a slip along the friction state."""
     spec, analysis = lens(v, f)
-    found = find_regions(spec, analysis, {}, "none")
+    found = find_regions(analysis, partial(frame, spec, {}, "none"))
     assert found is not None
     assert found.whole == whole
 

@@ -19,12 +19,10 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.certify.bound.bounds import ErrorBound
-from codegen.certify.bound.disturbances import disturbances, dot
-from codegen.certify.bound.error_response import Response, error_response
-from codegen.certify.decimals import rounded, rounded_matrix, texts, upwards
+from codegen.certify.bound.error_response import Response, disturbances, dot, error_response
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
-from codegen.certify.prefix import rational_text
+from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts, upwards
 from codegen.checker import ellipsoid
 from codegen.checker import verify as checker
 from codegen.observers.equations import Observer

@@ -171,7 +171,7 @@ class _Proofs:
         if p is None:
             return None
         rate = float(shown_rates(p, np.array(cells.matrices), step).min())
-        return at, family, Found(0.999 * rate, cells.splits, [p])
+        return at, family, Found(0.999 * rate, cells.splits, p)
 
     def certified(self, h: float) -> bool:
         """Whether the checker accepts what is found."""
@@ -180,7 +180,7 @@ class _Proofs:
             return False
         at, family, p = proposal
         with suppress(verify.Refused):
-            content, _ = proved(frame(self.spec, at, family, {}, "certify"), at, family, p)
+            content, _ = proved((frame(self.spec, {}, "certify", at, family), family, p), at)
             return bool(verify.check(json.dumps(content)).facts)
         return False
 
