@@ -16,14 +16,14 @@ and the error obeys the certified matrix from a start of (E, range of the level)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from codegen.certify.bound.bounds import DomainBound
-from codegen.certify.bound.error_response import Response
+from codegen.certify.bound.error_response import Response, Sizes
 from codegen.friction.law import DynamicLaw
 from codegen.observers.equations import Domain, Observer
 
@@ -32,26 +32,19 @@ ROUNDING = 1e-9
 Peaks = dict[tuple[int, int, int], float]
 
 
-@dataclass(frozen=True)
-class Motion:
-    """What bounds the guard's error, for the slip and the level at its one contact.
+def domain_bound(
+    observer: Observer, response: Response, sizes: Sizes, steady: Sequence[float], peaks: Peaks
+) -> DomainBound | str:
+    """The bounds, or why there are none; for the slip and the level at the one contact of a guarded observer.
 
-    Attributes:
+    Args:
         response: of the error, in force errors.
         sizes: cause → the disturbances' sizes.
         steady: bounds on (e_v, e_F) long after a start, direct noise included.
         peaks: what ``peaks`` gives.
     """
-
-    response: Response
-    sizes: dict[str, list[Fraction]]
-    steady: tuple[float, float]
-    peaks: Peaks
-
-
-def domain_bound(observer: Observer, domain: Domain, motion: Motion) -> DomainBound | str:
-    """The bounds, or why there are none."""
-    response, h = motion.response, float(observer.sample_time)
+    domain, h = observer.domain, float(observer.sample_time)
+    assert domain is not None
     turn = float(observer.system.distribution.subs(observer.values)[0])
     scale, step = abs(turn), np.array(response.step.tolist(), dtype=float)
     phi, beta = step[0, 0], -turn * step[0, 1]
@@ -63,9 +56,9 @@ def domain_bound(observer: Observer, domain: Domain, motion: Motion) -> DomainBo
     if contact.extra_level != 0:  # it turns with the level, and is not within its range
         return f"through reversals no bound is known beside a declared effect on the level of {contact.name}"
     noise, displacement, curve, acceleration = (
-        float(motion.sizes[cause][0]) for cause in ("noise", "displacement", "velocity", "acceleration")
+        float(sizes[cause][0]) for cause in ("noise", "displacement", "velocity", "acceleration")
     )
-    rate = float(sum(motion.sizes["friction"], Fraction(0)))
+    rate = float(sum(sizes["friction"], Fraction(0)))
     direct = [abs(float(e)) * noise for e in response.direct.col(0)]
     in_step = abs(float(response.noise[0, 0]) + step[0, 1] * float(response.direct[1, 0])) * noise
     rest = scale * (
@@ -77,8 +70,8 @@ def domain_bound(observer: Observer, domain: Domain, motion: Motion) -> DomainBo
     low, high = (float(e) for e in domain.level)
     moved = scale * h * acceleration
     # |e_F| from a start of (1, 0) and (0, 1); then D = by_velocity E + known, and E by the two lines of the maximum.
-    by_velocity = motion.peaks[1, 0, 0] / scale
-    known = motion.peaks[1, 1, 0] * (high - low + direct[1]) + motion.steady[1]
+    by_velocity = peaks[1, 0, 0] / scale
+    known = peaks[1, 1, 0] * (high - low + direct[1]) + steady[1]
     known, slack = max(known, high - low), beta * rate + rest
     floor = phi * (moved + scale * direct[0]) + beta * 2 * high + slack
     slope, offset = np.array([beta / (1 - phi), beta]), np.array([slack / (1 - phi), floor])
@@ -87,9 +80,7 @@ def domain_bound(observer: Observer, domain: Domain, motion: Motion) -> DomainBo
     error = float(((slope * known + offset) / (1 - slope * by_velocity)).max()) * (1 + ROUNDING)
     velocity, everywhere = error + scale * direct[0], by_velocity * error + known
     later = [
-        motion.peaks[i, 0, domain.samples] * error / scale
-        + motion.peaks[i, 1, domain.samples] * (high - low + direct[1])
-        + motion.steady[i]
+        peaks[i, 0, domain.samples] * error / scale + peaks[i, 1, domain.samples] * (high - low + direct[1]) + steady[i]
         for i in (0, 1)
     ]
     least = velocity + moved

@@ -10,7 +10,7 @@ All of it is in doubles, 1e-9 added; what is proved of the C, in rationals, is i
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -20,10 +20,11 @@ import numpy as np
 from codegen.analysis.analysis import Analysis
 from codegen.base.errors import BadInput
 from codegen.certify.bound.bounds import DomainBound, ErrorBound
-from codegen.certify.bound.domain_bound import Motion, domain_bound, peaks
+from codegen.certify.bound.domain_bound import domain_bound, peaks
 from codegen.certify.bound.error_response import (
     ModelError,
     Response,
+    Sizes,
     disturbances,
     dot,
     error_response,
@@ -65,49 +66,32 @@ class Steady:
 
 
 @dataclass(frozen=True)
-class ColumnSum:
-    """Σ |Φ^k b| of every component for one disturbance of size 1.
+class Sums:
+    """Σ |Φ^k b| of every error for disturbances of size 1, ``ROUNDING`` added.
 
     Attributes:
-        here: over the samples summed.
-        rest: a bound on what is left.
+        of: cause and index of each disturbance.
+        here: over the samples summed, m by disturbances; rest: a bound on what is left.
     """
 
-    cause: str
-    index: int
+    of: tuple[tuple[str, int], ...]
     here: Any
     rest: Any
 
 
-class Tail:
-    """What the certificate's P says about C Φ^i b for all i from some on.
-
-    Attributes:
-        gamma: √ of the certified fall.
-        reach: √(C_i P⁻¹ C_i') √(e_j'Pe_j), m by m: |Φ^k|[i, j] is at most γ^k times it.
-    """
-
-    def __init__(self, certificate: Certificate) -> None:
-        content = certificate.content
-        self.matrix = np.array([[float(Fraction(x)) for x in row] for row in content["lyapunov_matrix"]])
-        scale = np.sqrt(np.diag(self.matrix))
-        seen = np.sqrt(np.diag(np.linalg.inv(self.matrix / np.outer(scale, scale)))) / scale
-        fall = 1 - 2 * Fraction(content["decay_rate"]) * Fraction(content["sample_time"])
-        self.gamma = float(fall) ** 0.5
-        self.reach = np.outer(seen, scale) * (1 + ROUNDING)
-        self.seen = seen / (1 - self.gamma) * (1 + ROUNDING)
-
-    def sizes(self, columns: Any) -> Any:
-        """√(b'Pb) of every column."""
-        return np.sqrt(np.maximum(np.sum(columns * (self.matrix @ columns), axis=0), 0.0))
+def lyapunov_tail(certificate: Certificate) -> tuple[Any, float, Any, Any]:
+    """(P, γ, seen, scale): |Φ^k|[i, j] ≤ γ^k seen_i scale_j with seen_i = √(C_i P⁻¹ C_i') and scale_j = √(e_j'Pe_j)."""
+    content = certificate.content
+    p = np.array([[float(Fraction(x)) for x in row] for row in content["lyapunov_matrix"]])
+    scale = np.sqrt(np.diag(p))
+    seen = np.sqrt(np.diag(np.linalg.inv(p / np.outer(scale, scale)))) / scale
+    fall = 1 - 2 * Fraction(content["decay_rate"]) * Fraction(content["sample_time"])
+    return p, float(fall) ** 0.5, seen, scale
 
 
-def column_sums(response: Response, causes: Mapping[str, list[bool]], tail: Tail) -> list[ColumnSum] | None:
-    """The sums of the disturbances asked for; None where the error decays too slowly to be summed.
-
-    Args:
-        causes: cause → for each of its disturbances whether it counts.
-    """
+def impulse_sums(response: Response, sizes: Sequence[Sizes], certificate: Certificate) -> Sums | None:
+    """The sums for the disturbances that are above zero in any of ``sizes``; None where the error decays too slowly."""
+    p, gamma, seen, _ = lyapunov_tail(certificate)
     step, n = _doubles(response.step), response.noise.cols
     unit = np.eye(len(step))
     blocks = {
@@ -118,37 +102,35 @@ def column_sums(response: Response, causes: Mapping[str, list[bool]], tail: Tail
         "friction": unit[:, n:],
     }
     named = {
-        (cause, k): block[:, k]
+        (cause, k): column
         for cause, block in blocks.items()
-        for k, counts in enumerate(causes[cause])
-        if counts and block[:, k].any()
+        for k, column in enumerate(block.T)
+        if column.any() and any(size[cause][k] > 0 for size in sizes)
     }
-    if not named:
-        return []
-    vectors = np.column_stack(list(named.values()))
-    here = np.zeros_like(vectors)
+    vectors = np.column_stack([np.zeros((len(step), 0)), *named.values()])
+    here, left = np.zeros_like(vectors), seen / (1 - gamma) * (1 + ROUNDING)
     for count in range(1, LONGEST + 1):
         here += np.abs(vectors)
         vectors = step @ vectors
         if count % EVERY == 0:
-            rest = np.outer(tail.seen, tail.sizes(vectors))
+            rest = np.outer(left, np.sqrt(np.maximum(np.sum(vectors * (p @ vectors), axis=0), 0.0)))
             if (rest <= REST * here)[here > 0].all():
-                more = 1 + ROUNDING
-                return [ColumnSum(*name, here[:, k] * more, rest[:, k] * more) for k, name in enumerate(named)]
+                return Sums(tuple(named), here * (1 + ROUNDING), rest * (1 + ROUNDING))
     return None
 
 
-def steady_bounds(response: Response, sums: list[ColumnSum], sizes: Mapping[str, list[Fraction]]) -> list[Steady]:
+def steady_bounds(response: Response, sums: Sums, sizes: Sizes) -> list[Steady]:
     """For every component Σ_k |Φ^k B| δ over all disturbances, and the direct part of the noise."""
-    direct = [float(dot(response.direct.row(i), sizes["noise"])) for i in range(response.step.rows)]
-    shares: list[dict[str, float]] = [{"noise": d} for d in direct]
-    worst = list(direct)
-    for s in sums:
-        size = float(sizes[s.cause][s.index])
-        for i in range(len(direct)):
-            worst[i] += float(s.here[i]) * size
-            shares[i][s.cause] = shares[i].get(s.cause, 0.0) + float(s.here[i] + s.rest[i]) * size
-    return [Steady(sum(share.values()), w, share) for share, w in zip(shares, worst, strict=True)]
+    result = []
+    for i in range(response.step.rows):
+        direct = float(dot(response.direct.row(i), sizes["noise"]))
+        parts, worst = {"noise": direct}, direct
+        for (cause, k), here, rest in zip(sums.of, sums.here[i], sums.rest[i], strict=True):
+            size = float(sizes[cause][k])
+            worst += float(here) * size
+            parts[cause] = parts.get(cause, 0.0) + float(here + rest) * size
+        result.append(Steady(sum(parts.values()), worst, parts))
+    return result
 
 
 def _doubles(matrix: Any) -> Any:
@@ -181,10 +163,9 @@ def error_bounds(
     if isinstance(sizes, str):
         return sizes
     sizes = with_rounding(sizes, response, *rounding)
-    tail, moved = Tail(certificate), {k: disturbances(spec, observer, response, off) for k, off in OFF.items()}
+    moved = {cause: disturbances(spec, observer, response, off) for cause, off in OFF.items()}
     off_by = {cause: size for cause, size in moved.items() if not isinstance(size, str)}
-    counts = {k: [any(s[k][i] > 0 for s in (sizes, *off_by.values())) for i in range(len(v))] for k, v in sizes.items()}
-    sums = column_sums(response, counts, tail)
+    sums = impulse_sums(response, [sizes, *off_by.values()], certificate)
     if sums is None:
         return f"the error decays too slowly to be summed over {LONGEST} samples"
     bounds = steady_bounds(response, sums, sizes)
@@ -196,18 +177,17 @@ def error_bounds(
     speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(n)) for c in range(slips.cols))
     speed += 0.0 if guarded is None else float(guarded.slip_speed)  # below it a guard learns nothing
     speed = max(speed, *(float(s.speed) for c in system.contacts if (s := sliding(observer, c)) is not None))
-    units = sorted({f"{u}/s" for u in system.position_units})
     domain, stands = None, {}
     if guarded is not None:
-        seen = peaks(response, guarded, tail.gamma, tail.reach)
+        _, gamma, seen, scale = lyapunov_tail(certificate)
+        highest = peaks(response, guarded, gamma, np.outer(seen, scale) * (1 + ROUNDING))
 
-        def motion(size: dict[str, list[Fraction]], at: list[Steady]) -> DomainBound | str:
-            found = Motion(response, size, (at[0].bound, at[1].bound), seen)
-            return domain_bound(observer, guarded, found)
+        def inside(size: Sizes) -> DomainBound | str:
+            at = steady if size is sizes else [b.bound for b in steady_bounds(response, sums, size)]
+            return domain_bound(observer, response, size, at, highest)
 
-        domain = motion(sizes, bounds)
-        for cause in off_by:
-            stands[cause] = _stands(spec, observer, response, sums, cause, motion)
+        domain = inside(sizes)
+        stands = {cause: _stands(spec, observer, response, OFF[cause], inside) for cause in off_by}
     powers = _powers(response, h, certificate.decay_rate)
     jumps = {j: _jump(observer, error) for j, error in list(enumerate(observer.errors))[n:]}
     together = [j for j in jumps if observer.errors[j].contact is None]  # a contact may act on several coordinates
@@ -215,7 +195,6 @@ def error_bounds(
     for i, error in list(enumerate(observer.errors))[n:]:
         start = [s + (jumps[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)]
         later = [(k * h, float(np.abs(power[i]) @ start) * (1 + ROUNDING) + steady[i]) for k, power in powers]
-        after = ((0.0, start[i]), *later)
         result.append(
             ErrorBound(
                 name=error.symbol.name,
@@ -224,12 +203,12 @@ def error_bounds(
                 parts=bounds[i].parts,
                 start=start[i],
                 starts=tuple(start),
-                after=after,
+                after=((0.0, start[i]), *later),
                 worst=bounds[i].worst,
                 slip_speed=speed,
-                slip_unit=" or ".join(units),
+                slip_unit=" or ".join(sorted({f"{u}/s" for u in system.position_units})),
                 domain=domain,
-                percent={cause: b[i].bound - bounds[i].bound for cause, b in more.items()},
+                percent={cause: b[i].bound - steady[i] for cause, b in more.items()},
                 stands=stands,
                 largest=_largest(spec, observer, error),
             )
@@ -263,13 +242,10 @@ def rounding_share(
     response = error_response(observer)
     if isinstance(response, str):
         return None
-    n, m = observer.system.degrees_of_freedom, response.step.rows
-    zero = Fraction(0)
-    none = {"noise": [zero] * n, "displacement": [zero] * n, "velocity": [zero] * n}
-    none |= {"acceleration": [zero] * n, "friction": [zero] * (m - n)}
-    sizes = with_rounding(none, response, *rounding)
-    counts = {cause: [size > 0 for size in each] for cause, each in sizes.items()}
-    sums = column_sums(response, counts, Tail(certificate))
+    n, rest = observer.system.degrees_of_freedom, len(observer.errors) - observer.system.degrees_of_freedom
+    counts = {"noise": n, "displacement": n, "velocity": n, "acceleration": n, "friction": rest}
+    sizes = with_rounding({cause: [Fraction(0)] * count for cause, count in counts.items()}, response, *rounding)
+    sums = impulse_sums(response, [sizes], certificate)
     return None if sums is None else [b.bound for b in steady_bounds(response, sums, sizes)[n:]]
 
 
@@ -293,22 +269,20 @@ def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound
 
 
 def _stands(
-    spec: Spec,
-    observer: Observer,
-    response: Response,
-    sums: list[ColumnSum],
-    cause: str,
-    motion: Callable[[dict[str, list[Fraction]], list[Steady]], DomainBound | str],
+    spec: Spec, observer: Observer, response: Response, unit: ModelError, inside: Callable[[Sizes], DomainBound | str]
 ) -> float:
-    """The share by which a model may be off in ``cause`` before the domain's slip speed is too low, by bisection."""
+    """The share by which a model may be off before the domain's slip speed is too low, by bisection.
+
+    Args:
+        unit: off by a percent.
+    """
     low, high = Fraction(0), Fraction(1)
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        unit = OFF[cause]
         off = ModelError(*[100 * middle * e for e in (unit.mass, unit.gain, unit.time)])
         size = disturbances(spec, observer, response, off)
         assert not isinstance(size, str)
-        found = motion(size, steady_bounds(response, sums, size))
+        found = inside(size)
         good = isinstance(found, DomainBound) and found.inside is not None
         low, high = (middle, high) if good else (low, middle)
     return float(low)

@@ -25,6 +25,8 @@ from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import Spec, symbol
 
+Sizes = dict[str, list[Fraction]]
+"""Cause → the largest disturbance of each position, velocity or friction in a sample."""
 STEP = symbol("h")
 SLOPES = {
     "by_position": "the slope of g in x",
@@ -172,9 +174,7 @@ DIGITS = 12
 """Of a slope that is not rational, rounded up."""
 
 
-def disturbances(
-    spec: Spec, observer: Observer, response: Response, off: ModelError = EXACT
-) -> dict[str, list[Fraction]] | str:
+def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelError = EXACT) -> Sizes | str:
     """δ of every cause, m, m/s and the friction's unit a sample; or what the envelope lacks for it.
 
     With M = (1 + p) M̂ the model's acceleration is by p v' off at the same forces, and with an input that acts by
@@ -276,9 +276,7 @@ def left_out(system: System) -> str:
     return ""
 
 
-def with_rounding(
-    sizes: dict[str, list[Fraction]], response: Response, positions: Fraction, states: list[Fraction]
-) -> dict[str, list[Fraction]]:
+def with_rounding(sizes: Sizes, response: Response, positions: Fraction, states: list[Fraction]) -> Sizes:
     """The sizes with what rounding adds: to every position, and to the errors by every state in a step."""
     if not states:
         return sizes
