@@ -11,7 +11,6 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
-from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import SHARES, about_declared, over_levels
 from codegen.certify.lyapunov import common_lyapunov, extreme, gentle
 from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
-from codegen.certify.refute import rational_points, refute, slowest_point, unstable_point
+from codegen.certify.refute import rational_matrix, refute, slowest_point, unstable_point
 from codegen.certify.region_proofs import Regions, find_regions
 from codegen.certify.size import beyond_checker
 from codegen.certify.structure import by_structure
@@ -188,8 +187,8 @@ def _with_turning(
     kept = np.array([[a == b for b in contacts] for a in contacts])
     if not observer.level_errors or kept.all():
         return found
-    points = islice(rational_points(analysis, family), 1) if h else ()
-    if any(_none_through_turns(observer, kept, exact) for _, exact in points):
+    exact = rational_matrix(analysis, family) if h else None
+    if exact is not None and _none_through_turns(observer, kept, exact):
         return replace(found, no_turning=True)
     if len(cells.matrices) <= MOST_TURNING:
         serving = common_lyapunov(cells.matrices, h, kept)

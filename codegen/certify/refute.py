@@ -8,7 +8,8 @@ falls by no factor c for any P > 0; at α → 0 it proves that the error does no
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -16,13 +17,13 @@ from typing import Any
 import casadi
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 from scipy.linalg import matrix_balance, solve_discrete_lyapunov
 from scipy.optimize import minimize
 
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.polynomials import characteristic_polynomial
-from codegen.base.text import render
+from codegen.certify.centre import Array
+from codegen.certify.content import lines, one_line
 from codegen.certify.family import PI, Family
 from codegen.certify.lyapunov import decay_rate_limit
 from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts
@@ -49,19 +50,63 @@ class Slowest:
 
     rate: float
     point: Mapping[str, Any]
-    matrix: NDArray[np.float64]
+    matrix: Array
 
 
 def slowest_point(analysis: Analysis, family: Family) -> Slowest | None:
     """Among the sampled ones, and near the slowest of these if it is stable; None where no point has exact numbers."""
-    rates = _Rates(analysis, family)
-    tried = [(rate, known) for known in _operating_points(analysis) for rate in [rates(known)] if rate is not None]
+    dynamics, h = analysis.dynamics, float(analysis.dynamics.observer.sample_time)
+    at = casadi.SX.sym("at", max(1, len(family.variables)))
+    names = {v: at[k] for k, v in enumerate(family.variables)}
+    entries = casadi.densify(to_casadi(family.matrix.subs(family.parameters), names))
+    function = casadi.Function("matrix", [at], [entries])
+
+    def there(known: Mapping[str, float]) -> Slowest | None:
+        point = _point(analysis, family, known)
+        if point is None:
+            return None
+        a = np.asarray(function([float(point[v.name]) for v in family.variables] or [0.0]))
+        return Slowest(_implicit_rate(a, h) if dynamics.implicit else decay_rate_limit([a], h), point, a)
+
+    def rate(known: Mapping[str, float]) -> float:
+        found = there(known)
+        return np.inf if found is None else found.rate
+
+    tried = [(found, known) for known in _operating_points(analysis) if (found := there(known)) is not None]
     if not tried:
         return None
-    rate, known = min(tried, key=lambda item: item[0])
-    known = rates.slowest_near(known) if rate > 0 else known
-    rate, point = rates(known) or rate, rates.point(known) or {}
-    return Slowest(rate, point, rates.matrix(point))
+    found, known = min(tried, key=lambda item: item[0].rate)
+    return found if found.rate <= 0 else there(_slower_near(analysis, known, rate))
+
+
+def _slower_near(
+    analysis: Analysis, known: dict[str, float], rate: Callable[[Mapping[str, float]], float]
+) -> dict[str, float]:
+    """A slower point of the same signs of velocities, where a simplex finds one; to six digits."""
+    dynamics, ranges = analysis.dynamics, analysis.points.ranges
+    tied = {n.name: s.name for n, s in dynamics.next_velocity.items()}
+    free, bounds = [], []
+    for s in analysis.points.variables:
+        low, high = (float(x) for x in ranges[s])
+        if s in dynamics.observer.signs or s.name in tied or low == high:
+            continue
+        if s not in dynamics.observer.system.positions and low * high < 0:
+            if known[s.name] == 0:  # it stays: on either side the signs of the point would be wrong for some velocities
+                continue
+            low, high = (0.0, high) if known[s.name] > 0 else (low, 0.0)
+        free.append(s.name)
+        bounds.append((low, high))
+    if not free:
+        return known
+
+    def at(x: Array) -> dict[str, float]:
+        new = known | {name: float(f"{value:.6g}") for name, value in zip(free, x, strict=True)}
+        return new | {n: new[s] for n, s in tied.items() if n in new and s in new}
+
+    start = np.array([known[name] for name in free])
+    options = {"maxfev": EVALUATIONS}
+    found = minimize(lambda x: rate(at(x)), start, method="Nelder-Mead", bounds=bounds, options=options)
+    return at(found.x) if found.fun < rate(at(start)) else known
 
 
 def refute(analysis: Analysis, slowest: Slowest, frame: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -72,100 +117,24 @@ def refute(analysis: Analysis, slowest: Slowest, frame: Mapping[str, Any]) -> di
     Args:
         frame: the certificate's fields that do not depend on the proof.
     """
-    rates = [max(LEAST, slowest.rate * (1 + slack)) for slack in SLACK]
-    return refuted_at(analysis, frame, slowest.point, slowest.matrix, rates)
-
-
-class _Rates:
-    """The rate of the slowest mode at operating points of a family."""
-
-    def __init__(self, analysis: Analysis, family: Family) -> None:
-        self.analysis, self.family = analysis, family
-        matrix, at = family.matrix.subs(family.parameters), casadi.SX.sym("at", max(1, len(family.variables)))
-        names = {v: at[k] for k, v in enumerate(family.variables)}
-        self._matrix = casadi.Function("matrix", [at], [casadi.densify(to_casadi(matrix, names))])
-
-    def point(self, known: Mapping[str, float]) -> dict[str, Any] | None:
-        """The family's variables there, as rationals."""
-        return _point(self.analysis, self.family, known)
-
-    def matrix(self, point: Mapping[str, Any]) -> NDArray[np.float64]:
-        """A at a point."""
-        return np.asarray(self._matrix([float(point[v.name]) for v in self.family.variables] or [0.0]))
-
-    def __call__(self, known: Mapping[str, float]) -> float | None:
-        """1/s."""
-        point = self.point(known)
-        if point is None:
+    h = analysis.dynamics.period
+    for alpha in (max(LEAST, slowest.rate * (1 + slack)) for slack in SLACK):
+        if 2 * alpha * h >= 1:
             return None
-        h, a = float(self.analysis.dynamics.observer.sample_time), self.matrix(point)
-        return _implicit_rate(a, h) if self.analysis.dynamics.implicit else decay_rate_limit([a], h)
-
-    def slowest_near(self, known: dict[str, float]) -> dict[str, float]:
-        """A slower point of the same signs of velocities, where a simplex finds one; to six digits."""
-        ranges, positions = self.analysis.points.ranges, self.analysis.dynamics.observer.system.positions
-        signs = self.analysis.dynamics.observer.signs
-        tied = {n.name: s.name for n, s in self.analysis.dynamics.next_velocity.items()}
-        named = [s for s in self.analysis.points.variables if s not in signs and s.name not in tied]
-
-        def is_whole(s: sympy.Symbol) -> bool:
-            return s in positions or ranges[s][0] * ranges[s][1] >= 0
-
-        # A velocity of zero stays: on either side of it, the signs of the point would be wrong for some velocities.
-        free = [s for s in named if ranges[s][0] < ranges[s][1] and (is_whole(s) or known[s.name] != 0)]
-        if not free:
-            return known
-        bounds = []
-        for s in free:
-            low, high = (float(x) for x in ranges[s])
-            whole = is_whole(s)
-            bounds.append((low, high) if whole else (0.0, high) if known[s.name] > 0 else (low, 0.0))
-
-        def at(x: NDArray[np.float64]) -> dict[str, float]:
-            new = known | {s.name: float(f"{value:.6g}") for s, value in zip(free, x, strict=True)}
-            return new | {n: new[s] for n, s in tied.items() if n in new and s in new}
-
-        def rate(x: NDArray[np.float64]) -> float:
-            found = self(at(x))
-            return np.inf if found is None else found
-
-        start = [known[s.name] for s in free]
-        found = minimize(rate, start, method="Nelder-Mead", bounds=bounds, options={"maxfev": EVALUATIONS})
-        return at(found.x) if found.fun < rate(np.array(start)) else known
-
-
-def refuted_at(
-    analysis: Analysis,
-    frame: Mapping[str, Any],
-    point: Mapping[str, Any],
-    a: NDArray[np.float64],
-    rates: Sequence[float],
-) -> dict[str, Any] | None:
-    """The refutation, at one exact point with A there, of the first of these rates in 1/s for which one is proved."""
-    h, implicit = float(analysis.dynamics.observer.sample_time), analysis.dynamics.implicit
-    for alpha in rates:
-        if not implicit and 2 * alpha * h >= 1:
-            return None
-        for content in _proposals(frame, point, a, alpha, h, analysis):
-            try:
+        for content in _proposals(frame, slowest, alpha, analysis):
+            with suppress(verify.Refused):
                 verify.check(json.dumps(content))
-            except verify.Refused:
-                continue
-            return content
+                return content
     return None
 
 
 def _proposals(
-    frame: Mapping[str, Any],
-    point: Mapping[str, Any],
-    a: NDArray[np.float64],
-    alpha: float,
-    h: float,
-    analysis: Analysis,
+    frame: Mapping[str, Any], slowest: Slowest, alpha: float, analysis: Analysis
 ) -> Iterator[dict[str, Any]]:
     rate = rounded(alpha, 5)
-    _, (scale, _) = matrix_balance(a, permute=False, separate=True)
-    q = _inertia(a * scale[None, :] / scale[:, None], float(rate), h, analysis.dynamics.implicit)
+    _, (scale, _) = matrix_balance(slowest.matrix, permute=False, separate=True)
+    h, implicit = float(analysis.dynamics.observer.sample_time), analysis.dynamics.implicit
+    q = _inertia(slowest.matrix * scale[None, :] / scale[:, None], float(rate), h, implicit)
     if q is None:
         return
     values, vectors = np.linalg.eigh(q)
@@ -173,35 +142,32 @@ def _proposals(
         return
     along = [rounded(float(x) * s, 6) for x, s in zip(vectors[:, 0] / np.abs(vectors[:, 0]).max(), scale, strict=True)]
     size = np.sqrt(np.abs(values).max()) / scale
-    at = {name: float(value) for name, value in point.items()}
+    at = {name: float(value) for name, value in slowest.point.items()}
     words = {"rate": float(rate), "point": at, "observer": analysis.dynamics.observer, "least": LEAST}
     for digits in DIGITS:
         yield {
             **frame,
-            "claim": " ".join(render("text/refuted_claim.j2", **words).split()),
-            "variables": {name: [rational_text(value)] * 2 for name, value in point.items()},
+            "claim": one_line("text/refuted_claim.j2", **words),
+            "variables": {name: [rational_text(value)] * 2 for name, value in slowest.point.items()},
             "lyapunov_matrix": texts(rounded_matrix(q / scale[None, :] / scale[:, None], digits, size)),
             "decay_rate": rational_text(rate),
             "along": [rational_text(x) for x in along],
-            "assumptions": [
-                s.strip() for s in render("text/refuted_assumptions.j2", **words).splitlines() if s.strip()
-            ],
+            "assumptions": lines("text/refuted_assumptions.j2", **words),
         }
 
 
-def _implicit_rate(a: NDArray[np.float64], h: float) -> float:
+def _implicit_rate(a: Array, h: float) -> float:
     """The α at which (I − hA)⁻¹ falls by 1/(1 + αh) a sample."""
     radius = float(np.abs(1 / (1 - h * np.linalg.eigvals(a))).max())
     return (1 / radius - 1) / h
 
 
-def _inertia(a: NDArray[np.float64], alpha: float, h: float, implicit: bool) -> NDArray[np.float64] | None:
+def _inertia(a: Array, alpha: float, h: float, implicit: bool) -> Array | None:
     """Q with cQ − Φ'QΦ a positive multiple of I, in the coordinates of ``a``."""
     unit = np.eye(len(a))
     try:
-        step = (
-            np.linalg.inv(unit - h * a) * (1 + alpha * h) if implicit else (unit + h * a) / np.sqrt(1 - 2 * alpha * h)
-        )
+        step = np.linalg.inv(unit - h * a) * (1 + alpha * h) if implicit else unit + h * a
+        step = step if implicit else step / np.sqrt(1 - 2 * alpha * h)
         q = solve_discrete_lyapunov(step.T, unit * h)
     except (np.linalg.LinAlgError, ValueError):
         return None
@@ -220,22 +186,20 @@ def _operating_points(analysis: Analysis) -> Iterator[dict[str, float]]:
             yield known | {n: known[s] for n, s in neighbours.items() if n in known and s in known}
 
 
-def rational_points(analysis: Analysis, family: Family) -> Iterator[tuple[dict[str, Any], Any]]:
-    """Operating points, slowest first, as the family's variables in rationals, with A there, where that is rational."""
-    seen = set()
+def rational_matrix(analysis: Analysis, family: Family) -> Any:
+    """A at the slowest operating point at which it is rational, exact; None where there is none."""
     for known in _operating_points(analysis):
         point = _point(analysis, family, known)
-        key = tuple(point.items()) if point is not None else ()
-        if point is None or key in seen:
-            continue
-        seen.add(key)
-        values = {v: point[v.name] for v in family.variables}
-        exact = family.matrix.subs({s: e.subs(values) for s, e in family.parameters.items()})
-        if all(e.is_Rational for e in exact):
-            yield point, exact
+        if point is not None:
+            values = {v: point[v.name] for v in family.variables}
+            exact = family.matrix.subs({s: e.subs(values) for s, e in family.parameters.items()})
+            if all(e.is_Rational for e in exact):
+                return exact
+    return None
 
 
 def _point(analysis: Analysis, family: Family, known: Mapping[str, float]) -> dict[str, Any] | None:
+    """The family's variables at an operating point, as rationals."""
     system = analysis.dynamics.observer.system
     result: dict[str, Any] = {}
     slips = dict(zip([c.slip for c in system.contacts], system.slip_velocity, strict=True))

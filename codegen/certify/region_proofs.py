@@ -24,7 +24,7 @@ from codegen.certify.content import Found, Frame, lines, one_line, proved_alike,
 from codegen.certify.family import Family, NotEnclosable
 from codegen.certify.levels import SHARES, about_declared, over_levels
 from codegen.certify.lyapunov import decay_rate_limit
-from codegen.certify.refute import SLACK, refuted_at
+from codegen.certify.refute import Slowest, refute
 from codegen.certify.regions import Region, RegionSearch
 from codegen.checker import verify
 from codegen.mechanics.system import Matrix
@@ -228,9 +228,8 @@ class _Proofs:
             point = dict(zip(family.variables, ends, strict=True))
             exact = family.matrix.xreplace({s: e.xreplace(point) for s, e in family.parameters.items()})
             a = np.array(exact.tolist(), dtype=float)
-            corners.append((decay_rate_limit([a], h), {v.name: x for v, x in point.items()}, a))
-        limit, at, a = min(corners, key=lambda corner: corner[0])
-        content = refuted_at(self.analysis, self._base(family), at, a, [limit * (1 + slack) for slack in SLACK])
+            corners.append(Slowest(decay_rate_limit([a], h), {v.name: x for v, x in point.items()}, a))
+        content = refute(self.analysis, min(corners, key=lambda corner: corner.rate), self._base(family))
         if content is not None:
             self.proofs["sliding_limit.json"] = content
 
