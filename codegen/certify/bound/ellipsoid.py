@@ -194,14 +194,13 @@ def _disturbances(
         ("drift", truths[:n], sizes["velocity"], unit[:, :n] + late * response.displacement),  # x moves by h v[k+1]
         ("drift", truths[n:], sizes["friction"], unit[:, n:]),
     ]
-    result = [
-        Disturbance(kind, name, size, list(matrix.col(j)))
+    turned = dict(zip(truths[n:], signs[n:], strict=True))
+    return [
+        Disturbance(kind, name, size, list(matrix.col(j)), turned.get(name, ""))
         for kind, names, each, matrix in blocks
         for j, (name, size) in enumerate(zip(names, each, strict=True))
         if size
     ]
-    turned = dict(zip(truths[n:], signs[n:], strict=True))
-    return [Disturbance(d.kind, d.of, d.size, d.column, turned.get(d.of, "")) for d in result]
 
 
 def _shift(parts: Sequence[tuple[Any, str]], sign: str) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import sympy
@@ -23,7 +23,6 @@ from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import levels_of, over_levels
 from codegen.certify.lyapunov import common_at, common_lyapunov, decay_rate_limit, shown_rates
-from codegen.certify.region_proofs import Regions
 from codegen.certify.regions import one_cell
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
@@ -60,50 +59,53 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
     if beyond_checker(own.dynamics.observer):
         return found
     regions = outcome.regions if isinstance(outcome, Refusal) else None
-    content = outcome.content if isinstance(outcome, Certificate) else None
-    sliding = regions is not None and "sliding.json" in regions.proofs
+    sliding = None if regions is None else regions.proofs.get("sliding.json")
+    content = outcome.content if isinstance(outcome, Certificate) else {"variables": {}}
     for integration in INTEGRATIONS:
         if spec.observer.velocity == "measured" and integration in ("semi_implicit", "exponential"):
             continue
-        if integration == "exponential" and _full(spec.observer.gains.get("K_v")):
+        gain = spec.observer.gains.get("K_v")
+        if integration == "exponential" and isinstance(gain, list) and any(isinstance(row, list) for row in gain):
             continue
         chosen = replace(spec, observer=replace(spec.observer, integration=integration, domain=None))
         with suppress(BadInput, NotEnclosable, TypeError):
             analysis = analyse(chosen, build_observer(chosen, own.dynamics.observer.system), conditions=False)
             if analysis.points.missing:
                 continue
-            if sliding and regions is not None:
-                largest = _largest_sliding(chosen, analysis, regions)
+            if sliding is not None:
+                largest = _largest_sliding(chosen, analysis, sliding)
             else:
-                largest = _largest(chosen, over_levels(analysis, levels_of(analysis, content or {"variables": {}})))
+                largest = _largest(chosen, over_levels(analysis, levels_of(analysis, content)))
             if largest is not None:
                 found[integration] = largest
     return found
 
 
-def _full(gain: object) -> bool:
-    return isinstance(gain, list) and any(isinstance(row, list) for row in gain)
-
-
-def _at(analysis: Analysis, h: float) -> Analysis:
-    """The same at another sample time; what was taken at operating points is the old one's."""
-    dynamics = analysis.dynamics
-    exact = sympy.Rational(Fraction(f"{h:.12g}"))
-    return replace(analysis, dynamics=replace(dynamics, observer=replace(dynamics.observer, sample_time=exact)))
-
-
 def _largest(spec: Spec, analysis: Analysis) -> float | None:
-    family = build_family(analysis.dynamics, analysis.points.ranges)
-
     def cells(at: Analysis) -> tuple[Family, Cells]:
         family = build_family(at.dynamics, at.points.ranges)
         return family, enclose_family(family)
 
-    if not any(e.free_symbols for e in family.parameters.values()):
-        return _bisected(_stands(analysis), _Proofs(spec, analysis, cells).certified, STEPS, ANY)
+    parameters = build_family(analysis.dynamics, analysis.points.ranges).parameters
+    if not any(e.free_symbols for e in parameters.values()):
+        return _bisected(_one_matrix(analysis), _Proofs(spec, analysis, cells).certified, STEPS, ANY)
     if analysis.largest_sample_time == 0:  # not stable in continuous time
         return 0.0
-    return _largest_varying(spec, analysis, cells, _spectral_limit(analysis))
+    return _Proofs(spec, analysis, cells).largest(_spectral_limit(analysis))
+
+
+def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any]) -> float | None:
+    along = along_friction(over_levels(analysis, levels_of(analysis, content)))
+    if along is None:
+        return None
+    ends = {name: tuple(sympy.Rational(x) for x in pair) for name, pair in content["variables"].items()}
+    box: Box = {v: (ends[v.name][0], ends[v.name][1]) for axis in along.axes for v in axis.symbols if v.name in ends}
+
+    def cells(at: Analysis) -> tuple[Family, Cells]:
+        family = along.at(at.dynamics.observer.sample_time).family(box)
+        return family, Cells({}, one_cell(family))
+
+    return _Proofs(spec, analysis, cells).largest(ANY)
 
 
 def _spectral_limit(analysis: Analysis) -> float:
@@ -118,32 +120,19 @@ def _spectral_limit(analysis: Analysis) -> float:
     low = high = float(dynamics.observer.sample_time)
     while high < ANY and stable(high):
         low, high = high, high * FACTOR
-    for _ in range(STEPS_VARYING if low < high < ANY else 0):
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if stable(middle) else (low, middle)
-    return high
+    return _between(stable, low, high, STEPS_VARYING if low < high < ANY else 0)[1]
 
 
-def _largest_sliding(spec: Spec, analysis: Analysis, regions: Regions) -> float | None:
-    content = regions.proofs["sliding.json"]
-    along = along_friction(over_levels(analysis, levels_of(analysis, content)))
-    if along is None:
-        return None
-    ends = {name: tuple(sympy.Rational(x) for x in pair) for name, pair in content["variables"].items()}
-    box: Box = {v: (ends[v.name][0], ends[v.name][1]) for axis in along.axes for v in axis.symbols if v.name in ends}
+def _one_matrix(analysis: Analysis) -> Callable[[float], bool]:
+    """Whether floating point finds a Lyapunov matrix at a sample time, where A does not vary over the envelope."""
+    dynamics, points = analysis.dynamics, analysis.points
+    function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points, ())
 
-    def cells(at: Analysis) -> tuple[Family, Cells]:
-        family = along.at(at.dynamics.observer.sample_time).family(box)
-        return family, Cells({}, one_cell(family))
+    def stands(h: float) -> bool:
+        a = evaluate_columns(function, points.values[:1], np.full((1, 1), h))[0]
+        return common_lyapunov([a], 0.0 if dynamics.implicit else h) is not None
 
-    return _largest_varying(spec, analysis, cells)
-
-
-def _largest_varying(
-    spec: Spec, analysis: Analysis, cells_at: Callable[[Analysis], tuple[Family, Cells]], beyond: float = ANY
-) -> float | None:
-    proofs, start = _Proofs(spec, analysis, cells_at), float(analysis.dynamics.observer.sample_time)
-    return _bisected(lambda h: proofs.found(h) is not None, proofs.certified, STEPS_VARYING, start, beyond)
+    return stands
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,14 +147,24 @@ class _Proofs:
     analysis: Analysis
     cells_at: Callable[[Analysis], tuple[Family, Cells]]
 
+    def largest(self, beyond: float) -> float | None:
+        """The largest sample time, from the spec's own on; nothing is found ``beyond``."""
+        start = float(self.analysis.dynamics.observer.sample_time)
+        return _bisected(lambda h: self.found(h) is not None, self.certified, STEPS_VARYING, start, beyond)
+
     def found(self, h: float) -> tuple[Analysis, Family, Found] | None:
-        """A P in floating point; None if none is found."""
-        at = _at(self.analysis, h)
+        """A P in floating point, with the analysis at this sample time; None if none is found.
+
+        What was taken at operating points is the spec's own.
+        """
+        dynamics = self.analysis.dynamics
+        observer = replace(dynamics.observer, sample_time=sympy.Rational(Fraction(f"{h:.12g}")))
+        at = replace(self.analysis, dynamics=replace(dynamics, observer=observer))
         try:
             family, cells = self.cells_at(at)
         except verify.Refused:
             return None
-        step = 0.0 if self.analysis.dynamics.implicit else h
+        step = 0.0 if dynamics.implicit else h
         limit = decay_rate_limit(cells.matrices, step)
         p = common_at([(cells.matrices, SLOWEST * limit)], step) if limit > 0 else None
         if p is None:
@@ -180,8 +179,7 @@ class _Proofs:
             return False
         at, family, p = proposal
         with suppress(verify.Refused):
-            content, _ = proved((frame(self.spec, {}, "certify", at, family), family, p), at)
-            return bool(verify.check(json.dumps(content)).facts)
+            return bool(proved((frame(self.spec, {}, "certify", at, family), family, p), at)[1].facts)
         return False
 
 
@@ -206,9 +204,7 @@ def _bisected(
             return 0.0
     while high == low or (high < beyond and stands(high)):
         low, high = high, min(high * FACTOR, beyond)
-    for _ in range(steps):
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if stands(middle) else (low, middle)
+    low, _ = _between(stands, low, high, steps)
     for share in (MARGIN, MARGIN**2, 0.9):
         h = float(f"{low * share:.3g}")
         if certified(h):
@@ -216,13 +212,9 @@ def _bisected(
     return 0.0
 
 
-def _stands(analysis: Analysis) -> Callable[[float], bool]:
-    """Whether floating point finds a Lyapunov matrix at a sample time, where A does not vary over the envelope."""
-    dynamics, points = analysis.dynamics, analysis.points
-    function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points, ())
-
-    def stands(h: float) -> bool:
-        a = evaluate_columns(function, points.values[:1], np.full((1, 1), h))[0]
-        return common_lyapunov([a], 0.0 if dynamics.implicit else h) is not None
-
-    return stands
+def _between(holds: Callable[[float], bool], low: float, high: float, steps: int) -> tuple[float, float]:
+    """Nearer ends of an interval at the lower of which this holds, by bisection of logarithms."""
+    for _ in range(steps):
+        middle = math.sqrt(low * high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low, high
