@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise, product
@@ -27,6 +27,7 @@ LOOSE = 1.03
 MOST_SAMPLES = 40_000
 
 Interval = tuple[Fraction, Fraction]
+Cell = Mapping[sympy.Symbol, Interval]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,23 +57,23 @@ class Enclosure:
             count = f"the error dynamics depend on {', '.join(varying)} through {count_varying} expressions"
             raise NotEnclosable(f"{count}, and this version encloses up to {MOST_PARAMETERS}")
         known = [v.name for v in family.variables]
-        self.nodes = [verify.parse(to_prefix(e), known, s.name) for s, e in family.parameters.items()]
-        theta = casadi.SX.sym("theta", max(1, len(self.nodes)))
+        self.values = [verify.parse(to_prefix(e), known, s.name)[1] for s, e in family.parameters.items()]
+        theta = casadi.SX.sym("theta", max(1, len(self.values)))
         names = {s: theta[k] for k, s in enumerate(family.parameters)}
         self._function = casadi.Function("matrix", [theta], [casadi.densify(to_casadi(family.matrix, names))])
 
-    def ranges(self, cell: Mapping[sympy.Symbol, Interval]) -> tuple[Interval, ...]:
+    def ranges(self, cell: Cell) -> tuple[Interval, ...]:
         """What the parameters can be in a cell of the variables, by the checker's arithmetic."""
         box = {v.name: interval for v, interval in cell.items()}
-        return tuple(_enclose(node, box) for node in self.nodes)
+        return tuple(verify.widen(*value(box)) for value in self.values)
 
-    def vertices(self, boxes: set[tuple[Interval, ...]]) -> list[NDArray[np.float64]]:
-        """A at the corners of boxes of the parameters, each once."""
-        if not self.nodes:
+    def vertices(self, cells: Iterable[Cell]) -> list[NDArray[np.float64]]:
+        """A at the corners of what the parameters can be in cells, each once."""
+        if not self.values:
             return [np.asarray(self._function(0.0).full())]
-        corners = sorted(
-            {corner for box in _outer(boxes) for corner in product(*[sorted({float(lo), float(hi)}) for lo, hi in box])}
-        )
+        boxes = _outer({self.ranges(cell) for cell in cells})
+        ends = [[sorted({float(low), float(high)}) for low, high in box] for box in boxes]
+        corners = sorted({corner for box in ends for corner in product(*box)})
         rows, columns = self._function.size_out(0)
         flat = np.asarray(self._function.map(len(corners))(np.array(corners).T))
         return [*np.ascontiguousarray(flat.reshape(rows, len(corners), columns).transpose(1, 0, 2))]
@@ -81,6 +82,11 @@ class Enclosure:
 def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:
     """The ranges of the variables."""
     return {v: (Fraction(rational_text(lo)), Fraction(rational_text(hi))) for v, (lo, hi) in family.variables.items()}
+
+
+def cells_of(breaks: Mapping[sympy.Symbol, Sequence[Any]]) -> list[Cell]:
+    """The cells between the breakpoints of each variable."""
+    return [dict(zip(breaks, cell, strict=True)) for cell in product(*map(pairwise, breaks.values()))]
 
 
 def enclose_family(family: Family, finer: int = 0) -> Cells:
@@ -94,58 +100,42 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
         codegen.checker.verify.Refused: where the arithmetic cannot enclose an expression.
     """
     enclosure = Enclosure(family)
-    parameters = list(family.parameters)
     breaks = {v: list(ends) for v, ends in exact_ranges(family).items()}
-    used = [[v for v in family.variables if family.parameters[s].has(v)] for s in parameters]
-    sampled = _sampled_ranges(family, parameters)
-    most = min(MOST_CELLS, MOST_CORNERS >> len(parameters))
+    sampled = _sampled_ranges(family)
+    most = min(MOST_CELLS, MOST_CORNERS >> len(family.parameters))
+
+    def cut(at: set[tuple[sympy.Symbol, Fraction]]) -> bool:
+        """Add these breakpoints; False where there are none, or the cells would be too many."""
+        grown = {v: sorted({*b, *(m for (w, m) in at if w == v)}) for v, b in breaks.items()}
+        if not at or np.prod([len(b) - 1 for b in grown.values()]) > most:
+            return False
+        breaks.update(grown)
+        return True
+
     for _ in range(ROUNDS):
-        loose = _loose_intervals(enclosure.nodes, used, breaks, sampled)
-        grown = {v: sorted({*b, *(m for (w, m) in loose if w == v)}) for v, b in breaks.items()}
-        if not loose or np.prod([len(b) - 1 for b in grown.values()]) > most:
+        if not cut(_loose_intervals(enclosure, family, breaks, sampled)):
             break
-        breaks = grown
     for _ in range(finer):
-        halved = {
-            v: sorted({*b, *((p + q) / 2 for p, q in pairwise(b))}) if v.name != "pi_" else b for v, b in breaks.items()
-        }
-        if np.prod([len(b) - 1 for b in halved.values()]) > most:
+        if not cut({(v, (p + q) / 2) for v, b in breaks.items() if v != PI for p, q in pairwise(b)}):
             break
-        breaks = halved
-    splits = {
-        v: [sympy.Rational(b.numerator, b.denominator) for b in points]
-        for v, points in breaks.items()
-        if len(points) > 2
-    }
-    return Cells(splits, enclosure.vertices({enclosure.ranges(cell) for cell in _cells(breaks)}))
-
-
-def _enclose(node: Any, box: Mapping[str, Interval]) -> Interval:
-    """The checker's own enclosure of a parsed expression on a box."""
-    _, value = node
-    return verify.widen(*value(box))
-
-
-def _cells(breaks: Mapping[sympy.Symbol, list[Fraction]]) -> list[dict[sympy.Symbol, Interval]]:
-    intervals = [[(v, (b[k], b[k + 1])) for k in range(len(b) - 1)] for v, b in breaks.items()]
-    return [dict(combination) for combination in product(*intervals)]
+    splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in bs] for v, bs in breaks.items() if len(bs) > 2}
+    return Cells(splits, enclosure.vertices(cells_of(breaks)))
 
 
 def _loose_intervals(
-    nodes: list[Any],
-    used: list[list[sympy.Symbol]],
+    enclosure: Enclosure,
+    family: Family,
     breaks: Mapping[sympy.Symbol, list[Fraction]],
     sampled: list[tuple[float, float]],
 ) -> set[tuple[sympy.Symbol, Fraction]]:
     """Midpoints of the intervals on which a parameter's enclosure leaves its sampled range by more than 3 %."""
     found = set()
-    for node, variables, (low, high) in zip(nodes, used, sampled, strict=True):
-        if not variables:  # a constant that is not rational: nothing to split
-            continue
+    for value, expression, (low, high) in zip(enclosure.values, family.parameters.values(), sampled, strict=True):
         slack = (LOOSE - 1) * max(high - low, abs(high), abs(low))
-        for cell in _cells({v: breaks[v] for v in variables}):
+        used = {v: b for v, b in breaks.items() if expression.has(v)}
+        for cell in cells_of(used) if used else ():  # of a constant that is not rational there is nothing to split
             try:
-                lo, hi = _enclose(node, {v.name: i for v, i in cell.items()})
+                lo, hi = verify.widen(*value({v.name: i for v, i in cell.items()}))
             except verify.Refused:
                 lo, hi = Fraction(-(10**30)), Fraction(10**30)
             if float(lo) < low - slack or float(hi) > high + slack:
@@ -154,14 +144,15 @@ def _loose_intervals(
     return found
 
 
-def _sampled_ranges(family: Family, parameters: list[sympy.Symbol]) -> list[tuple[float, float]]:
-    variables = list(family.variables)
-    if not parameters:
+def _sampled_ranges(family: Family) -> list[tuple[float, float]]:
+    """Of every parameter."""
+    variables, expressions = list(family.variables), list(family.parameters.values())
+    if not expressions:
         return []
     point = casadi.SX.sym("p", len(variables))
     names = {v: point[k] for k, v in enumerate(variables)}
-    column = sympy.Matrix([family.parameters[s] for s in parameters])
-    function = casadi.Function("parameters", [point], [casadi.densify(to_casadi(column, names))])
+    entries = casadi.densify(to_casadi(sympy.Matrix(expressions), names))
+    function = casadi.Function("parameters", [point], [entries])
     lines = [_samples(float(lo), float(hi)) for lo, hi in family.variables.values()]
     if not variables:
         points = np.zeros((0, 1))
@@ -171,7 +162,7 @@ def _sampled_ranges(family: Family, parameters: list[sympy.Symbol]) -> list[tupl
         generator = np.random.default_rng(2)
         points = np.array([generator.choice(line, MOST_SAMPLES) for line in lines])
     values = np.asarray(function.map(points.shape[1])(points))
-    return [(float(row.min()), float(row.max())) for row in values.reshape(len(parameters), -1)]
+    return [(float(row.min()), float(row.max())) for row in values.reshape(len(expressions), -1)]
 
 
 def _samples(low: float, high: float) -> NDArray[np.float64]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from codegen.certify import centre
 from codegen.certify.along_friction import AlongFriction, Box, ContactAxes
 from codegen.certify.centre import Group
-from codegen.certify.enclosure import Enclosure, exact_ranges
+from codegen.certify.enclosure import Enclosure, cells_of, exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_at, decay_rate_limit, fastest, middle_at, shown_rates
 
@@ -229,24 +228,19 @@ class RegionSearch:
         family = self.along.family(box)
         if id(family.matrix) not in self._enclosures:
             self._enclosures[id(family.matrix)] = Enclosure(family)
-        enclosure = self._enclosures[id(family.matrix)]
-        return family, enclosure.vertices({enclosure.ranges(exact_ranges(family))})
+        return family, self._enclosures[id(family.matrix)].vertices([exact_ranges(family)])
 
     def _split(self, kind: str, family: Family) -> Region | None:
         """Of one contact: the box in cells, whose enclosures lose less."""
         if len(self.along.axes) > 1:
             return None
-        ends = exact_ranges(family)
-        cut = [v for v in (self.along.axes[0].state, self.along.axes[0].slip) if v in ends]
+        ends, axis = exact_ranges(family), self.along.axes[0]
         breaks = {
             v: [low + (high - low) * Fraction(k, CELLS) for k in range(CELLS + 1)]
             for v, (low, high) in ends.items()
-            if v in cut
+            if v in (axis.state, axis.slip)
         }
-        enclosure, boxes = self._enclosures[id(family.matrix)], set()
-        for cell in product(*[pairwise(breaks[v]) for v in cut]):
-            boxes.add(enclosure.ranges({**ends, **dict(zip(cut, cell, strict=True))}))
-        stack = enclosure.vertices(boxes)
+        stack = self._enclosures[id(family.matrix)].vertices({**ends, **cell} for cell in cells_of(breaks))
         best = fastest(stack, self.h, decay_rate_limit(stack, self.h), near=NEAR)
         exact = {v: [sympy.Rational(x.numerator, x.denominator) for x in points] for v, points in breaks.items()}
         return None if best is None else Region(kind, family, *best, exact)
@@ -278,9 +272,3 @@ def _bisected(holds: Callable[[float], bool], good: float, bad: float, geometric
 def _exact(value: float) -> Any:
     """A short exact decimal."""
     return sympy.Rational(f"{float(value):.5g}")
-
-
-def one_cell(family: Family) -> list[Array]:
-    """A at the corners of what its parameters can be over the box as a whole."""
-    enclosure = Enclosure(family)
-    return enclosure.vertices({enclosure.ranges(exact_ranges(family))})

@@ -19,11 +19,10 @@ from codegen.base.errors import BadInput
 from codegen.certify.along_friction import Box, along_friction
 from codegen.certify.certify import Certificate, Refusal
 from codegen.certify.content import Found, frame, proved
-from codegen.certify.enclosure import Cells, enclose_family
+from codegen.certify.enclosure import Cells, Enclosure, enclose_family, exact_ranges
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import levels_of, over_levels
 from codegen.certify.lyapunov import common_at, common_lyapunov, decay_rate_limit, shown_rates
-from codegen.certify.regions import one_cell
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
 from codegen.observers import build_observer
@@ -103,7 +102,7 @@ def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any])
 
     def cells(at: Analysis) -> tuple[Family, Cells]:
         family = along.at(at.dynamics.observer.sample_time).family(box)
-        return family, Cells({}, one_cell(family))
+        return family, Cells({}, Enclosure(family).vertices([exact_ranges(family)]))
 
     return _Proofs(spec, analysis, cells).largest(ANY)
 
