@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.analysis.conditions import Condition
+from codegen.analysis.conditions import Condition, Factor, factor_conditions
 from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
-from codegen.analysis.factors import Factor, factor_conditions
 from codegen.analysis.modes import Modes, find_modes
 from codegen.analysis.operating_points import (
     OperatingPoints,
@@ -95,7 +94,7 @@ class Analysis(Shown):
     @cached_property
     def largest_sample_time(self) -> float:
         """Of explicit Euler at these gains, the smallest over the points, s; 0 if Ψ is not Hurwitz."""
-        return float(_sample_times(eigenvalues(self.deciding.fastest)[None])[0])
+        return float(largest_euler_steps(eigenvalues(self.deciding.fastest)[None])[0])
 
     @cached_property
     def implicit_rate(self) -> float:
@@ -167,14 +166,14 @@ def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis
         radii=radii,
         deciding=Deciding(
             slowest=continuous[first_largest(of_psi.real.max(axis=1))],
-            fastest=continuous[first_largest(-_sample_times(of_psi))],
+            fastest=continuous[first_largest(-largest_euler_steps(of_psi))],
             widest=sampled[index[worst]],
             implicit=sampled[first_largest(of_step.real.max(axis=1))],
         ),
     )
 
 
-def _sample_times(values: Any) -> Any:
+def largest_euler_steps(values: Any) -> Any:
     """At each point the largest stable h of explicit Euler, the least −2 Re λ/|λ|² over the eigenvalues."""
     stable = (values.real < 0).all(axis=1)
     squares = np.where(values == 0, 1.0, values.real**2 + values.imag**2)

@@ -1,13 +1,26 @@
-"""Simplified gain conditions: positive factors and repeated factors removed."""
+"""Characteristic polynomial by diagonal block, with Routh–Hurwitz and Jury conditions for each block."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
+import casadi
+import numpy as np
 import sympy
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
+from codegen.analysis.error_dynamics import ErrorDynamics
+from codegen.analysis.polynomials import characteristic_polynomial, jury, routh_hurwitz
+from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.system import Matrix
+from codegen.spec.model import symbol
+
+Array = NDArray[np.float64]
+SYMBOLIC_ORDER = 4
 WRITABLE = 40
 
 
@@ -93,3 +106,138 @@ def _factors(expression: Any) -> list[tuple[Any, int]]:
 def positive_parameters(values: Mapping[sympy.Symbol, Any]) -> set[sympy.Symbol]:
     """Model parameters whose declared value is positive."""
     return {s for s, value in values.items() if value > 0}
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One diagonal block of Ψ in force errors.
+
+    Attributes:
+        errors: its components of e.
+        polynomial: coefficients of its |sI − Ψ_block|, highest first; None above the fourth order.
+        routh, jury: conditions > 0 on the block, each list necessary and sufficient: ``routh`` for Ψ, ``jury`` for the
+            step; () above order 4; jury () if implicit.
+    """
+
+    errors: tuple[sympy.Symbol, ...]
+    polynomial: tuple[Any, ...] | None
+    routh: tuple[Condition, ...]
+    jury: tuple[Condition, ...]
+
+
+def independent_blocks(*matrices: Matrix) -> list[list[int]]:
+    """Index sets of the strongly connected components of the errors, over all matrices, in order of first index."""
+    m = matrices[0].rows
+    pattern = np.zeros((m, m), dtype=int)
+    for place in (place for a in matrices for place in a.todok()):
+        pattern[place] = 1
+    count, label = connected_components(pattern, directed=True, connection="strong")
+    return sorted([int(i) for i in np.flatnonzero(label == k)] for k in range(count))
+
+
+def factor_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any, h: float) -> tuple[Factor, ...]:
+    """Polynomial and conditions of every block: in the gains where short, else in the coefficients c.
+
+    Args:
+        continuous, sampled: Ψ and A in force errors at the operating points, points by m by m.
+        h: the sample time, s.
+    """
+    psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
+    blocks = independent_blocks(psi, step)
+    return tuple(_factor(dynamics, psi, step, block, continuous, sampled, h, len(blocks) > 1) for block in blocks)
+
+
+def _factor(
+    dynamics: ErrorDynamics,
+    psi: Matrix,
+    step: Matrix,
+    block: list[int],
+    continuous: Any,
+    sampled: Any,
+    h: float,
+    several: bool,
+) -> Factor:
+    errors = tuple(dynamics.errors[i] for i in block)
+    order, period = len(block), symbol("h")
+    if order > SYMBOLIC_ORDER:
+        return Factor(errors, None, (), ())
+    c = [sympy.Integer(1), *[symbol(f"c{k}") for k in range(order - 1, -1, -1)]]
+    positive = positive_parameters(dynamics.observer.system.values)
+    at = np.ix_(range(len(continuous)), block, block)
+    prefix = f"{errors[-1]}: " if several else ""
+
+    def conditions(raw: list[tuple[str, Any]], of: list[Any], numbers: Any, known: set[Any]) -> tuple[Condition, ...]:
+        written = written_conditions(raw, c, of, known)
+        smallest = _smallest(raw, c, numbers[at], h)
+        return tuple(Condition(prefix + name, e, smallest[name]) for name, e in written)
+
+    of_psi, of_step = (characteristic_polynomial(matrix[block, block]) for matrix in (psi, step))
+    routh = conditions(routh_hurwitz(c), of_psi, continuous, positive)
+    stepped = () if dynamics.implicit else conditions(jury(c, period), of_step, sampled, positive | {period})
+    return Factor(errors, tuple(of_psi), routh, stepped)
+
+
+def written_conditions(
+    raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any], positive: set[sympy.Symbol]
+) -> list[tuple[str, Any]]:
+    """Printed conditions, which are together equivalent to those of ``raw``.
+
+    A factor is dropped only where it is positive by its meaning or by a condition of the same list. So the Jury
+    conditions do not rely on those of Routh–Hurwitz. The coefficients are inserted at low order, else where the result
+    is short.
+
+    Args:
+        raw: (name, expression > 0), over ``c``.
+        c: symbols of the coefficients, highest first; the first is 1.
+        coefficients: their values.
+        positive: symbols with a positive value.
+    """
+    values = dict(zip(c[1:], coefficients[1:], strict=True))
+    written = []
+    for name, e in raw:
+        value = e.subs(values)
+        short = len(c) <= 3 or e in values or int(sympy.count_ops(value)) <= WRITABLE
+        written.append((name, value if short else e))
+    return list(_reduced(tuple(written), frozenset(positive)))
+
+
+@lru_cache(maxsize=256)
+def _reduced(written: tuple[tuple[str, Any], ...], positive: frozenset[sympy.Symbol]) -> tuple[tuple[str, Any], ...]:
+    """``reduce_conditions``, kept: they are over symbols, and so alike for all values of the gains and parameters."""
+    return tuple(reduce_conditions(written, positive))
+
+
+def _smallest(raw: Sequence[tuple[str, Any]], c: Sequence[Any], matrices: Any, h: float) -> dict[str, float]:
+    """Each condition's smallest value over the points, from the coefficients of the numeric matrices."""
+    symbols = casadi.SX.sym("c", len(c) - 1)
+    names = {s: symbols[k] for k, s in enumerate(c[1:])} | {symbol("h"): casadi.SX(h)}
+    column = Matrix([e for _, e in raw])
+    function = casadi.Function("conditions", [symbols], [casadi.densify(to_casadi(column, names))])
+    coefficients = _coefficients(np.asarray(matrices))
+    values = np.asarray(function.map(coefficients.shape[1])(coefficients)).reshape(len(raw), -1).min(axis=1)
+    return {name: float(value) for (name, _), value in zip(raw, values, strict=True)}
+
+
+def _coefficients(matrices: Array) -> Array:
+    """Coefficients of |sI − A| after the first, order by points, computed exactly and rounded to doubles.
+
+    Faddeev–LeVerrier in integers: in doubles its cancellation would lose a slow rate in the presence of a fast one.
+
+    Args:
+        matrices: A, points by order by order, finite; the order is at most ``SYMBOLIC_ORDER``.
+
+    Raises:
+        OverflowError: where a coefficient is beyond the doubles.
+    """
+    ratios = [value.as_integer_ratio() for value in matrices.ravel().tolist()]
+    scale = max((below for _, below in ratios), default=1)  # each is a power of two
+    numbers = [above * (scale // below) for above, below in ratios]
+    whole: NDArray[np.object_] = np.array(numbers, dtype=object).reshape(matrices.shape)
+    order, unit = matrices.shape[1], np.eye(matrices.shape[1], dtype=int).astype(object)
+    found, product = [], np.broadcast_to(unit, matrices.shape)
+    for k in range(1, order + 1):
+        current = sum(whole[:, :, j, None] * product[:, None, j, :] for j in range(order))
+        coefficient = -sum(current[:, j, j] for j in range(order)) // k  # exact division
+        found.append([c / scale**k for c in coefficient])
+        product = current + coefficient[:, None, None] * unit
+    return np.array(found)

@@ -14,7 +14,7 @@ from typing import Any
 
 import sympy
 
-from codegen.analysis.terms import expand_products
+from codegen.analysis.polynomials import expand_products
 from codegen.mechanics.sparse import each, jacobian, scaled
 from codegen.mechanics.system import Matrix, System
 from codegen.observers.equations import LawFunction, Observer

@@ -12,27 +12,16 @@ from typing import Any
 import numpy as np
 import sympy
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from codegen.analysis.conditions import Condition
 from codegen.analysis.error_dynamics import ErrorDynamics
-from codegen.analysis.terms import expand_products
+from codegen.analysis.polynomials import expand_products
 from codegen.base.exact_numbers import eigenvalues, first_largest
 from codegen.mechanics.sparse import each, scaled, sparse
 from codegen.mechanics.system import Matrix
 
 Array = NDArray[np.float64]
 LAMBDA = sympy.Symbol("lambda", real=True)
-
-
-def independent_blocks(*matrices: Matrix) -> list[list[int]]:
-    """Index sets of the strongly connected components of the errors, over all matrices, in order of first index."""
-    m = matrices[0].rows
-    pattern = np.zeros((m, m), dtype=int)
-    for place in (place for a in matrices for place in a.todok()):
-        pattern[place] = 1
-    count, label = connected_components(pattern, directed=True, connection="strong")
-    return sorted([int(i) for i in np.flatnonzero(label == k)] for k in range(count))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.analysis.error_dynamics import ErrorDynamics
-from codegen.analysis.terms import expand_products
+from codegen.analysis.polynomials import expand_products
 from codegen.base.exact_numbers import powers_of_ten
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import factorised

@@ -13,7 +13,7 @@ from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_all
 from codegen.base.shown import Result, json_text
 from codegen.cancellation import Plan, RankFalls, Reach, Verdict, make_plan, reach
-from codegen.cancellation.leftover import Leftover, leftover
+from codegen.cancellation.plan import Leftover, leftover
 from codegen.mechanics.sampling import POINTS
 from codegen.simulate.hunting import Hunting, LimitCycle, hunting
 from codegen.spec import Spec

@@ -2,23 +2,75 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 import sympy
+from sympy.polys.matrices import DomainMatrix
 
 from codegen.base.errors import BadInput
-from codegen.cancellation.optimum import removed_share
-from codegen.cancellation.rank import Ranks
-from codegen.cancellation.reduction import Reduction, reduce
-from codegen.cancellation.weight import weighted_rank_form
+from codegen.cancellation.optimum import removed_share, weighted_rank_form
+from codegen.mechanics import sampling
 from codegen.mechanics.sampling import numbers_over, position_range
 from codegen.mechanics.system import Matrix, NonlinearInput, System
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
-POINTS = 64
+POINTS, FOR_RANKS = 64, 12
+LONGEST = 3000
+
+
+@dataclass(frozen=True)
+class Ranks:
+    """Generic ranks of matrices of one system.
+
+    Attributes:
+        values: exact parameter values.
+        points: of the envelope, for entries that have no exact form.
+    """
+
+    values: dict[sympy.Symbol, Any]
+    points: list[dict[sympy.Symbol, Any]]
+
+    def rank(self, matrix: Any) -> int:
+        """The rank at almost every point of the envelope."""
+        form = self._exact(matrix)
+        return int(form.rank()) if form is not None else sampling.rank(Matrix(matrix), self.points)
+
+    def is_exact(self, matrices: Iterable[Any]) -> bool:
+        """Whether the ranks of these matrices are exact rather than from sampled points."""
+        return all(self._exact(m) is not None for m in matrices)
+
+    def _exact(self, matrix: Any) -> DomainMatrix | None:
+        """The matrix over the field of rational functions; None where it has no such form."""
+        matrix = sympy.Matrix(matrix).subs(self.values)
+        if 0 in matrix.shape:
+            return DomainMatrix.from_Matrix(matrix).to_field()
+        if sympy.count_ops(matrix) > LONGEST:
+            return None
+        algebraic = matrix.applyfunc(_algebraic)
+        if algebraic.atoms(sympy.Function) or not all(e.is_rational_function() for e in algebraic):
+            return None
+        form = DomainMatrix.from_Matrix(algebraic).to_field()
+        domain = form.domain
+        return form if domain.is_QQ or (domain.is_Composite and domain.domain in (sympy.QQ, sympy.ZZ)) else None
+
+
+def _algebraic(entry: Any) -> Any:
+    """sin and cos of an angle by the tangent of half the angle, which makes them algebraically independent."""
+    if not entry.has(sympy.sin, sympy.cos, sympy.tan):
+        return entry
+    expanded = sympy.expand_trig(entry.rewrite(sympy.tan, sympy.sin) if entry.has(sympy.tan) else entry)
+    halves: dict[Any, Any] = {}
+    for call in expanded.atoms(sympy.sin, sympy.cos):
+        angle = call.args[0]
+        if not angle.is_Symbol:
+            continue
+        t = sympy.Symbol(f"{angle.name}__tangent", real=True)
+        halves[call] = 2 * t / (1 + t**2) if call.func is sympy.sin else (1 - t**2) / (1 + t**2)
+    return expanded.subs(halves)
 
 
 @dataclass(frozen=True)
@@ -75,9 +127,7 @@ class Reach:
     @property
     def points(self) -> Any:
         """Points of the envelope, the centre first; points by variables."""
-        bounds = np.array(self.ranges).reshape(-1, 2)
-        spread = np.random.default_rng(1).uniform(bounds[:, 0], bounds[:, 1], (POINTS, len(bounds)))
-        return np.vstack([bounds.mean(axis=1), spread]) if self.variables else np.zeros((1, 0))
+        return _points(self.ranges)
 
     def numbers(self, matrix: Any) -> Any:
         """A matrix over parameters and ``variables`` at ``points``; points by n by m."""
@@ -115,7 +165,10 @@ def reach(spec: Spec, system: System, weight: str) -> Reach:
     variables = tuple(sorted((B.free_symbols | U.free_symbols | M.free_symbols) - set(system.values), key=str))
     units = {x: (x.name, unit) for x, unit in zip(system.positions, system.position_units, strict=True)}
     ranges = tuple(position_range(spec, *units[x]) for x in variables)
-    points = [dict(system.values) | dict(zip(variables, at, strict=True)) for at in _spread(ranges)]
+    points = [
+        dict(system.values) | dict(zip(variables, at, strict=True))
+        for at in _points(ranges)[: 1 + FOR_RANKS][-FOR_RANKS:]
+    ]
     ranks = Ranks(dict(system.values), points)
     rank = ranks.rank(B)
     asked = Matrix(sympy.Matrix.hstack(sympy.Matrix(B), sympy.Matrix(U)))
@@ -126,7 +179,7 @@ def reach(spec: Spec, system: System, weight: str) -> Reach:
         input_matrix=B,
         rank=rank,
         exact=ranks.is_exact([B] if full else [asked, M]),
-        constant=all(ranks.is_constant(m) for m in (B, U, M)),
+        constant=not variables,
         together=U.cols - (0 if full else ranks.rank(asked) - rank),
         contacts=(),
         coordinates=(),
@@ -165,6 +218,50 @@ def _verdicts(
     return tuple(result)
 
 
-def _spread(ranges: tuple[tuple[float, float], ...]) -> Any:
+def _points(ranges: tuple[tuple[float, float], ...]) -> Any:
     bounds = np.array(ranges).reshape(-1, 2)
-    return np.random.default_rng(1).uniform(bounds[:, 0], bounds[:, 1], (12, len(bounds))) if ranges else [()]
+    spread = np.random.default_rng(1).uniform(bounds[:, 0], bounds[:, 1], (POINTS, len(bounds)))
+    return np.vstack([bounds.mean(axis=1), spread]) if ranges else np.zeros((1, 0))
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """B̄ ū = Ū F̄ₙ (5.16).
+
+    Attributes:
+        undriven: coordinates whose row of B is zero (i₁ … iₗ).
+        lost: contacts that act on one of these (j₁ … jₛ): their friction cannot be cancelled perfectly.
+        coordinates, contacts: the remaining ones; rows of B̄ and Ū, columns of Ū.
+        input_matrix, distribution: B̄ and Ū.
+    """
+
+    undriven: tuple[str, ...]
+    lost: tuple[str, ...]
+    coordinates: tuple[str, ...]
+    contacts: tuple[str, ...]
+    input_matrix: Matrix
+    distribution: Matrix
+
+
+def reduce(system: System, input_matrix: Matrix) -> Reduction:
+    """Steps 1 to 3 of note 2: they remove contacts that act where no input does.
+
+    A remaining contact may still be unreachable, where B has dependent rows without a zero row; see ``reach``.
+
+    Args:
+        input_matrix: B, n by inputs.
+    """
+    B, U = sympy.Matrix(input_matrix), sympy.Matrix(system.distribution)
+    undriven = [i for i in range(B.rows) if all(e == 0 for e in B.row(i))]
+    lost = [j for j in range(U.cols) if any(U[i, j] != 0 for i in undriven)]
+    rows = [i for i in range(B.rows) if i not in undriven]
+    columns = [j for j in range(U.cols) if j not in lost]
+    positions, names = [x.name for x in system.positions], [c.name for c in system.contacts]
+    return Reduction(
+        tuple(positions[i] for i in undriven),
+        tuple(names[j] for j in lost),
+        tuple(positions[i] for i in rows),
+        tuple(names[j] for j in columns),
+        Matrix(B.extract(rows, list(range(B.cols)))),
+        Matrix(U.extract(rows, columns)),
+    )

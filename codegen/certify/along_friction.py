@@ -17,7 +17,7 @@ import sympy
 
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
-from codegen.analysis.terms import expand_products
+from codegen.analysis.polynomials import expand_products
 from codegen.certify.family import Family, build_family
 from codegen.mechanics.system import Matrix
 from codegen.observers.equations import Observer

@@ -14,7 +14,7 @@ from typing import Any
 import sympy
 
 from codegen.analysis.error_dynamics import ErrorDynamics
-from codegen.analysis.terms import expand_products
+from codegen.analysis.polynomials import expand_products
 from codegen.certify.prefix import rational_text, to_prefix
 from codegen.checker import verify
 from codegen.mechanics.computed import ComputedEntry

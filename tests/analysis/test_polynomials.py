@@ -11,7 +11,7 @@ import pytest
 import sympy
 
 from codegen.analysis.analysis import Analysis, analyse
-from codegen.analysis.factors import written_conditions
+from codegen.analysis.conditions import written_conditions
 from codegen.analysis.operating_points import evaluate
 from codegen.analysis.polynomials import bilinear, characteristic_polynomial, hurwitz_determinant, jury, routh_hurwitz
 from codegen.app.derive import analysis_json

@@ -29,7 +29,7 @@ from sympy.matrices.exceptions import NonInvertibleMatrixError
 from sympy.matrices.matrixbase import MatrixBase
 
 import codegen.analysis.analysis
-import codegen.analysis.factors
+import codegen.analysis.conditions
 import codegen.base.text
 from codegen.base.errors import InternalError
 from stiction import derive
@@ -117,7 +117,7 @@ def users(owner: Any, name: str) -> list[tuple[Any, str]]:
 
 @contextmanager
 def replaced(owner: Any, name: str, by: Callable[..., Any]) -> Iterator[None]:
-    codegen.analysis.factors._reduced.cache_clear()  # what was computed before meets no fault
+    codegen.analysis.conditions._reduced.cache_clear()  # what was computed before meets no fault
     with pytest.MonkeyPatch.context() as patch:
         for user, key in users(owner, name):
             patch.setattr(user, key, by)

@@ -8,7 +8,7 @@ import pytest
 import stiction
 from codegen.base.text import render
 from codegen.cancellation import make_plan, reach
-from codegen.cancellation.leftover import leftover
+from codegen.cancellation.plan import leftover
 from codegen.mechanics.build import build_system
 from codegen.spec.model import CancellationChoice
 from tests.in_part import in_part

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from codegen.analysis.analysis import Analysis, analyse
-from codegen.analysis.factors import SYMBOLIC_ORDER
+from codegen.analysis.conditions import SYMBOLIC_ORDER
 from codegen.analysis.operating_points import evaluate_columns, matrix_function
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.solve import solve_symmetric

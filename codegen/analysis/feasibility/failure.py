@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy
 
+from codegen.analysis.analysis import largest_euler_steps
 from codegen.analysis.feasibility.family import Family, Settings
 from codegen.analysis.feasibility.region import LIMIT
 from codegen.analysis.polynomials import jury, routh_hurwitz
@@ -77,10 +78,7 @@ def explain_failure(family: Family, settings: Settings) -> Failure | None:
 def largest_sample_time(family: Family, settings: Settings) -> float:
     """Stability limit of explicit Euler for one gain set: h < −2 Re λ/|λ|² at every λ and point, where A = Ψ; s."""
     matrices = family.matrices("continuous", settings, family.every)[0]
-    eigenvalues = np.linalg.eigvals(matrices)
-    if not (eigenvalues.real < 0).all():
-        return 0.0
-    return float((-2 * eigenvalues.real / np.abs(eigenvalues) ** 2).min())
+    return float(largest_euler_steps(np.linalg.eigvals(matrices)).min())
 
 
 def _failed(which: str, coefficients: list[float], h: float) -> tuple[FailedCondition, ...]:
