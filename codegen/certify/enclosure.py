@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from itertools import pairwise, product
 from typing import Any
 
@@ -28,6 +29,8 @@ MOST_SAMPLES = 40_000
 
 Interval = tuple[Fraction, Fraction]
 Cell = Mapping[sympy.Symbol, Interval]
+Box = tuple[Interval, ...]
+Value = Callable[[Mapping[str, Interval]], Interval]
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,22 +59,19 @@ class Enclosure:
             varying = [str(family.bounded.get(v, v)) for v in family.variables if v != PI]
             count = f"the error dynamics depend on {', '.join(varying)} through {count_varying} expressions"
             raise NotEnclosable(f"{count}, and this version encloses up to {MOST_PARAMETERS}")
-        known = [v.name for v in family.variables]
-        self.values = [verify.parse(to_prefix(e), known, s.name)[1] for s, e in family.parameters.items()]
-        theta = casadi.SX.sym("theta", max(1, len(self.values)))
+        self._values = _parsed(family.parameters, family.variables)
+        theta = casadi.SX.sym("theta", max(1, len(self._values)))
         names = {s: theta[k] for k, s in enumerate(family.parameters)}
         self._function = casadi.Function("matrix", [theta], [casadi.densify(to_casadi(family.matrix, names))])
 
-    def ranges(self, cell: Cell) -> tuple[Interval, ...]:
-        """What the parameters can be in a cell of the variables, by the checker's arithmetic."""
-        box = {v.name: interval for v, interval in cell.items()}
-        return tuple(verify.widen(*value(box)) for value in self.values)
-
     def vertices(self, cells: Iterable[Cell]) -> list[NDArray[np.float64]]:
         """A at the corners of what the parameters can be in cells, each once."""
-        if not self.values:
+        return self.at(_boxes(self._values, cells))
+
+    def at(self, boxes: Iterable[Box]) -> list[NDArray[np.float64]]:
+        """A at the corners of boxes of the parameters, each once."""
+        if not self._values:
             return [np.asarray(self._function(0.0).full())]
-        boxes = _outer({self.ranges(cell) for cell in cells})
         ends = [[sorted({float(low), float(high)}) for low, high in box] for box in boxes]
         corners = sorted({corner for box in ends for corner in product(*box)})
         rows, columns = self._function.size_out(0)
@@ -81,7 +81,17 @@ class Enclosure:
 
 def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:
     """The ranges of the variables."""
-    return {v: (Fraction(rational_text(lo)), Fraction(rational_text(hi))) for v, (lo, hi) in family.variables.items()}
+    return _exact(family.variables)
+
+
+def _exact(ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> dict[sympy.Symbol, Interval]:
+    return {v: (Fraction(rational_text(low)), Fraction(rational_text(high))) for v, (low, high) in ranges.items()}
+
+
+def _parsed(parameters: Mapping[sympy.Symbol, Any], variables: Iterable[sympy.Symbol]) -> list[Value]:
+    """What the checker's arithmetic makes of every parameter in a cell."""
+    known = [v.name for v in variables]
+    return [verify.parse(to_prefix(e), known, s.name)[1] for s, e in parameters.items()]
 
 
 def cells_of(breaks: Mapping[sympy.Symbol, Sequence[Any]]) -> list[Cell]:
@@ -100,9 +110,20 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
         codegen.checker.verify.Refused: where the arithmetic cannot enclose an expression.
     """
     enclosure = Enclosure(family)
-    breaks = {v: list(ends) for v, ends in exact_ranges(family).items()}
-    sampled = _sampled_ranges(family)
-    most = min(MOST_CELLS, MOST_CORNERS >> len(family.parameters))
+    breaks, boxes = _partition(tuple(family.parameters.items()), tuple(family.variables.items()), finer)
+    splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in bs] for v, bs in breaks.items() if len(bs) > 2}
+    return Cells(splits, enclosure.at(boxes))
+
+
+@lru_cache(maxsize=16)
+def _partition(
+    named: tuple[tuple[sympy.Symbol, Any], ...], ranges: tuple[tuple[sympy.Symbol, tuple[Any, Any]], ...], finer: int
+) -> tuple[dict[sympy.Symbol, list[Fraction]], list[Box]]:
+    """Breakpoints of each variable, and what the parameters can be in the cells: the same at every sample time."""
+    parameters, variables = dict(named), dict(ranges)
+    values, sampled = _parsed(parameters, variables), _sampled_ranges(parameters, variables)
+    breaks = {v: list(ends) for v, ends in _exact(variables).items()}
+    most = min(MOST_CELLS, MOST_CORNERS >> len(parameters))
 
     def cut(at: set[tuple[sympy.Symbol, Fraction]]) -> bool:
         """Add these breakpoints; False where there are none, or the cells would be too many."""
@@ -113,24 +134,23 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
         return True
 
     for _ in range(ROUNDS):
-        if not cut(_loose_intervals(enclosure, family, breaks, sampled)):
+        if not cut(_loose_intervals(values, parameters, breaks, sampled)):
             break
     for _ in range(finer):
         if not cut({(v, (p + q) / 2) for v, b in breaks.items() if v != PI for p, q in pairwise(b)}):
             break
-    splits = {v: [sympy.Rational(b.numerator, b.denominator) for b in bs] for v, bs in breaks.items() if len(bs) > 2}
-    return Cells(splits, enclosure.vertices(cells_of(breaks)))
+    return breaks, _boxes(values, cells_of(breaks))
 
 
 def _loose_intervals(
-    enclosure: Enclosure,
-    family: Family,
+    values: Sequence[Value],
+    parameters: Mapping[sympy.Symbol, Any],
     breaks: Mapping[sympy.Symbol, list[Fraction]],
     sampled: list[tuple[float, float]],
 ) -> set[tuple[sympy.Symbol, Fraction]]:
     """Midpoints of the intervals on which a parameter's enclosure leaves its sampled range by more than 3 %."""
     found = set()
-    for value, expression, (low, high) in zip(enclosure.values, family.parameters.values(), sampled, strict=True):
+    for value, expression, (low, high) in zip(values, parameters.values(), sampled, strict=True):
         slack = (LOOSE - 1) * max(high - low, abs(high), abs(low))
         used = {v: b for v, b in breaks.items() if expression.has(v)}
         for cell in cells_of(used) if used else ():  # of a constant that is not rational there is nothing to split
@@ -144,16 +164,18 @@ def _loose_intervals(
     return found
 
 
-def _sampled_ranges(family: Family) -> list[tuple[float, float]]:
+def _sampled_ranges(
+    parameters: Mapping[sympy.Symbol, Any], ranges: Mapping[sympy.Symbol, tuple[Any, Any]]
+) -> list[tuple[float, float]]:
     """Of every parameter."""
-    variables, expressions = list(family.variables), list(family.parameters.values())
+    variables, expressions = list(ranges), list(parameters.values())
     if not expressions:
         return []
     point = casadi.SX.sym("p", len(variables))
     names = {v: point[k] for k, v in enumerate(variables)}
     entries = casadi.densify(to_casadi(sympy.Matrix(expressions), names))
     function = casadi.Function("parameters", [point], [entries])
-    lines = [_samples(float(lo), float(hi)) for lo, hi in family.variables.values()]
+    lines = [_samples(float(lo), float(hi)) for lo, hi in ranges.values()]
     if not variables:
         points = np.zeros((0, 1))
     elif np.prod([len(line) for line in lines]) <= MOST_SAMPLES:
@@ -172,8 +194,10 @@ def _samples(low: float, high: float) -> NDArray[np.float64]:
     return np.unique(np.concatenate([np.linspace(low, high, 65), around]))
 
 
-def _outer(boxes: set[tuple[Interval, ...]]) -> list[tuple[Interval, ...]]:
-    """The boxes that no other box contains: the rest are proved with them."""
+def _boxes(values: Sequence[Value], cells: Iterable[Cell]) -> list[Box]:
+    """What the parameters can be in each cell, but for boxes that another contains: these are proved with that one."""
+    named = ({v.name: interval for v, interval in cell.items()} for cell in cells)
+    boxes = {tuple(verify.widen(*value(cell)) for value in values) for cell in named}
     return [
         b
         for b in boxes

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 from codegen.base.shown import Shown
 from codegen.certify import REGION_PROOFS
 from codegen.certify.bound.bounds import ErrorBound
+from codegen.certify.bound.error_response import Response
 from codegen.certify.region_proofs import Regions
 
 PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", *REGION_PROOFS)
@@ -30,6 +31,7 @@ class Certificate(Shown):
         no_turning: whether there is proved to be none.
         by_structure: whether it is about one mode of a machine whose extremes are estimates, not proven bounds.
         bounds: on each friction error, or the words why there are none.
+        response: how the errors move under what their matrix leaves out, where there are bounds.
         kernel: the proof that the kernel has accepted for the C (proof.json), or None.
         not_by_kernel: why there is none.
         ellipsoid: what follows of it for noise and drift, as the checker has accepted it (ellipsoid.json), or None.
@@ -44,6 +46,7 @@ class Certificate(Shown):
     no_turning: bool = False
     by_structure: bool = False
     bounds: tuple[ErrorBound, ...] | str = "none was asked for"
+    response: Response | None = field(default=None, repr=False)
     kernel: str | None = None
     not_by_kernel: str = "none was asked for"
     ellipsoid: str | None = None

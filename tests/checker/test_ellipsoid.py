@@ -17,6 +17,7 @@ import pytest
 
 from codegen.app.derived import Derived
 from codegen.certify.bound.ellipsoid import unlike_envelope
+from codegen.certify.bound.error_response import Response, disturbances, error_response
 from codegen.checker import ellipsoid, verify
 from codegen.replay.engine import CompiledEngine
 from codegen.replay.twin import load_twin
@@ -373,14 +374,17 @@ def test_sizes_that_are_not_the_envelope_s_are_told() -> None:
     observer, spec, places = machine.observer, machine.spec, machine.program.places
     claim = content("one_mass", "ellipsoid.json")
     assert claim["noise"] == {"inputs.x": "1/200000"} and claim["drift"] == {"inputs.x": str(Fraction(210, 2 * 10**6))}
-    assert unlike_envelope(claim, spec, observer, places) == []
+    response = error_response(observer)
+    assert isinstance(response, Response)
+    sizes = disturbances(spec, observer, response)
+    assert isinstance(sizes, dict) and unlike_envelope(claim, spec, observer, places, sizes) == []
     for kind, other in (
         ("noise", {"inputs.x": "1/200001"}),
         ("noise", {}),
         ("drift", {"inputs.x": "1/9000"}),
         ("drift", claim["drift"] | {"true.a_rail": "1/1000000"}),
     ):
-        assert len(unlike_envelope(claim | {kind: other}, spec, observer, places)) == 1
+        assert len(unlike_envelope(claim | {kind: other}, spec, observer, places, sizes)) == 1
 
 
 @pytest.mark.parametrize("sets", [True, False])

@@ -19,7 +19,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.certify.bound.bounds import ErrorBound
-from codegen.certify.bound.error_response import Response, disturbances, dot, error_response
+from codegen.certify.bound.error_response import Response, Sizes, disturbances, dot
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
 from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts, upwards
@@ -72,15 +72,15 @@ def with_ellipsoid(
         places: as of kernel_form.proof_text.
         sources: the C among them.
     """
-    response = error_response(observer)
-    if isinstance(certificate.bounds, str) or isinstance(response, str) or certificate.kernel is None:
+    response = certificate.response
+    if isinstance(certificate.bounds, str) or response is None or certificate.kernel is None:
         return certificate
     sizes = disturbances(spec, observer, response)
     if isinstance(sizes, str) or not any(map(any, sizes.values())):
         return certificate
     proof = json.loads(certificate.kernel)
     text = ellipsoid_text(observer, places, proof, response, sizes, certificate.bounds)
-    if other := unlike_envelope(json.loads(text), spec, observer, places):
+    if other := unlike_envelope(json.loads(text), spec, observer, places, sizes):
         raise ValueError(f"ellipsoid.json rests on sizes that are not the envelope's: {other}")
     try:
         found = checker.long_run(proof, dict(sources), text.encode())
@@ -148,17 +148,15 @@ def ellipsoid_text(
     return json.dumps(claim, indent=1) + "\n"
 
 
-def unlike_envelope(claim: Mapping[str, Any], spec: Spec, observer: Observer, places: Mapping[str, str]) -> list[str]:
+def unlike_envelope(
+    claim: Mapping[str, Any], spec: Spec, observer: Observer, places: Mapping[str, str], sizes: Sizes
+) -> list[str]:
     """What a claim has a smaller or larger disturbance of than the spec's envelope, by a reading of its own.
 
     Noise is x_noise, and what a position moves beside the machine h² x_ddot/2; a velocity or friction without a range
-    of its own there is compared with ``disturbances`` made anew.
+    of its own there is compared with ``sizes``.
     """
     write, system, h = Writer(observer, places), observer.system, Fraction(str(observer.sample_time))
-    response = error_response(observer)
-    assert not isinstance(response, str)
-    sizes = disturbances(spec, observer, response)
-    assert not isinstance(sizes, str)
 
     def largest(name: str) -> Fraction:
         return max((abs(Fraction(str(end))) for end in spec.envelope.get(name, ())), default=Fraction(0))

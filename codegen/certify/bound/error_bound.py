@@ -142,18 +142,20 @@ def error_bounds(
     analysis: Analysis,
     certificate: Certificate,
     rounding: tuple[Fraction, list[Fraction]] = (Fraction(0), []),
+    response: Response | str | None = None,
 ) -> tuple[ErrorBound, ...] | str:
     """The bounds of every friction error, or why there are none.
 
     Args:
         rounding: of the measured positions, and of each state in a step; none by default.
+        response: of the observer (``error_response``), where it is known already.
 
     The envelope must bound the accelerations (``v_dot``), and v too where g depends on x; ``x_noise`` bounds the
     position noise, quantisation included, and is 0 where the envelope is silent.
     """
     observer = analysis.dynamics.observer
     system = observer.system
-    response = error_response(observer)
+    response = error_response(observer) if response is None else response
     if isinstance(response, str):
         return response
     missing = [f"{v}_dot" for v in system.velocities if f"{v}_dot" not in spec.envelope]
@@ -223,9 +225,10 @@ def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> Cer
     Raises:
         BadInput: for a domain in which there is no bound.
     """
-    bounds = error_bounds(spec, analysis, certificate)
+    response = error_response(analysis.dynamics.observer)
+    bounds = error_bounds(spec, analysis, certificate, response=response)
     refuse_empty_domain(spec, analysis.dynamics.observer, bounds)
-    return replace(certificate, bounds=bounds)
+    return replace(certificate, bounds=bounds, response=None if isinstance(response, str) else response)
 
 
 def rounding_share(
@@ -239,7 +242,7 @@ def rounding_share(
     Args:
         rounding: of the measured positions, and of each state in a step.
     """
-    response = error_response(observer)
+    response = certificate.response or error_response(observer)
     if isinstance(response, str):
         return None
     n, rest = observer.system.degrees_of_freedom, len(observer.errors) - observer.system.degrees_of_freedom

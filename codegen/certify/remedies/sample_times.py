@@ -55,6 +55,7 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
     """
     assert spec.observer is not None
     found: dict[str, float] = {}
+    system = own.dynamics.observer.system
     if beyond_checker(own.dynamics.observer):
         return found
     regions = outcome.regions if isinstance(outcome, Refusal) else None
@@ -68,7 +69,8 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
             continue
         chosen = replace(spec, observer=replace(spec.observer, integration=integration, domain=None))
         with suppress(BadInput, NotEnclosable, TypeError):
-            analysis = analyse(chosen, build_observer(chosen, own.dynamics.observer.system), conditions=False)
+            same = integration == spec.observer.integration and spec.observer.domain is None
+            analysis = own if same else analyse(chosen, build_observer(chosen, system), conditions=False)
             if analysis.points.missing:
                 continue
             if sliding is not None:
