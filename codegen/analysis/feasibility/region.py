@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from contourpy import contour_generator
 from numpy.typing import NDArray
 
 from codegen.analysis.feasibility.axes import GainAxis
@@ -21,8 +22,6 @@ SPARSE = 16
 BISECTIONS = 16
 ROUNDS = 4
 SEARCHED = 1000.0
-Edge = tuple[int, int, int]
-"""(direction, i, j): from node (i, j) to (i + 1, j) where the direction is 0, to (i, j + 1) where it is 1."""
 
 
 @dataclass(frozen=True)
@@ -145,23 +144,25 @@ def _boundary(
     family: Family, which: str, base: Settings, x: GainAxis, y: GainAxis, inside: NDArray[np.bool_]
 ) -> tuple[tuple[tuple[tuple[float, float], ...], ...], Array]:
     """Polylines of the boundary in numbers, and the shares (x, y) of the inner end of each crossing."""
-    edges = crossing_edges(inside)
-    if not edges:
+    lines: Any = contour_generator(z=inside.T.astype(float)).lines(
+        0.5
+    )  # through the middles of the edges that cross it
+    if not lines:
         return (), np.empty((0, 2))
-    good, bad = (np.array(ends) / (GRID - 1) for ends in edge_ends(edges, inside))
+    crossings = np.vstack(lines)
+    low, high = np.floor(crossings).astype(int), np.ceil(crossings).astype(int)
+    low_inside = inside[low[:, :1], low[:, 1:]]
+    good, bad = (np.where(low_inside, *ends) / (GRID - 1) for ends in ((low, high), (high, low)))
 
     def holds(share: Array) -> NDArray[np.bool_]:
         at = good + share[:, None] * (bad - good)
         return stable(family, which, base.along(x, x.at(at[:, 0])).along(y, y.at(at[:, 1])))
 
-    middle, inner = bisect(holds, np.zeros(len(edges)), np.ones(len(edges)))
+    middle, inner = bisect(holds, np.zeros(len(good)), np.ones(len(good)))
     at = good + middle[:, None] * (bad - good)
-    numbers = zip(x.at(at[:, 0]), y.at(at[:, 1]), strict=True)
-    vertex: dict[Edge, tuple[float, float]] = {
-        e: (float(p), float(q)) for e, (p, q) in zip(edges, numbers, strict=True)
-    }
-    lines = tuple(tuple(vertex[e] for e in line) for line in polylines(edges, inside))
-    return lines, good + inner[:, None] * (bad - good)
+    numbers = np.column_stack([x.at(at[:, 0]), y.at(at[:, 1])])
+    parts = np.split(numbers, np.cumsum([len(line) for line in lines])[:-1])
+    return tuple(tuple((float(p), float(q)) for p, q in part) for part in parts), good + inner[:, None] * (bad - good)
 
 
 def _one_way(
@@ -197,48 +198,3 @@ def leaving(family: Family, settings: Settings) -> complex:
     values = family.dynamics.multipliers(np.linalg.eigvals(matrix), float(settings.sample_time[0]))
     z = complex(values[np.abs(values).argmax()])
     return complex(z.real, abs(z.imag))
-
-
-def crossing_edges(inside: NDArray[np.bool_]) -> list[Edge]:
-    """The grid edges that cross the boundary: one end inside, one outside."""
-    found: list[Edge] = []
-    for direction in (0, 1):
-        differ = np.diff(inside, axis=direction)
-        found += [(direction, int(i), int(j)) for i, j in np.argwhere(differ)]
-    return found
-
-
-def edge_ends(edges: list[Edge], inside: NDArray[np.bool_]) -> tuple[list[Any], list[Any]]:
-    """For each edge its node inside and its node outside, (i, j)."""
-    good, bad = [], []
-    for direction, i, j in edges:
-        ends = [(i, j), (i + 1 - direction, j + direction)]
-        if not inside[i, j]:
-            ends.reverse()
-        good.append(ends[0])
-        bad.append(ends[1])
-    return good, bad
-
-
-def polylines(edges: list[Edge], inside: NDArray[np.bool_]) -> list[list[Edge]]:
-    """The crossings in order along the boundary; a closed line ends at its first crossing."""
-    neighbours: dict[Edge, list[Edge]] = {e: [] for e in edges}
-    for i in range(inside.shape[0] - 1):
-        for j in range(inside.shape[1] - 1):
-            sides: list[Edge] = [(1, i, j), (0, i, j), (1, i + 1, j), (0, i, j + 1)]  # left, low, right, high
-            crossed = [e for e in sides if e in neighbours]
-            for first, second in zip(crossed[::2], crossed[1::2], strict=True):
-                neighbours[first].append(second)
-                neighbours[second].append(first)
-    lines: list[list[Edge]] = []
-    left = dict.fromkeys(sorted(edges, key=lambda e: len(neighbours[e])))
-    while left:
-        line = [next(iter(left))]
-        del left[line[0]]
-        while following := [e for e in neighbours[line[-1]] if e in left]:
-            line.append(following[0])
-            del left[following[0]]
-        if len(line) > 2 and line[0] in neighbours[line[-1]]:
-            line.append(line[0])
-        lines.append(line)
-    return lines
