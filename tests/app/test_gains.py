@@ -12,10 +12,19 @@ import pytest
 
 from codegen.spec import read_spec
 
-from .command import SPECS, contents, is_one_message, stiction
+from .command import SPECS, Result, contents, is_one_message, stiction
 
 TWO_LEVELS = {"between": 10.0, "ground": 20.0}
 FREE = "gains:\n    K_F: {free: [0.1, 1e4]}   # not known yet\n    K_v: {free: [1, 1e4]}"
+
+
+@pytest.fixture(scope="module")
+def two_mass(tmp_path_factory: pytest.TempPathFactory) -> tuple[Result, Path]:
+    """What ``stiction gains`` prints of the two masses, and the folder that it wrote."""
+    folder = tmp_path_factory.mktemp("two_mass") / "a"
+    result = stiction("gains", SPECS / "two_mass.yaml", "-o", folder)
+    assert result.code == 0
+    return result, folder
 
 
 @pytest.fixture
@@ -85,16 +94,18 @@ def test_the_suggested_spec_keeps_comments_and_is_certified(free: Path, tmp_path
     assert stiction("certify", folder / "spec.yaml").code == 0
 
 
-def test_the_same_call_replaces_its_files_by_the_same_bytes_and_a_picture_with_content(tmp_path: Path) -> None:
-    assert stiction("gains", SPECS / "two_mass.yaml", "-o", tmp_path / "a").code == 0
-    first = contents(tmp_path)
-    assert set(first) == {"a/gains.json", "a/gains.png", "a/spec.yaml"}
-    assert stiction("gains", SPECS / "two_mass.yaml", "-o", tmp_path / "a").code == 0
-    assert contents(tmp_path) == first
-    picture = matplotlib.image.imread(tmp_path / "a" / "gains.png")
+def test_the_same_call_replaces_its_files_by_the_same_bytes_and_a_picture_with_content(
+    two_mass: tuple[Result, Path],
+) -> None:
+    _, folder = two_mass
+    first = contents(folder)
+    assert set(first) == {"gains.json", "gains.png", "spec.yaml"}
+    assert stiction("gains", SPECS / "two_mass.yaml", "-o", folder).code == 0
+    assert contents(folder) == first
+    picture = matplotlib.image.imread(folder / "gains.png")
     assert picture.shape[0] > 900
     assert len(np.unique(picture[::4, ::4, :3].reshape(-1, 3), axis=0)) > 50
-    text = (tmp_path / "a" / "spec.yaml").read_text()
+    text = (folder / "spec.yaml").read_text()
     assert "K_F suggested by stiction gains, was 500, 700" in text
 
 
@@ -139,17 +150,17 @@ def test_infeasible_is_refused_with_condition_and_place(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "out" / "gains.json").read_text())["infeasible"]["of"] == "continuous"
 
 
-def test_each_contact_has_its_own_share_of_noise(tmp_path: Path) -> None:
+def test_each_contact_has_its_own_share_of_noise(two_mass: tuple[Result, Path]) -> None:
     """Coulomb levels of the spec, 10 N and 20 N: the share printed is the RMS printed over the contact's own level."""
-    result = stiction("gains", SPECS / "two_mass.yaml")
+    result, _ = two_mass
     lines = re.findall(r"noise of \w+_(\w+): (\S+) N RMS, (\S+) % of the friction", result.out)
     assert {contact for contact, _, _ in lines} == set(TWO_LEVELS)
     for contact, rms, share in lines:
         assert float(share) == pytest.approx(100 * float(rms) / TWO_LEVELS[contact], rel=0.01)
 
 
-def test_a_margin_is_a_factor() -> None:
-    assert re.search(r"K_F +may be raised by the factor [\d.]+ \(\+", stiction("gains", SPECS / "two_mass.yaml").out)
+def test_a_margin_is_a_factor(two_mass: tuple[Result, Path]) -> None:
+    assert re.search(r"K_F +may be raised by the factor [\d.]+ \(\+", two_mass[0].out)
 
 
 @pytest.mark.parametrize("over", [("K_F", "K_x"), ("K_F", "K_F")])

@@ -41,6 +41,7 @@ LONG_TO_CERTIFY = (
     "thesis/one_mass_dfo",
     "thesis/rig_dfoa",
     "thesis/rig_dfob",
+    "thesis/two_mass_cancellation",
     "thesis/two_mass_gdfo",
 )
 """Their certificates take 6 to 20 s of CPU to find; that those that are shipped hold is tested in tests/checker."""

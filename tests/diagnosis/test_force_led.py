@@ -13,6 +13,7 @@ from codegen.diagnosis.candidate_fits import Found
 from codegen.diagnosis.force_led import (
     LEVEL,
     ForceFits,
+    ForceSelection,
     against_free_runs,
     confirmed,
     first_with_others,
@@ -89,11 +90,18 @@ def test_a_spring_is_found_and_free_runs_confirm_it(tmp_path: Path) -> None:
 TWO = "[{kind: spring, on: x, parameters: {k: 30}}, {kind: viscous, on: rail, parameters: {b: 4}}]"
 
 
-def test_two_effects_over_different_variables_are_both_found(tmp_path: Path) -> None:
-    log = jittered(log_of(stage(TWO, 5.5), tmp_path, "train.csv"), tmp_path)
-    search, problem = searched(log)
+@pytest.fixture(scope="module")
+def of_two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Search, ForceSelection]:
+    """The search on a log of two effects, and what is selected."""
+    folder = tmp_path_factory.mktemp("two")
+    search, problem = searched(jittered(log_of(stage(TWO, 5.5), folder, "train.csv"), folder))
     found = selected_by_force(search, search.refit(), problem, lambda share: None)
     assert found is not None
+    return search, found
+
+
+def test_two_effects_over_different_variables_are_both_found(of_two: tuple[Search, ForceSelection]) -> None:
+    _, found = of_two
     values = found.fit.runner.trial.split(found.fit.theta)[1]
     by_kind = dict(zip((p.kind for p in found.parts), values, strict=True))
     assert by_kind["spring"]["k"] == pytest.approx(30.0, rel=0.1)
@@ -133,12 +141,11 @@ def test_the_first_effect_is_chosen_again_beside_the_second(tmp_path: Path) -> N
     assert kept == [leading[1]]
 
 
-def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(tmp_path: Path) -> None:
+def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(
+    of_two: tuple[Search, ForceSelection],
+) -> None:
     """A coupling beside the true effects changes no force below the cutoff; a drag instead of them leaves more."""
-    log = jittered(log_of(stage(TWO, 5.5), tmp_path, "train.csv"), tmp_path)
-    search, problem = searched(log)
-    found = selected_by_force(search, search.refit(), problem, lambda share: None)
-    assert found is not None
+    search, found = of_two
     values = {
         "spring": {"k": 30.0},
         "compliance": {"k": 9e4, "c": 50.0, "load_fraction": 0.4},
