@@ -62,7 +62,7 @@ generate: $(VENV)/run.stamp
 
 # Write docs/certificates.md anew: what is certified, refuted and bounded for each shipped spec.
 certificates: $(VENV)/run.stamp
-	$(BIN)/python -m codegen.app.certificate_table specs/*.yaml specs/thesis/*.yaml
+	$(BIN)/python -m benchmarks.certificate_table specs/*.yaml specs/thesis/*.yaml
 
 # Write docs/audit.md anew: the printed formulas of the thesis against the derivation.
 audit: $(VENV)/run.stamp

@@ -67,17 +67,14 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
     if out is not None:
         refuse_target(Path(out), {"the spec itself": Path(source)}, (".json",))
     machine = derived_from(source)
-    outcome = machine.outcome
+    spec, outcome, analysis = machine.spec, machine.outcome, machine.analysis
     if isinstance(outcome, Certificate):
         bounds = outcome.bounds
-        rounding: Mapping[str, Rounding] | str = "no error bound"
-        if not isinstance(bounds, str):
-            rounding = rounding_bounds(machine.spec, machine.analysis, outcome, bounds[0])
-        times = largest_sample_times(machine.spec, machine.analysis, outcome)
-        return Certified(outcome, bounds, times, rounding)
-    outcome = replace(outcome, proposals=propose(machine.spec, machine.analysis, machine.with_spec))
-    times = largest_sample_times(machine.spec, machine.analysis, outcome)
-    return Certified(outcome, "no certificate", times)
+        rounding = None if isinstance(bounds, str) else rounding_bounds(spec, analysis, outcome, bounds[0])
+        times = largest_sample_times(spec, analysis, outcome)
+        return Certified(outcome, bounds, times, rounding or "no error bound")
+    outcome = replace(outcome, proposals=propose(spec, analysis, machine.with_spec))
+    return Certified(outcome, "no certificate", largest_sample_times(spec, analysis, outcome))
 
 
 @verb
@@ -102,28 +99,26 @@ def certified_json(found: Certified) -> dict[str, Any]:
         "format": "stiction-certification/1",
         "certified": isinstance(outcome, Certificate),
         **(_certificate(outcome, found) if isinstance(outcome, Certificate) else _refusal(outcome)),
+        "kernel_proof": None if outcome.kernel is None else json.loads(outcome.kernel),
+        "not_by_kernel": outcome.not_by_kernel or None,
         "sample_times": {step: h if math.isfinite(h) else None for step, h in found.sample_times.items()},
     }
 
 
 def _certificate(certificate: Certificate, found: Certified) -> dict[str, Any]:
-    bounds = found.bounds
     return {
         "decay_rate": certificate.decay_rate,
         "spectral_rate": certificate.spectral_rate,
         "refuted_rate": certificate.refuted_rate,
         "turning_rate": certificate.turning_rate,
         "facts": list(certificate.facts),
-        "error_bounds": bounds
-        if isinstance(bounds, str)
-        else [
-            {"name": b.name, "unit": b.unit, "steady": b.steady, "slip_speed": b.slip_speed, "of_code": b.of_code}
-            for b in bounds
-        ],
+        "error_bounds": found.bounds if isinstance(found.bounds, str) else [_bound(b) for b in found.bounds],
         "certificate": certificate.content,
-        "kernel_proof": None if certificate.kernel is None else json.loads(certificate.kernel),
-        "not_by_kernel": certificate.not_by_kernel or None,
     }
+
+
+def _bound(b: ErrorBound) -> dict[str, Any]:
+    return {"name": b.name, "unit": b.unit, "steady": b.steady, "slip_speed": b.slip_speed, "of_code": b.of_code}
 
 
 def _refusal(refusal: Refusal) -> dict[str, Any]:
@@ -137,8 +132,6 @@ def _refusal(refusal: Refusal) -> dict[str, Any]:
         "proposals": None if refusal.proposals is None else asdict(refusal.proposals),
         "refutation": refusal.proof,
         "regions": None if refusal.regions is None else _regions(refusal.regions),
-        "kernel_proof": None if refusal.kernel is None else json.loads(refusal.kernel),
-        "not_by_kernel": refusal.not_by_kernel or None,
     }
 
 

@@ -94,11 +94,7 @@ class Derived(Shown):
 
     @cached_property
     def observer(self) -> Observer:
-        """The observer's equations.
-
-        Raises:
-            BadInput: for a spec without one, or with free gains.
-        """
+        """The observer's equations. Raises BadInput for a spec without one, or with free gains."""
         refuse_free_gains(self.spec)
         return build_observer(self.spec, self.system)
 
@@ -118,8 +114,7 @@ class Derived(Shown):
     def header(self) -> Header:
         """What generated files say of where they come from.
 
-        Raises:
-            BadInput: for a file whose name generated files cannot print.
+        Raises BadInput for a file whose name generated files cannot print.
         """
         from codegen.certify.prefix import rational_text
         from codegen.emit.header import make_header
@@ -137,8 +132,7 @@ class Derived(Shown):
     def outcome(self) -> Certificate | Refusal:
         """The stability certificate of the sampled observer, bound to its sources, or why there is none.
 
-        Raises:
-            BadInput: for an envelope without a range that is needed, or a domain without a bound.
+        Raises BadInput for an envelope without a range that is needed, or a domain without a bound.
         """
         return _outcome(self)
 

@@ -27,8 +27,7 @@ class Overrides:
     def applied(self, spec: Spec) -> Spec:
         """The spec with the command's choices.
 
-        Raises:
-            BadInput: for a precision, a fault policy or a target that there is not.
+        Raises BadInput for a precision, a fault policy or a target that there is not.
         """
         for option, value, known in (("--precision", self.precision, PRECISIONS), ("--fault", self.fault, FAULTS)):
             if value is not None:

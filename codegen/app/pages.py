@@ -28,10 +28,10 @@ def laws(
 
     if name is not None:
         view = law_view(LAWS[_known(ALSO_CALLED.get(name, name), LAWS, "LAW", out)])
-        _print({"format": "stiction-laws/1", "laws": [view]}, "law", {"law": view}, as_json)
+        _print("laws", {"laws": [view]}, "law", {"law": view}, as_json)
         return
     written = _page(out, "laws", write_laws)
-    _print({"format": "stiction-laws/1", "groups": law_groups()}, "laws", {"groups": law_groups()}, as_json, written)
+    _print("laws", {"groups": law_groups()}, "laws", {"groups": law_groups()}, as_json, written)
 
 
 @pages.command()
@@ -46,11 +46,11 @@ def effects(
 
     if name is not None:
         view = effect_view(CATALOGUE[_known(name, CATALOGUE, "KIND", out)])
-        _print({"format": "stiction-effects/1", "effects": [view]}, "effect", {"e": view}, as_json)
+        _print("effects", {"effects": [view]}, "effect", {"e": view}, as_json)
         return
     written = _page(out, "effects", write_effects)
     views = effect_views()
-    _print({"format": "stiction-effects/1", "effects": views}, "effects", {"effects": views}, as_json, written)
+    _print("effects", {"effects": views}, "effects", {"effects": views}, as_json, written)
 
 
 @pages.command()
@@ -72,7 +72,7 @@ def errors(
         write_all(out, {"errors.md": render("text/errors.md.j2", codes=CODES)})
     rows = [{"code": code, "meaning": meaning, "advice": advice} for code, (meaning, advice) in codes.items()]
     written = None if out is None else out / "errors.md"
-    _print({"format": "stiction-error-codes/1", "codes": rows}, "errors", {"codes": codes}, as_json, written)
+    _print("error-codes", {"codes": rows}, "errors", {"codes": codes}, as_json, written)
 
 
 def _known(name: str, known: Mapping[str, object], argument: str, out: Path | None) -> str:
@@ -95,17 +95,18 @@ def _page(out: Path | None, name: str, write: Callable[[Path], Path]) -> Path | 
 
 
 def _print(
+    kind: str,
     content: Mapping[str, object],
     template: str,
     view: Mapping[str, object],
     as_json: bool,
-    page: Path | None = None,
+    page: object = None,
 ) -> None:
     """Print JSON, or the path of the page that was written, or else a text."""
     from codegen.base.text import render
 
     if as_json:
-        print_json(content)
+        print_json({"format": f"stiction-{kind}/1", **content})
     else:
         output.print(render(f"text/{template}.txt.j2", **view) if page is None else f"{page}\n", end="")
 

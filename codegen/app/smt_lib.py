@@ -28,8 +28,7 @@ LONGEST_DWELL = 30_000
 def smt_text(content: Mapping[str, Any]) -> str:
     """The file for a certificate or refutation that the checker has accepted.
 
-    Raises:
-        BadInput: for a dwell time that is too long for exact powers, or a certificate with a cover.
+    Raises BadInput for a dwell time that is too long for exact powers, or a certificate with a cover.
     """
     if content["cover"]:
         found = "an inequality over sines and cosines, on the cells of a cover"

@@ -25,8 +25,7 @@ LONGEST_MESSAGE = 400
 def find_compiler() -> tuple[str, ...] | None:
     """The command that CC names, in words as make takes it, or the first of cc, gcc and clang; None where none is.
 
-    Raises:
-        BadInput: where CC names what cannot be used.
+    Raises BadInput where CC names what cannot be used.
     """
     named = os.environ.get("CC", "").strip()
     if not named:
@@ -84,8 +83,7 @@ def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
 def load_library(library: bytes) -> ctypes.CDLL:
     """A shared library that this run compiled, or whose hash it checked, loaded from a folder of this user alone.
 
-    Raises:
-        BadInput: if it cannot be loaded.
+    Raises BadInput if it cannot be loaded.
     """
     with private_folder() as folder:
         path = folder / "made.so"
@@ -106,8 +104,7 @@ LARGEST = 1 << 28
 def cached_library(sources: Mapping[str, str], units: Sequence[str]) -> bytes:
     """The shared library of these sources; compiled at first use, or where the cached one is damaged.
 
-    Raises:
-        BadInput: where there is no compiler, or it refuses the code.
+    Raises BadInput where there is no compiler, or it refuses the code.
     """
     compiler = find_compiler() or ()
     parts = [*compiler, "", *FLAGS, *units, *(f"{name}\0{sources[name]}" for name in sorted(sources))]

@@ -85,8 +85,7 @@ def remove(path: Path) -> None:
 def write_atomically(path: Path, text: str) -> None:
     """Write through a temporary file beside the target, so that no reader ever sees half a file.
 
-    Raises:
-        BadInput: if the folder cannot be made or written.
+    Raises BadInput if the folder cannot be made or written.
     """
     write_all(path.parent, {path.name: text})
 
@@ -94,8 +93,7 @@ def write_atomically(path: Path, text: str) -> None:
 class Waiting:
     """A temporary file beside its target, until it takes the target's place; without that it is removed in the end.
 
-    Raises:
-        BadInput: if the folder cannot be made or written, or the target is a folder or a device.
+    Raises BadInput if the folder cannot be made or written, or the target is a folder or a device.
     """
 
     def __init__(self, path: Path, expected: str = "a folder that can be written") -> None:

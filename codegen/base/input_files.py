@@ -86,11 +86,7 @@ def read_bytes(path: Path, expected: str, largest: int, named_at: Place | None =
 
 
 def read_text(path: Path, expected: str, largest: int = LARGEST_TEXT) -> str:
-    """The text of a regular file.
-
-    Raises:
-        BadInput: as ``opened``, and if it is not UTF-8.
-    """
+    """The text of a regular file. Raises BadInput as ``opened``, and if it is not UTF-8."""
     try:
         return read_bytes(path, expected, largest).decode("utf-8")
     except UnicodeDecodeError as error:

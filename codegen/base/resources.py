@@ -8,11 +8,7 @@ _PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def resource_folder(name: str) -> Path:
-    """The folder ``templates`` or ``specs``.
-
-    Raises:
-        FileNotFoundError: if the installation is incomplete.
-    """
+    """The folder ``templates`` or ``specs``. Raises FileNotFoundError if the installation is incomplete."""
     for folder in (_PACKAGE / "shipped" / name, _PACKAGE.parent / name):
         if folder.is_dir():
             return folder

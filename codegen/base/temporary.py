@@ -37,8 +37,7 @@ UNKNOWN_USER = 65534
 def temporary_file(folder: Path) -> tuple[Path, IO[bytes]]:
     """A new hidden file in a folder, that only this user can read, open and locked until it is closed.
 
-    Raises:
-        OSError: if the folder cannot be written.
+    Raises OSError if the folder cannot be written.
     """
     while True:
         path = folder / _new_name(".stiction")
@@ -51,8 +50,7 @@ def temporary_file(folder: Path) -> tuple[Path, IO[bytes]]:
 def take_place(temporary: Path, stream: IO[bytes], target: Path) -> None:
     """Put a temporary file, with the permissions that a new one would get, in the place of its target.
 
-    Raises:
-        OSError: if it cannot be written whole, or not put there.
+    Raises OSError if it cannot be written whole, or not put there.
     """
     stream.flush()
     temporary.chmod(new_file_mode())
@@ -72,8 +70,7 @@ def new_file_mode() -> int:
 def private_folder() -> Iterator[Path]:
     """A new folder in the temporary directory that only this user can enter or write; removed in the end.
 
-    Raises:
-        BadInput: if there is none to be had, or another user could put another in its place.
+    Raises BadInput if there is none to be had, or another user could put another in its place.
     """
     home = temporary_directory()
     refuse_replaceable(home)
@@ -91,11 +88,7 @@ def private_folder() -> Iterator[Path]:
 
 
 def temporary_directory() -> Path:
-    """The system's temporary directory, or that of TMPDIR.
-
-    Raises:
-        BadInput: if none can be written.
-    """
+    """The system's temporary directory, or that of TMPDIR. Raises BadInput if none can be written."""
     try:
         return Path(tempfile.gettempdir())
     except OSError:

@@ -131,8 +131,7 @@ def _escape(character: str) -> str:
 def file_text(name: str) -> str:
     """The name of a file as generated files print it: letters, digits and ``_.-+``, and ``_`` for any other sign.
 
-    Raises:
-        BadInput: for a name with a control character, a line break, a double quote or a backslash.
+    Raises BadInput for a name with a control character, a line break, a double quote or a backslash.
     """
     for character in name:
         if unicodedata.category(character) in ("Cc", "Zl", "Zp") or character in '"\\':

@@ -100,8 +100,7 @@ def declared_sensors(spec: Spec, simulation: Simulation) -> Sensors:
 def generated_in_loop(spec: Spec, simulation: Simulation, twin: bool = False) -> ObserverInLoop:
     """The spec's generated observer at its ratio to the loop's sample time, with the cancelling input if it has one.
 
-    Raises:
-        BadInput: for a spec without an observer, or a sample time that does not divide the observer's.
+    Raises BadInput for a spec without an observer, or a sample time that does not divide the observer's.
     """
     observer = observer_of(spec)
     return generated_observer(spec, with_cancellation(spec, observer), steps_a_sample(spec, simulation, observer), twin)

@@ -77,11 +77,7 @@ class Feedback:
     limit: Array | None = None
 
     def __post_init__(self) -> None:
-        """Refuse gains of another shape.
-
-        Raises:
-            ValueError: with the shape found and the one expected.
-        """
+        """Refuse gains of another shape. Raises ValueError with the shape found and the one expected."""
         shape = (self.inputs, self.coordinates)
         for name in ("position_gain", "velocity_gain", "integral_gain"):
             gain = getattr(self, name)
@@ -169,8 +165,7 @@ def _refused(place: Place, found: str, expected: str) -> BadInput:
 def declared_controller(spec: Spec, simulation: Simulation, samples: int) -> Feedback:
     """w = its function of t + position_gain (reference − x) − velocity_gain v + integral_gain ∫(reference − x) dt.
 
-    Raises:
-        BadInput: as ``control_loops``.
+    Raises BadInput as ``control_loops``.
     """
     loops, inputs = control_loops(spec, simulation), [i.name for i in spec.inputs]
     n, m, period = len(spec.positions), len(inputs), simulation.sample_time

@@ -46,8 +46,7 @@ class EventPlant:
     def __init__(self, system: System, period: float, x: Array, v: Array) -> None:
         """Build the functions.
 
-        Raises:
-            BadInput: for a contact whose law has states, an actuator that lags, or a load behind a spring.
+        Raises BadInput for a contact whose law has states, an actuator that lags, or a load behind a spring.
         """
         contacts = PlantContacts(system)
         lags = any(system.actuator(k).lag is not None for k in range(len(system.inputs)))

@@ -46,8 +46,7 @@ class ObserverInLoop:
 def generated_observer(spec: Spec, observer: Observer, every: int = 1, twin: bool = False) -> ObserverInLoop:
     """The generated code of an observer, ready to step: compiled C, or the twin on demand or without a C compiler.
 
-    Raises:
-        BadInput: if the compiler refuses the code.
+    Raises BadInput if the compiler refuses the code.
     """
     program = build_program(observer, spec.code)
     files = emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source))
@@ -73,11 +72,7 @@ class Cancellation:
     outputs: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a delay below zero.
-
-        Raises:
-            ValueError: with the delay.
-        """
+        """Refuse a delay below zero. Raises ValueError with the delay."""
         if self.delay < 0:
             raise ValueError(f"a delay of {self.delay} samples; expected 0 or more")
 
@@ -88,8 +83,7 @@ class Estimator:
     def __init__(self, observer: ObserverInLoop, system: System, cancellation: Cancellation | None) -> None:
         """Match the observer's inputs with the system's; keep as many estimates as the cancellation looks back.
 
-        Raises:
-            ValueError: for an input of the observer that the system has not.
+        Raises ValueError for an input of the observer that the system has not.
         """
         self.observer = observer
         names = [s.name for s in (*system.positions, *system.velocities)]

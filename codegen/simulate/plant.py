@@ -44,11 +44,7 @@ class Plant:
     """
 
     def __init__(self, system: System, substeps: int = 10) -> None:
-        """Build the functions.
-
-        Raises:
-            ValueError: if ``substeps`` is not positive.
-        """
+        """Build the functions. Raises ValueError if ``substeps`` is not positive."""
         if substeps < 1:
             raise ValueError(f"{substeps} substeps; expected 1 or more")
         self.system, self.substeps = system, substeps

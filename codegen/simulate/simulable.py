@@ -35,8 +35,7 @@ def is_simulable(contact: ContactFriction) -> bool:
 def refuse_unsimulable(spec: Spec, system: System) -> None:
     """Refuse a machine with a contact that a plant would run by its steady level only.
 
-    Raises:
-        BadInput: at the contact's law, with the reason and a law that can be run.
+    Raises BadInput at the contact's law, with the reason and a law that can be run.
     """
     for index, contact in enumerate(system.contacts):
         if not is_simulable(contact):

@@ -69,8 +69,7 @@ class Claim:
 def read_claims(folder: Path = CLAIMS) -> list[Claim]:
     """All claims, chapter by chapter, in the order of the files.
 
-    Raises:
-        BadInput: for a file that is not a claims file.
+    Raises BadInput for a file that is not a claims file.
     """
     return [claim for path in sorted(folder.glob("*.yaml")) for claim in _claims_of(path)]
 

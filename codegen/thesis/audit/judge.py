@@ -46,8 +46,7 @@ def run_audit(claims: Sequence[Claim] | None = None, progress: Callable[[float],
 def judge(claim: Claim) -> Finding:
     """The verdict on one claim, from computation.
 
-    Raises:
-        BadInput: for a derivation that does not exist, or a printed formula with unknown names.
+    Raises BadInput for a derivation that does not exist, or a printed formula with unknown names.
     """
     if claim.test == "definition":
         return Finding(claim, "holds")
@@ -192,8 +191,7 @@ def _numbers(printed: Any, value: Any, point: dict[Any, Any]) -> dict[str, Any] 
 def prove_form(derived: Derived, world: World) -> None:
     """The form that will be shown says what was derived.
 
-    Raises:
-        ArithmeticError: if it does not; a fault of the derivation, not of the thesis.
+    Raises ArithmeticError if it does not; a fault of the derivation, not of the thesis.
     """
     form = as_matrix(evaluate(derived.form, world.names, Place("the form of a derivation")))
     if form.shape != derived.value.shape or difference_point(form, derived.value, world, []) is not None:

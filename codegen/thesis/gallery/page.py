@@ -36,11 +36,7 @@ def kept_of(result: GalleryResult) -> Kept:
 
 
 def read_kept(folder: Path) -> dict[str, Kept]:
-    """Figure → what was kept, nothing where there is no such file.
-
-    Raises:
-        BadInput: for a file that is no JSON.
-    """
+    """Figure → what was kept, nothing where there is no such file. Raises BadInput for a file that is no JSON."""
     path = folder / KEPT
     if not path.is_file():
         return {}

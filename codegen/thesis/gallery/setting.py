@@ -111,22 +111,14 @@ class HeldNoise(Sensors):
 
 
 def simulation_of(spec: Spec) -> Simulation:
-    """The simulation section of a spec.
-
-    Raises:
-        ValueError: for a spec without one.
-    """
+    """The simulation section of a spec. Raises ValueError for a spec without one."""
     if spec.simulation is None:
         raise ValueError(f"{spec.name} has no simulation section")
     return spec.simulation
 
 
 def observer_choice(spec: Spec) -> ObserverChoice:
-    """The observer section of a spec.
-
-    Raises:
-        ValueError: for a spec without one.
-    """
+    """The observer section of a spec. Raises ValueError for a spec without one."""
     if spec.observer is None:
         raise ValueError(f"{spec.name} has no observer")
     return spec.observer

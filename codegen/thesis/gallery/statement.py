@@ -91,11 +91,7 @@ class FigureText:
 
 
 def read_figures(folder: Path = CLAIMS) -> dict[str, FigureText]:
-    """Every figure by its number, in the order of the thesis.
-
-    Raises:
-        BadInput: for a file that is not a claims file.
-    """
+    """Every figure by its number, in the order of the thesis. Raises BadInput for a file that is not a claims file."""
     return {text.entry.figure: text for path in sorted(folder.glob("*.yaml")) for text in _figures_of(path)}
 
 

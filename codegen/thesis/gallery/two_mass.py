@@ -61,38 +61,37 @@ def _errors(run: LoopRun, start: float = TRANSIENT) -> list[float]:
     return [rms((truth - estimate)[late, k]) for k in range(2)]
 
 
-def model_is_better(runs: Runs) -> Reading:
-    pairs = list(zip(_errors(runs["a"]), _errors(runs["b"]), strict=True))
-    names = [observer_choice(spec).kind.upper() for spec in runs.specs]
-    parts = [
-        (f"{who} {f}", e) for f, pair in zip(FORCES, pairs, strict=True) for who, e in zip(names, pair, strict=True)
-    ]
+def _compared(one: LoopRun, other: LoopRun, label: str, names: Sequence[str]) -> Reading:
+    """Errors of a run's estimates over those of another one, the worse of both forces."""
+    pairs = list(zip(_errors(one), _errors(other), strict=True))
+    labels = [label.format(who=who, force=force) for force in FORCES for who in names]
+    parts = zip(labels, [e for pair in pairs for e in pair], strict=True)
     return Reading(max(ratio(*pair) for pair in pairs), tuple(parts), "N")
 
 
-def overshoots(runs: Runs) -> Reading:
-    parts = []
-    for k, name in enumerate(FORCES):
-        truth, estimate = (force[~after(runs["b"], TRANSIENT), k] for force in contact_forces(runs["b"]))
-        parts.append((name, overshoot(estimate, truth)))
-    return Reading(max(value for _, value in parts), tuple(parts))
+def model_is_better(runs: Runs) -> Reading:
+    names = [observer_choice(spec).kind.upper() for spec in runs.specs]
+    return _compared(runs["a"], runs["b"], "{who} {force}", names)
 
 
 def needs_gain(runs: Runs) -> Reading:
-    pairs = list(zip(_errors(runs["b"]), _errors(runs["low"]), strict=True))
-    parts = [
-        (f"{f} {who}", e)
-        for f, p in zip(FORCES, pairs, strict=True)
-        for who, e in zip(("as printed", "a tenth"), p, strict=True)
-    ]
-    return Reading(max(ratio(*pair) for pair in pairs), tuple(parts), "N")
+    return _compared(runs["b"], runs["low"], "{force} {who}", ("as printed", "a tenth"))
+
+
+def _worst(values: Sequence[float]) -> Reading:
+    return Reading(max(values), tuple(zip(FORCES, values, strict=True)))
+
+
+def overshoots(runs: Runs) -> Reading:
+    early = ~after(runs["b"], TRANSIENT)
+    truth, estimate = (force[early] for force in contact_forces(runs["b"]))
+    return _worst([overshoot(estimate[:, k], truth[:, k]) for k in range(2)])
 
 
 def excellent_in_noise(runs: Runs) -> Reading:
     truth, _ = contact_forces(runs["a"])
     late = after(runs["a"], TRANSIENT)
-    shares = [ratio(e, rms(truth[late, k])) for k, e in enumerate(_errors(runs["a"]))]
-    return Reading(max(shares), tuple(zip(FORCES, shares, strict=True)))
+    return _worst([ratio(e, rms(truth[late, k])) for k, e in enumerate(_errors(runs["a"]))])
 
 
 def noise_passed(runs: Runs) -> Reading:
@@ -117,24 +116,21 @@ def gto_misses_hysteresis(runs: Runs) -> Reading:
 
 
 def gto_has_hysteresis(runs: Runs) -> Reading:
-    missed = _missed(runs["b"])
-    return Reading(max(missed), tuple(zip(FORCES, missed, strict=True)))
+    return _worst(_missed(runs["b"]))
 
 
 def gdfo_has_hysteresis(runs: Runs) -> Reading:
-    missed = _missed(runs["a"])
-    return Reading(max(missed), tuple(zip(FORCES, missed, strict=True)))
+    return _worst(_missed(runs["a"]))
 
 
 def gto_finds_levels(runs: Runs) -> Reading:
     truth, estimate = contact_forces(runs["b"])
     late, levels = after(runs["b"], TRANSIENT / 2), np.max(np.abs(truth), axis=0)
-    parts = []
-    for k, name in enumerate(FORCES):
+    off = []
+    for k in range(2):
         slides = (np.abs(truth[:, k]) >= PRESLIDING * levels[k]) & late
-        found = float(np.mean(estimate[slides, k] * np.sign(truth[slides, k])))
-        parts.append((name, abs(found / levels[k] - 1)))
-    return Reading(max(value for _, value in parts), tuple(parts))
+        off.append(abs(float(np.mean(estimate[slides, k] * np.sign(truth[slides, k]))) / levels[k] - 1))
+    return _worst(off)
 
 
 def motion(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:

@@ -1,4 +1,4 @@
-"""docs/certificates.md: what is certified, refuted and bounded. `python -m codegen.app.certificate_table SPECS`."""
+"""docs/certificates.md: what is certified, refuted and bounded. `python -m benchmarks.certificate_table SPECS`."""
 
 from __future__ import annotations
 
