@@ -77,7 +77,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "factors": [
             {
                 "error": [e.name for e in f.errors],
-                "polynomial": None if f.polynomial is None else [str(c) for c in f.polynomial],
+                "polynomial": _texts(f.polynomial),
             }
             for f in analysis.factors
         ],
@@ -144,20 +144,18 @@ def _entry(expression: Any) -> str:
     return str(expression) if operations <= LONGEST_ENTRY else f"({operations} operations; see --json)"
 
 
+def _counted(expression: Any) -> str:
+    return f"(an expression of {int(sympy.count_ops(expression))} operations; see --json)"
+
+
 def _written(expression: Any) -> str:
-    operations = int(sympy.count_ops(expression))
-    if operations > LONGEST_ENTRY:
-        return f"(an expression of {operations} operations; see --json)"
-    return str(sympy.factor(expression)) if not expression.has(Magnitude) else str(expression)
+    if int(sympy.count_ops(expression)) > LONGEST_ENTRY:
+        return _counted(expression)
+    return str(expression if expression.has(Magnitude) else sympy.factor(expression))
 
 
 def _condition(c: Condition) -> tuple[str, str, float, bool]:
-    text = (
-        str(c.expression)
-        if c.readable
-        else f"(an expression of {int(sympy.count_ops(c.expression))} operations; see --json)"
-    )
-    return c.name, text, c.value, c.holds
+    return c.name, str(c.expression) if c.readable else _counted(c.expression), c.value, c.holds
 
 
 def _texts(polynomial: tuple[Any, ...] | None) -> list[str] | None:

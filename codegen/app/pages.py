@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -95,12 +95,7 @@ def _page(out: Path | None, name: str, write: Callable[[Path], Path]) -> Path | 
 
 
 def _print(
-    kind: str,
-    content: Mapping[str, object],
-    template: str,
-    view: Mapping[str, object],
-    as_json: bool,
-    page: object = None,
+    kind: str, content: Mapping[str, Any], template: str, view: Mapping[str, Any], as_json: bool, page: object = None
 ) -> None:
     """Print JSON, or the path of the page that was written, or else a text."""
     from codegen.base.text import render
