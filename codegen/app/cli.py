@@ -203,8 +203,8 @@ def generate(
     as_json: AsJson = False,
 ) -> None:
     """Write C, Python, certificate and README into generated/NAME/, or NAME.fmu."""
+    from codegen.app.derived import Overrides
     from codegen.app.generate import Generated, GeneratedFmu, generate, generate_fmu
-    from codegen.app.overrides import Overrides
 
     fmu = target == ["fmu"]
     overrides = Overrides(precision, fault, () if fmu else tuple(target or ()))

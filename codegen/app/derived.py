@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from codegen.base.errors import refuse_unknown
 from codegen.base.files import sha256
 from codegen.base.shown import Shown
 from codegen.effects.declare import system_of
@@ -20,17 +21,55 @@ from codegen.mechanics.system import System
 from codegen.observers import Observer, build_observer
 from codegen.spec import Spec, read_spec
 from codegen.spec.free_gains import at_middle, refuse_free_gains
-from codegen.spec.model import CancellationChoice
+from codegen.spec.model import CancellationChoice, CodeChoice
 from codegen.spec.numerics import numerical
 from codegen.spec.places import placed
 
 if TYPE_CHECKING:
     from codegen.analysis.analysis import Analysis
-    from codegen.app.overrides import Overrides
     from codegen.certify.outcome import Certificate, Refusal
     from codegen.emit.header import Header
     from codegen.export.controller import Controller
     from codegen.program import Program
+
+
+@dataclass(frozen=True)
+class Overrides:
+    """What the command asks for beside the spec; None and () where the spec and the default hold."""
+
+    precision: str | None = None
+    fault: str | None = None
+    targets: tuple[str, ...] = ()
+
+    @property
+    def printers(self) -> tuple[str, ...]:
+        """The names in PRINTERS that are asked for, in its order."""
+        from codegen.emit import ALWAYS, PRINTERS
+
+        return tuple(PRINTERS) if "all" in self.targets else self.targets or ALWAYS
+
+    def applied(self, spec: Spec) -> Spec:
+        """The spec with the command's choices.
+
+        Raises BadInput for a precision, a fault policy or a target that there is not.
+        """
+        from codegen.emit import PRINTERS
+        from codegen.program.model import FAULTS, PRECISIONS
+
+        for option, value, known in (("--precision", self.precision, PRECISIONS), ("--fault", self.fault, FAULTS)):
+            if value is not None:
+                refuse_unknown(value, known, option, "", " or ".join(known), code="CALL001")
+        targets = (*PRINTERS, "all")
+        expected = f"one of {', '.join(targets)}, or fmu alone"
+        for target in self.targets:
+            refuse_unknown(target, targets, "--target", "", expected, code="CALL001")
+        return replace(spec, code=CodeChoice(self.precision or spec.code.precision, self.fault or spec.code.fault))
+
+    @property
+    def options(self) -> str:
+        """As in the command, a space before each."""
+        given = [("--precision", self.precision), ("--fault", self.fault), *(("--target", t) for t in self.targets)]
+        return "".join(f" {option} {value}" for option, value in given if value is not None)
 
 
 class Derived(Shown):
@@ -72,7 +111,6 @@ class Derived(Shown):
 
     def controller(self, precision: str, cancelling: bool = False) -> Controller:
         """The generated observer for ``export``, also with a cancelling input that the spec does not ask for."""
-        from codegen.app.overrides import Overrides
         from codegen.export.controller import Controller
 
         spec = self.spec
@@ -119,7 +157,7 @@ class Derived(Shown):
         from codegen.certify.prefix import rational_text
         from codegen.emit.header import make_header
 
-        spec, options = self.spec, "" if self.overrides is None else self.overrides.options
+        spec, options = self.spec, (self.overrides or Overrides()).options
         envelope = {name: (rational_text(low), rational_text(high)) for name, (low, high) in spec.envelope.items()}
         return make_header(spec.path.name, spec.sha256, spec.source, spec.robot, options, envelope)
 
@@ -182,11 +220,9 @@ def _program(spec: Spec, observer: Observer) -> Program:
 
 @numerical("the generated step")
 def _sources(spec: Spec, machine: Derived) -> Mapping[str, str]:
-    from codegen.emit import ALWAYS
     from codegen.emit.package import emit_sources
 
-    printers = ALWAYS if machine.overrides is None else machine.overrides.printers
-    program = machine.program
+    program, printers = machine.program, (machine.overrides or Overrides()).printers
     with placed(spec):
         return emit_sources(program, machine.header, printers)
 

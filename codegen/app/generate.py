@@ -9,8 +9,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-from codegen.app.derived import Source, derived_from
-from codegen.app.overrides import Overrides
+from codegen.app.derived import Overrides, Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
