@@ -11,7 +11,7 @@ import sympy
 from benchmarks.measure.build import Missing
 from benchmarks.model import NUDGE, Model
 from benchmarks.peers import two_mass_by_hand as by_hand
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 from codegen.spec.functions import Magnitude, Sgn
 
 Run = Callable[[np.ndarray], list[Any]]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import ctypes
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,6 @@ from codegen.base.compiler import cached_library, compile_shared, find_compiler,
 from codegen.base.text import render
 from codegen.program import Program
 from codegen.replay.samples import Block
-from codegen.replay.twin import inputs_of, load_twin, values_of
 
 Array = NDArray[np.float64]
 Faults = NDArray[np.intc]
@@ -151,3 +151,36 @@ class TwinEngine(Engine):
         estimates: Array = self.run(row)[0][0]
         self._state, self._held = before, held
         return estimates
+
+
+def load_twin(source: str, name: str) -> ModuleType:
+    """The module of a generated ``__init__.py``, from its text without a file."""
+    module = ModuleType(name)
+    exec(compile(source, f"<the twin of {name}>", "exec", dont_inherit=True), module.__dict__)
+    return module
+
+
+def inputs_of(twin: ModuleType, program: Program, row: Sequence[float]) -> Any:
+    """The twin's Inputs with one number for each input of the program, in order."""
+    made = twin.Inputs()
+    fill(made, program, dict(zip((field.name for field in program.inputs), row, strict=True)))
+    return made
+
+
+def fill(record: Any, program: Program, values: Mapping[str, float]) -> None:
+    """Set named elements of one of the twin's records; numbered ones are in arrays."""
+    for name, value in values.items():
+        place = program.arrays.get(name)
+        if place is None:
+            setattr(record, name, value)
+        else:
+            getattr(record, place.array)[place.at] = value
+
+
+def values_of(record: Any, program: Program, names: Sequence[str]) -> list[float]:
+    """The named elements of one of the twin's records."""
+    values = []
+    for name in names:
+        place = program.arrays.get(name)
+        values.append(getattr(record, name) if place is None else getattr(record, place.array)[place.at])
+    return values

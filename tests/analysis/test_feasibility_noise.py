@@ -20,7 +20,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import System, build_system
 from codegen.observers import Observer, build_observer
 from codegen.program import build_program
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 from codegen.spec import Spec, read_spec
 
 from .gain_specs import MASS, spec_of

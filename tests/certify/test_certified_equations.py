@@ -20,7 +20,7 @@ import pytest
 import sympy
 
 from codegen.checker import verify
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 from tests.checker.test_verify import value
 
 GENERATED = Path(__file__).parents[2] / "generated"

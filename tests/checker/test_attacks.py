@@ -24,7 +24,7 @@ from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate
 from codegen.checker import files, verify
 from codegen.checker.verify import Refused
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 from codegen.spec import parse_spec
 from tests.checker.forged import GENERATED, certificate, changed, check, sources
 from tests.in_part import in_part

@@ -19,8 +19,7 @@ from codegen.app.derived import Derived
 from codegen.certify.bound.ellipsoid import unlike_envelope
 from codegen.certify.bound.error_response import Response, disturbances, error_response
 from codegen.checker import ellipsoid, verify
-from codegen.replay.engine import CompiledEngine
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import CompiledEngine, load_twin
 from codegen.spec import read_spec
 from tests.checker.test_kernel import GENERATED, PROVED, numbers, seen, spec_path, texts
 from tests.in_part import in_part

@@ -24,7 +24,7 @@ from codegen.certify.kernel_form import NotCovered, proof_text
 from codegen.checker import counterexamples, kernel, verify
 from codegen.observers import observer_of
 from codegen.program import build_program
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 from codegen.spec import parse_spec, read_spec
 
 ROOT = Path(__file__).parents[2]

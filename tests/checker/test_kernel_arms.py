@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from codegen.checker import held, kernel, modes, verify
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 
 NAME = "two_link_arm"
 HERE = Path(__file__).parents[2] / "generated" / NAME

@@ -14,7 +14,7 @@ import pytest
 
 from codegen.checker import verify
 from codegen.checker.verify import Refused
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 from tests.checker.forged import GENERATED, changed, check, sources
 from tests.in_part import in_part
 

@@ -13,7 +13,7 @@ import pytest
 
 from codegen.checker import verify
 from codegen.checker.verify import Refused
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 
 GENERATED = Path(__file__).parents[2] / "generated"
 SHIPPED = sorted(path.parent.name for path in GENERATED.glob("*/manifest.json"))

@@ -16,7 +16,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from codegen.program import Program, build_program
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 from codegen.spec.reader import parse_spec
 
 WHOLE = {"fault": ctypes.c_int, "mode": ctypes.c_int, "invalid_samples": ctypes.c_ubyte}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from codegen.app.machine import load
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 from tests.app.command import SPECS, is_one_message, stiction
 
 from .st_interpreter import Block

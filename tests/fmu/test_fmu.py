@@ -18,8 +18,7 @@ from codegen.emit.fmu import VERSIONS, Fmu, emit_fmu
 from codegen.emit.package import emit_sources, make_header
 from codegen.observers import observer_of
 from codegen.program import Program, build_program
-from codegen.replay.engine import CompiledEngine
-from codegen.replay.twin import fill, inputs_of, load_twin, values_of
+from codegen.replay.engine import CompiledEngine, fill, inputs_of, load_twin, values_of
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
 from fmu import unit as driven

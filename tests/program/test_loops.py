@@ -14,7 +14,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.build import build_system
 from codegen.observers import build_observer
 from codegen.program import Program, build_program, lower
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import load_twin
 from codegen.spec.reader import parse_spec
 from tests.machines import chain, coupled
 

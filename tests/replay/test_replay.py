@@ -16,8 +16,7 @@ from codegen.logs.stream import open_stream
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay import samples
-from codegen.replay.engine import CompiledEngine, TwinEngine
-from codegen.replay.twin import load_twin
+from codegen.replay.engine import CompiledEngine, TwinEngine, load_twin
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
 from stiction import replay
