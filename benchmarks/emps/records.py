@@ -51,7 +51,7 @@ class Measured:
         command = self.command[stretch].reshape(-1, EVERY).mean(axis=1)
         thin = [x[stretch][::EVERY, None] for x in (self.measured, self.position, self.velocity)]
         starts = np.arange(count, dtype=np.int32) * length
-        return Record(*thin, command[:, None], EVERY * self.sample_time, 0.0, np.ones(1), starts, length)
+        return Record(*thin, command[:, None], EVERY * self.sample_time, np.ones(1), starts, length)
 
     def free_run(self, start: int = 0, stop: int | None = None) -> Record:
         """One run over a stretch, from the state that its first ``FREE_SAMPLES`` samples give."""
@@ -60,7 +60,7 @@ class Measured:
         position, velocity = start_state(measured[:, 0], self.sample_time)
         first = [np.full_like(measured, value) for value in (position, velocity)]
         return Record(
-            measured, *first, command, self.sample_time, 0.0, np.ones(1), np.zeros(1, dtype=np.int32), len(measured)
+            measured, *first, command, self.sample_time, np.ones(1), np.zeros(1, dtype=np.int32), len(measured)
         )
 
 

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from codegen.diagnosis.credit import BLOCKS, independent_share
+from codegen.diagnosis.credit import independent_share
 from codegen.diagnosis.estimate import CONFIDENCE
 from codegen.diagnosis.output_error import (
+    BLOCKS,
     Fit,
     mean_residuals,
     segment_losses,
@@ -176,8 +177,8 @@ class CrossValidation:
         soft = self.search.with_noise_floor(self.fit)[0]
         runner = replace(self.fit.runner, record=soft.record)
         theta, offsets = self.fit.theta, self.fit.offsets
-        prior = self.fit.prior_precision, self.fit.centre
-        return shooting_fit(runner, theta, offsets, *prior, 0, tempering=self.fit.tempering, within=self.search.within)
+        prior = replace(self.fit.prior, size=np.maximum(np.abs(theta), 1e-3), within=self.search.within)
+        return shooting_fit(runner, theta, offsets, prior, 0)
 
     @cached_property
     def sources(self) -> list[Information]:

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis.coverage import survey
-from codegen.diagnosis.credit import FAR, FEW, NEAR_NOISE, noise_loss, noise_ratio, share_far
-from codegen.diagnosis.output_error import Fit, of_joint, polish, raw_slopes, rows_of, shooting_fit, started_as
+from codegen.diagnosis.credit import FAR, NEAR_NOISE, near_noise, noise_loss, noise_ratio
+from codegen.diagnosis.output_error import Fit, polish, shooting_fit
 from codegen.diagnosis.parallel import in_parallel
 from codegen.diagnosis.search import ROUNDS, Search
 from codegen.diagnosis.starting_values import ForceStart, simplex_search, starting_points
-from codegen.diagnosis.trial import Part, Trial, part_of, with_values
+from codegen.diagnosis.trial import Part, part_of, with_values
 from codegen.effects.register import candidates, is_own
 from codegen.effects.start import Covered
 
@@ -57,22 +57,6 @@ JOINED = 2
 Progress = Callable[[float], None]
 
 
-@dataclass(frozen=True, eq=False)
-class Found:
-    """A fitted candidate: the trial, whose last part it is, and the fit."""
-
-    trial: Trial
-    fit: Fit
-
-    @property
-    def part(self) -> Part:
-        return self.trial.parts[-1]
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        return self.trial.split(self.fit.theta)[1][-1]
-
-
 def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
     """Effects at their places that the log can show, less those already taken and refined forms of a kind."""
     known, changed = {(p.kind, p.on) for p in taken}, replace(search.declared_trial, parts=tuple(taken)).changed
@@ -81,7 +65,7 @@ def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
     return [p for p in parts if (p.kind, p.on) not in known and (not p.effect.both_ways or search.reverses[p.place])]
 
 
-def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_progress: Progress) -> list[Found]:
+def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_progress: Progress) -> list[Fit]:
     """Fit the base's trial with each part added; the best first."""
     tried = CandidateFits(search, base, tuple(parts), report_progress)
     parts = tried.parts
@@ -93,18 +77,18 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
     screened += [s for s in in_parallel(tried.screened, rough) if s]
     screened.sort(key=tried.gain, reverse=True)
     kept = [s for rank, s in enumerate(screened) if rank < FITTED or is_own(parts[s[0]].kind)]
-    found = sorted(in_parallel(tried.fitted, kept), key=lambda f: f.fit.cost)
+    found = sorted(in_parallel(tried.fitted, kept), key=lambda f: f.cost)
     again = [k for k, one in enumerate(found) if k < LEADING or one.part.effect.rough]
     others = [one for k, one in enumerate(found) if k not in again]
-    found = sorted([*in_parallel(tried.restarted, [found[k] for k in again]), *others], key=lambda f: f.fit.cost)
+    found = sorted([*in_parallel(tried.restarted, [found[k] for k in again]), *others], key=lambda f: f.cost)
     return [f for f in found if not any(is_simpler_form(other, f) for other in found)]
 
 
-def is_simpler_form(other: Found, found: Found) -> bool:
+def is_simpler_form(other: Fit, found: Fit) -> bool:
     """Whether a candidate is the same effect with fewer parameters and fits as well."""
     same = (other.part.kind, other.part.on) == (found.part.kind, found.part.on)
     simpler = same and len(other.part.names) < len(found.part.names)
-    return simpler and other.fit.cost <= found.fit.cost + FORM_GAIN
+    return simpler and other.cost <= found.cost + FORM_GAIN
 
 
 @dataclass(eq=False)
@@ -112,7 +96,7 @@ class CandidateFits:
     """Candidates added to one base fit.
 
     Attributes:
-        starts: by index of the part, starting points that were already computed.
+        starts: by index of the part, starting points by free runs.
         forced: by index of the part, starting points from the force residual, used where the base is far above the
             noise, at least in some segments.
         left: by index of the part, squared force residual that remains with such a start.
@@ -133,12 +117,11 @@ class CandidateFits:
 
     def __post_init__(self) -> None:
         joints = {self._joint(part) for part in self.parts}
-        self.few = {joint: _Screening(_screening(self.search, self.base, joint)) for joint in joints}
+        self.few = {joint: _screening(self.search, self.base, joint) for joint in joints}
         self.parts = tuple(part for part in self.parts if self._is_worth_trying(part))
-        self.trials = [self.base.runner.trial.with_part(part) for part in self.parts]
+        self.trials = [self.base.trial.with_part(part) for part in self.parts]
         self.runners = self.search.runners(self.trials)
-        self.raw = raw_slopes(self.base)
-        self.levels = [float(v) for v in self.base.runner.trial.split(self.base.theta)[0]]
+        self.levels = [float(v) for v in self.base.values[0]]
         self.least_gain = 0.0
         names = [s.name for s in self.search.moved]
         refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
@@ -149,11 +132,9 @@ class CandidateFits:
 
         An effect without a scale starts from a coarse grid of values, which says too little: it is always fitted.
         """
-        by_runs = [partial(self._start_by_runs, k) for k in indices]
-        tasks: list[Callable[[], None]] = [self._start_by_force, *by_runs]
+        tasks: list[Callable[[], object]] = [self._start_by_force, *(partial(self._start_by_runs, k) for k in indices)]
         in_parallel(lambda task: task(), tasks)
-        starts = self.starts
-        gains = {k: self._few(k).fit.cost - starts[k][0][0] if starts[k] else -np.inf for k in indices}
+        gains = {k: self._few(k).cost - min((cost for cost, _ in self.starts[k]), default=np.inf) for k in indices}
         scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
         by_force = sorted((k for k in scaled if k in self.left), key=self.left.__getitem__)[:BY_FORCE]
         left_out = sorted(scaled, key=lambda k: -gains[k])[PROMISING:]
@@ -163,7 +144,7 @@ class CandidateFits:
 
     def _start_by_force(self) -> None:
         """Starting points from the force residual, one after the other: CasADi builds expressions in one thread."""
-        if noise_ratio(self.base) <= NEAR_NOISE and share_far(self.base) <= FEW:
+        if near_noise(self.base):
             return
         start, found = ForceStart(self.search.problem, self.base), self.forced
         for k, part in enumerate(self.parts):
@@ -175,33 +156,32 @@ class CandidateFits:
                 self.left[k], theta = stage
                 found[k].append(theta)
 
-    def _start_by_runs(self, k: int) -> None:
-        self.starts[k] = self._starts(k)
+    def _start_by_runs(self, k: int) -> list[tuple[float, Array]]:
+        """(cost after one linear step, theta) of the best starting points of part ``k`` on few segments."""
+        if k not in self.starts:
+            few, part = self._few(k), self.parts[k]
+            runner = replace(self.runners[k], record=few.runner.record)
+            self.starts[k] = starting_points(runner, few, self.covered(part), 3 if len(part.names) > 2 else 2)
+        return self.starts[k]
 
     def covered(self, part: Part) -> Covered:
         """The range that the log covers at the place of a part."""
         return self.survey.covered(part, self.levels, self.search.record.noise, self.couplings.get(part.place))
 
-    def _starts(self, k: int) -> list[tuple[float, Array]]:
-        """(cost after one linear step, theta) of the best starting points of part ``k`` on few segments."""
-        few, part = self._few(k), self.parts[k]
-        runner = replace(self.runners[k], record=few.fit.runner.record)
-        return starting_points(runner, few.fit, few.raw, self.covered(part), 3 if len(part.names) > 2 else 2)
-
     def screened(self, k: int) -> tuple[int, Fit] | None:
         """Part ``k`` fitted on few segments from its best starting points; None where there is no promising one."""
         few = self._few(k)
-        part, runner = self.parts[k], replace(self.runners[k], record=few.fit.runner.record)
-        starts = self.starts[k] if k in self.starts else self._starts(k)
+        part, runner = self.parts[k], replace(self.runners[k], record=few.runner.record)
+        starts = self._start_by_runs(k)
         if part.effect.rough:
-            near = [theta for cost, theta in starts if cost < few.fit.cost - self.least_gain]
+            near = [theta for cost, theta in starts if cost < few.cost - self.least_gain]
             near += self.forced.get(k, [])[-1:] if k in self.left else []
-            starts = in_parallel(lambda theta: simplex_search(runner, few.fit, few.raw, theta), near)
+            starts = in_parallel(lambda theta: simplex_search(runner, few, theta), near)
         elif part.effect.scaling and starts:
-            enough = few.fit.cost - AS_GOOD * max(few.fit.cost - starts[0][0], 0.0)
+            enough = few.cost - AS_GOOD * max(few.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
         thetas = [*(theta for _, theta in starts), *self.forced.get(k, [])]
-        fits = in_parallel(lambda theta: self.search.fit_from(runner, theta, few.fit, FIRST_ROUNDS, few.raw), thetas)
+        fits = in_parallel(lambda theta: self.search.fit_from(runner, theta, few, FIRST_ROUNDS), thetas)
         self._count_one()
         if not fits:
             return None
@@ -211,43 +191,44 @@ class CandidateFits:
             self.couplings[part.place] = coupling
         return k, best
 
-    def fitted(self, screened: tuple[int, Fit]) -> Found:
+    def fitted(self, screened: tuple[int, Fit]) -> Fit:
         """The part fitted on all segments, the slopes of their start states computed again while that helps."""
         k, start = screened
         joint = self._joint(self.parts[k])
         if joint is None:
-            fit = self._polished(k, start.theta, self.base, self.raw)
+            fit = self._polished(k, start.theta, self.base)
         else:
-            rows = rows_of(self.base, joint)
-            alone = self._polished(k, start.theta, of_joint(self.base, joint), [slope[rows] for slope in self.raw])
-            base = started_as(self.base, alone, joint)
-            fit = self.search.fit_from(self.runners[k], alone.theta, base, JOINED, self.raw)
+            rows = self.base.rows_of(joint)
+            raw = [slope[rows] for slope in self.base.raw_slopes]
+            alone = self._polished(k, start.theta, self.base.of_joint(joint), raw)
+            base = self.base.started_as(alone, joint)
+            fit = self.search.fit_from(self.runners[k], alone.theta, base, JOINED, self.base.raw_slopes)
         self._count_one()
-        return Found(self.trials[k], fit)
+        return fit
 
-    def restarted(self, found: Found) -> Found:
+    def restarted(self, found: Fit) -> Fit:
         """A candidate as it is, or fitted from the best of its other starting values where that is better."""
         k = self.parts.index(found.part)
-        few, part, runner = self._few(k), self.parts[k], self.runners[k]
+        few, part, count = self._few(k), self.parts[k], len(self.base.theta)
         others = part.effect.restarts(found.parameters, self.covered(part))
-        at_its_best = noise_ratio(found.fit) <= NEAR_NOISE
-        if found.part.effect.rough:  # local minima everywhere
-            at_its_best = found.fit.cost > self.base.cost - LEAST_GAIN
+        at_its_best = noise_ratio(found) <= NEAR_NOISE
+        if part.effect.rough:  # local minima everywhere
+            at_its_best = found.cost > self.base.cost - LEAST_GAIN
         if not others or at_its_best:
             return found
-        runner, base = replace(runner, record=few.fit.runner.record), len(self.base.theta)
+        runner = replace(self.runners[k], record=few.runner.record)
 
         def again(values: Mapping[str, float]) -> Fit:
-            theta = np.append(found.fit.theta[:base], part.inward(values))
-            fit = self.search.fit_from(runner, theta, few.fit, 0, few.raw)
+            theta = np.append(found.theta[:count], part.inward(values))
+            fit = self.search.fit_from(runner, theta, few, 0)
             for _ in range(AGAIN):  # the start states first: they were fitted without the effect
-                fit = polish(fit, 1, *self.search.sizes(self.trials[k], fit.theta), self.search.within)
+                fit = self._polish(fit, 1)
             return fit
 
         best = self.fitted((k, min(in_parallel(again, others), key=lambda fit: fit.cost)))
-        return best if best.fit.cost < found.fit.cost else found
+        return best if best.cost < found.cost else found
 
-    def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array]) -> Fit:
+    def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array] | None = None) -> Fit:
         """Part ``k`` fitted in addition to a base, the slopes of the start states computed again while that helps."""
         runner = replace(self.runners[k], record=base.runner.record)
         fit, before = self.search.fit_from(runner, theta, base, ROUNDS, raw), np.inf
@@ -255,20 +236,23 @@ class CandidateFits:
             if fit.cost > (1 - MOVING) * before:
                 break
             before = fit.cost
-            fit = polish(fit, ROUNDS, *self.search.sizes(self.trials[k], fit.theta), self.search.within)
+            fit = self._polish(fit, ROUNDS)
         return fit
+
+    def _polish(self, fit: Fit, rounds: int) -> Fit:
+        return polish(fit, rounds, self.search.prior(fit.trial, fit.theta, fit.prior.tempering))
 
     def _is_worth_trying(self, part: Part) -> bool:
         """Whether the base leaves enough loss above the noise at the joint on which a part acts."""
-        excess = {joint: few.fit.cost - noise_loss(few.fit) for joint, few in self.few.items()}
+        excess = {joint: few.cost - noise_loss(few) for joint, few in self.few.items()}
         return is_own(part.kind) or excess[self._joint(part)] >= LEAST_EXCESS * max(excess.values())
 
     def gain(self, screened: tuple[int, Fit]) -> float:
         """Reduction of the cost on the segments that the part was screened on."""
         k, fit = screened
-        return self._few(k).fit.cost - fit.cost
+        return self._few(k).cost - fit.cost
 
-    def _few(self, k: int) -> _Screening:
+    def _few(self, k: int) -> Fit:
         return self.few[self._joint(self.parts[k])]
 
     def _joint(self, part: Part) -> int | None:
@@ -280,20 +264,13 @@ class CandidateFits:
         self.report_progress(min(1.0, self.done / (len(self.parts) + FITTED)))
 
 
-class _Screening:
-    """The base fit on few segments, and the slopes of its parameters there before projection."""
-
-    def __init__(self, fit: Fit) -> None:
-        self.fit, self.raw = fit, raw_slopes(fit)
-
-
 def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
     """The base on fewer and, where it is far from the data, shorter segments; of one joint alone where one is given."""
     left = base.by_segment
-    if joint is not None and base.runner.record.joints is not None:
-        left = left.reshape(-1, len(base.runner.record.joints))[:, base.runner.record.joints.index(joint)]
-    noise_ratio = float(np.sqrt(np.median(left) / base.residual.shape[1]))
-    record = search.shorter(float(np.clip(np.sqrt(NEAR / max(noise_ratio, NEAR)), SHORTEST, 1.0)))
+    if joint is not None:
+        left = left[base.rows_of(joint)]
+    ratio = float(np.sqrt(np.median(left) / base.residual.shape[1]))
+    record = search.shorter(float(np.clip(np.sqrt(NEAR / max(ratio, NEAR)), SHORTEST, 1.0)))
     segments = len(record.start)
     every = max(1, min(segments * record.length // SCREENED_SAMPLES, segments // LEAST_SCREENED))
     chosen = np.arange(0, segments, every)
@@ -302,7 +279,6 @@ def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
         chosen = np.union1d(chosen, far[:: max(1, len(far) // max(1, len(chosen) // RARE))])
     few = replace(record, start=np.ascontiguousarray(record.start[chosen]))
     few = few if joint is None else replace(few, joints=(joint,))
-    runner, zero = replace(base.runner, record=few), few.at_rest
-    size, reach = search.sizes(runner.trial, base.theta)
-    prior = base.prior_precision, base.centre
-    return shooting_fit(runner, base.theta, zero, *prior, FIRST_ROUNDS, size, reach, base.tempering, search.within)
+    runner = replace(base.runner, record=few)
+    prior = search.prior(runner.trial, base.theta, base.prior.tempering)
+    return shooting_fit(runner, base.theta, few.at_rest, prior, FIRST_ROUNDS)

@@ -14,10 +14,8 @@ from codegen.diagnosis.credit import (
     NEAR_NOISE,
     TIE_LEVEL,
     Evidence,
-    evidence,
+    evidence_of,
     free_runs_settle,
-    held_out_losses,
-    noise_loss,
     noise_ratio,
     share_far,
 )
@@ -331,7 +329,7 @@ def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def _candidate(r: Ranked) -> Candidate:
-    part, limits = r.found.part, at_limit(r.found.fit)[-1]
+    part, limits = r.found.part, at_limit(r.found)[-1]
     also = twins(part, r.found)
     return _row(part, r.found.parameters, r.evidence, r.ratio, also, limits, r.p, r.size, r.why_not)
 
@@ -383,8 +381,8 @@ def standing(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
         if (part.kind, part.on) in shown:
             continue
         soft, without = search.with_noise_floor(search.without(final, k))
-        whole, before = soft.fitted_again(final), held_out_losses(without)
-        e = evidence(before, held_out_losses(whole), without.residual.shape[1], noise_loss(without) / len(before))
+        whole = soft.fitted_again(final)
+        e = evidence_of(without, whole)
         ratio, also = noise_ratio(whole) / noise_ratio(without), part.effect.twins(search.system, part.place)
         rows.append(_row(part, values[k], e, ratio, also, limits[k], chance(search, whole, e, 1)))
     return tuple(rows)

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from codegen.diagnosis.output_error import Fit, mean_residuals, scales, segment_losses, segment_weights
+from codegen.diagnosis.output_error import BLOCKS, Fit, mean_residuals
 
 Array = NDArray[np.float64]
 
-BLOCKS = 8
 ALPHA = 0.01
 """False-alarm rate of one log over all candidates (Bonferroni)."""
 LEAST_SHARE = 0.05
@@ -21,11 +20,8 @@ LEAST_SHARE = 0.05
 LEAST_SIZE = 5e-3
 """Least force of an effect over the drive force (RMS); for an effect that is no force, its change of the prediction."""
 LEAST_NET = 1e-3
-"""Least RMS difference, over the drive force, between the force of a model with the effect and that of the refit
-without.
-
-An effect may be large while refitted friction levels explain nearly all of it. For one that adds states: its change of
-the prediction over the drive force's."""
+"""Least RMS difference, over the drive force, between the model with the effect and the refit without, as levels may
+explain nearly all of a large effect; for one that adds states, its change of the prediction over the drive force's."""
 NEAR_NOISE = 3.0
 """Multiple of the noise up to which a model's error is judged by the Gaussian likelihood."""
 FAR, FEW = 10.0, 0.05
@@ -63,10 +59,8 @@ class Evidence:
         t: sum of the gains of blocks of segments over the root of the sum of their squares: a z-score if each block's
             gain has a random sign.
         won, blocks: blocks of segments on which it is better.
-        where_far: one-sided probability, by Student's t test, of such ratios of the squared residuals in the blocks
-            where one of the two is far above the noise; 1 where these are too few.
-        where_large: the same in the blocks with most to explain. On a machine that is never at encoder noise all blocks
-            are far above it, and those in which an effect does not act hide it.
+        where_far: one-sided p, by Student's t test on the ratios of squared residuals, in the blocks where one of the
+            two is far above the noise; 1 where these are too few. where_large: in the blocks with most to explain.
     """
 
     gain: float
@@ -80,10 +74,8 @@ class Evidence:
     def p(self, whiteness: float) -> float:
         """One-sided probability of such gains without an effect: the smallest of four tests, times four.
 
-        The sign test on the gains of blocks, which a gain in few segments cannot pass; the likelihood ratio with the
-        number of independent residuals, which counts where the candidate's residual is near the noise; and the t tests
-        on the logarithms of the ratios of squared residuals in those blocks alone where something is missing: far above
-        the noise, or far above what is left elsewhere.
+        The sign test on all blocks; the likelihood ratio, valid near the noise; and the two t tests on blocks where
+        something is missing, for an effect that acts in few of them.
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
@@ -97,25 +89,15 @@ def random_signs(t: float) -> float:
     return 0.5 * erfc(t / sqrt(2))
 
 
-def held_out_losses(fit: Fit) -> Array:
-    """(S,) cross-validated loss of each segment, under the fit to the other blocks by one Gauss–Newton step."""
-    residual, slopes = fit.residual, fit.slopes
-    segments = len(residual)
-    if not len(slopes):
-        return segment_losses(residual)
-    weighted = slopes * segment_weights(residual)[:, None]
-    normal = np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
-    right = np.einsum("ask,sk->sa", weighted, residual)
-    losses = np.empty(segments)
-    prior = np.diag(fit.prior_precision)
-    for block in np.array_split(np.arange(segments), BLOCKS):
-        rest = np.setdiff1d(np.arange(segments), block)
-        matrix = normal[rest].sum(axis=0) + prior
-        size = scales(matrix)
-        pull = right[rest].sum(axis=0) - fit.prior_precision * (fit.theta - fit.centre)
-        step = np.linalg.lstsq(matrix / np.outer(size, size), pull / size, rcond=1e-10)[0] / size
-        losses[block] = segment_losses(residual[block] - np.tensordot(step, slopes[:, block], axes=1))
-    return losses
+def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
+    """Evidence for a fit over another by held-out losses.
+
+    Args:
+        floored: whether a loss below that of pure noise earns no credit.
+    """
+    losses = before.held_out_losses
+    floor = noise_loss(before) / len(losses) if floored else 0.0
+    return evidence(losses, after.held_out_losses, before.residual.shape[1], floor)
 
 
 def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Evidence:
@@ -125,12 +107,15 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
         floor: loss of a segment whose residual is pure noise; a loss below it earns no credit.
     """
     gains = np.maximum(base, floor) - np.maximum(other, floor)
-    signed = np.array([b.sum() for b in np.array_split(gains, min(SIGNED, len(gains)))])
-    spread = float(np.sqrt((signed**2).sum()))
+    spread = float(np.sqrt((_in_blocks(gains) ** 2).sum()))
     blocks = np.array([b.sum() for b in np.array_split(gains, BLOCKS)])
     each = [_squares(losses, kept) for losses in (base, other)]
     squares, noise = [float(one.sum()) for one in each], float(_squares(np.array([floor]), kept)[0])
-    least = len(gains) * noise
+    least, far, large = len(gains) * noise, 1.0, 1.0
+    if floor:
+        before, after, own = (_in_blocks(values) for values in (*each, np.full(len(base), noise)))
+        far = _of_ratios(np.maximum(before, own), np.maximum(after, own), FAR**2 * own)
+        large = where_large(*(_in_blocks(np.maximum(one, noise)) for one in each))
     return Evidence(
         float(gains.sum()),
         max(
@@ -140,24 +125,14 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
         float(gains.sum() / spread) if spread > 0 else 0.0,
         int((blocks > 0).sum()),
         len(blocks),
-        _where_far(each[0], each[1], noise) if floor else 1.0,
-        where_large(*(_in_blocks(np.maximum(one, noise)) for one in each)) if floor else 1.0,
+        far,
+        large,
     )
 
 
 def _in_blocks(values: Array) -> Array:
     """Sums over ``SIGNED`` blocks of neighbours."""
     return np.array([b.sum() for b in np.array_split(values, min(SIGNED, len(values)))])
-
-
-def _where_far(before: Array, after: Array, noise: float) -> float:
-    """Probability of the ratios in the blocks in which either residual is far above the noise.
-
-    Args:
-        before, after: (S,) squared residuals of the segments. noise: of a segment whose residual is pure noise.
-    """
-    b, a, least = _in_blocks(before), _in_blocks(after), _in_blocks(np.full(len(before), noise))
-    return _of_ratios(np.maximum(b, least), np.maximum(a, least), FAR**2 * least)
 
 
 def where_large(before: Array, after: Array) -> float:
@@ -231,16 +206,23 @@ def noise_ratio(fit: Fit) -> float:
     return float(np.sqrt(np.median(fit.by_segment) / fit.residual.shape[1]))
 
 
+def near_noise(fit: Fit, times: float = 1.0) -> bool:
+    """Whether the Gaussian likelihood holds: in the median, and in all but a few segments.
+
+    Args:
+        times: the fit's noise over the measurement's, for the median.
+    """
+    return noise_ratio(fit) * times <= NEAR_NOISE and share_far(fit) <= FEW
+
+
 def free_runs_settle(fit: Fit, share: float, times: float) -> bool:
     """Whether free runs credit a model although it makes the force residual larger.
 
     They must end at the noise in nearly all segments, which no wrong model does, and improve far more than the force
-    residual gets worse. That residual is low-passed and taken along measured motion: it does not show what happens in a
-    few samples at a reversal, as a narrow Stribeck peak, nor where the load is behind a spring.
+    residual gets worse: it is low-passed and shows no narrow Stribeck peak at a reversal, nor a load behind a spring.
 
     Args:
         share: of the squared free-run residual that the model removes.
         times: squared force residual over that of the model without it.
     """
-    near = noise_ratio(fit) <= NEAR_NOISE and share_far(fit) <= FEW
-    return near and (1 - share) * times < SETTLED
+    return near_noise(fit) and (1 - share) * times < SETTLED

@@ -30,14 +30,14 @@ from codegen.diagnosis.conclusion import (
     standing,
     verdict_of,
 )
-from codegen.diagnosis.credit import ALPHA, BLOCKS, NEAR_NOISE, noise_ratio, share_far
+from codegen.diagnosis.credit import ALPHA, NEAR_NOISE, noise_ratio, share_far
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.force_led import credited_by_force
 from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
 from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
-from codegen.diagnosis.output_error import Fit, levels_at_zero
+from codegen.diagnosis.output_error import BLOCKS, Fit, levels_at_zero
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
 from codegen.diagnosis.reliability import reliability_of

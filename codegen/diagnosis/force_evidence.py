@@ -21,7 +21,6 @@ from codegen.diagnosis.residual import (
 )
 from codegen.diagnosis.residual_regression import LEAST_ROWS, explained_over, peak_hz, remainder_columns, sliding
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.trial import model_of
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 
@@ -62,9 +61,7 @@ class ForceGain:
     def p(self) -> float:
         """One-sided probability of such a gain where the model is no better: by blocks, or by likelihood if larger.
 
-        The likelihood ratio is valid where the other model is true, the tests on blocks where both lack something: of
-        the signs of all gains, or of the ratios where there is most to explain, the smaller one times two. An effect of
-        a few accelerations has its gain in a few blocks, whose signs alone are soon chance.
+        The likelihood ratio is valid where the other model is true, the two tests on blocks where both lack something.
         """
         return max(min(1.0, 2 * min(random_signs(self.t), self.where_large)), exp(-max(self.nats, 0.0)))
 
@@ -111,9 +108,9 @@ class ForceCriterion:
     search: Search
     fit: Fit
 
-    @cached_property
+    @property
     def system(self) -> System:
-        return model_of(self.fit.runner.trial, self.fit.theta)
+        return self.fit.model
 
     @cached_property
     def residual(self) -> Array:

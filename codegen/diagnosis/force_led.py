@@ -18,20 +18,19 @@ from numpy.typing import NDArray
 from codegen.diagnosis import credit
 from codegen.diagnosis.adoption import adopt_values
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.candidate_fits import CandidateFits, Found, every_part, is_simpler_form
-from codegen.diagnosis.credit import SIGNED, Evidence, evidence, held_out_losses, random_signs
+from codegen.diagnosis.candidate_fits import CandidateFits, every_part, is_simpler_form
+from codegen.diagnosis.credit import SIGNED, Evidence, evidence, evidence_of, random_signs
 from codegen.diagnosis.examination import with_estimate
 from codegen.diagnosis.forward_selection import MOST_EFFECTS, LaterRound, Outcome
 from codegen.diagnosis.output_error import (
-    AT_END,
     Fit,
-    scales,
+    damped_step,
     segment_cost,
     segment_losses,
     segment_weights,
     shooting_fit,
 )
-from codegen.diagnosis.ranking import Ranked, hypotheses, is_possible, matters, relative_size, ties
+from codegen.diagnosis.ranking import Ranked, hypotheses, is_possible, led_by, matters, relative_size, ties
 from codegen.diagnosis.residual import Problem, residual_at_drive
 from codegen.diagnosis.results import ErrorFigures, Verdict
 from codegen.diagnosis.search import Search
@@ -52,10 +51,6 @@ STEPS, DAMPED = 5, 4
 """Most Gauss–Newton steps, and most of a step that are tried with more damping."""
 STEP = 1e-4
 """Step of a parameter for its slope, over its size."""
-
-
-def _cost(residual: Array, theta: Array, precision: Array, centre: Array) -> float:
-    return segment_cost(residual) + 0.5 * float((precision * (theta - centre) ** 2).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,63 +106,49 @@ class ForceFits:
     def fit(self, trial: Trial, theta: Array) -> Fit:
         """The least-squares fit from these values, by Gauss–Newton steps with damping."""
         runner = self.search.runners([trial])[0]
-        free = len(theta) - len(self.search.declared)
-        precision = np.append(self.search.prior_precision, np.zeros(free))
-        centre = np.append(self.search.declared, np.zeros(free))
-        bound = np.where(precision > 0, self.search.within / np.sqrt(np.maximum(precision, 1e-300)), np.inf)
-        size, reach = self.search.sizes(trial, theta)
+        prior = self.search.prior(trial, theta)
         first, damping = theta, 1e-6
         now = self._residual(trial, theta)
-        slopes = self._slopes(trial, theta, now, size)
+        slopes = self._slopes(trial, theta, now, prior.size)
         for _ in range(STEPS):
             weighted = slopes * segment_weights(now)[:, None]
-            matrix = np.einsum("ask,bsk->ab", weighted, slopes) + np.diag(precision)
-            right = np.einsum("ask,sk->a", weighted, now) - precision * (theta - centre)
-            scale, cost, improved = scales(matrix), _cost(now, theta, precision, centre), False
+            matrix = np.einsum("ask,bsk->ab", weighted, slopes) + np.diag(prior.precision)
+            right = np.einsum("ask,sk->a", weighted, now) - prior.precision * (theta - prior.centre)
+            cost = segment_cost(now) + prior.cost(theta)
             for _ in range(DAMPED):
-                normal = matrix / np.outer(scale, scale) + damping * np.eye(len(scale))
-                step = np.linalg.solve(normal, right / scale) / scale
-                moved = np.clip(np.clip(theta + step, first - reach, first + reach), centre - bound, centre + bound)
+                step = damped_step(matrix, right, damping)
+                moved = prior.clip(np.clip(theta + step, first - prior.reach, first + prior.reach))
                 then = self._residual(trial, moved)
-                improved = bool(np.isfinite(then).all()) and _cost(then, moved, precision, centre) < cost
-                if improved:
+                new = segment_cost(then) + prior.cost(moved)  # NaN where it is not finite
+                if new < cost:
                     break
                 damping = max(damping, 1e-4) * 10
-            if not improved:
+            else:
                 break
             theta, now, damping = moved, then, max(damping / 10, 1e-6)
-            slopes = self._slopes(trial, theta, now, size, slopes)
-            if cost - _cost(now, theta, precision, centre) < 1e-2 + 1e-4 * cost:
+            slopes = self._slopes(trial, theta, now, prior.size, slopes)
+            if cost - new < 1e-2 + 1e-4 * cost:
                 break
-        limited = np.abs(theta - centre) >= AT_END * bound
         at = self.base.offsets, now, now, slopes, self.base.starts
-        return Fit(runner, theta, *at, precision, centre, limited, 1.0)
+        return Fit(runner, theta, *at, prior, prior.limited(theta, theta))
 
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """(p, SIGNED, K) slopes of the prediction; those by refitted values, in which forces are linear, are kept."""
-        known = [] if before is None else list(before[: len(trial.moved)])
-        rest = range(len(known), len(theta))
-        return np.array([*known, *(self._slope(trial, theta, k, STEP * float(size[k]), now) for k in rest)])
-
-    def _slope(self, trial: Trial, theta: Array, k: int, step: float, now: Array) -> Array:
-        moved = theta.copy()
-        moved[k] += step
-        return (now - self._residual(trial, moved)) / step
+        slopes = [] if before is None else list(before[: len(trial.moved)])
+        for k in range(len(slopes), len(theta)):
+            step, moved = STEP * float(size[k]), theta.copy()
+            moved[k] += step
+            slopes.append((now - self._residual(trial, moved)) / step)
+        return np.array(slopes)
 
     def without(self, fit: Fit, index: int) -> Fit:
         """The fit with one of its effects removed."""
-        trial = fit.runner.trial
-        moved, found = trial.split(fit.theta)
-        kept = replace(trial, parts=tuple(p for k, p in enumerate(trial.parts) if k != index))
-        return self.fit(kept, kept.theta(moved, [values for k, values in enumerate(found) if k != index]))
+        return self.fit(*fit.trial.without(fit.theta, index))
 
     def run(self, fit: Fit) -> Fit:
         """Free runs with the values of a fit: only the start states are estimated."""
-        count = len(fit.theta)
-        return shooting_fit(
-            fit.runner, fit.theta, self.search.record.at_rest, np.zeros(count), fit.theta, 0,
-            self.search.sizes(fit.runner.trial, fit.theta)[0], within=self.search.within,
-        )  # fmt: skip
+        prior = self.search.prior(fit.trial, fit.theta)
+        return shooting_fit(fit.runner, fit.theta, self.search.record.at_rest, prior, 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +170,7 @@ class ForceSelection:
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        return self.fit.runner.trial.parts
+        return self.fit.trial.parts
 
 
 def credited_by_force(
@@ -241,16 +222,15 @@ def credited_by_force(
 def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
     """What the force residual says against the effects that free runs credit, in words; empty where it says nothing.
 
-    It says that they leave significantly more of it, or that it does not need some of them and the others are no
-    better. Nothing is asked of backlash: in the gap no log shows where the load is.
+    Nothing is asked of backlash: in the gap no log shows where the load is.
     """
-    trial = by_runs.runner.trial
+    trial = by_runs.trial
     known = {(p.kind, p.on) for p in trial.parts}
     if known == {(p.kind, p.on) for p in found.parts} or any(t.gap != 0 for t in trial.changed.transmissions):
         return ""
     needed = _needed(found.fits, found.fits.fit(trial, by_runs.theta))
     gained = _evidence_of_blocks(needed, found.fit)
-    spare = known - {(p.kind, p.on) for p in needed.runner.trial.parts}
+    spare = known - {(p.kind, p.on) for p in needed.trial.parts}
     if spare and random_signs(-gained.t) > credit.TIE_LEVEL:
         return f"of which the residual force does not need {' and '.join(sorted(kind for kind, _ in spare))}"
     return "which leaves more of the residual force" if random_signs(gained.t) <= credit.TIE_LEVEL else ""
@@ -258,8 +238,8 @@ def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
 
 def _needed(fits: ForceFits, fit: Fit) -> Fit:
     """The fit to the force residual without effects that remove no significant and sufficient share of it."""
-    while len(fit.runner.trial.parts) > 1:
-        others = [fits.without(fit, k) for k in range(len(fit.runner.trial.parts))]
+    while len(fit.trial.parts) > 1:
+        others = [fits.without(fit, k) for k in range(len(fit.trial.parts))]
         shown = [_evidence_of_blocks(other, fit) for other in others]
         k = min(range(len(shown)), key=lambda k: shown[k].share)
         if shown[k].share >= ELSEWHERE and random_signs(shown[k].t) <= credit.TIE_LEVEL:
@@ -288,26 +268,23 @@ def selected_by_force(
     run = plain = fits.run(fit)
     rounds: list[LaterRound] = []
     for turn in range(MOST_EFFECTS):
-        ranked = _ranked(fits, fit, run, partial(_in_round, report_progress, turn))
-        rounds.append(LaterRound(fit.runner.trial.parts, tuple(ranked)))
+        progress = partial(lambda turn, share: report_progress((turn + share) / MOST_EFFECTS), turn)
+        ranked = force_round(fits, fit, run, progress)
+        rounds.append(LaterRound(fit.trial.parts, tuple(ranked)))
         if not ranked or ranked[0].why_not:
             break
-        fit = ranked[0].found.fit
+        fit = ranked[0].found
         run = fits.run(fit)
     fit, run = confirmed(fits, fit, run)
-    if not fit.runner.trial.parts:
+    if not fit.trial.parts:
         return None
     first = rounds[0].ranked
     leading = [first[0]]
-    if first[0].found.part in fit.runner.trial.parts:
+    if first[0].found.part in fit.trial.parts:
         again, leading = first_with_others(fits, fit, [first[0], *ties(search, first)])
         fit, run = (fit, run) if again is fit else confirmed(fits, again, fits.run(again))
-    rounds[0] = replace(rounds[0], ranked=(leading[0], *(r for r in first if r is not leading[0])))
+    rounds[0] = replace(rounds[0], ranked=tuple(led_by(leading[0], first)))
     return ForceSelection(fits, fit, run, _evidence_of_blocks(plain, run).share, tuple(rounds), tuple(leading[1:]))
-
-
-def _in_round(report_progress: Callable[[float], None], turn: int, share: float) -> None:
-    report_progress((turn + share) / MOST_EFFECTS)
 
 
 def first_with_others(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
@@ -318,28 +295,23 @@ def first_with_others(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
     Args:
         leading: of the first round, the best and its rivals.
     """
-    _, *later = fit.runner.trial.parts
+    _, *later = fit.trial.parts
     if len(leading) < 2 or not later:
         return fit, list(leading)
-    moved, (_, *values) = fit.runner.trial.split(fit.theta)
+    moved, (_, *values) = fit.values
     fitted = [(fit, leading[0])]
     for one in leading[1:]:
-        trial = replace(fit.runner.trial, parts=(one.found.part, *later))
+        trial = replace(fit.trial, parts=(one.found.part, *later))
         fitted.append((fits.fit(trial, trial.theta(moved, [one.found.parameters, *values])), one))
     fitted.sort(key=lambda pair: pair[0].cost)
-    best, kept = fitted[0][0], held_out_losses(fitted[0][0])
-    count = best.residual.shape[1]
-    tied = [
-        one
-        for other, one in fitted[1:]
-        if random_signs(evidence(held_out_losses(other), kept, count).t) > credit.TIE_LEVEL
-    ]
-    return best, [fitted[0][1], *tied]
+    best, leader = fitted[0]
+    shown = ((evidence_of(other, best, floored=False), one) for other, one in fitted[1:])
+    return best, [leader, *(one for e, one in shown if random_signs(e.t) > credit.TIE_LEVEL)]
 
 
 def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
     """The fit, and its free runs, without effects whose removal does not make free runs significantly worse."""
-    while parts := fit.runner.trial.parts:
+    while parts := fit.trial.parts:
         others = [fits.without(fit, k) for k in range(len(parts))]
         runs = [fits.run(other) for other in others]
         shown = [_evidence_of_blocks(one, run) for one in runs]
@@ -356,42 +328,34 @@ def _evidence_of_blocks(before: Fit, after: Fit) -> Evidence:
     return evidence(segment_losses(before.residual), segment_losses(after.residual), before.residual.shape[1])
 
 
-def _ranked(fits: ForceFits, plain: Fit, run: Fit, report_progress: Callable[[float], None]) -> list[Ranked]:
-    """Candidates in addition to a fit, the credited ones first, of these the best first.
+def force_round(fits: ForceFits, plain: Fit, run: Fit, report_progress: Callable[[float], None]) -> list[Ranked]:
+    """Fit the best candidates by linear least squares in addition to a fit, and rank them: the credited ones first.
+
+    Of forms of one effect the simplest that is as good stays.
 
     Args:
         run: free runs with the values of the fit.
     """
-    parts = every_part(fits.search, plain.runner.trial.parts)
-    tried = _fitted(fits, run, parts, report_progress)
-    ranked = [judged(fits, plain, found, hypotheses(parts)) for found in tried]
-    return sorted(ranked, key=lambda r: (bool(r.why_not), r.found.fit.cost))
-
-
-def _fitted(fits: ForceFits, run: Fit, parts: Sequence[Part], report_progress: Callable[[float], None]) -> list[Found]:
-    """The best candidates by linear least squares, fitted; of forms of one effect the simplest that is as good."""
-    search = fits.search
-    tried = CandidateFits(search, run, tuple(parts), report_progress)
-    start = ForceStart(fits.problem, run)
-    begun = [
-        (start.best(trial, tried.covered(part)), trial) for part, trial in zip(tried.parts, tried.trials, strict=True)
-    ]
-    ordered = sorted(((s[0], k, s[1], t) for k, (s, t) in enumerate(begun) if s is not None), key=lambda one: one[:2])
-    found: list[Found] = []
-    for _, _, theta, trial in ordered[:FITTED]:
+    parts = every_part(fits.search, plain.trial.parts)
+    tried, start = CandidateFits(fits.search, run, tuple(parts), report_progress), ForceStart(fits.problem, run)
+    starts = [start.best(trial, tried.covered(p)) for p, trial in zip(tried.parts, tried.trials, strict=True)]
+    begun = [(*s, trial) for s, trial in zip(starts, tried.trials, strict=True) if s is not None]
+    found: list[Fit] = []
+    for _, theta, trial in sorted(begun, key=lambda one: one[0])[:FITTED]:
         report_progress(len(found) / FITTED)
-        found.append(Found(trial, fits.fit(trial, theta)))
-    possible = [f for f in found if is_possible(search, f)]
-    return [f for f in possible if not any(is_simpler_form(other, f) for other in possible)]
+        found.append(fits.fit(trial, theta))
+    possible = [f for f in found if is_possible(fits.search, f)]
+    kept = [f for f in possible if not any(is_simpler_form(other, f) for other in possible)]
+    ranked = [judged(fits, plain, f, hypotheses(parts)) for f in kept]
+    return sorted(ranked, key=lambda r: (bool(r.why_not), r.found.cost))
 
 
-def judged(fits: ForceFits, plain: Fit, found: Found, candidates: int) -> Ranked:
+def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     """A candidate with its evidence by the force residual over a fit, and why it is not credited."""
-    before_it = {p.effect.seen_over for p in plain.runner.trial.parts}
+    before_it = {p.effect.seen_over for p in plain.trial.parts}
     least = credit.LEAST_SHARE if not before_it else ELSEWHERE
     least = credit.FURTHER if found.part.effect.seen_over in before_it else least
-    before, after = held_out_losses(plain), held_out_losses(found.fit)
-    one = evidence(before, after, plain.residual.shape[1])
+    one = evidence_of(plain, found, floored=False)
     p = min(1.0, candidates * random_signs(one.t))
     why_not = ""
     if one.share < least:
@@ -400,5 +364,5 @@ def judged(fits: ForceFits, plain: Fit, found: Found, candidates: int) -> Ranked
         why_not = "its force is too little to matter"
     elif p > credit.ALPHA:
         why_not = f"fits better by so little that it may be chance (p = {p:.2g} over all candidates)"
-    ratio = float(np.sqrt(found.fit.by_segment.sum() / plain.by_segment.sum()))
-    return Ranked(found, one, after, ratio, relative_size(fits.search, found, plain), why_not, False, p)
+    ratio = float(np.sqrt(found.by_segment.sum() / plain.by_segment.sum()))
+    return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, False, p)

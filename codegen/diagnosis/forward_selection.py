@@ -8,8 +8,8 @@ from functools import partial
 from itertools import combinations
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.candidate_fits import Found, every_part, fit_candidates
-from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
+from codegen.diagnosis.candidate_fits import every_part, fit_candidates
+from codegen.diagnosis.credit import evidence_of, noise_loss, noise_ratio
 from codegen.diagnosis.force_evidence import ForceCriterion
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import (
@@ -17,19 +17,20 @@ from codegen.diagnosis.ranking import (
     contradicted_by_force,
     corrects_a_form,
     credible,
+    force_prefers,
     force_share,
     hypotheses,
     is_possible,
+    leaves_as_little,
     matters,
     nearest_twin_first,
     ordered_by_force,
     run_round,
+    runs_prefer,
     same_signature,
     ties,
     usual_form_first,
-    whiteness,
 )
-from codegen.diagnosis.record import Record
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.shooting import hidden_states
 from codegen.diagnosis.trial import Part
@@ -83,26 +84,21 @@ class Outcome:
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        return self.final.runner.trial.parts
+        return self.final.trial.parts
 
 
 def within_reach(search: Search) -> tuple[Search, Fit]:
     """The search with segments so short that free runs stay near the measured motion, and its refit.
 
-    The error of a free run grows with the square of time, in a chaotic machine faster; a run that has left the motion
-    no longer discriminates candidates, and its slopes are useless. Segments are halved while the refit's error exceeds
-    ``DIVERGING`` times the noise.
+    The error of a free run grows with the square of time, in a chaotic machine faster; the slopes of a run that has
+    left the motion are useless.
     """
     near, base, share = search, search.refit(), 1.0
     while noise_ratio(base) > DIVERGING and share > SHORTEST:
         share /= 2
-        near = replace(search, record=search.shorter(share), shorter=partial(_shorter, search, share))
+        near = search.on_shorter(share)
         base = near.refit()
     return near, base
-
-
-def _shorter(search: Search, factor: float, share: float) -> Record:
-    return search.shorter(factor * share)
 
 
 def find_effects(search: Search, base: Fit, report_progress: Progress, refit_only: bool = False) -> Outcome:
@@ -119,17 +115,17 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     for turn in range(0 if refit_only else MOST_EFFECTS):
         if turn and at_noise(current):
             break
-        parts = every_part(search, current.runner.trial.parts)
+        parts = every_part(search, current.trial.parts)
         ranked = run_round(search, current, parts, partial(report_progress, turn))
         first = first or ranked
         if turn:
-            later.append(LaterRound(current.runner.trial.parts, tuple(ranked)))
+            later.append(LaterRound(current.trial.parts, tuple(ranked)))
         possible = [r for r in ranked if not r.why_not or r.unsure]
         if not possible:
             break
         possible = nearest_twin_first(search, ordered_by_force(search, usual_form_first(search, possible)))
         tied = ties(search, possible)
-        current = search.fitted_again(possible[0].found.fit)
+        current = search.fitted_again(possible[0].found)
         rivals = rivals if turn else tied
         if not credible(search, confirmed, current, hypotheses(parts)):
             continue
@@ -142,52 +138,36 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
                 current = confirmed = pair
                 rivals, paired = [], True
-    current = confirmed
-    if not current.runner.trial.parts:
-        rivals = []
-    if len(current.runner.trial.parts) > 1:
+    current, rivals = confirmed, rivals if confirmed.trial.parts else []
+    if len(current.trial.parts) > 1:
         current, rivals = _reconsidered(search, current, first, None if paired else rivals)
         current, rivals = _pruned_with_rivals(search, current, rivals)
         single = _merged(search, current)
-        current, rivals = (current, rivals) if single is None else (single, [])
+        current, rivals = (single, []) if single else (current, rivals)
         current, rivals = still_credited(search, base, current, rivals, len(first))
         current = current if rivals else _largest_first(search, current)
-    lost = current is base and not refit_only
-    lost = lost and (noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW)
-    return Outcome(
-        base,
-        current,
-        tuple(first),
-        tuple(rivals),
-        explained_share(search, base, current),
-        len(search.record.start),
-        lost and credit.misfit(base) > credit.LEAST_SIZE,
-        tuple(later),
-    )
+    lost = current is base and not refit_only and not credit.near_noise(base)
+    unexplained = lost and credit.misfit(base) > credit.LEAST_SIZE
+    explained, segments = explained_share(search, base, current), len(search.record.start)
+    return Outcome(base, current, tuple(first), tuple(rivals), explained, segments, unexplained, tuple(later))
 
 
 def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
-    """The best fit with two effects, at least one of them among the best of the first round.
+    """The best fit with two effects, at least one of them among the best of the first round (a beam search).
 
-    Where two effects are missing, each biases the fit of the other; which of several is right is seen only with both in
-    the model. So effects that leave nearly as little as the best get a second round of their own (a beam search);
-    other pairs are of the best candidates, of different signature.
+    Two missing effects bias each other's fit. Effects that leave nearly as little as the best get a second round of all
+    candidates; other pairs are of the best ones, of different signature.
     """
     found: list[Fit] = []
     for k, one in enumerate(ranked):
-        if 0 < k < BEAM and _nearly_as_good(one, ranked[0]):
+        if 0 < k < BEAM and leaves_as_little(one, ranked[0]):
             others = every_part(search, [one.found.part])
         else:
             others = [r.found.part for r in ranked[k + 1 :] if not same_signature(one.found.part, r.found.part)]
         if others:
-            both = run_round(search, search.fitted_again(one.found.fit), others, lambda share: None)
-            found += [search.fitted_again(r.found.fit) for r in both if not r.why_not][:1]
+            both = run_round(search, search.fitted_again(one.found), others, lambda share: None)
+            found += [search.fitted_again(r.found) for r in both if not r.why_not][:1]
     return min(found, key=lambda fit: fit.cost, default=None)
-
-
-def _nearly_as_good(one: Ranked, best: Ranked) -> bool:
-    """Whether a candidate leaves at most ``TIE_RATIO`` times the squared residual of the best."""
-    return 1 - one.evidence.share <= credit.TIE_RATIO * (1 - best.evidence.share)
 
 
 def _merged(search: Search, current: Fit) -> Fit | None:
@@ -195,15 +175,15 @@ def _merged(search: Search, current: Fit) -> Fit | None:
 
     Example: part of a long wave and a hardening spring found first can together imitate a linear spring.
     """
-    parts = current.runner.trial.parts
+    parts = current.trial.parts
     for j, k in combinations(range(len(parts)), 2):
         if not same_signature(parts[j], parts[k]):
             continue
         rest = search.without(search.without(current, k), j)
-        others = [p for p in every_part(search, rest.runner.trial.parts) if same_signature(p, parts[j])]
+        others = [p for p in every_part(search, rest.trial.parts) if same_signature(p, parts[j])]
         good = [f for f in fit_candidates(search, rest, others, lambda share: None) if is_possible(search, f)]
-        if good and not worth_it(search, good[0].fit, current, hypotheses(others)):
-            simpler = search.fitted_again(good[0].fit)
+        if good and not worth_it(search, good[0], current, hypotheses(others)):
+            simpler = search.fitted_again(good[0])
             return _merged(search, simpler) or simpler
     return None
 
@@ -220,8 +200,8 @@ def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
     Args:
         spared: number of last effects that stay.
     """
-    for k in range(len(fit.runner.trial.parts) - 1 - spared, -1, -1):
-        if len(fit.runner.trial.parts) > 1:
+    for k in range(len(fit.trial.parts) - 1 - spared, -1, -1):
+        if len(fit.trial.parts) > 1:
             without = search.without(fit, k)
             fit = fit if worth_it(search, without, fit, candidates) else without
     return fit
@@ -229,20 +209,18 @@ def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
 
 def _pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
     """Backward elimination; where the first effect is dropped, so are its rivals."""
-    leader, kept = current.runner.trial.parts[0], pruned(search, current, 1)
-    return kept, rivals if _same(leader, kept.runner.trial.parts[0]) else []
+    leader, kept = current.trial.parts[0], pruned(search, current, 1)
+    return kept, rivals if _same(leader, kept.trial.parts[0]) else []
 
 
 def still_credited(
     search: Search, base: Fit, current: Fit, rivals: Sequence[Ranked], candidates: int
 ) -> tuple[Fit, list[Ranked]]:
-    """A fit from which effects were dropped, with its rivals; the refit where a remaining single effect is not
-    credited.
+    """A fit from which effects were dropped, with its rivals; the refit where a single one is left and not credited.
 
-    Two effects may be credited together while neither is alone. A rival that was tried in addition to an effect is no
-    rival of a single one.
+    A rival that was tried in addition to an effect is no rival of a single one.
     """
-    alone = len(current.runner.trial.parts) == 1
+    alone = len(current.trial.parts) == 1
     if alone and not credible(search, base, current, candidates):
         return base, []
     return current, [r for r in rivals if not alone or len(r.found.trial.parts) == 1]
@@ -250,8 +228,7 @@ def still_credited(
 
 def at_noise(fit: Fit) -> bool:
     """Whether a model leaves nothing but the noise of the positions."""
-    noise = noise_loss(fit)
-    return bool(held_out_losses(fit).sum() <= (1 + credit.AT_NOISE) * noise)
+    return bool(fit.held_out_losses.sum() <= (1 + credit.AT_NOISE) * noise_loss(fit))
 
 
 def _reconsidered(
@@ -267,13 +244,13 @@ def _reconsidered(
         the first has none, the later one is put first.
     """
     for _ in range(MOST_EFFECTS):
-        leader = current.runner.trial.parts[0]
+        leader = current.trial.parts[0]
         better, tied = _swapped(search, current, first, rivals)
         if better is None:
             k = min(tied, default=0)
             return (_put_first(search, current, k) if k else current), tied.get(k, [])
         current = better
-        if rivals and not _same(leader, current.runner.trial.parts[0]):
+        if rivals and not _same(leader, current.trial.parts[0]):
             rivals = []
     return current, []
 
@@ -286,65 +263,58 @@ def _swapped(
     Where the first round names rivals of the first effect, there are no others.
     """
     tied: dict[int, list[Ranked]] = {}
-    parts = current.runner.trial.parts
+    parts = current.trial.parts
     for k in range(len(parts)):
         others = _others(search, parts, k, first)
         if not others:
             continue
         without = search.without(current, k)
         tried = fit_candidates(search, without, others, lambda share: None)
-        plain = ForceCriterion(search, without)
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
-        good = [f for f in good if not _refused_by_force(plain, ForceCriterion(search, f.fit), f)]
-        if good and good[0].fit.cost < current.cost - BETTER:
-            return search.fitted_again(good[0].fit), tied
-        of_its_own = [f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind]
-        same = [f for f in of_its_own if _ties(search, f, current)]
+        good = [f for f in good if not _refused_by_force(search, without, f)]
+        if good and good[0].cost < current.cost - BETTER:
+            return search.fitted_again(good[0]), {}
+        own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
+        same = [f for f in own if _ties(search, f, current)]
         if k or rivals is None:
-            left = [_ranked(f, without) for f in same if not _preferred_by_force(search, current, f)]
+            tied[k] = [_ranked(f, without) for f in same if not _preferred_by_force(search, current, f)]
         else:
-            left = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]
-        if left:
-            tied[k] = left
-    return None, tied
+            tied[k] = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]
+    return None, {k: found for k, found in tied.items() if found}
 
 
-def _refused_by_force(before: ForceCriterion, after: ForceCriterion, found: Found) -> bool:
+def _refused_by_force(search: Search, without: Fit, found: Fit) -> bool:
     """Whether the force residual speaks against a replacement."""
-    return bool(corrects_a_form(before, after, found) or contradicted_by_force(before, after))
+    before, after = ForceCriterion(search, without), ForceCriterion(search, found)
+    return bool(corrects_a_form(before, after) or contradicted_by_force(before, after))
 
 
 def _largest_first(search: Search, fit: Fit) -> Fit:
-    """The fit with the effect of the largest force first; as it is where it has none, or one that adds states, which
-    have no force of their own in the log.
-    """
-    trial = fit.runner.trial
+    """The fit with the effect of the largest force first; as it is with none, or one that adds states."""
+    trial = fit.trial
     if not trial.parts or hidden_states(trial.changed) > hidden_states(trial.system):
         return fit
-    values = trial.split(fit.theta)[1]
-    sizes = [force_share(search, p, v) for p, v in zip(trial.parts, values, strict=True)]
+    sizes = [force_share(search, p, v) for p, v in zip(trial.parts, fit.values[1], strict=True)]
     k = max(range(len(sizes)), key=sizes.__getitem__)
     return _put_first(search, fit, k) if k else fit
 
 
 def _put_first(search: Search, fit: Fit, k: int) -> Fit:
     """The fit with its k-th effect before the others."""
-    moved, found = fit.runner.trial.split(fit.theta)
+    moved, found = fit.values
     order = sorted(range(len(found)), key=lambda j: j != k)
-    return search.with_parts(fit, moved, [fit.runner.trial.parts[j] for j in order], [found[j] for j in order])
+    return search.with_parts(fit, moved, [fit.trial.parts[j] for j in order], [found[j] for j in order])
 
 
-def _ranked(found: Found, without: Fit) -> Ranked:
+def _ranked(found: Fit, without: Fit) -> Ranked:
     """A replacement with its evidence over the fit without it."""
-    losses, before = held_out_losses(found.fit), held_out_losses(without)
-    e = evidence(before, losses, without.residual.shape[1], noise_loss(without) / len(before))
-    return Ranked(found, e, losses, noise_ratio(found.fit) / noise_ratio(without), float("nan"), "")
+    ratio = noise_ratio(found) / noise_ratio(without)
+    return Ranked(found, evidence_of(without, found), ratio, float("nan"), "")
 
 
-def _preferred_by_force(search: Search, current: Fit, other: Found) -> bool:
+def _preferred_by_force(search: Search, current: Fit, other: Fit) -> bool:
     """Whether the force residual tells the current fit from one with another effect in its place."""
-    gain = ForceCriterion(search, current).over(ForceCriterion(search, other.fit))
-    return gain.left < 1 and gain.p <= credit.TIE_LEVEL
+    return force_prefers(ForceCriterion(search, current), ForceCriterion(search, other))
 
 
 def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranked]) -> list[Part]:
@@ -357,9 +327,8 @@ def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranke
     return [p for p in possible if kinds_of(p.kind) & alike or (p.kind, p.on) in best]
 
 
-def _ties(search: Search, found: Found, current: Fit) -> bool:
-    better = evidence(held_out_losses(found.fit), held_out_losses(current), current.residual.shape[1])
-    return better.p(whiteness(search, current)) > credit.TIE_LEVEL
+def _ties(search: Search, found: Fit, current: Fit) -> bool:
+    return not runs_prefer(search, current, found)
 
 
 def _same(one: Part, other: Part) -> bool:
@@ -369,10 +338,8 @@ def _same(one: Part, other: Part) -> bool:
 def common_effects(search: Search, outcome: Outcome) -> tuple[Search, Outcome] | None:
     """The outcome with the effects that all tied models have in common; None where these are not credited alone.
 
-    Rivals may tie for what an effect leaves: a dead zone is found, and in addition to it a delay or a lag of a fraction
-    of a sample. Or they imitate a wrong parameter: an inertia and a gain, in addition to cogging. Where the fit with
-    the common effects ends at a limit, it and the refit are repeated without limits; otherwise these effects would be
-    fitted beside values other than those that are adopted afterwards.
+    Rivals may tie for what an effect leaves, as a delay or a lag of a fraction of a sample beside a dead zone, or for a
+    wrong parameter. Where the fit with the common effects ends at a limit, it and the refit are repeated without.
 
     Returns:
         The search in which the common effects were fitted, and the outcome.
@@ -395,7 +362,6 @@ def explained_share(search: Search, base: Fit, final: Fit) -> float:
         return 0.0
     soft, before = search.with_noise_floor(base)
     after = soft.fitted_again(final)
-    a, b = held_out_losses(before), held_out_losses(after)
-    one = evidence(a, b, before.residual.shape[1])
-    excess = float(a.sum()) - noise_loss(before)
+    one = evidence_of(before, after, floored=False)
+    excess = float(before.held_out_losses.sum()) - noise_loss(before)
     return max(one.share, one.gain / excess if excess > 0 else 0.0)

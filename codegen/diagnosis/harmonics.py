@@ -1,9 +1,7 @@
 """Cogging with several harmonics: orders selected on the force residual over position, then fitted in free runs.
 
-Forward selection tries a single sine. Slots, poles and eccentricity of a motor make a sum of sines, and a free run with
-one of them diverges too soon to be fitted. The force residual is linear in the weights of the sum: orders are added one
-by one and judged on blocks of the log that their weights were not fitted to. The free runs then refine the sum and
-decide.
+A free run with one sine of the sum that slots, poles and eccentricity make diverges too soon to be fitted. The force
+residual is linear in the weights: orders are added one by one and judged on held-out blocks of the log.
 """
 
 from __future__ import annotations
@@ -14,18 +12,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.candidate_fits import NEAR, SHORTEST, Found
+from codegen.diagnosis.candidate_fits import NEAR, SHORTEST
 from codegen.diagnosis.conclusion import force_agrees
-from codegen.diagnosis.credit import evidence, held_out_losses, noise_loss, noise_ratio
+from codegen.diagnosis.credit import evidence_of, noise_ratio
 from codegen.diagnosis.forward_selection import Outcome, explained_share, pruned, worth_it
 from codegen.diagnosis.measure import Window, force_errors
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import Ranked, chance, credible, relative_size
 from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
-from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.signals import low_pass
-from codegen.diagnosis.trial import Part, part_of, with_effects, with_values
+from codegen.diagnosis.trial import Part, part_of
 from codegen.effects.periodic import PERIOD, CoggingHarmonics
 from codegen.effects.register import candidates, kinds_of
 from codegen.mechanics.system import System
@@ -67,55 +64,46 @@ class Waves:
     weights: Array
     share: float
 
-    def effect(self, richer: CoggingHarmonics) -> CoggingHarmonics:
-        """The cogging effect with these orders."""
-        return richer.of_orders(self.orders)
-
     def parameters(self, richer: CoggingHarmonics) -> dict[str, float]:
-        """The parameters of that effect."""
-        return self.effect(richer).values(self.period, [(float(a), float(b)) for a, b in self.weights.reshape(-1, 2)])
+        """The parameters of the cogging effect with these orders."""
+        pairs = [(float(a), float(b)) for a, b in self.weights.reshape(-1, 2)]
+        return richer.of_orders(self.orders).values(self.period, pairs)
 
 
 def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
     """The outcome with a cogging of several harmonics in place of its own, where free runs credit it.
 
-    Tried on every coordinate for which a sine is in the outcome or passed its tests alone, and on angles that make
-    enough turns. Where the refit is far from the data, short segments are used: a rotor in steep cogging soon leaves
-    the measured motion.
+    Tried for each period of ``_periods``, on short segments where the refit is far from the data: a rotor in steep
+    cogging soon leaves the measured motion.
 
     Returns:
         The outcome, and the search on whose segments its last fit is.
     """
-    final_search = search
-    near, base, final = search, outcome.base, outcome.final
-    if final is not base and not force_agrees(final, problem, _system(search, base), _system(search, final)):
+    final_search = near = search
+    base, final = outcome.base, outcome.final
+    if final is not base and not force_agrees(final, problem, base.model, final.model):
         final = base  # the force residual contradicts this fit: it is no reference
     if noise_ratio(base) > NEAR:
-        near = replace(search, record=search.shorter(SHORTEST), shorter=lambda share: search.shorter(SHORTEST * share))
+        near = search.on_shorter(SHORTEST)
         base, final = near.on_another_record(base), near.on_another_record(final)
-    parts = final.runner.trial.parts
-    for i, richer in _richer_forms(search.system).items():
+    for effect, i in candidates(search.system):
+        if not isinstance(effect, CoggingHarmonics):
+            continue
         on = search.system.positions[i].name
-        rest = [k for k, p in enumerate(parts) if not _is_sine(p, on, richer)]
-        periods = sorted(_periods(search, outcome, problem, i, richer))
+        rest = [k for k, p in enumerate(final.trial.parts) if not _is_sine(p, on, effect)]
+        periods = sorted(_periods(search, outcome, problem, i, effect))
         best: Fit | None = None
         for kept in ([[], rest] if rest else [[]]) if periods else []:
             moved, system = _start(near, final, problem, kept)
             waves = _best(periods, system, problem, i)
             if waves is None:
                 continue
-            fitted = pruned(near, _fitted(near, final, moved, kept, waves, richer), MOST_ORDER, spared=1)
+            fitted = pruned(near, _fitted(near, final, moved, kept, waves, effect), MOST_ORDER, spared=1)
             if best is None or worth_it(near, best, fitted, MOST_ORDER):
                 best = fitted
         if best is not None and credible(near, base, best, MOST_ORDER) and worth_it(near, final, best, MOST_ORDER):
-            outcome, final_search = _adopted(near, outcome, base, best), near
-            final, parts = best, best.runner.trial.parts
+            outcome, final_search, final = _adopted(near, outcome, base, best), near, best
     return outcome, final_search
-
-
-def _richer_forms(system: System) -> dict[int, CoggingHarmonics]:
-    """For each coordinate the effect with several harmonics."""
-    return {place: effect for effect, place in candidates(system) if isinstance(effect, CoggingHarmonics)}
 
 
 def _is_sine(part: Part, on: str, richer: CoggingHarmonics) -> bool:
@@ -126,46 +114,34 @@ def _is_sine(part: Part, on: str, richer: CoggingHarmonics) -> bool:
 def _best(periods: Sequence[float], system: System, problem: Problem, coordinate: int) -> Waves | None:
     """The harmonics of the period that explains most, the shortest of equals; None where only one sine is left."""
     residual = inverse_dynamics_residual(system, problem.motion)[:, coordinate]
-    tried = (regress(system, problem, -residual, coordinate, period) for period in periods)
+    tried = (regress(problem, -residual, coordinate, period) for period in periods)
     found = [waves for waves in tried if waves is not None]
-    if not found:
-        return None
-    most = max(w.share for w in found)
-    best = next(w for w in found if w.share >= most - WORTH)
-    return best if best.share >= LEAST_SHARE and len(best.orders) > 1 else None
+    most = max((w.share for w in found), default=0.0)
+    best = next((w for w in found if w.share >= most - WORTH), None)
+    return best if best and best.share >= LEAST_SHARE and len(best.orders) > 1 else None
 
 
 def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> tuple[Array, System]:
-    """Refitted or declared values, whichever leave less force residual, and the system with them.
+    """Refitted or declared values, whichever leave less force residual, and the system with them and kept effects.
 
     A refit whose free runs diverge can be further from the forces than the declared values.
     """
-    fitted, window = fit.runner.trial.split(fit.theta)[0], Window(0, len(problem.motion.time))
-    ways = [(values, _system(search, fit, kept, values)) for values in (fitted, search.declared)]
+    window, (own, found) = Window(0, len(problem.motion.time)), fit.values
+    some = replace(fit.trial, parts=tuple(fit.trial.parts[k] for k in kept))
+    ways = [(values, some.model(values, [found[k] for k in kept])) for values in (own, search.declared)]
     return min(ways, key=lambda way: force_errors(way[1], problem.motion, problem.masks, window)[2])
-
-
-def _system(search: Search, fit: Fit, kept: Sequence[int] | None = None, moved: Array | None = None) -> System:
-    """The declared system with a fit's values and effects, or only with those kept, or with other values."""
-    trial = fit.runner.trial
-    own, found = trial.split(fit.theta)
-    named = {s.name: float(v) for s, v in zip(search.moved, own if moved is None else moved, strict=True)}
-    chosen = range(len(found)) if kept is None else kept
-    effects = [FoundEffect(trial.parts[k].kind, trial.parts[k].on, found[k], {}) for k in chosen]
-    return with_effects(with_values(search.system, named), effects)
 
 
 def _periods(
     search: Search, outcome: Outcome, problem: Problem, coordinate: int, richer: CoggingHarmonics
 ) -> Iterator[float]:
-    """Periods to try: a whole turn of an angle, and multiples of the sines that were found."""
+    """Periods to try: a whole turn of an angle, and multiples of the sines that were found or passed alone."""
     system, motion = search.system, problem.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
     span, way = float(np.ptp(x[motion.usable])), float(np.abs(np.diff(x))[used].sum())
     on = system.positions[coordinate].name
     whole = [2 * np.pi] if system.position_units[coordinate] == "rad" else []
-    trial = outcome.final.runner.trial
-    ours = zip(trial.parts, trial.split(outcome.final.theta)[1], strict=True)
+    ours = zip(outcome.parts, outcome.final.values[1], strict=True)
     sines = [v[PERIOD.name] for p, v in ours if _is_sine(p, on, richer)]
     sines += [
         r.found.parameters[PERIOD.name]
@@ -177,13 +153,11 @@ def _periods(
             yield float(period)
 
 
-def regress(system: System, problem: Problem, force: Array, coordinate: int, period: float) -> Waves | None:
-    """A sparse sum of sines and cosines of one period, fitted to a low-passed force along the motion.
-
-    An offset and the direction of motion are fitted too, so that an inexact friction level makes no harmonic.
+def regress(problem: Problem, force: Array, coordinate: int, period: float) -> Waves | None:
+    """A sparse sum of sines and cosines of one period, with an offset and a friction level, fitted to a force.
 
     Args:
-        force: (N,) the force that the effect has to explain.
+        force: (N,) low-passed.
     """
     motion, rows = problem.motion, problem.masks.rows[:, coordinate]
     x, v = motion.positions[:, coordinate], motion.velocities[:, coordinate]
@@ -207,13 +181,11 @@ def regress(system: System, problem: Problem, force: Array, coordinate: int, per
 
 
 def _sparse(grams: Array, highest: int) -> tuple[tuple[int, ...], Array, float]:
-    """Orders, weights and the share explained on held-out blocks, from Gram matrices of the blocks.
-
-    Columns: offset, direction, then a sine and a cosine for each order, then the force. Orders are added by largest
-    gain.
+    """Orders, weights and the share explained on held-out blocks; orders are added by largest gain.
 
     Args:
-        grams: (blocks, columns + 1, columns + 1).
+        grams: (blocks, columns + 1, columns + 1) Gram matrices of offset, direction, sine and cosine of each order,
+            and the force.
     """
     whole = grams.sum(axis=0)
     start = _held_out(grams, [0, 1])
@@ -237,12 +209,8 @@ def _sparse(grams: Array, highest: int) -> tuple[tuple[int, ...], Array, float]:
     return orders, weights, 1 - best[0] / start if start > 0 else 0.0
 
 
-def _pair(order: int) -> list[int]:
-    return [2 * order, 2 * order + 1]
-
-
 def _columns(orders: Sequence[int]) -> list[int]:
-    return [0, 1, *(column for k in orders for column in _pair(k))]
+    return [0, 1, *(column for k in orders for column in (2 * k, 2 * k + 1))]
 
 
 def _held_out(grams: Array, used: Sequence[int]) -> float:
@@ -262,22 +230,17 @@ def _solve(matrix: Array, right: Array) -> Array:
 
 
 def _fitted(search: Search, fit: Fit, moved: Array, kept: Sequence[int], waves: Waves, richer: CoggingHarmonics) -> Fit:
-    trial = fit.runner.trial
-    found = trial.split(fit.theta)[1]
-    part = part_of(waves.effect(richer), waves.coordinate, search.system)
-    parts = [*(trial.parts[k] for k in kept), part]
-    return search.with_parts(fit, moved, parts, [*(found[k] for k in kept), waves.parameters(richer)])
+    part = part_of(richer.of_orders(waves.orders), waves.coordinate, search.system)
+    parts, values = [fit.trial.parts[k] for k in kept], [fit.values[1][k] for k in kept]
+    return search.with_parts(fit, moved, [*parts, part], [*values, waves.parameters(richer)])
 
 
 def _adopted(search: Search, outcome: Outcome, before: Fit, richer: Fit) -> Outcome:
     """The outcome with this fit as its last, and its effect among the candidates."""
     soft, base = search.with_noise_floor(before)
     after = soft.fitted_again(richer)
-    now, losses = held_out_losses(base), held_out_losses(after)
-    one = evidence(now, losses, base.residual.shape[1], noise_loss(base) / len(now))
-    found = Found(richer.runner.trial, richer)
-    ratio, p = noise_ratio(after) / noise_ratio(base), chance(search, after, one, 1)
-    ranked = Ranked(found, one, losses, ratio, relative_size(search, found, base), "", p=p)
+    one, ratio = evidence_of(base, after), noise_ratio(after) / noise_ratio(base)
+    ranked = Ranked(richer, one, ratio, relative_size(search, richer, base), "", p=chance(search, after, one, 1))
     return replace(
         outcome,
         final=richer,

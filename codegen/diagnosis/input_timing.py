@@ -65,12 +65,8 @@ def _share(problem: Problem, change: Array) -> float:
     motion, system = problem.motion, problem.system
     rest = replace(motion, inputs=0 * motion.inputs)
     drive = inverse_dynamics_residual(system, motion) - inverse_dynamics_residual(system, rest)
-    ratios = [_rms(change[u, i]) / _rms(drive[u, i]) for i, u in enumerate(problem.masks.rows.T) if np.any(drive[u, i])]
-    return max(ratios, default=0.0)
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    power = [(forces**2 * problem.masks.rows).sum(axis=0) for forces in (change, drive)]
+    return float(np.sqrt(np.max(power[0][power[1] > 0] / power[1][power[1] > 0], initial=0.0)))
 
 
 def _lead(problem: Problem, i: int, residual: Array, change: Array) -> tuple[float, float]:

@@ -14,21 +14,21 @@ one joint is a log of that joint alone.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
-from typing import Any
 
 import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.diagnosis.recent import recent
 from codegen.diagnosis.record import Record
 from codegen.diagnosis.shooting import Shooter, Structure, owners, terms_of
 from codegen.diagnosis.signals import central_difference
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.computed import ComputedEntry
 from codegen.mechanics.system import Matrix, System
 
@@ -39,6 +39,8 @@ SIGNALS = tuple(sympy.Symbol(f"imposed_{name}", real=True) for name in _NAMES)
 MASS, FORCE, STIFFNESS, DAMPING, POSITION, SPEED = SIGNALS
 KEPT = 4
 """Records whose terms are kept in memory."""
+REMEMBERED = 120_000_000
+"""Bytes of runs that are kept in memory: most changes in a fit need a new run of one joint only."""
 
 
 def is_separable(system: System) -> bool:
@@ -71,8 +73,8 @@ def joint_of(system: System, index: int) -> Joint:
     """One joint of a separable system, with the system's effects there."""
     contacts = tuple(c for c in range(len(system.contacts)) if system.distribution[index, c] != 0)
     x, v = system.positions[index], system.velocities[index]
-    force = _written(system.force[index]) + FORCE + STIFFNESS * (x - POSITION) + DAMPING * (v - SPEED)
-    mass = _written(system.mass_matrix[index, index]) + MASS
+    force = _computed(system.force[index], False) + FORCE + STIFFNESS * (x - POSITION) + DAMPING * (v - SPEED)
+    mass = _computed(system.mass_matrix[index, index], False) + MASS
     own = [system.contacts[c] for c in contacts]
     used = set().union(force.free_symbols, mass.free_symbols)
     used |= set().union(*(c.extra_level.free_symbols | c.extra_force.free_symbols for c in own))
@@ -100,13 +102,9 @@ def joint_of(system: System, index: int) -> Joint:
     )
 
 
-def _written(expression: sympy.Expr) -> sympy.Expr:
-    """The terms of a sum that the spec states, without those computed from the arm's bodies."""
-    return sympy.Add(*[term for term in sympy.Add.make_args(expression) if not term.has(ComputedEntry)])
-
-
-def _computed(expression: sympy.Expr) -> sympy.Expr:
-    return sympy.Add(*[term for term in sympy.Add.make_args(expression) if term.has(ComputedEntry)])
+def _computed(expression: sympy.Expr, computed: bool = True) -> sympy.Expr:
+    """The terms of a sum that are computed from the arm's bodies, or those that the spec states."""
+    return sympy.Add(*[term for term in sympy.Add.make_args(expression) if bool(term.has(ComputedEntry)) is computed])
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +124,6 @@ class MotionTerms:
     mass_slopes: Array
     stiffness: Array
     damping: Array
-    _held: dict[tuple[int, int], Array] = field(default_factory=dict)
 
     def loads(self, joint: int, off: Array) -> tuple[Array, Array]:
         """(N,) mass and force of a joint, with the free parameters ``off`` their declared values."""
@@ -135,12 +132,9 @@ class MotionTerms:
             return mass, force
         return mass + self.mass_slopes[:, joint] @ off, force + self.force_slopes[:, joint] @ off
 
-    def held(self, joint: int, substeps: int) -> Array:
-        """(N substeps, 4) signals that no parameter changes: stiffness, damping, position and speed."""
-        if (joint, substeps) not in self._held:
-            rows = (self.stiffness, self.damping, self.positions, self.velocities)
-            self._held[joint, substeps] = np.column_stack([between(r[:, joint], substeps) for r in rows])
-        return self._held[joint, substeps]
+    def held(self, joint: int) -> list[Array]:
+        """Signals that no parameter changes: stiffness, damping, position and speed."""
+        return [r[:, joint] for r in (self.stiffness, self.damping, self.positions, self.velocities)]
 
     @cached_property
     def felt(self) -> NDArray[np.bool_]:
@@ -148,7 +142,7 @@ class MotionTerms:
         return np.asarray((self.force_slopes != 0).any(axis=0) | (self.mass_slopes != 0).any(axis=0))
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class RigidTerms:
     """The computed rigid-body terms of a system, evaluated along records.
 
@@ -158,95 +152,47 @@ class RigidTerms:
 
     system: System
     parameters: tuple[sympy.Symbol, ...]
-    _kept: list[tuple[Array, MotionTerms]] = field(default_factory=list)
 
-    @property
+    @cached_property
     def declared(self) -> Array:
         return np.array([float(self.system.values[s]) for s in self.parameters])
 
-    def along(self, record: Record) -> MotionTerms:
-        """The terms along a record's smoothed motion; terms of recent motions are kept."""
-        for positions, along in self._kept:
-            if positions is record.positions:
-                return along
-        made = self._along(record)
-        self._kept = [*self._kept[1 - KEPT :], (record.positions, made)]
-        return made
-
-    def _along(self, record: Record) -> MotionTerms:
+    @recent(KEPT)
+    def along(self, positions: Array, velocities: Array, sample_time: float) -> MotionTerms:
+        """The terms along a smoothed motion, positions and velocities (N, n)."""
         system, n = self.system, self.system.degrees_of_freedom
-        acceleration = central_difference(record.velocities, record.sample_time)
+        acceleration = central_difference(velocities, sample_time)
         x, v, a = (casadi.SX.sym(name, n) for name in "xva")
         p = casadi.SX.sym("p", len(self.parameters))
-        names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
-        names |= {s: p[k] for k, s in enumerate(self.parameters)}
-        names |= {s: x[i] for i, s in enumerate(system.positions)} | {s: v[i] for i, s in enumerate(system.velocities)}
-        names |= {s: a[i] for i, s in enumerate(system.accelerations)}
-        terms = to_casadi(Matrix([*_forces(system), *_masses(system)]), names)
+        columns = (system.positions, x), (system.velocities, v), (system.accelerations, a), (self.parameters, p)
+        terms = to_casadi(_computed_terms(system), symbol_values(system.values, *columns))
         force, mass = casadi.densify(terms[:n]), casadi.densify(terms[n:])
         slopes = [casadi.densify(casadi.vec(casadi.jacobian(value, p))) for value in (force, mass)]
         own = [casadi.vertcat(*[casadi.jacobian(force[i], s[i]) for i in range(n)]) for s in (x, v)]
         outputs = [force, mass, *(casadi.densify(o) for o in own), *slopes]
         function = casadi.Function("along", [x, v, a, p], outputs)
-        count, free = len(record.positions), len(self.parameters)
+        count, free = len(positions), len(self.parameters)
         at = np.repeat(self.declared[:, None], count, axis=1)
-        raw = function.map(count)(record.positions.T, record.velocities.T, acceleration.T, at)
+        raw = function.map(count)(positions.T, velocities.T, acceleration.T, at)
         plain = [np.ascontiguousarray(np.array(r).T) for r in raw]
         by_parameter = [np.ascontiguousarray(r.reshape(count, free, n).transpose(0, 2, 1)) for r in plain[4:]]
-        return MotionTerms(
-            record.positions,
-            record.velocities,
-            plain[0],
-            plain[1],
-            by_parameter[0],
-            by_parameter[1],
-            plain[2],
-            plain[3],
-        )
+        return MotionTerms(positions, velocities, *plain[:2], *by_parameter, *plain[2:4])
 
 
-def _forces(system: System) -> list[sympy.Expr]:
-    """The computed force on each joint less the inertia coupling of the other joints' accelerations."""
-    n, mass = system.degrees_of_freedom, system.mass_matrix
-    taken = [
-        sympy.Add(*[mass[i, j] * a for j, a in enumerate(system.accelerations) if j != i and mass[i, j] != 0])
-        for i in range(n)
-    ]
-    return [_computed(system.force[i]) - taken[i] for i in range(n)]
-
-
-def _masses(system: System) -> list[sympy.Expr]:
-    return [_computed(system.mass_matrix[i, i]) for i in range(system.degrees_of_freedom)]
+def _computed_terms(system: System) -> Matrix:
+    """(2n, 1) the computed force on each joint less the inertia coupling of the others' accelerations, and its mass."""
+    mass = system.mass_matrix
+    forces = []
+    for i in range(system.degrees_of_freedom):
+        taken = [mass[i, j] * a for j, a in enumerate(system.accelerations) if j != i and mass[i, j] != 0]
+        forces.append(_computed(system.force[i]) - sympy.Add(*taken))
+    return Matrix([*forces, *(_computed(mass[i, i]) for i in range(system.degrees_of_freedom))])
 
 
 def rigid_terms(system: System, moved: Sequence[sympy.Symbol]) -> RigidTerms:
     """The rigid-body terms of a separable system, with those of ``moved`` on which they depend."""
-    own = Matrix([*_forces(system), *_masses(system)])
+    own = _computed_terms(system)
     return RigidTerms(system, tuple(s for s in moved if own.has(s)))
-
-
-def columns_of(
-    joint: Joint, system: System, drive: Array, along: MotionTerms, off: Array, substeps: int, width: int
-) -> Array:
-    """(N substeps, width) inputs of a joint: its actuators, then the imposed signals at the middle of each step.
-
-    Args:
-        drive: (N substeps, inputs of the arm), effective.
-        width: the columns behind those of this joint are zero.
-    """
-    columns = np.zeros((len(drive), width))
-    first = len(joint.inputs)
-    columns[:, :first] = drive[:, [system.inputs.index(w) for w in joint.inputs]]
-    mass, force = along.loads(joint.index, off)
-    columns[:, first] = between(mass, substeps)
-    columns[:, first + 1] = between(force, substeps)
-    columns[:, first + 2 : first + len(SIGNALS)] = along.held(joint.index, substeps)
-    motion: Mapping[sympy.Symbol, Array] = dict(zip(system.positions, along.positions.T, strict=True)) | dict(
-        zip(system.velocities, along.velocities.T, strict=True)
-    )
-    for k, s in enumerate(joint.others):
-        columns[:, first + len(SIGNALS) + k] = between(motion[s], substeps)
-    return columns
 
 
 def between(values: Array, substeps: int) -> Array:
@@ -254,10 +200,6 @@ def between(values: Array, substeps: int) -> Array:
     share = (np.arange(substeps) + 0.5) / substeps
     rise = np.diff(values, append=values[-1:])
     return np.asarray((values[:, None] + rise[:, None] * share).ravel())
-
-
-REMEMBERED = 120_000_000
-"""Bytes of runs that are kept in memory: most changes in a fit need a new run of one joint only."""
 
 
 @dataclass(eq=False)
@@ -285,22 +227,29 @@ class Memory:
 
 
 @dataclass(frozen=True, eq=False)
-class _JointModel:
-    """One joint of one model.
+class _Compiled:
+    """One joint of one model: its code in the library, and the indices of its arguments and states in the model's.
 
     Attributes:
-        place: index of its code in the library. identity: of the equations from which that code was made.
-        own: indices of its arguments among the model's.
+        key: of the equations from which that code was made.
     """
 
     joint: Joint
     place: int
-    identity: Hashable
-    own: tuple[int, ...]
+    key: Hashable
+    arguments: list[int]
+    states: list[int]
+
+    def structure(self, of: Structure) -> Structure:
+        """The part of a model's structure that belongs to this joint."""
+        sigma = tuple(of.sigma[c] for c in self.joint.contacts)
+        loads = [k for k, i in enumerate(of.split) if i == self.joint.index]
+        limits, rest = of.limits[:, self.states], of.rest[self.states]
+        return Structure(sigma, (0,) * len(loads), of.coupling[loads], limits, rest)
 
 
 class JointShooter:
-    """Compiled free runs, joint by joint, of several systems that differ in their effects."""
+    """Compiled free runs, joint by joint, of several systems that differ in their effects, as by ``Shooter``."""
 
     def __init__(
         self,
@@ -316,124 +265,70 @@ class JointShooter:
             terms: of the system without effects.
             loads: most loads behind springs in any run.
         """
-        self.terms, self.memory = terms, memory
-        self.inputs, self.contacts = len(systems[0].inputs), len(systems[0].contacts)
-        self.coordinates = systems[0].degrees_of_freedom
-        places: dict[Hashable, int] = {}
-        joints: list[Joint] = []
-        arguments: list[tuple[sympy.Symbol, ...]] = []
-        self._models: list[list[_JointModel]] = []
-        self._rigid: list[tuple[int, ...]] = []
+        self.terms, self.memory, self.loads = terms, memory, loads
+        distinct: dict[Hashable, tuple[Joint, list[sympy.Symbol]]] = {}
+        self._models: list[list[_Compiled]] = []
+        self._rigid: list[list[int]] = []
         for system, symbols in zip(systems, free, strict=True):
             model = []
-            for i in range(self.coordinates):
+            for i in range(system.degrees_of_freedom):
                 joint = joint_of(system, i)
-                used = _symbols(joint.system)
-                own = tuple(k for k, s in enumerate(symbols) if s in used)
-                arguments_here = tuple(symbols[k] for k in own)
-                identity = (i, terms_of(joint.system), arguments_here)
-                if identity not in places:
-                    places[identity] = len(joints)
-                    joints.append(joint)
-                    arguments.append(arguments_here)
-                model.append(_JointModel(joint, places[identity], identity, own))
+                terms_here = terms_of(joint.system)
+                used = set().union(*(term.free_symbols for term in terms_here))
+                own = [k for k, s in enumerate(symbols) if s in used]
+                arguments = [symbols[k] for k in own]
+                key = (i, terms_here, *arguments)
+                distinct.setdefault(key, (joint, arguments))
+                states = [k for k, contact in enumerate(owners(system)) if contact in joint.contacts]
+                model.append(_Compiled(joint, list(distinct).index(key), key, own, states))
             self._models.append(model)
-            self._rigid.append(tuple(list(symbols).index(s) for s in terms.parameters))
-        self._owners = [owners(system) for system in systems]
-        self.loads, self._states = loads, max(len(own) for own in self._owners)
-        self._shooter = Shooter([j.system for j in joints], arguments, loads, [len(j.inputs) for j in joints])
+            self._rigid.append([list(symbols).index(s) for s in terms.parameters])
+        joints, called = zip(*distinct.values(), strict=True)
+        self._shooter = Shooter([j.system for j in joints], called, loads, [len(j.inputs) for j in joints])
 
     def run(
         self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int, states: Array
     ) -> Array:
-        """Positions (S, L, n) of every segment, as by ``Shooter.run``; as measured for joints that are not compared."""
-        n, along = self.coordinates, self.terms.along(record)
+        """Positions (S, L, n) of every segment; as measured for joints that are not compared."""
+        n, along = len(self._models[model]), self.terms.along(record.positions, record.velocities, record.sample_time)
         p = np.asarray(p, dtype=float)
-        off = p[list(self._rigid[model])] - self.terms.declared
+        off = p[self._rigid[model]] - self.terms.declared
         out = np.asarray(record.measured[record.start[:, None] + np.arange(record.length)])
         for one in self._models[model]:
             i = one.joint.index
             if record.joints is not None and i not in record.joints:
                 continue
-            here, there = self._structure_of(model, structure, one.joint), np.ascontiguousarray(states[:, [i, n + i]])
-            values = p[list(one.own)]
-            felt = off[along.felt[i]].tobytes()
-            inputs = self._inputs_key(one.joint, drive)
-            where = (id(along), record.start.tobytes(), record.length, substeps)
-            key = (one.identity, values.tobytes(), felt, _bytes(here), inputs, where, there.tobytes())
+            here, there = one.structure(structure), np.ascontiguousarray(states[:, [i, n + i]])
+            inputs = drive[:, [self.terms.system.inputs.index(w) for w in one.joint.inputs]]
+            arrays = p[one.arguments], off[along.felt[i]], here.coupling, here.limits, here.rest, record.start, there
+            where = (id(along), record.length, substeps, here.sigma, here.split, hash(inputs.tobytes()))
+            key = (one.key, *where, *(array.tobytes() for array in arrays))
             found = self.memory.get(key)
             if found is None:
                 alone = _record_of(record, i)
-                columns = self._columns(one.joint, drive, along, off, substeps)
-                found = self._shooter.run(one.place, values, here, alone, columns, substeps, there)[..., 0]
+                columns = self._columns(one.joint, inputs, along, off, substeps)
+                found = self._shooter.run(one.place, p[one.arguments], here, alone, columns, substeps, there)[..., 0]
                 self.memory.put(key, found)
             out[..., i] = found
         return out
 
-    def hidden(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> Array:
-        """(S, contacts + states + 2 loads) as by ``Shooter.hidden``."""
-        along = self.terms.along(record)
-        off = np.asarray(p, dtype=float)[list(self._rigid[model])] - self.terms.declared
-        hidden = np.zeros((len(record.start), self.contacts + self._states + 2 * self.loads))
-        loads = self.contacts + self._states
-        for one in self._models[model]:
-            columns = self._columns(one.joint, drive, along, off, substeps)
-            here, alone = self._structure_of(model, structure, one.joint), _record_of(record, one.joint.index)
-            found = self._shooter.hidden(one.place, p[list(one.own)], here, alone, columns, substeps)
-            bristles, laws, *ends = np.split(
-                found, np.cumsum([len(one.joint.contacts), self._shooter.states, self.loads]), axis=1
-            )
-            hidden[:, list(one.joint.contacts)] = bristles
-            own = self._own_states(model, one.joint)
-            hidden[:, [self.contacts + k for k in own]] = laws[:, : len(own)]
-            for local, k in enumerate(_own_loads(structure, one.joint)):
-                hidden[:, loads + k], hidden[:, loads + self.loads + k] = (end[:, local] for end in ends)
-        return hidden
-
-    def _own_states(self, model: int, joint: Joint) -> list[int]:
-        return [k for k, contact in enumerate(self._owners[model]) if contact in joint.contacts]
-
-    def _structure_of(self, model: int, structure: Structure, joint: Joint) -> Structure:
-        """The part of a structure that belongs to one joint."""
-        sigma = tuple(structure.sigma[c] for c in joint.contacts)
-        loads, states = _own_loads(structure, joint), self._own_states(model, joint)
-        return Structure(
-            sigma, (0,) * len(loads), structure.coupling[loads], structure.limits[:, states], structure.rest[states]
-        )
-
-    def _inputs_key(self, joint: Joint, drive: Array) -> int:
-        at = [self.terms.system.inputs.index(w) for w in joint.inputs]
-        return hash(drive[:, at].tobytes())
-
-    def _columns(self, joint: Joint, drive: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
-        return columns_of(joint, self.terms.system, drive, along, off, substeps, self._shooter.inputs)
-
-
-def _bytes(structure: Structure) -> Hashable:
-    arrays = (structure.coupling, structure.limits, structure.rest)
-    return (structure.sigma, structure.split, *(array.tobytes() for array in arrays))
-
-
-def _own_loads(structure: Structure, joint: Joint) -> list[int]:
-    return [k for k, i in enumerate(structure.split) if i == joint.index]
-
-
-def _symbols(system: System) -> set[sympy.Basic]:
-    mass, force, distribution, *others = terms_of(system)
-    entries = [*mass, *force, *distribution, *(sympy.sympify(e) for other in others for e in other)]
-    return set().union(*(e.free_symbols for e in entries))
+    def _columns(self, joint: Joint, inputs: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
+        """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step."""
+        system = self.terms.system
+        motion = dict(zip(system.positions, along.positions.T, strict=True))
+        motion |= dict(zip(system.velocities, along.velocities.T, strict=True))
+        signals = [*along.loads(joint.index, off), *along.held(joint.index), *(motion[s] for s in joint.others)]
+        columns = np.column_stack([inputs, *(between(signal, substeps) for signal in signals)])
+        return np.pad(columns, ((0, 0), (0, self._shooter.inputs - columns.shape[1])))
 
 
 def _record_of(record: Record, i: int) -> Record:
     """The record of one coordinate."""
-    return Record(
-        record.measured[:, [i]],
-        record.positions[:, [i]],
-        record.velocities[:, [i]],
-        record.commands,
-        record.sample_time,
-        record.time0,
-        record.noise[[i]],
-        record.start,
-        record.length,
+    return replace(
+        record,
+        measured=record.measured[:, [i]],
+        positions=record.positions[:, [i]],
+        velocities=record.velocities[:, [i]],
+        noise=record.noise[[i]],
+        joints=None,
     )

@@ -7,22 +7,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.parallel import in_parallel
-from codegen.diagnosis.trial import Runner
-from codegen.effects import CATALOGUE
+from codegen.diagnosis.trial import Part, Runner, Trial
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
 STEP, FINE_STEP = 1e-4, 1e-6
-"""Steps for slopes, over the size of a parameter: of a fit, and of a covariance, which the curvature of a chaotic
-machine's runs must not enter."""
+"""Steps for slopes, over the size of a parameter: of a fit, and of a covariance."""
 HUGE = 1e6
+BLOCKS = 8
+"""Of neighbouring segments, each held out in turn."""
 WITHIN = 3.0
 """Prior standard deviations that a toleranced parameter may move at most; a larger deviation is an effect."""
 FAR_START = 3.0
@@ -39,6 +40,42 @@ this share of the 95 % speed."""
 
 
 @dataclass(frozen=True, eq=False)
+class Prior:
+    """Gaussian prior and limits of a fit's parameters, all (p,).
+
+    Attributes:
+        precision: inverse prior variances, tempered: divided by ``tempering``, the share of independent residuals.
+        centre: prior means.
+        size: of each parameter, for differences and for the longest step. reach: largest change in a fit.
+        within: prior standard deviations that a parameter may move.
+    """
+
+    precision: Array
+    centre: Array
+    size: Array
+    reach: Array
+    tempering: float = 1.0
+    within: float = WITHIN
+
+    @cached_property
+    def bound(self) -> Array:
+        """Largest distance from the centre."""
+        untempered = np.sqrt(np.maximum(self.tempering * self.precision, 1e-300))
+        return np.where(self.precision > 0, self.within / untempered, np.inf)
+
+    def clip(self, theta: Array) -> Array:
+        return np.clip(theta, self.centre - self.bound, self.centre + self.bound)
+
+    def limited(self, theta: Array, first: Array) -> NDArray[np.bool_]:
+        """Whether parameters are at a limit: of the prior, or of their reach from the fit's start."""
+        at_reach = np.abs(theta - first) >= AT_END * self.reach
+        return np.asarray(at_reach | (np.abs(theta - self.centre) >= AT_END * self.bound))
+
+    def cost(self, theta: Array) -> float:
+        return 0.5 * float((self.precision * (theta - self.centre) ** 2).sum())
+
+
+@dataclass(frozen=True, eq=False)
 class Fit:
     """An output-error fit.
 
@@ -47,9 +84,7 @@ class Fit:
         unprojected: (S, K n) averages of measured less predicted over their noise. residual: the same, projected on the
             complement of the start states.
         slopes: (p, S, K n) of the prediction by theta, projected alike.
-        prior_precision: (p,) inverse prior variance of each parameter, tempered; centre: (p,) prior means.
-        limited: (p,) whether the fit ended at a limit of the parameter: of the prior, or of its reach.
-        tempering: share of independent residuals, by which ``prior_precision`` was divided.
+        limited: (p,) whether the fit ended at a limit of the parameter.
     """
 
     runner: Runner
@@ -59,10 +94,32 @@ class Fit:
     residual: Array
     slopes: Array
     starts: Starts
-    prior_precision: Array
-    centre: Array
+    prior: Prior
     limited: NDArray[np.bool_]
-    tempering: float
+
+    @property
+    def trial(self) -> Trial:
+        return self.runner.trial
+
+    @property
+    def values(self) -> tuple[Array, list[dict[str, float]]]:
+        """Refitted values, and the parameters of each effect."""
+        return self.trial.split(self.theta)
+
+    @property
+    def part(self) -> Part:
+        """The effect that was added last."""
+        return self.trial.parts[-1]
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Of the effect that was added last."""
+        return self.values[1][-1]
+
+    @cached_property
+    def model(self) -> System:
+        """The system with the values of the fit."""
+        return self.trial.model(*self.values)
 
     @property
     def by_segment(self) -> Array:
@@ -71,13 +128,59 @@ class Fit:
 
     @property
     def cost(self) -> float:
-        return segment_cost(self.residual) + 0.5 * float((self.prior_precision * (self.theta - self.centre) ** 2).sum())
+        return segment_cost(self.residual) + self.prior.cost(self.theta)
 
-    @property
-    def samples(self) -> int:
-        """Number of residuals less that of the start states."""
-        segments, kept = self.residual.shape
-        return int(segments * (kept - self.starts.slopes.shape[2]))
+    @cached_property
+    def held_out_losses(self) -> Array:
+        """(S,) cross-validated loss of each segment, under the fit to the other blocks by one Gauss–Newton step."""
+        residual, slopes, prior = self.residual, self.slopes, self.prior
+        segments = np.arange(len(residual))
+        if not len(slopes):
+            return segment_losses(residual)
+        weighted = slopes * segment_weights(residual)[:, None]
+        normal = np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
+        right = np.einsum("ask,sk->sa", weighted, residual)
+        losses = np.empty(len(residual))
+        for block in np.array_split(segments, BLOCKS):
+            rest = np.setdiff1d(segments, block)
+            matrix = normal[rest].sum(axis=0) + np.diag(prior.precision)
+            size = scales(matrix)
+            pull = right[rest].sum(axis=0) - prior.precision * (self.theta - prior.centre)
+            step = np.linalg.lstsq(matrix / np.outer(size, size), pull / size, rcond=1e-10)[0] / size
+            losses[block] = segment_losses(residual[block] - np.tensordot(step, slopes[:, block], axes=1))
+        return losses
+
+    @cached_property
+    def raw_slopes(self) -> list[Array]:
+        """Slopes (S, K n) of the prediction by every parameter, before projection."""
+        steps = STEP * np.maximum(np.abs(self.theta), 1e-3)
+        return _slopes(self.runner, self.theta, self.offsets, self.unprojected, steps, {})
+
+    def rows_of(self, joint: int) -> slice:
+        """The rows of a joint, where an arm is run joint by joint."""
+        joints = self.runner.record.joints
+        assert joints is not None
+        return slice(joints.index(joint), None, len(joints))
+
+    def of_joint(self, joint: int) -> Fit:
+        """The fit restricted to the rows of one joint; its theta is unchanged."""
+        rows, starts = self.rows_of(joint), self.starts
+        return replace(
+            self,
+            runner=replace(self.runner, record=replace(self.runner.record, joints=(joint,))),
+            offsets=self.offsets[rows],
+            unprojected=self.unprojected[rows],
+            residual=self.residual[rows],
+            slopes=self.slopes[:, rows],
+            starts=Starts(starts.slopes[rows], starts.solver[rows], starts.width[rows]),
+        )
+
+    def started_as(self, other: Fit, joint: int) -> Fit:
+        """The fit with the start states of one joint taken from another fit of that joint."""
+        rows, own, new = self.rows_of(joint), self.starts, other.starts
+        offsets, slopes, solver, width = (a.copy() for a in (self.offsets, own.slopes, own.solver, own.width))
+        offsets[rows], slopes[rows], solver[rows], width[rows] = other.offsets, new.slopes, new.solver, new.width
+        return replace(self, offsets=offsets, starts=Starts(slopes, solver, width))
 
 
 def scales(matrix: Array) -> Array:
@@ -87,11 +190,7 @@ def scales(matrix: Array) -> Array:
 
 
 def segment_losses(residual: Array) -> Array:
-    """(S,) robust loss of each segment, K/2·log(1 + RSS/K): −log-likelihood with a scale of its own above the noise.
-
-    A segment with a wrong start state or an unmodelled event has little influence; where all segments are alike this is
-    least squares.
-    """
+    """(S,) robust loss of each segment, K/2·log(1 + RSS/K): −log-likelihood with a scale of its own above the noise."""
     count = residual.shape[1]
     return np.asarray(0.5 * count * np.log1p((residual**2).sum(axis=1) / count))
 
@@ -166,13 +265,8 @@ def shooting_fit(
     runner: Runner,
     theta: Array,
     offsets: Array,
-    prior_precision: Array,
-    centre: Array,
+    prior: Prior,
     rounds: int,
-    scale: Array | None = None,
-    reach: Array | None = None,
-    tempering: float = 1.0,
-    within: float = WITHIN,
     residual: Array | None = None,
     difference: float = STEP,
 ) -> Fit:
@@ -180,10 +274,7 @@ def shooting_fit(
     if residual is None:
         residual = mean_residuals(runner, runner.run(theta, offsets))
     starts = state_slopes(runner, theta, offsets, residual)
-    prior = prior_precision, centre
-    return gauss_newton(
-        runner, theta, offsets, starts, *prior, rounds, (), scale, reach, tempering, within, residual, difference
-    )
+    return gauss_newton(runner, theta, offsets, starts, prior, rounds, (), residual, difference)
 
 
 def gauss_newton(
@@ -191,14 +282,9 @@ def gauss_newton(
     theta: Array,
     offsets: Array,
     starts: Starts,
-    prior_precision: Array,
-    centre: Array,
+    prior: Prior,
     rounds: int,
     known: Sequence[Array] = (),
-    scale: Array | None = None,
-    reach: Array | None = None,
-    tempering: float = 1.0,
-    within: float = WITHIN,
     residual: Array | None = None,
     difference: float = STEP,
 ) -> Fit:
@@ -206,108 +292,80 @@ def gauss_newton(
 
     Args:
         offsets, starts: of the segments and their slopes, as by ``state_slopes``.
-        prior_precision, centre: Gaussian prior.
         rounds: most steps.
         known: unprojected slopes of the first parameters, used in place of differences.
-        scale: size of each parameter, for differences and for the longest step.
-        reach: largest change of each parameter.
-        tempering: share of independent residuals, by which ``prior_precision`` was divided.
-        within: prior standard deviations that a parameter may move.
         residual: at theta and offsets, before projection, where it is known.
         difference: step of a parameter for its slope, over its size.
     """
-    first, farthest = theta, np.full(len(theta), np.inf) if reach is None else reach
-    bound = np.where(prior_precision > 0, within / np.sqrt(np.maximum(tempering * prior_precision, 1e-300)), np.inf)
-    theta = np.clip(theta, centre - bound, centre + bound)
-    sizes = np.maximum(np.abs(theta), 1e-3) if scale is None else scale
+    first, theta = theta, prior.clip(theta)
     if residual is None or not np.array_equal(theta, first):
         residual = mean_residuals(runner, runner.run(theta, offsets))
     now, damping = residual, 1e-6
     slopes: list[Array] = []
     for turn in range(rounds + 1):
         flat = starts.project(now)
-        cost = segment_cost(flat) + 0.5 * float((prior_precision * (theta - centre) ** 2).sum())
+        cost = segment_cost(flat) + prior.cost(theta)
         taken: dict[int, Array] = dict(enumerate(known))
-        if turn and (prior_precision > 0).sum() > MANY:
-            taken |= {int(k): slopes[k] for k in np.flatnonzero(prior_precision > 0)}
-        slopes = _slopes(runner, theta, offsets, now, sizes, taken, difference)
+        if turn and (prior.precision > 0).sum() > MANY:
+            taken |= {int(k): slopes[k] for k in np.flatnonzero(prior.precision > 0)}
+        slopes = _slopes(runner, theta, offsets, now, difference * np.maximum(prior.size, 1e-12), taken)
         columns = np.stack([starts.project(s, slope=True) for s in slopes]) if slopes else np.zeros((0, *flat.shape))
         if turn == rounds or not slopes:
             break
         weighted = columns * segment_weights(flat)[:, None]
-        matrix = weighted.reshape(len(weighted), -1) @ columns.reshape(len(columns), -1).T + np.diag(prior_precision)
-        right = np.einsum("ask,sk->a", weighted, flat) - prior_precision * (theta - centre)
-        size = scales(matrix)
-        improved = False
+        matrix = weighted.reshape(len(weighted), -1) @ columns.reshape(len(columns), -1).T + np.diag(prior.precision)
+        right = np.einsum("ask,sk->a", weighted, flat) - prior.precision * (theta - prior.centre)
+        longest = 2.0 * np.maximum(prior.size, np.abs(theta))
         for _ in range(6):
-            step = np.linalg.solve(matrix / np.outer(size, size) + damping * np.eye(len(size)), right / size) / size
-            longest = 2.0 * np.maximum(sizes, np.abs(theta))
-            moved = np.clip(theta + np.clip(step, -longest, longest), first - farthest, first + farthest)
-            moved = np.clip(moved, centre - bound, centre + bound)
-            step = moved - theta
-            left = now - np.einsum("a,ask->sk", step, np.stack(slopes))
+            step = np.clip(damped_step(matrix, right, damping), -longest, longest)
+            moved = prior.clip(np.clip(theta + step, first - prior.reach, first + prior.reach))
+            left = now - np.einsum("a,ask->sk", moved - theta, np.stack(slopes))
             shift = starts.shift(left)
             trial = mean_residuals(runner, runner.run(moved, offsets + shift))
-            new = segment_cost(starts.project(trial)) + 0.5 * float((prior_precision * (moved - centre) ** 2).sum())
+            new = segment_cost(starts.project(trial)) + prior.cost(moved)
             if new < cost:
-                improved = True
                 break
             damping = max(damping, 1e-4) * 10
-        if not improved:
+        else:
             break
         damping = max(damping / 10, 1e-6)
         theta, offsets, now = moved, offsets + shift, trial
         if cost - new < 1e-2 + 1e-4 * cost:
             break
-    flat = starts.project(now)
-    limited = (np.abs(theta - first) >= AT_END * farthest) | (np.abs(theta - centre) >= AT_END * bound)
-    return Fit(runner, theta, offsets, now, flat, columns, starts, prior_precision, centre, limited, tempering)
+    return Fit(runner, theta, offsets, now, starts.project(now), columns, starts, prior, prior.limited(theta, first))
+
+
+def damped_step(matrix: Array, right: Array, damping: float) -> Array:
+    """The Levenberg–Marquardt step from normal equations, scaled to a unit diagonal."""
+    size = scales(matrix)
+    return np.asarray(np.linalg.solve(matrix / np.outer(size, size) + damping * np.eye(len(size)), right / size) / size)
 
 
 def _slopes(
-    runner: Runner,
-    theta: Array,
-    offsets: Array,
-    now: Array,
-    sizes: Array,
-    taken: Mapping[int, Array],
-    difference: float = STEP,
+    runner: Runner, theta: Array, offsets: Array, now: Array, steps: Array, taken: Mapping[int, Array]
 ) -> list[Array]:
-    """Slopes by every parameter; those in ``taken`` are known."""
+    """Slopes by every parameter, by differences of these steps; those in ``taken`` are known."""
+
+    def slope(k: int) -> Array:
+        moved = theta.copy()
+        moved[k] += steps[k]
+        return np.asarray((now - mean_residuals(runner, runner.run(moved, offsets))) / steps[k])
+
     missing = [k for k in range(len(theta)) if k not in taken]
-    found = in_parallel(lambda k: _slope(runner, theta, offsets, now, k, difference * max(sizes[k], 1e-12)), missing)
-    known = {**taken, **dict(zip(missing, found, strict=True))}
+    known = {**taken, **dict(zip(missing, in_parallel(slope, missing), strict=True))}
     return [known[k] for k in range(len(theta))]
 
 
-def _slope(runner: Runner, theta: Array, offsets: Array, now: Array, k: int, step: float) -> Array:
-    moved = theta.copy()
-    moved[k] += step
-    return np.asarray((now - mean_residuals(runner, runner.run(moved, offsets))) / step)
-
-
-def raw_slopes(fit: Fit) -> list[Array]:
-    """Slopes (S, K n) of the prediction by every parameter, before projection."""
-    sizes = np.maximum(np.abs(fit.theta), 1e-3)
-    return _slopes(fit.runner, fit.theta, fit.offsets, fit.unprojected, sizes, {})
-
-
-def polish(
-    fit: Fit, rounds: int, scale: Array | None = None, reach: Array | None = None, within: float = WITHIN
-) -> Fit:
+def polish(fit: Fit, rounds: int, prior: Prior | None = None) -> Fit:
     """The fit with the slopes by the start states computed again; the old fit where that is no better."""
     offsets = _restarted(fit)
-    at, prior = (fit.runner, fit.theta, offsets), (fit.prior_precision, fit.centre)
     known = fit.unprojected if offsets is fit.offsets else None
-    new = shooting_fit(*at, *prior, rounds, scale, reach, fit.tempering, within, known)
+    new = shooting_fit(fit.runner, fit.theta, offsets, prior or fit.prior, rounds, known)
     return new if new.cost < fit.cost else fit
 
 
 def _restarted(fit: Fit) -> Array:
-    """The start states, those of segments far above the noise as measured where that fits better.
-
-    A model that lacks an effect shifts them in its place; where the effect acts, linear steps do not bring them back.
-    """
+    """The start states, those of segments far above the noise as measured where that fits better."""
     far = np.flatnonzero(fit.by_segment > FAR_START**2 * fit.residual.shape[1])
     if not len(far):
         return fit.offsets
@@ -331,11 +389,9 @@ NEAR_BOUND = 1e-3
 
 def at_limit(fit: Fit) -> list[tuple[str, ...]]:
     """For each effect of a fit, its parameters at a bound of the catalogue or of the fit's reach."""
-    trial = fit.runner.trial
-    marks, k = [], len(trial.moved)
-    for part, values in zip(trial.parts, trial.split(fit.theta)[1], strict=True):
-        effect = CATALOGUE[part.kind].with_parameters(part.names)
-        bounds = {p.name: (p.low, p.high) for p in effect.parameters}
+    marks, k = [], len(fit.trial.moved)
+    for part, values in zip(fit.trial.parts, fit.values[1], strict=True):
+        bounds = {p.name: (p.low, p.high) for p in part.effect.parameters}
         marked = [
             name
             for j, name in enumerate(part.names)
@@ -355,32 +411,3 @@ def _at_bound(value: float, low: float | None, high: float | None) -> bool:
     if low is not None and high is not None:
         return min(value - low, high - value) <= NEAR_BOUND * (high - low)
     return any(abs(value - end) <= NEAR_BOUND * abs(end) for end in (low, high) if end is not None)
-
-
-def rows_of(fit: Fit, joint: int) -> slice:
-    """The rows of a joint among those of a fit."""
-    joints = fit.runner.record.joints
-    assert joints is not None
-    return slice(joints.index(joint), None, len(joints))
-
-
-def of_joint(fit: Fit, joint: int) -> Fit:
-    """The fit restricted to the rows of one joint; its theta is unchanged."""
-    rows, starts = rows_of(fit, joint), fit.starts
-    return replace(
-        fit,
-        runner=replace(fit.runner, record=replace(fit.runner.record, joints=(joint,))),
-        offsets=fit.offsets[rows],
-        unprojected=fit.unprojected[rows],
-        residual=fit.residual[rows],
-        slopes=fit.slopes[:, rows],
-        starts=Starts(starts.slopes[rows], starts.solver[rows], starts.width[rows]),
-    )
-
-
-def started_as(fit: Fit, other: Fit, joint: int) -> Fit:
-    """The fit with the start states of one joint taken from another fit of that joint."""
-    rows, own, new = rows_of(fit, joint), fit.starts, other.starts
-    offsets, slopes, solver, width = (a.copy() for a in (fit.offsets, own.slopes, own.solver, own.width))
-    offsets[rows], slopes[rows], solver[rows], width[rows] = other.offsets, new.slopes, new.solver, new.width
-    return replace(fit, offsets=offsets, starts=Starts(slopes, solver, width))

@@ -9,17 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.candidate_fits import FORM_GAIN, Found, fit_candidates
-from codegen.diagnosis.credit import (
-    Evidence,
-    evidence,
-    held_out_losses,
-    independent_share,
-    noise_loss,
-    noise_ratio,
-    share_far,
-    size_of,
-)
+from codegen.diagnosis.candidate_fits import FORM_GAIN, fit_candidates
+from codegen.diagnosis.credit import Evidence, evidence_of, independent_share, near_noise, noise_ratio, size_of
 from codegen.diagnosis.force_evidence import ForceCriterion
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.reservations import never_passed, passed_too_fast, shows_no_bend
@@ -29,7 +20,6 @@ from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part, with_effects, with_values
 from codegen.effects import CATALOGUE
 from codegen.effects.register import is_identical
-from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
@@ -52,7 +42,6 @@ class Ranked:
     """A candidate of one round with its evidence.
 
     Attributes:
-        losses: (S,) of held-out segments.
         ratio: median free-run error over that of the model without it.
         size: change of the prediction, or force, over that of the drive force.
         why_not: the test that it fails, in words; empty where it passes all.
@@ -61,9 +50,8 @@ class Ranked:
         force_criterion: its force residual.
     """
 
-    found: Found
+    found: Fit
     evidence: Evidence
-    losses: Array
     ratio: float
     size: float
     why_not: str
@@ -77,30 +65,22 @@ def run_round(
 ) -> list[Ranked]:
     """Fit and rank every candidate in addition to the current effects: those that pass every test first."""
     soft, base = search.with_noise_floor(current)
-    before = held_out_losses(base)
-    kept = base.residual.shape[1]
-    floor = noise_loss(base) / len(before)
-    ranked, without = [], ForceCriterion(search, base)
+    before, many, ranked = ForceCriterion(search, base), hypotheses(parts), []
     for found in fit_candidates(soft, base, parts, report_progress):
-        losses = held_out_losses(found.fit)
-        one = evidence(before, losses, kept, floor)
-        ratio = noise_ratio(found.fit) / noise_ratio(base)
+        one, after = evidence_of(base, found), ForceCriterion(search, found)
         size = relative_size(search, found, base)
-        force_criterion = ForceCriterion(search, found.fit)
-        why_not = _why_not(search, found, one, size) or absorbed_by_refit(without, force_criterion, found)
-        why_not = why_not or only_reduces_drive(without, force_criterion, one)
-        why_not = why_not or corrects_a_form(without, force_criterion, found)
-        why_not = why_not or contradicted_by_force(without, force_criterion, one.share)
-        p = chance(search, found.fit, one, hypotheses(parts))
-        p = p if why_not else combined_p(p, without, force_criterion, hypotheses(parts))
+        why_not = _why_not(before, after, one, size)
+        p = chance(search, found, one, many)
+        p = p if why_not else combined_p(p, before, after, many)
         unsure = not why_not and p > credit.ALPHA
         if unsure:
             why_not = (
                 f"fits {one.won} of {one.blocks} held-out parts of the log better, but by so little that it may be "
                 f"chance (p = {p:.2g} over all candidates; at most {credit.ALPHA:g} is accepted)"
             )
-        ranked.append(Ranked(found, one, losses, ratio, size, why_not, unsure, p, force_criterion))
-    return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.fit.cost))
+        ratio = noise_ratio(found) / noise_ratio(base)
+        ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after))
+    return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.cost))
 
 
 def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
@@ -111,39 +91,42 @@ def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
     """Candidates that free runs do not tell from one of them, each of several twins once and its own left out.
 
-    Far from the noise all models are wrong and every difference becomes significant: candidates then tie as well that
-    are nearly alike.
+    Far from the noise every difference becomes significant: candidates that are nearly alike tie there as well.
     """
-    far = _is_far(best)
-    same = {(best.found.part.kind, best.found.part.on), *twins(best.found.part, best.found)}
-    kept, white = best.found.fit.residual.shape[1], whiteness(search, best.found.fit)
-    tied = []
+    same, tied = _same_motion(best.found), []
     for other in ranked:
         if other is best or (other.why_not and not other.unsure) or _is_one_of(other.found, same):
             continue
-        if 1 - other.evidence.share > credit.TIE_RATIO * (1 - best.evidence.share):
+        if not leaves_as_little(other, best) or _only_extends(other, best) or _is_no_better_form(other, best):
             continue
-        if _only_extends(other, best) or _is_no_better_form(other, best):
-            continue
-        if (far and _nearly_alike(best, other)) or evidence(other.losses, best.losses, kept).p(
-            white
-        ) > credit.TIE_LEVEL:
+        alike = _is_far(best) and _nearly_alike(best, other)
+        if alike or not runs_prefer(search, best.found, other.found):
             tied.append(other)
-            same |= {(other.found.part.kind, other.found.part.on), *twins(other.found.part, other.found)}
+            same |= _same_motion(other.found)
     return tied
+
+
+def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
+    """Whether free runs tell a fit from another one."""
+    return evidence_of(other, best, floored=False).p(whiteness(search, best)) <= credit.TIE_LEVEL
+
+
+def leaves_as_little(one: Ranked, best: Ranked) -> bool:
+    """Whether a candidate leaves at most ``TIE_RATIO`` times the squared residual of the best."""
+    return 1 - one.evidence.share <= credit.TIE_RATIO * (1 - best.evidence.share)
 
 
 def _only_extends(other: Ranked, best: Ranked) -> bool:
     """Whether a candidate is the best one with a parameter more, which does not make it better."""
     same_place = other.found.part.on == best.found.part.on
     extended = CATALOGUE[other.found.part.kind].extends == best.found.part.kind
-    return same_place and extended and other.found.fit.cost >= best.found.fit.cost
+    return same_place and extended and other.found.cost >= best.found.cost
 
 
 def _is_no_better_form(other: Ranked, best: Ranked) -> bool:
     """Whether a candidate has a special form, the best one its kind's usual form, and it is not clearly better."""
     special = not _has_usual_form(other) and _has_usual_form(best)
-    return special and other.found.fit.cost > best.found.fit.cost - FORM_GAIN
+    return special and other.found.cost > best.found.cost - FORM_GAIN
 
 
 def _has_usual_form(one: Ranked) -> bool:
@@ -157,47 +140,43 @@ def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     if _has_usual_form(best):
         return list(ranked)
     others = [r for r in _tied(search, best, ranked) if _is_no_better_form(best, r) and not r.why_not]
-    best = min(others, key=lambda r: r.found.fit.cost, default=best)
-    return [best, *(r for r in ranked if r is not best)]
+    best = min(others, key=lambda r: r.found.cost, default=best)
+    return led_by(best, ranked)
 
 
 def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates, led by the one that the force residual prefers among the best and those nearly as good.
-
-    Free runs weigh slow errors and the force residual fast ones, so one may decide what the other leaves open. Nearly
-    as good is what ties with the best.
-    """
+    """The candidates, led by the one that the force residual prefers among the best and those that tie with it."""
     best = ranked[0]
     for other in _tied(search, best, ranked):
         if _preferred(other, best):
             best = other
-    return [best, *(r for r in ranked if r is not best)]
+    return led_by(best, ranked)
 
 
 def nearest_twin_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     """The candidates, led by that of several twins whose friction levels are nearest to the declared ones.
 
-    Twins are one motion with other levels: a larger mass under the declared friction, or a weaker drive under less of
-    it. The names of the others stand with it.
+    Twins are one motion with other levels: a larger mass under the declared friction, or a weaker drive under less.
     """
     best = ranked[0]
     same = twins(best.found.part, best.found)
     alike = [
         r
         for r in ranked
-        if (r.found.part.kind, r.found.part.on) in same
-        and not r.why_not
-        and r.found.fit.cost <= best.found.fit.cost + EQUAL
+        if (r.found.part.kind, r.found.part.on) in same and not r.why_not and r.found.cost <= best.found.cost + EQUAL
     ]
-    first = min([best, *alike], key=lambda r: _from_declared(search, r))
-    return [first, *(r for r in ranked if r is not first)]
+    return led_by(min([best, *alike], key=lambda r: _from_declared(search, r)), ranked)
+
+
+def led_by(best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The candidates, this one first."""
+    return [best, *(r for r in ranked if r is not best)]
 
 
 def _from_declared(search: Search, one: Ranked) -> float:
     """Squared logarithms of friction levels over the declared ones, summed; a hundredth counts for a level of zero."""
-    trial = one.found.trial
-    moved = trial.split(one.found.fit.theta)[0]
-    levels = [k for k, s in enumerate(trial.moved) if s in search.problem.levels]
+    moved = one.found.values[0]
+    levels = [k for k, s in enumerate(search.moved) if s in search.problem.levels]
     least = 1e-2 * np.abs(search.declared[levels]) + 1e-300
     fitted, declared = (np.maximum(values[levels], least) for values in (moved, search.declared))
     return float(np.sum(np.log(fitted / declared) ** 2))
@@ -206,8 +185,13 @@ def _from_declared(search: Search, one: Ranked) -> float:
 def _preferred(one: Ranked, other: Ranked) -> bool:
     if one.force_criterion is None or other.force_criterion is None:
         return False
-    gain = one.force_criterion.over(other.force_criterion)
-    return gain.left < (1 / CLOSE if _is_far(one) else 1) and gain.p <= credit.TIE_LEVEL
+    return force_prefers(one.force_criterion, other.force_criterion, 1 / CLOSE if _is_far(one) else 1.0)
+
+
+def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0) -> bool:
+    """Whether the force residual tells a model from another one, and leaves less than a share of its square."""
+    gain = one.over(other)
+    return gain.left < most and gain.p <= credit.TIE_LEVEL
 
 
 def _nearly_alike(best: Ranked, other: Ranked) -> bool:
@@ -218,16 +202,20 @@ def _nearly_alike(best: Ranked, other: Ranked) -> bool:
 
 def _is_far(one: Ranked) -> bool:
     """Whether a candidate leaves far more than the noise, so that it is not all that is missing."""
-    return noise_ratio(one.found.fit) > credit.NEAR_NOISE
+    return noise_ratio(one.found) > credit.NEAR_NOISE
 
 
-def twins(part: Part, found: Found) -> list[tuple[str, str]]:
+def twins(part: Part, found: Fit) -> list[tuple[str, str]]:
     """(kind, on) of effects with the same motion."""
     effect = CATALOGUE[part.kind]
     return effect.twins(found.trial.system, part.place)
 
 
-def _is_one_of(found: Found, known: Collection[tuple[str, str]]) -> bool:
+def _same_motion(found: Fit) -> set[tuple[str, str]]:
+    return {(found.part.kind, found.part.on), *twins(found.part, found)}
+
+
+def _is_one_of(found: Fit, known: Collection[tuple[str, str]]) -> bool:
     """Whether a candidate is one of these effects (kind, on), also under a user's own name."""
     part, system = found.part, found.trial.system
     kinds = [kind for kind, on in known if on == part.on]
@@ -245,10 +233,7 @@ def chance(search: Search, fit: Fit, e: Evidence, candidates: int) -> float:
 
 
 def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: int) -> float:
-    """Probability by free runs, or by the force residual where free runs leave doubt (weighted Bonferroni, 9 to 1).
-
-    Free runs of a model far from the data diverge in some segments and agree in others, whatever is added.
-    """
+    """Probability by free runs, or by the force residual where free runs leave doubt (weighted Bonferroni, 9 to 1)."""
     free = min(1.0, p / (1 - FORCE_SHARE))
     if free <= credit.ALPHA:
         return free
@@ -259,34 +244,27 @@ def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidat
 
 
 def whiteness(search: Search, fit: Fit) -> float:
-    """Share of independent residuals; 0 far from the noise, in the median or in more than a few segments, where the
-    Gaussian likelihood does not hold.
-    """
+    """Share of independent residuals; 0 far from the noise, where the Gaussian likelihood does not hold."""
     soft = float(fit.runner.record.noise[0] / search.record.noise[0])
-    near = noise_ratio(fit) * soft <= credit.NEAR_NOISE and share_far(fit) <= credit.FEW
-    return independent_share(fit) if near else 0.0
+    return independent_share(fit) if near_noise(fit, soft) else 0.0
 
 
 def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
     """Whether a model with more effects is credited over one with fewer."""
     soft, base = search.with_noise_floor(before)
     richer = soft.fitted_again(after)
-    losses = held_out_losses(base)
-    floor = noise_loss(base) / len(losses)
-    one = evidence(losses, held_out_losses(richer), base.residual.shape[1], floor)
+    one = evidence_of(base, richer)
     if one.share < credit.LEAST_SHARE:
         return False
     p = chance(search, richer, one, candidates)
     return combined_p(p, ForceCriterion(search, before), ForceCriterion(search, after), candidates) <= credit.ALPHA
 
 
-def relative_size(search: Search, found: Found, base: Fit) -> float:
+def relative_size(search: Search, found: Fit, base: Fit) -> float:
     """Force of the effect over the drive force along the motion; where not defined, its change of the prediction."""
-    if found.trial.adds_states:
-        return size_of(found.fit, base)
-    effect, system = CATALOGUE[found.part.kind], search.system
-    if not effect.with_parameters(found.part.names).admissible(system, found.part.place, found.parameters):
-        return size_of(found.fit, base)
+    part = found.part
+    if found.trial.adds_states or not part.effect.admissible(search.system, part.place, found.parameters):
+        return size_of(found, base)
     return force_share(search, found.part, found.parameters)
 
 
@@ -296,9 +274,9 @@ def force_share(search: Search, part: Part, values: Mapping[str, float]) -> floa
     return search.drive.share(inverse_dynamics_residual(richer, search.motion) - search.drive.residual)
 
 
-def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion, found: Found) -> str:
+def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
     """Why not, where refitted values explain the effect's force to within ``LEAST_NET``; else empty."""
-    if found.trial.adds_states:
+    if after.fit.trial.adds_states:
         return ""
     net = before.search.drive.share(after.residual - before.residual)
     if net >= credit.LEAST_NET:
@@ -306,14 +284,17 @@ def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion, found: Foun
     return f"changes the force by {100 * net:.2g} % of the drive force once values are refitted: too little to matter"
 
 
-def corrects_a_form(before: ForceCriterion, after: ForceCriterion, found: Found) -> str:
+def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
     """Why not, where a candidate adds little to another effect that acts on the same coordinate and is seen over the
     same variable: so little may be a misfit of the other's form; else empty.
     """
-    *others, part = found.trial.parts
-    *values, _ = found.trial.split(found.fit.theta)[1]
-    alike = [(p, v) for p, v in zip(others, values, strict=True) if _acts_alike(p, part, before.search.system)]
-    if not alike or found.trial.adds_states:
+    *others, part = after.fit.trial.parts
+    *values, _ = after.fit.values[1]
+    system = before.search.system
+    here = part.effect.coordinate(system, part.place), part.effect.seen_over
+    acting = ((p.effect.coordinate(system, p.place), p.effect.seen_over) for p in others)
+    alike = [(p, v) for p, v, on in zip(others, values, acting, strict=True) if on == here]
+    if not alike or after.fit.trial.adds_states:
         return ""
     net = before.search.drive.share(after.without_levels - before.without_levels)
     sizes = [(force_share(before.search, p, v), p) for p, v in alike]
@@ -329,9 +310,8 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion, found: Found)
 def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: float = 0.0) -> str:
     """Why not, where a candidate makes the force residual significantly larger; else empty.
 
-    Short free runs of a model without drive, as of an inertia a thousand times too large, go on at the measured start
-    speed. Where friction levels are wrong, they beat any model that moves by its forces. Where free runs end at the
-    noise, they settle it (``free_runs_settle``).
+    Short free runs without drive, as of an inertia a thousand times too large, go on at the measured start speed; where
+    friction levels are wrong they beat any model that moves by its forces.
 
     Args:
         share: of the squared free-run residual that the candidate removes on held-out segments.
@@ -344,20 +324,15 @@ def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: 
     return f"makes the squared force residual {times:.2g} times as large"
 
 
-def _acts_alike(one: Part, other: Part, system: System) -> bool:
-    """Whether two effects act most on the same coordinate and are seen over the same variable."""
-    effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
-    on = [effect.coordinate(system, p.place) for effect, p in zip(effects, (one, other), strict=True)]
-    return on[0] == on[1] and effects[0].seen_over == effects[1].seen_over
-
-
 def same_signature(one: Part, other: Part) -> bool:
     """Whether two effects act at the same place and are seen over the same variable."""
     effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
     return one.on == other.on and effects[0].seen_over == effects[1].seen_over
 
 
-def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
+def _why_not(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: float) -> str:
+    """The first test that a candidate fails, in words; empty where it passes all but that of significance."""
+    search, found = after.search, after.fit
     if e.gain <= 0:
         return "does not reduce the error on held-out segments"
     if e.share < credit.LEAST_SHARE:
@@ -366,14 +341,18 @@ def _why_not(search: Search, found: Found, e: Evidence, size: float) -> str:
         return f"its force is {100 * size:.2g} % of the drive force: too little to matter"
     if not admissible(search, found):
         return "fits only with unphysical values"
-    hidden = unseen_shape(search, found)
-    if hidden:
-        return hidden
-    here = CATALOGUE[found.part.kind].coordinate(search.system, found.part.place)
-    return found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
+    here = found.part.effect.coordinate(search.system, found.part.place)
+    return (
+        unseen_shape(search, found)
+        or found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
+        or absorbed_by_refit(before, after)
+        or only_reduces_drive(before, after, e)
+        or corrects_a_form(before, after)
+        or contradicted_by_force(before, after, e.share)
+    )
 
 
-def unseen_shape(search: Search, found: Found) -> str:
+def unseen_shape(search: Search, found: Fit) -> str:
     """Why the log cannot show an effect's shape: that it repeats, or where it bends; else empty."""
     if never_passed(search.system, search.motion, found.part, found.parameters):
         return "its period is longer than the distance that the log covers: less than one period shows no repetition"
@@ -387,12 +366,9 @@ def unseen_shape(search: Search, found: Found) -> str:
 def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
     """Why not, where an effect merely takes away the drive or scales the force balance down; else empty.
 
-    A dead zone wider than the commands, and friction levels of zero: then only inertia is left to explain, which slow
-    motion hardly shows.
-
-    With the measured drive force on both sides of the balance, such friction removes noise and structure in proportion
-    to the drive. So more must be removed than by that proportion: of the squared free-run error, or of the squared
-    force residual, which noise may dominate.
+    A dead zone wider than the commands leaves only inertia to explain, which slow motion hardly shows. Friction that
+    follows the drive removes noise and structure in proportion to it; more than that must be removed of the squared
+    free-run error or force residual.
     """
     motion = before.search.motion
     acting = drive_share(after.system, before.system, motion)
@@ -407,25 +383,25 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     return f"leaves {100 * left.min():.2g} % of the drive force for the motion, and explains no larger share of that"
 
 
-def matters(search: Search, found: Found, base: Fit) -> bool:
+def matters(search: Search, found: Fit, base: Fit) -> bool:
     """Whether a candidate is large enough, compared with the drive force, to be an effect."""
     return relative_size(search, found, base) >= _least_size(found)
 
 
-def _least_size(found: Found) -> float:
+def _least_size(found: Fit) -> float:
     return credit.LEAST_NET if found.trial.adds_states else credit.LEAST_SIZE
 
 
-def is_possible(search: Search, found: Found) -> bool:
+def is_possible(search: Search, found: Fit) -> bool:
     """Whether the fitted values lie within the effect's bounds and the log can show its period."""
     return admissible(search, found) and not unseen_shape(search, found)
 
 
-def admissible(search: Search, found: Found) -> bool:
+def admissible(search: Search, found: Fit) -> bool:
     """Whether the fitted values lie within the effect's bounds, in the system with the refitted ones."""
-    effect, values = CATALOGUE[found.part.kind], found.parameters
+    values = found.parameters
     if not all(np.isfinite(v) for v in values.values()):
         return False
-    moved = found.trial.split(found.fit.theta)[0].tolist()
+    moved = found.values[0].tolist()
     refitted = with_values(search.system, dict(zip((s.name for s in found.trial.moved), moved, strict=True)))
-    return effect.with_parameters(found.part.names).admissible(refitted, found.part.place, values)
+    return found.part.effect.admissible(refitted, found.part.place, values)

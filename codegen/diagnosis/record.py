@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import find_objects, label
 from scipy.signal import butter, filtfilt
 
 from codegen.base.errors import BadInput
@@ -48,7 +49,7 @@ class Record:
     Attributes:
         measured: (N, n) raw positions. positions, velocities: (N, n) smoothed, for start states.
         commands: (N, m), held from t_k to t_(k+1).
-        sample_time: s. time0: of the first row since the log began, s.
+        sample_time: s.
         noise: (n,) standard deviation of the measured positions' noise.
         start: (S,) first samples of the segments. length: samples of each.
         joints: for an arm that is run joint by joint, the joints that are compared; each segment of each joint is then
@@ -61,7 +62,6 @@ class Record:
     velocities: Array
     commands: Array
     sample_time: float
-    time0: float
     noise: Array
     start: Indices
     length: int
@@ -123,8 +123,8 @@ class Record:
     @property
     def at_rest(self) -> Array:
         """Offsets of zero for all rows."""
-        n = self.measured.shape[1]
-        return np.zeros((len(self.start), 2 * n) if self.joints is None else (len(self.start) * len(self.joints), 2))
+        segments, n = len(self.start), self.measured.shape[1]
+        return np.zeros((segments, 2 * n) if self.joints is None else (segments * len(self.joints), 2))
 
     @cached_property
     def states(self) -> Array:
@@ -142,7 +142,10 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         BadInput: if fewer than twelve segments move, of half the usual length too.
     """
     h, count = motion.sample_time, len(motion.time)
-    usable = _near_data(motion, log)
+    usable = np.ones(count, dtype=bool)
+    reach = round(1 / (motion.cutoff_hz * h))
+    for start, stop in log.gaps:
+        usable[max(0, start - reach) : stop + reach] = False
     length = max(LEAST_SAMPLES, round(shorter * PERIODS / (motion.cutoff_hz * h)))
     stretches = [(0, count)]
     if log.joints:  # records that may each be short: segments lie within them
@@ -162,17 +165,8 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         )
     steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
     starts = _evenly(starts, max(PLENTY, MOST_STEPS // steps))
-    return Record(
-        motion.measured,
-        motion.positions,
-        motion.velocities,
-        motion.commands,
-        h,
-        0.0,
-        position_noise(motion, log),
-        np.array(starts, dtype=np.int32),
-        tried,
-    )
+    along = motion.measured, motion.positions, motion.velocities, motion.commands
+    return Record(*along, h, position_noise(motion, log), np.array(starts, dtype=np.int32), tried)
 
 
 def _evenly(starts: list[int], most: int) -> list[int]:
@@ -183,10 +177,7 @@ def _evenly(starts: list[int], most: int) -> list[int]:
 
 
 def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:
-    """Start samples of segments of ``length`` samples within one stretch each, where the machine moves fastest nearby.
-
-    A log resampled on a finer grid gets only as many segments as its own samples fill.
-    """
+    """Start samples of segments within one stretch each, no more than a log resampled on a finer grid fills."""
     h, count = motion.sample_time, len(motion.time)
     speed = np.abs(motion.velocities)
     top = np.quantile(speed, 0.95, axis=0)
@@ -209,9 +200,7 @@ def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int
 def position_noise(motion: Motion, log: Log) -> Array:
     """(n,) standard deviation of the positions: from the log's description, else estimated above the fine filter.
 
-    Where stamps jitter, the positions scatter by speed times jitter, far more than an encoder's step. That shows near
-    the Nyquist frequency, where no motion of a mass is left; what is seen there counts where it is ``JITTERS`` times
-    the stated noise.
+    Where stamps jitter, positions scatter by speed times jitter; what is seen near the Nyquist frequency then counts.
     """
     above = np.std((motion.measured - motion.positions)[motion.usable], axis=0)
     seen = above / np.sqrt(max(0.05, 1 - 2 * motion.fine_hz * motion.sample_time))
@@ -224,10 +213,7 @@ def position_noise(motion: Motion, log: Log) -> Array:
 
 
 def _fastest_noise(measured: Array) -> Array:
-    """(n,) standard deviation of white noise that the positions show above two fifths of the sample rate.
-
-    The median over windows, so that single impacts and gaps do not count.
-    """
+    """(n,) deviation of white noise above two fifths of the sample rate: the median over windows, without impacts."""
     windows = min(NOISE_WINDOWS, max(1, len(measured) // LEAST_WINDOW))
     b, a = butter(4, 0.8, "high")
     above = filtfilt(b, a, measured, axis=0)
@@ -235,15 +221,7 @@ def _fastest_noise(measured: Array) -> Array:
     return np.asarray(np.median(deviations, axis=0) / np.sqrt(0.2))
 
 
-def _near_data(motion: Motion, log: Log) -> NDArray[np.bool_]:
-    near = np.ones(len(motion.time), dtype=bool)
-    reach = round(1 / (motion.cutoff_hz * motion.sample_time))
-    for start, stop in log.gaps:
-        near[max(0, start - reach) : stop + reach] = False
-    return near
-
-
 def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Half-open index ranges of true values in (N,) flags."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], flags.astype(np.int8), [0]))))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    labelled, _ = label(flags)
+    return [(one.start, one.stop) for (one,) in find_objects(labelled)]

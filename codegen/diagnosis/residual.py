@@ -5,58 +5,69 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
+from scipy.ndimage import binary_opening, maximum_filter1d
 
 from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.record import STEPS_PER_PERIOD, Record
-from codegen.diagnosis.shooting import Shooter, all_law_terms, owners
+from codegen.diagnosis.shooting import all_law_terms, owners
 from codegen.diagnosis.signals import Motion, central_difference
-from codegen.diagnosis.trial import Runner, Trial
-from codegen.mechanics.casadi_form import over_rows, to_casadi
+from codegen.diagnosis.trial import runner_of
+from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import TIME, Matrix, System
 from codegen.simulate.drive import mean_about_samples
-from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL, LawTerms
+from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL
 from codegen.simulate.sensors import SensorError
 from codegen.spec.functions import Sgn
 
 Array = NDArray[np.float64]
 
 
-def evaluate_forces(
-    system: System,
-    columns: Sequence[Matrix],
-    motion: Motion,
-    inputs: Array | None = None,
-    values: Mapping[Any, float] | None = None,
-) -> Array:
+def evaluate_forces(system: System, columns: Sequence[Matrix], motion: Motion, inputs: Array | None = None) -> Array:
     """Generalised forces at every sample, unfiltered, along the motion without the declared sensor errors.
 
     Args:
         columns: n by 1 matrices over x, v, w, accelerations and parameters.
         inputs: (N, m) in place of the motion's inputs.
-        values: numbers for symbols that the system does not know (shape parameters).
 
     Returns:
         (len(columns), N, n).
     """
-    n, m = system.degrees_of_freedom, len(system.inputs)
-    point = casadi.SX.sym("point", 3 * n + m + 1)
-    symbols = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]
-    names: dict[sympy.Symbol, Any] = {s: point[k] for k, s in enumerate(symbols)}
-    names |= {s: casadi.SX(float(v)) for s, v in {**system.values, **(values or {})}.items()}
-    stacked = casadi.vertcat(*[casadi.densify(to_casadi(column, names)) for column in columns])
-    function = casadi.Function("forces", [point], [stacked])
-    w = motion.inputs if inputs is None else inputs
+    at = points(system, motion, motion.inputs if inputs is None else inputs)
+    found = over_rows(force_function(system, columns), at).reshape(len(at), len(columns), -1)
+    return np.ascontiguousarray(found.transpose(1, 0, 2))
+
+
+def points(system: System, motion: Motion, inputs: Array) -> Array:
+    """(N, 3n + m + 1) true motion, inputs and time, the arguments of a ``force_function``."""
     since = (motion.time - motion.time[0])[:, None]
-    at = np.hstack([*true_motion(system, motion), w, since])
-    return np.ascontiguousarray(over_rows(function, at).reshape(len(at), len(columns), n).transpose(1, 0, 2))
+    return np.hstack([*true_motion(system, motion), inputs, since])
+
+
+def force_function(
+    system: System,
+    columns: Sequence[Matrix],
+    symbols: Sequence[sympy.Symbol] = (),
+    values: Mapping[sympy.Symbol, float] | None = None,
+    slopes: bool = False,
+) -> casadi.Function:
+    """Forces, or their slopes by ``symbols``, as a function of a point of the motion followed by ``symbols``.
+
+    Args:
+        values: of symbols, in place of the system's.
+    """
+    variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]
+    point, more = casadi.SX.sym("point", len(variables)), casadi.SX.sym("more", len(symbols))
+    names = symbol_values({**system.values, **(values or {})}, (variables, point), (symbols, more))
+    forces = casadi.vertcat(*[casadi.densify(to_casadi(column, names)) for column in columns])
+    found = casadi.vec(casadi.densify(casadi.jacobian(forces, more))) if slopes else forces
+    return casadi.Function("forces", [casadi.vertcat(point, more)], [found])
 
 
 @recent(OF_MODELS)
@@ -84,12 +95,8 @@ def level_parameters(system: System) -> list[sympy.Symbol]:
 @recent(OF_MODELS)
 def slip_velocities(system: System, motion: Motion) -> Array:
     """(N, contacts)."""
-    contacts = len(system.contacts)
-    rows = []
-    for c in range(contacts):
-        column = sympy.zeros(system.degrees_of_freedom, 1)
-        column[0] = system.slip_velocity[c]
-        rows.append(Matrix(column))
+    rest = [0] * (system.degrees_of_freedom - 1)
+    rows = [Matrix([speed, *rest]) for speed in system.slip_velocity]
     return np.ascontiguousarray(evaluate_forces(system, rows, motion)[:, :, 0].T)
 
 
@@ -172,7 +179,8 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
     rows = np.repeat(motion.usable[:, None], system.degrees_of_freedom, axis=1)
     for c in range(slip.shape[1]):
         threshold = max(STICK_SHARE * float(np.quantile(np.abs(slip[:, c]), 0.95)), noise_speed)
-        widened = _widen(_long_runs(np.abs(slip[:, c]) <= threshold, longest), reach)
+        still = binary_opening(np.abs(slip[:, c]) <= threshold, np.ones(longest + 1))
+        widened = maximum_filter1d(still, 2 * reach + 1, mode="constant")
         for i in range(system.degrees_of_freedom):
             if system.distribution[i, c] != 0:
                 rows[:, i] &= ~widened
@@ -182,35 +190,25 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
 
 
 @recent(OF_MODELS)
-def inverse_dynamics_residual(system: System, motion: Motion, filtered: bool = True) -> Array:
-    """Force residual g − M a − U λ at every sample, (N, n), with the system's friction levels.
-
-    Args:
-        filtered: whether it is low-passed.
-    """
-    raw = _balance(system, motion)
-    return motion.low_pass(raw) if filtered else raw
+def inverse_dynamics_residual(system: System, motion: Motion) -> Array:
+    """Low-passed force residual g − M a − U λ at every sample, (N, n), with the system's friction levels."""
+    return motion.low_pass(unfiltered_residual(system, motion))
 
 
 @recent(OF_MODELS)
 def residual_at_drive(system: System, motion: Motion) -> Array:
     """The low-passed residual, (N, n), over the share of the logged drive force that is left to the motion.
 
-    Friction that follows the measured drive force, or the gain of an actuator, scales residual and drive in the same
-    proportion; in this ratio that is neither an advantage nor a disadvantage. It is the plain residual where nothing
-    scales the drive.
+    Friction that follows the drive force, or the gain of an actuator, scales residual and drive in the same proportion.
     """
     return np.asarray(inverse_dynamics_residual(system, motion) / drive_left(system, motion))
 
 
 def residual_without_levels(problem: Problem, system: System) -> Array:
     """(N, n) low-passed force residual of a system, less the least-squares contribution of its friction levels."""
-    residual = residual_at_drive(system, problem.motion)
-    columns = [
-        without_levels(system, problem.motion, problem.masks.rows[:, i], residual[:, i], i)
-        for i in range(residual.shape[1])
-    ]
-    return np.stack(columns, axis=1)
+    motion, used = problem.motion, problem.masks.rows.T
+    by_coordinate = enumerate(zip(residual_at_drive(system, motion).T, used, strict=True))
+    return np.stack([without_levels(system, motion, rows, one, i) for i, (one, rows) in by_coordinate], axis=1)
 
 
 def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], residual: Array, i: int) -> Array:
@@ -236,7 +234,8 @@ def drive_left(system: System, motion: Motion) -> Array:
     n = system.degrees_of_freedom
     if not _changes_drive(system):
         return np.ones(n)
-    columns = [_by_inputs(system, f) for f in (system.force, system.equation_error)]
+    inputs = Matrix(system.inputs)  # Σ w ∂f/∂w of f = g and f = g − M a − U λ
+    columns = [Matrix(f.jacobian(inputs) * inputs) for f in (system.force, Matrix(system.equation_error))]
     drive, net = evaluate_forces(system, columns, motion, effective_inputs(system, motion))
     used = motion.usable if motion.counted is None else motion.usable & motion.counted
     left = np.ones(n)
@@ -266,12 +265,7 @@ def _drive_rms(system: System, motion: Motion) -> Array:
     return np.asarray(np.sqrt(np.mean(change**2, axis=0)))
 
 
-def _by_inputs(system: System, force: Matrix) -> Matrix:
-    """Σ w ∂f/∂w over the inputs."""
-    return Matrix(force.jacobian(Matrix(system.inputs)) * Matrix(system.inputs))
-
-
-def _balance(system: System, motion: Motion) -> Array:
+def unfiltered_residual(system: System, motion: Motion) -> Array:
     """g − M a − U λ, (N, n); states that are not logged are simulated along the measured motion."""
     inputs = effective_inputs(system, motion)
     laws = dict(all_law_terms(system))
@@ -294,44 +288,27 @@ def _balance(system: System, motion: Motion) -> Array:
         by_level = c.force - c.extra_force if k in bristles else Sgn(c.slip) * c.law_level
         columns += [Matrix(whole.distribution[:, k] * by_level.subs(c.slip, slip)), Matrix(whole.distribution[:, k])]
     raw, *rest = evaluate_forces(whole, columns, followed, inputs)
-    slips, deflected = slip_velocities(system, motion), hidden[:, len(system.contacts) :][:, :states]
-    taken = 0
+    slips, deflected = slip_velocities(system, motion), iter(hidden[:, len(system.contacts) :][:, :states].T)
     for k, by_level, direction in zip(dynamic, rest[::2], rest[1::2], strict=True):
         if k in bristles:
             stiffness = system.contacts[k].law.bristle_stiffness(system.contacts[k].law_parameters)
             force = float(stiffness.subs(system.values)) * hidden[:, k]
         else:
-            count = len(laws[k].states)
-            force = _law_force(system, k, laws[k], slips[:, k], deflected[:, taken : taken + count])
-            taken += count
+            slip, own = slips[:, k], [next(deflected) for _ in laws[k].states]
+            arguments = (system.contacts[k].slip, DIRECTION, *laws[k].states)
+            law = numpy_function([laws[k].force], arguments, system.values)
+            (found,) = law(slip, np.clip(slip / STANDSTILL, -1.0, 1.0), *own)
+            force = np.broadcast_to(np.asarray(found, dtype=float), slip.shape)
         raw = raw + by_level - direction * force[:, None]
     return np.asarray(raw[:, :n])
 
 
-def _law_force(system: System, contact: int, terms: LawTerms, slip: Array, states: Array) -> Array:
-    """(N,) λ of a law at slips (N,) and states (N, states)."""
-    arguments = (system.contacts[contact].slip, DIRECTION, *terms.states)
-    direction = np.clip(slip / STANDSTILL, -1.0, 1.0)
-    (force,) = numpy_function([terms.force], arguments, system.values)(slip, direction, *states.T)
-    return np.broadcast_to(np.asarray(force, dtype=float), slip.shape)
-
-
 def _hidden_states(system: System, motion: Motion) -> Array:
     """(N, contacts + states + 2 loads) bristle deflections, states of laws, positions and velocities of loads."""
-    h, count = motion.sample_time, len(motion.time)
-    record = Record(
-        motion.measured,
-        motion.positions,
-        motion.velocities,
-        motion.commands,
-        h,
-        0.0,
-        np.ones(system.degrees_of_freedom),
-        np.arange(count, dtype=np.int32),
-        1,
-    )
-    steps = max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
-    return Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, steps).hidden()
+    h, each = motion.sample_time, np.arange(len(motion.time), dtype=np.int32)
+    along = motion.measured, motion.positions, motion.velocities, motion.commands
+    record = Record(*along, h, np.ones(system.degrees_of_freedom), each, 1)
+    return runner_of(system, record, max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))).hidden()
 
 
 def friction_estimate(system: System, motion: Motion) -> Array:
@@ -342,23 +319,6 @@ def friction_estimate(system: System, motion: Motion) -> Array:
     )
     force = Matrix(bare.commanded(bare.force - bare.mass_matrix * Matrix(list(bare.accelerations))))
     return np.asarray(evaluate_forces(bare, [force], motion, effective_inputs(system, motion))[0])
-
-
-def _long_runs(flags: NDArray[np.bool_], longest: int) -> NDArray[np.bool_]:
-    """Runs of True that are longer than ``longest``."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(np.int8), [0]])))
-    kept = np.zeros_like(flags)
-    for start, stop in zip(edges[::2], edges[1::2], strict=True):
-        if stop - start > longest:
-            kept[start:stop] = True
-    return kept
-
-
-def _widen(flags: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
-    counts = np.concatenate([[0], np.cumsum(flags)])
-    n = len(flags)
-    low, high = np.maximum(np.arange(n) - reach, 0), np.minimum(np.arange(n) + reach + 1, n)
-    return np.asarray(counts[high] - counts[low] > 0, dtype=bool)
 
 
 REWEIGHED = 2
@@ -434,16 +394,8 @@ def _rms(values: Array) -> float:
 
 def _slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> Array:
     """(N, n, p) slopes of g − M a − U λ by parameters, unfiltered."""
-    n, m = system.degrees_of_freedom, len(system.inputs)
-    point, moved = casadi.SX.sym("point", 3 * n + m + 1), casadi.SX.sym("moved", len(symbols))
-    variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]
-    names = {s: casadi.SX(float(v)) for s, v in system.values.items()}
-    names |= {s: point[k] for k, s in enumerate(variables)} | {s: moved[k] for k, s in enumerate(symbols)}
-    error = casadi.densify(to_casadi(system.equation_error, names))
-    slope = casadi.densify(casadi.jacobian(error, moved))
-    function = casadi.Function("slopes", [point, moved], [slope])
-    since = (motion.time - motion.time[0])[:, None]
-    at = np.hstack([*true_motion(system, motion), effective_inputs(system, motion), since])
-    own = np.array([float(system.values[s]) for s in symbols])
-    flat = np.asarray(function.map(len(at))(at.T, np.repeat(own[:, None], len(at), axis=1)))
-    return np.ascontiguousarray(flat.reshape(n, len(at), len(symbols)).transpose(1, 0, 2))
+    at = points(system, motion, effective_inputs(system, motion))
+    own = np.tile([float(system.values[s]) for s in symbols], (len(at), 1))
+    function = force_function(system, [Matrix(system.equation_error)], symbols, slopes=True)
+    flat = over_rows(function, np.hstack([at, own]))
+    return np.ascontiguousarray(flat.reshape(len(at), len(symbols), -1).transpose(0, 2, 1))

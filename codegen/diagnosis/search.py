@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from codegen.diagnosis.credit import independent_share, noise_ratio
 from codegen.diagnosis.joints import JointShooter, Memory, RigidTerms, is_separable, rigid_terms
 from codegen.diagnosis.measure import Drive
-from codegen.diagnosis.output_error import FINE_STEP, WITHIN, Fit, gauss_newton, polish, shooting_fit
+from codegen.diagnosis.output_error import FINE_STEP, WITHIN, Fit, Prior, gauss_newton, polish, shooting_fit
 from codegen.diagnosis.recent import recent
 from codegen.diagnosis.record import STEPS_PER_PERIOD, STILL, Record
 from codegen.diagnosis.residual import Problem, slip_velocities
@@ -87,11 +87,9 @@ class Search:
 
     def refit(self) -> Fit:
         """The declared structure, refitted: first with the noise floor, then against the noise."""
-        trial = self.declared_trial
-        runner = self.runners([trial])[0]
-        at = runner, self.declared, self.record.at_rest
-        declared = shooting_fit(*at, self.prior_precision, self.declared, 0, within=self.within)
-        _, rough = self.with_noise_floor(declared)
+        runner = self.runners([self.declared_trial])[0]
+        prior = self.prior(self.declared_trial, self.declared)
+        _, rough = self.with_noise_floor(shooting_fit(runner, self.declared, self.record.at_rest, prior, 0))
         return self.fitted_again(rough)
 
     def without_limits(self, fit: Fit) -> tuple[Search, Fit] | None:
@@ -110,33 +108,32 @@ class Search:
     def polished(self, fit: Fit) -> tuple[Fit, Fit]:
         """The fit with its own residual as noise level and slopes at its values, and the same on shorter segments.
 
-        Noise of the input and model errors build up along a segment; the difference to shorter segments is an error
-        that the covariance of one fit does not include.
+        Their difference is an error that the covariance of one fit does not include.
         """
         found = self._with_its_slopes(self._against_its_misfit(self._nearest_to_declared(fit)))
-        other = replace(self, record=self.shorter(SECOND_LENGTH))
+        other = self.on_shorter(SECOND_LENGTH)
         return found, other._against_its_misfit(other.on_another_record(found))
+
+    def on_shorter(self, share: float) -> Search:
+        """The search on segments shorter by a factor."""
+        return replace(self, record=self.shorter(share), shorter=lambda further: self.shorter(share * further))
 
     def _with_its_slopes(self, fit: Fit) -> Fit:
         """The fit with all slopes computed at its values.
 
-        The steps of a fit may keep older slopes of toleranced parameters. That is no matter for the minimum, but where
-        an effect acts like a parameter, as an unbalance acts like a declared weight, two slopes that differ by their
-        age alone would seem to tell the two apart.
+        Where an effect acts like a parameter, slopes that differ by their age alone would seem to tell the two apart.
         """
-        size, reach = self.sizes(fit.runner.trial, fit.theta)
-        at = fit.runner, fit.theta, fit.offsets, fit.prior_precision, fit.centre
-        fresh = shooting_fit(*at, 0, size, reach, fit.tempering, self.within, fit.unprojected, FINE_STEP)
+        prior = self.prior(fit.trial, fit.theta, fit.prior.tempering)
+        fresh = shooting_fit(fit.runner, fit.theta, fit.offsets, prior, 0, fit.unprojected, FINE_STEP)
         return replace(fresh, limited=fit.limited)
 
     def _nearest_to_declared(self, fit: Fit) -> Fit:
         """The fit, or that from the declared values of toleranced parameters where it is better.
 
-        Where an effect acts like a parameter, the log leaves a curved valley along which Gauss–Newton steps are short,
-        so a fit may end far from the declared value although the effect could stand for the difference.
+        Where an effect acts like a parameter, the log leaves a curved valley along which Gauss–Newton steps are short.
         """
         toleranced = np.flatnonzero(self.prior_precision > 0)
-        if not len(toleranced) or not fit.runner.trial.parts:
+        if not len(toleranced) or not fit.trial.parts:
             return fit
         theta = fit.theta.copy()
         theta[toleranced] = self.declared[toleranced]
@@ -151,94 +148,65 @@ class Search:
 
     @recent(FITS)
     def with_noise_floor(self, base: Fit, largest_ratio: float = LARGEST_RATIO) -> tuple[Search, Fit]:
-        """The search with noise no smaller than a share of the base's residual, and the base fitted in it.
+        """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it.
 
-        Far above the noise the loss is logarithmic; with noise far below the misfit, it would credit a candidate for
-        the few segments that it happens to fit.
-
-        Args:
-            largest_ratio: of the base's error to the noise.
+        With noise far below the misfit, the logarithmic loss would credit a candidate for the few segments that it
+        happens to fit.
         """
         factor = max(1.0, noise_ratio(base) / largest_ratio)
         if factor == 1.0:
             return self, base
-        record = replace(self.record, noise=factor * self.record.noise)
-        search = replace(
-            self, record=record, shorter=lambda share: replace(self.shorter(share), noise=factor * self.record.noise)
-        )
+        noise = factor * self.record.noise
+        louder = replace(self.record, noise=noise)
+        search = replace(self, record=louder, shorter=lambda share: replace(self.shorter(share), noise=noise))
         return search, search.fitted_again(base)
 
     @recent(FITS)
     def fitted_again(self, fit: Fit) -> Fit:
         """The fit repeated on this search's record, with its prior tempered by the residual's correlation.
 
-        Correlated residuals count for fewer than they are, so the likelihood is tempered by the share that is
-        independent; equivalently the prior precision is divided by it. Near the noise that share is 1.
+        Correlated residuals count for fewer than they are: the prior precision is divided by the independent share.
         """
-        share = independent_share(fit)
-        prior_precision = self.tempered_prior(share, len(fit.theta))
         runner = replace(fit.runner, record=self.record)
-        size, reach = self.sizes(runner.trial, fit.theta)
-        at = runner, fit.theta, fit.offsets
-        first = shooting_fit(*at, prior_precision, fit.centre, ROUNDS, size, reach, share, self.within)
-        return polish(first, ROUNDS, size, reach, self.within)
-
-    def tempered_prior(self, share: float, count: int) -> Array:
-        """(count,) prior precisions over the tempering; zero for effects' parameters."""
-        return np.append(self.prior_precision / share, np.zeros(count - len(self.prior_precision)))
+        prior = self.prior(runner.trial, fit.theta, independent_share(fit))
+        return polish(shooting_fit(runner, fit.theta, fit.offsets, prior, ROUNDS), ROUNDS)
 
     def without(self, fit: Fit, index: int) -> Fit:
         """The fit with one of its effects removed."""
-        trial = fit.runner.trial
-        moved, found = trial.split(fit.theta)
-        rest = [k for k in range(len(trial.parts)) if k != index]
-        return self.with_parts(fit, moved, [trial.parts[k] for k in rest], [found[k] for k in rest])
+        trial, theta = fit.trial.without(fit.theta, index)
+        return self.fitted_again(replace(fit, runner=self.runners([trial])[0], theta=theta))
 
     def with_parts(self, fit: Fit, moved: Array, parts: Sequence[Part], values: Sequence[Mapping[str, float]]) -> Fit:
         """The fit with these effects in place of its own, from these starting values."""
-        trial = replace(fit.runner.trial, parts=tuple(parts))
-        theta = trial.theta(moved, values)
-        centre = np.append(self.declared, np.zeros(len(theta) - len(moved)))
-        return self.fitted_again(replace(fit, runner=self.runners([trial])[0], theta=theta, centre=centre))
+        trial = replace(fit.trial, parts=tuple(parts))
+        return self.fitted_again(replace(fit, runner=self.runners([trial])[0], theta=trial.theta(moved, values)))
 
     def on_another_record(self, fit: Fit) -> Fit:
         """The fit repeated on this search's record, where the fit is from another log."""
         runner = replace(fit.runner, substeps=self.substeps)
         return self.fitted_again(replace(fit, runner=runner, offsets=self.record.at_rest))
 
-    def fit_from(self, runner: Runner, theta: Array, base: Fit, rounds: int, raw: Sequence[Array]) -> Fit:
+    def fit_from(self, runner: Runner, theta: Array, base: Fit, rounds: int, raw: Sequence[Array] | None = None) -> Fit:
         """The fit of a trial with one part more than the base's, from ``theta``, with the base's start states.
 
         Args:
-            raw: slopes by the base's parameters, before projection.
+            raw: slopes by the base's parameters, before projection; by default those of the base.
         """
-        free = len(theta) - len(base.theta)
-        prior_precision, centre = (
-            np.append(base.prior_precision, np.zeros(free)),
-            np.append(base.centre, np.zeros(free)),
-        )
-        size, reach = self.sizes(runner.trial, theta)
-        starts = base.offsets, base.starts
-        prior = prior_precision, centre
-        return gauss_newton(
-            runner, theta, *starts, *prior, rounds, raw, size, reach, base.tempering, within=self.within
-        )
+        prior, known = self.prior(runner.trial, theta, base.prior.tempering), base.raw_slopes if raw is None else raw
+        return gauss_newton(runner, theta, base.offsets, base.starts, prior, rounds, known)
 
-    def sizes(self, trial: Trial, theta: Array) -> tuple[Array, Array]:
-        """(size, reach) of every parameter; a logarithm, a phase or a logit has the size 1."""
+    def prior(self, trial: Trial, theta: Array, tempering: float = 1.0) -> Prior:
+        """Of a trial's parameters, none for those of effects; a logarithm, a phase or a logit has the size 1."""
+        count, zeros = len(trial.moved), np.zeros(len(theta) - len(trial.moved))
         size, reach = np.maximum(np.abs(theta), 1e-9), np.full(len(theta), np.inf)
-        k = len(trial.moved)
         # The size of a parameter with value zero is its tolerance.
-        size[:k] = np.maximum(
-            size[:k], np.where(self.prior_precision > 0, 1 / np.sqrt(np.maximum(self.prior_precision, 1e-300)), 0.0)
-        )
-        for part in trial.parts:
-            for coordinate in part.coordinates:
-                if coordinate.of_unit_size:
-                    size[k] = 1.0
-                reach[k] = coordinate.reach
-                k += 1
-        return size, reach
+        tolerance = 1 / np.sqrt(np.maximum(self.prior_precision, 1e-300))
+        size[:count] = np.maximum(size[:count], np.where(self.prior_precision > 0, tolerance, 0.0))
+        for k, coordinate in enumerate((c for part in trial.parts for c in part.coordinates), count):
+            size[k] = 1.0 if coordinate.of_unit_size else size[k]
+            reach[k] = coordinate.reach
+        precision, centre = np.append(self.prior_precision / tempering, zeros), np.append(self.declared, zeros)
+        return Prior(precision, centre, size, reach, tempering, self.within)
 
     def runners(self, trials: Sequence[Trial]) -> list[Runner]:
         """Free-run simulators of trials; those with the same equations share code, which is compiled once."""

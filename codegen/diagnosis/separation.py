@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
 from codegen.diagnosis.advice import MotionTried, Separation, TiedPair
-from codegen.diagnosis.credit import held_out_losses, independent_share
+from codegen.diagnosis.credit import independent_share
 from codegen.diagnosis.discrimination import Discrimination, Model
 from codegen.diagnosis.follow import follow
 from codegen.diagnosis.forward_selection import Outcome
@@ -175,7 +175,7 @@ def _distance(truth: Fit, other: Fit) -> float:
     Near the noise a segment's loss is a quarter of its squared residual, so this is the norm of the difference of the
     two predictions over the noise, for the number of independent residuals.
     """
-    gain = float(held_out_losses(other).sum() - held_out_losses(truth).sum())
+    gain = float(other.held_out_losses.sum() - truth.held_out_losses.sum())
     return float(np.copysign(2 * np.sqrt(independent_share(truth) * abs(gain)), gain))
 
 
@@ -196,7 +196,7 @@ def _model(fit: Fit) -> Model:
     trial = fit.runner.trial
     moved, found = trial.split(fit.theta)
     own = [values[name] for part, values in zip(trial.parts, found, strict=True) for name in part.names]
-    return Model(trial, np.append(moved, own), np.append(fit.prior_precision[: len(moved)], np.zeros(len(own))))
+    return Model(trial, np.append(moved, own), np.append(fit.prior.precision[: len(moved)], np.zeros(len(own))))
 
 
 def _try(

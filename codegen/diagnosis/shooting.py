@@ -12,6 +12,7 @@ from typing import Any
 import casadi
 import numpy as np
 import sympy
+from numpy.ctypeslib import ndpointer
 from numpy.typing import NDArray
 
 from codegen.base.compiler import compile_shared, load_library
@@ -29,6 +30,9 @@ from codegen.simulate.plant_contacts import set_valued_level
 from codegen.spec.functions import Sgn
 
 Array = NDArray[np.float64]
+
+FAR = 1e300
+"""Limit of a state without limits."""
 
 
 def law_terms(contact: ContactFriction) -> LawTerms | None:
@@ -59,8 +63,7 @@ def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states
     """
     count = len(system.contacts)
     slip, y, p = casadi.SX.sym("slip", count), casadi.SX.sym("y", states), casadi.SX.sym("p", len(free))
-    numbers: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in system.values.items()}
-    numbers |= {s: p[i] for i, s in enumerate(free)}
+    numbers = symbol_values(system.values, (free, p))
     force, push, rate = casadi.SX(count, 1), casadi.SX(states, 1), casadi.SX(states, 1)
     k = 0
     for c, terms in all_law_terms(system):
@@ -78,10 +81,6 @@ def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states
     decay = casadi.vertcat(*[casadi.jacobian(rate[i], y[i]) for i in range(states)])
     outputs = [force, by_slip, by_state, rate, driven, decay]
     return casadi.Function(name, [slip, y, p], [casadi.densify(o) for o in outputs], {"cse": True})
-
-
-FAR = 1e300
-"""Limit of a state without limits."""
 
 
 def hidden_states(system: System) -> int:
@@ -150,8 +149,7 @@ class Shooter:
     """Compiled free-run simulations of several systems.
 
     Attributes:
-        free: for each system the symbols that are arguments, in order.
-        loads: most loads of any run. states: most states of friction laws.
+        inputs, contacts, coordinates: of any system. loads: most of any run. states: most of friction laws.
     """
 
     def __init__(
@@ -164,17 +162,17 @@ class Shooter:
         """Compile the systems into one library, in a thread: the first run waits for it.
 
         Args:
+            free: for each system the symbols that are arguments, in order.
             loads: most loads behind springs in any run; by default the most of ``systems``.
             driven: how many of each system's inputs belong to actuators; the others are imposed signals. By default
                 all.
         """
-        self.free = [tuple(symbols) for symbols in free]
         self.inputs, self.contacts = max(len(s.inputs) for s in systems), len(systems[0].contacts)
         self.coordinates = systems[0].degrees_of_freedom
         self.loads = max(len(s.transmissions) for s in systems) if loads is None else loads
         self.states = max(len(owners(s)) for s in systems)
         inputs = driven or [len(s.inputs) for s in systems]
-        source = shooting_source(systems, self.free, self.loads, self.states, inputs)
+        source = shooting_source(systems, free, self.loads, self.states, inputs)
         alone = self.coordinates == 1 and self.contacts <= 1
         self._compiled = in_background(_library, source, OF_ONE if alone else OF_MANY)
 
@@ -184,19 +182,17 @@ class Shooter:
         """Positions (S, L, n) of every segment, from ``states`` (S, 2n).
 
         Args:
-            p: values of ``free[model]``.
+            p: values of the model's free symbols.
             drive: (N substeps, m) effective inputs.
 
         Raises:
             BadInput: where there is no C compiler.
         """
-        plant, (h, t0), cut = self._plant(model, p, structure), _times(record), _segments(record)
         hidden = self.hidden(model, p, structure, record, drive, substeps)
         out = np.empty((len(record.start), record.length, self.coordinates))
-        states = np.ascontiguousarray(states)
         self._compiled().shoot(
-            *plant, *cut, ctypes.c_int(record.length), ctypes.c_int(substeps), h, t0, _pointer(drive),
-            _pointer(states), _pointer(hidden), _pointer(out),
+            *self._plant(model, p, structure), len(record.start), record.start, record.length, substeps,
+            record.sample_time, drive, np.ascontiguousarray(states), hidden, out,
         )  # fmt: skip
         return out
 
@@ -209,11 +205,10 @@ class Shooter:
         """
         hidden = np.zeros((len(record.start), self.contacts + self.states + 2 * self.loads))
         if structure.split or len(structure.rest) or max(structure.sigma, default=0.0) > 0:
-            plant, (h, t0), cut = self._plant(model, p, structure), _times(record), _segments(record)
             x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
             self._compiled().follow(
-                *plant, ctypes.c_int(substeps), h, t0, _pointer(x), _pointer(v), _pointer(drive), *cut,
-                ctypes.c_int(self._warm(record, structure)), _pointer(hidden),
+                *self._plant(model, p, structure), substeps, record.sample_time, x, v, drive, len(record.start),
+                record.start, self._warm(record, structure), hidden,
             )  # fmt: skip
         return hidden
 
@@ -229,9 +224,8 @@ class Shooter:
         states = np.concatenate([structure.rest, idle, structure.limits[0], idle, structure.limits[1], idle, [0.0]])
         split = np.array([*structure.split, 0], dtype=np.int32)
         coupling = np.append(structure.coupling.ravel(), 0.0)
-        p, sigma = np.append(np.ascontiguousarray(p, dtype=float), 0.0), np.array([*structure.sigma, 0.0])
-        loads = ctypes.c_int(len(structure.split))
-        return ctypes.c_int(model), loads, *(_pointer(array) for array in (p, sigma, split, coupling, states))
+        p, sigma = np.append(np.asarray(p, dtype=float), 0.0), np.array([*structure.sigma, 0.0])
+        return model, len(structure.split), p, sigma, split, coupling, states
 
 
 @lru_cache(maxsize=KEPT_LIBRARIES)
@@ -239,6 +233,11 @@ def _library(source: str, level: tuple[str, ...]) -> ctypes.CDLL:
     """The compiled and loaded library; recent ones are cached."""
     library = load_library(compile_shared({"shooting.c": source}, ["shooting.c"], (*level, *FLAGS)))
     library.follow.restype = library.shoot.restype = None
+    whole, real = ctypes.c_int, ctypes.c_double
+    reals, indices = (ndpointer(kind, flags="C_CONTIGUOUS") for kind in (np.float64, np.int32))
+    plant: list[Any] = [whole, whole, reals, reals, indices, reals, reals]
+    library.follow.argtypes = [*plant, whole, real, reals, reals, reals, whole, indices, whole, reals]
+    library.shoot.argtypes = [*plant, whole, indices, whole, whole, real, reals, reals, reals, reals]
     return library
 
 
@@ -279,22 +278,17 @@ def shooting_source(
     )
 
 
-def terms_of(system: System) -> tuple[Any, ...]:
+def terms_of(system: System) -> tuple[sympy.Expr, ...]:
     """The compiled expressions of a system; systems with equal ones share code."""
-    contacts = [(_set_valued_level(c), c.extra_force) for c in system.contacts]
-    laws = [(c, terms.force, *terms.rates) for c, terms in all_law_terms(system)]
-    return (system.mass_matrix, system.force, system.distribution, *contacts, *laws)
+    contacts = [term for c in system.contacts for term in (_set_valued_level(c), c.extra_force)]
+    laws = [term for c, terms in all_law_terms(system) for term in (sympy.Integer(c), terms.force, *terms.rates)]
+    return (*system.mass_matrix, *system.force, *system.distribution, *contacts, *laws)
 
 
 def term_symbols(changed: System, system: System) -> set[sympy.Symbol]:
     """Symbols in the compiled expressions of a changed system that differ from the original system's."""
-    pairs = zip_longest(_entries(changed), _entries(system), fillvalue=sympy.S.Zero)
-    return {s for entry, own in pairs if entry != own for s in entry.free_symbols}
-
-
-def _entries(system: System) -> list[Any]:
-    mass, force, distribution, *others = terms_of(system)
-    return [*mass, *force, *distribution, *(sympy.sympify(e) for other in others for e in other)]
+    pairs = zip_longest(terms_of(changed), terms_of(system), fillvalue=sympy.S.Zero)
+    return {s for term, own in pairs if term != own for s in term.free_symbols}
 
 
 def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
@@ -308,9 +302,7 @@ def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
 def terms_functions(
     name: str, system: System, free: Sequence[sympy.Symbol], loads: bool, jumps: bool
 ) -> tuple[Any, Any, Any]:
-    """Three CasADi functions of a system, all results dense.
-
-    M is factorised once a step; U and each sum of forces are then solved for.
+    """Three CasADi functions of a system, all results dense; M is factorised once a step.
 
     Args:
         loads: whether coordinates may share their inertia with loads; else ``share`` and ``push`` have no effect.
@@ -357,15 +349,3 @@ def terms_functions(
     model = casadi.Function(f"model_{name}", [x, v, w, t, p, share, kept, push, bristle], moving)
     rest = to_casadi(system.force, names | dict.fromkeys(system.velocities, casadi.SX(0)), by_angle=True)
     return place, model, casadi.Function(f"resting_{name}", [x, w, t, p], [casadi.densify(rest)])
-
-
-def _times(record: Record) -> tuple[Any, Any]:
-    return ctypes.c_double(record.sample_time), ctypes.c_double(record.time0)
-
-
-def _segments(record: Record) -> tuple[Any, Any]:
-    return ctypes.c_int(len(record.start)), record.start.ctypes.data_as(ctypes.c_void_p)
-
-
-def _pointer(array: NDArray[Any]) -> Any:
-    return array.ctypes.data_as(ctypes.c_void_p)

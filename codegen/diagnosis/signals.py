@@ -81,8 +81,6 @@ def low_pass(signals: Array, cutoff_hz: float, sample_time: float) -> Array:
 def is_resolved(period: float, x: Array, v: Array, used: NDArray[np.bool_], cutoff_hz: float) -> bool:
     """Whether some stretch of the motion covers a spatial period slowly enough: |v|/period below the cutoff.
 
-    A faster wave lies above the cutoff and averages out; what is left of it near standstill can fit anything.
-
     Args:
         x, v, used: (N,) positions, velocities, and samples away from ends and gaps.
     """
@@ -122,20 +120,8 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
     for start, stop in log.gaps:
         reach = round(1 / (coarse * h))
         usable[max(0, start - reach) : stop + reach] = False
-    return Motion(
-        log.time,
-        positions,
-        velocities,
-        accelerations,
-        (before + log.inputs) / 2,
-        log.inputs,
-        h,
-        coarse,
-        fine,
-        usable,
-        log.positions,
-        log.counted,
-    )
+    moved, inputs = (positions, velocities, accelerations), ((before + log.inputs) / 2, log.inputs)
+    return Motion(log.time, *moved, *inputs, h, coarse, fine, usable, log.positions, log.counted)
 
 
 def quiet_cutoff(positions: Array, h: float) -> float:

@@ -9,7 +9,7 @@ the frequency of the resonance that the force residual of a rigid model shows.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -26,15 +26,16 @@ from codegen.diagnosis.residual import (
     Problem,
     effective_inputs,
     evaluate_forces,
+    force_function,
     force_rows,
     inverse_dynamics_residual,
-    true_motion,
+    points,
 )
 from codegen.diagnosis.signals import Motion, low_pass
-from codegen.diagnosis.trial import Runner, Trial, model_of
+from codegen.diagnosis.trial import Runner, Trial
 from codegen.effects.start import Covered
-from codegen.mechanics.casadi_form import over_rows, to_casadi
-from codegen.mechanics.system import TIME, Matrix, System
+from codegen.mechanics.casadi_form import over_rows
+from codegen.mechanics.system import Matrix, System
 
 Array = NDArray[np.float64]
 
@@ -42,22 +43,15 @@ TRIES, SIMPLEX = 120, 0.5
 """Of a simplex search: most free runs, and its initial size in logarithms; Gauss–Newton steps follow."""
 
 
-def starting_points(
-    runner: Runner, base: Fit, raw: Sequence[Array], covered: Covered, most: int
-) -> list[tuple[float, Array]]:
+def starting_points(runner: Runner, base: Fit, covered: Covered, most: int) -> list[tuple[float, Array]]:
     """The best starting values, as (cost after one linear step, theta of the trial), best first.
 
     Args:
-        runner: of the trial with the part last.
-        base: the fit without it. raw: slopes by its parameters, before projection.
+        runner: of the trial with the part last. base: the fit without it.
         covered: by the log where the part acts.
     """
     part = runner.trial.parts[-1]
-    effect = part.effect
-    now = base.unprojected
-    weights = np.sqrt(segment_weights(base.residual))[:, None]
-    moved = np.stack([base.starts.project(r, slope=True) for r in raw]) if raw else np.zeros((0, *now.shape))
-    found = []
+    effect, moved, found = part.effect, _projected_slopes(base), []
     for shape in effect.starts(covered):
         if not effect.scaling:
             found.append(_with_values(runner, base, moved, part.inward(shape)))
@@ -65,9 +59,9 @@ def starting_points(
         columns = []
         for probe, size in effect.probes(shape, covered):
             theta = np.concatenate([base.theta, part.inward(probe)])
-            slope = (now - mean_residuals(runner, runner.run(theta, base.offsets))) / size
+            slope = (base.unprojected - mean_residuals(runner, runner.run(theta, base.offsets))) / size
             columns.append(base.starts.project(slope, slope=True))
-        step, cost = _solve(base, now, np.concatenate([moved, np.stack(columns)]), weights)
+        step, cost = _linear_step(base, base.unprojected, np.concatenate([moved, np.stack(columns)]))
         values = effect.weighted(shape, step[len(base.theta) :].tolist())
         theta = np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
         found.append((cost, theta))
@@ -75,14 +69,13 @@ def starting_points(
     return list({theta.tobytes(): (cost, theta) for cost, theta in found[:most]}.values())  # each once
 
 
-def simplex_search(runner: Runner, base: Fit, raw: Sequence[Array], theta: Array) -> tuple[float, Array]:
+def simplex_search(runner: Runner, base: Fit, theta: Array) -> tuple[float, Array]:
     """(cost, theta) by Nelder–Mead over the parameters of the last part, where the loss is not smooth.
 
     Args:
         theta: start; the other parameters follow by one linear step for each evaluation.
     """
-    size = len(runner.trial.parts[-1].names)
-    moved = np.stack([base.starts.project(r, slope=True) for r in raw]) if raw else np.zeros((0, *base.residual.shape))
+    size, moved = len(runner.trial.parts[-1].names), _projected_slopes(base)
     first = theta[-size:]
     simplex = np.vstack([first, first + SIMPLEX * np.eye(size)])
     best = minimize(
@@ -94,6 +87,12 @@ def simplex_search(runner: Runner, base: Fit, raw: Sequence[Array], theta: Array
     return _with_values(runner, base, moved, best.x)
 
 
+def _projected_slopes(base: Fit) -> Array:
+    if not base.raw_slopes:
+        return np.zeros((0, *base.residual.shape))
+    return np.stack([base.starts.project(slope, slope=True) for slope in base.raw_slopes])
+
+
 def _with_values(runner: Runner, base: Fit, moved: Array, inner: Array) -> tuple[float, Array]:
     """(cost, theta) with these values of the last part, all other parameters by one linear step from the base.
 
@@ -101,29 +100,26 @@ def _with_values(runner: Runner, base: Fit, moved: Array, inner: Array) -> tuple
         moved: projected slopes by the base's parameters.
     """
     theta = np.concatenate([base.theta, inner])
-    weights = np.sqrt(segment_weights(base.residual))[:, None]
-    step, cost = _solve(base, mean_residuals(runner, runner.run(theta, base.offsets)), moved, weights)
+    step, cost = _linear_step(base, mean_residuals(runner, runner.run(theta, base.offsets)), moved)
     theta[: len(base.theta)] += step
     return cost, theta
 
 
-def _solve(base: Fit, residual: Array, columns: Array, weights: Array) -> tuple[Array, float]:
-    """(step, cost) of one linear least-squares step with the prior."""
+def _linear_step(base: Fit, residual: Array, columns: Array) -> tuple[Array, float]:
+    """(step, cost) of one weighted least-squares step with the prior."""
     flat = base.starts.project(residual)
     if not len(columns):
         return np.zeros(0), segment_cost(flat)
+    weights = np.sqrt(segment_weights(base.residual))[:, None]
     scaled = (columns * weights).reshape(len(columns), -1)
-    prior_precision, away = np.zeros(len(columns)), np.zeros(len(columns))
-    prior_precision[: len(base.prior_precision)], away[: len(base.prior_precision)] = (
-        base.prior_precision,
-        base.theta - base.centre,
-    )
-    matrix = scaled @ scaled.T + np.diag(prior_precision)
+    rest = np.zeros(len(columns) - len(base.theta))
+    precision, away = np.append(base.prior.precision, rest), np.append(base.theta - base.prior.centre, rest)
+    matrix = scaled @ scaled.T + np.diag(precision)
     size = scales(matrix)
-    right = scaled @ (flat * weights).ravel() - prior_precision * away
+    right = scaled @ (flat * weights).ravel() - precision * away
     step = np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=1e-9)[0] / size
     left = flat - np.tensordot(step, columns, axes=1)
-    return step, segment_cost(left) + 0.5 * float((prior_precision * (away + step) ** 2).sum())
+    return step, segment_cost(left) + 0.5 * float((precision * (away + step) ** 2).sum())
 
 
 DENSE = 10.0
@@ -149,7 +145,7 @@ class ForceStart:
         None where the part adds states, or is neither a force with a weight nor an actuator stage with one parameter.
         """
         part = trial.parts[-1]
-        if trial.adds_states or self.base.runner.trial.adds_states:
+        if trial.adds_states or self.base.trial.adds_states:
             return None
         if part.effect.scaling:
             return self._weighted(trial, covered) if set(part.symbols) <= set(trial.free) else None
@@ -163,7 +159,9 @@ class ForceStart:
             tried[inner] = self._left(trial, inner)
             return tried[inner][0]
 
-        bounds = _about(centre, grid) if part.effect.rough else (centre - REACH, centre + REACH)
+        near = grid if part.effect.rough else []  # of a loss with steps, the neighbours of the grid
+        low = max((g for g in near if g < centre), default=centre - REACH)
+        bounds = low, min((g for g in near if g > centre), default=centre + REACH)
         minimize_scalar(of, bounds=bounds, method="bounded", options={"maxiter": SEARCHED, "xatol": 0.01})
         inner = min(tried, key=lambda inner: tried[inner][0])
         theta = np.append(self.base.theta, inner)
@@ -173,13 +171,18 @@ class ForceStart:
     def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
         """The best of an effect's shapes, with its weights and the levels by linear least squares."""
         part, effect = trial.parts[-1], trial.parts[-1].effect
-        shapes = effect.starts(covered)
-        probes = [effect.probes(shape, covered) for shape in shapes]
-        changes = iter(self._changes(trial, [values for one in probes for values, _ in one]))
-        found: list[tuple[float, Array]] = []
+        motion, at = self.problem.motion, self._points
+        function, found = self._error(trial.changed, part.symbols), []
         residual = self._rows(self._residual[:: self._every])
-        for shape, one in zip(shapes, probes, strict=True):
-            columns = np.column_stack([*(next(changes) / size for _, size in one), self._levels])
+
+        def change(values: Mapping[str, float]) -> Array:
+            numbers = np.array([values[name] for name in part.names])
+            forces = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))])) - self._forces
+            return self._rows(low_pass(forces, motion.cutoff_hz, self._every * motion.sample_time))
+
+        for shape in effect.starts(covered):
+            one = effect.probes(shape, covered)
+            columns = np.column_stack([*(change(values) / size for values, size in one), self._levels])
             scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
             step = np.asarray(np.linalg.lstsq(columns / scale, -residual, rcond=1e-9)[0], dtype=float) / scale
             rest = residual + columns @ step
@@ -189,23 +192,11 @@ class ForceStart:
                 found.append((float(rest @ rest), theta))
         return min(found, key=lambda pair: pair[0], default=None)
 
-    def _changes(self, trial: Trial, probes: Sequence[Mapping[str, float]]) -> Iterator[Array]:
-        """(R,) changes of the residual by the last part, for each of these values."""
-        part, motion, at = trial.parts[-1], self.problem.motion, self._points
-        function = self._error(trial.changed, part.symbols)
-        for values in probes:
-            numbers = np.array([values[name] for name in part.names])
-            change = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))])) - self._forces
-            yield self._rows(low_pass(change, motion.cutoff_hz, self._every * motion.sample_time))
-
     def _error(self, system: System, symbols: Sequence[sympy.Symbol] = ()) -> casadi.Function:
         """g − M a − U λ of a system as a function of a point of the motion and of these symbols."""
-        own = dict(zip(self.base.runner.trial.symbols, self.base.runner.trial.numbers(self.base.theta), strict=True))
-        variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME, *symbols]
-        point = casadi.SX.sym("point", len(variables))
-        names = {s: casadi.SX(float(v)) for s, v in {**system.values, **own}.items()}
-        names |= {s: point[k] for k, s in enumerate(variables)}
-        return casadi.Function("force", [point], [casadi.densify(to_casadi(system.equation_error, names))])
+        trial = self.base.trial
+        own = dict(zip(trial.symbols, trial.numbers(self.base.theta), strict=True))
+        return force_function(system, [Matrix(system.equation_error)], symbols, own)
 
     def _left(self, trial: Trial, inner: float) -> tuple[float, Array]:
         """(squared residual that remains, steps of the levels) with the part's parameter at this value."""
@@ -235,23 +226,17 @@ class ForceStart:
     @cached_property
     def _points(self) -> Array:
         """(M, 3n + m + 1) the motion, its effective inputs and time, at every so many samples."""
-        motion = self.problem.motion
-        since = (motion.time - motion.time[0])[:, None]
-        rows = *true_motion(self._system, motion), effective_inputs(self._system, motion), since
-        return np.hstack([values[:: self._every] for values in rows])
+        inputs = effective_inputs(self.base.model, self.problem.motion)
+        return points(self.base.model, self.problem.motion, inputs)[:: self._every]
 
     @cached_property
     def _forces(self) -> Array:
         """(M, n) g − M a − U λ of the base at these points, unfiltered."""
-        return over_rows(self._error(self.base.runner.trial.changed), self._points)
-
-    @cached_property
-    def _system(self) -> System:
-        return model_of(self.base.runner.trial, self.base.theta)
+        return over_rows(self._error(self.base.trial.changed), self._points)
 
     @cached_property
     def _residual(self) -> Array:
-        return inverse_dynamics_residual(self._system, self.problem.motion)
+        return inverse_dynamics_residual(self.base.model, self.problem.motion)
 
     @cached_property
     def _sizes(self) -> list[float]:
@@ -262,33 +247,27 @@ class ForceStart:
 
     @cached_property
     def _own(self) -> Array:
-        return self._acting(self.base.runner.trial, self.base.theta)
+        return self._acting(self.base.trial, self.base.theta)
 
     @cached_property
     def _by_input(self) -> Array:
         """(m, N, n) slopes of g by each effective input."""
-        columns = [Matrix(self._system.force.diff(w)) for w in self._system.inputs]
-        return evaluate_forces(self._system, columns, self.problem.motion)
+        columns = [Matrix(self.base.model.force.diff(w)) for w in self.base.model.inputs]
+        return evaluate_forces(self.base.model, columns, self.problem.motion)
 
     @cached_property
     def _places(self) -> list[int]:
         """Indices of the friction levels among the refitted values."""
-        return [k for k, s in enumerate(self.base.runner.trial.moved) if s in self.problem.levels]
+        return [k for k, s in enumerate(self.base.trial.moved) if s in self.problem.levels]
 
     @cached_property
     def _levels(self) -> Array:
         """(R, levels) slopes of the residual by the friction levels."""
-        symbols = [self.base.runner.trial.moved[k] for k in self._places]
-        rows = force_rows(self._system, self.problem, symbols)
+        symbols = [self.base.trial.moved[k] for k in self._places]
+        rows = force_rows(self.base.model, self.problem, symbols)
         sizes = [s for s, u in zip(self._sizes, self.problem.masks.rows.T, strict=True) if u.any()]
         used = [r.slopes[r.sample % self._every == 0] for r in rows]
         return np.concatenate([slopes / s for slopes, s in zip(used, sizes, strict=True)])
-
-
-def _about(centre: float, grid: Sequence[float]) -> tuple[float, float]:
-    """The neighbours of a value of the grid, between which a step of the loss is sought."""
-    below, above = [g for g in grid if g < centre], [g for g in grid if g > centre]
-    return max(below, default=centre - REACH), min(above, default=centre + REACH)
 
 
 FREQUENCIES = np.geomspace(0.03, 1.5, 40)

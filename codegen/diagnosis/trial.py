@@ -119,6 +119,13 @@ class Trial:
     def with_part(self, part: Part) -> Trial:
         return replace(self, parts=(*self.parts, part))
 
+    def without(self, theta: Array, index: int) -> tuple[Trial, Array]:
+        """The trial without one of its parts, and its vector."""
+        moved, found = self.split(theta)
+        kept = [k for k in range(len(found)) if k != index]
+        trial = replace(self, parts=tuple(self.parts[k] for k in kept))
+        return trial, trial.theta(moved, [found[k] for k in kept])
+
     def split(self, theta: Array) -> tuple[Array, list[dict[str, float]]]:
         """(values of ``moved``, parameters of each part) from a fit's vector."""
         k, found = len(self.moved), []
@@ -130,6 +137,12 @@ class Trial:
     def theta(self, moved: Array, parameters: Sequence[Mapping[str, float]]) -> Array:
         """The inverse of ``split``."""
         return np.concatenate([moved, *(p.inward(v) for p, v in zip(self.parts, parameters, strict=True))])
+
+    def model(self, moved: Array, found: Sequence[Mapping[str, float]]) -> System:
+        """The system with refitted values and each part with its own."""
+        values = dict(zip((s.name for s in self.moved), map(float, moved), strict=True))
+        effects = [FoundEffect(p.kind, p.on, one, {}) for p, one in zip(self.parts, found, strict=True)]
+        return with_effects(with_values(self.system, values), effects)
 
     def numbers(self, theta: Array) -> Array:
         """The values of ``symbols``."""
@@ -208,25 +221,26 @@ LEAST_SLOPE = 0.2
 
 
 class Sensors:
-    """The position sensors of a system with their declared errors.
-
-    Attributes:
-        symbols: whose values every method is given, in order.
-    """
+    """The position sensors of a system with their declared errors; every method is given the values of ``symbols``."""
 
     def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
-        self._system, self.symbols = system, symbols
-        self._wrong = [i for i, x in enumerate(system.positions) if system.sensor_errors.get(x, 0) != 0]
+        positions = system.positions
+        self._wrong = [i for i, x in enumerate(positions) if system.sensor_errors.get(x, 0) != 0]
+        wrong = [(positions[i], system.sensor_errors[positions[i]]) for i in self._wrong]
+        arguments = (*positions, *symbols)
+        if wrong:
+            self._errors = numpy_function([error for _, error in wrong], arguments, system.values)
+            self._slopes = numpy_function([error.diff(x) for x, error in wrong], arguments, system.values)
 
     def true(self, states: Array, numbers: Array) -> Array:
         """(S, 2n) true states for readings ``states``, by fixed-point iteration and then Newton's method."""
         if not self._wrong:
             return states
-        n = self._system.degrees_of_freedom
+        n = states.shape[1] // 2
         read, states = states, states.copy()
         with np.errstate(invalid="ignore", over="ignore"):  # for too steep errors the reading is not invertible
             for turn in range(ITERATIONS + POLISHES):
-                errors = self._at(self._errors, states[:, :n], numbers)
+                errors = _at(self._errors, states[:, :n], numbers)
                 slopes = self._slopes_at(states, numbers) if turn >= ITERATIONS else [1.0] * len(errors)
                 for i, error, slope in zip(self._wrong, errors, slopes, strict=True):
                     states[:, i] += (read[:, i] - states[:, i] - error) / slope
@@ -236,7 +250,7 @@ class Sensors:
 
     def _slopes_at(self, states: Array, numbers: Array) -> list[Any]:
         """Slopes of the readings by position."""
-        slopes = self._at(self._slopes, states[:, : self._system.degrees_of_freedom], numbers)
+        slopes = _at(self._slopes, states[:, : states.shape[1] // 2], numbers)
         return [np.where(np.abs(1 + slope) > LEAST_SLOPE, 1 + slope, 1.0) for slope in slopes]
 
     def measured(self, positions: Array, numbers: Array) -> Array:
@@ -245,27 +259,13 @@ class Sensors:
             return positions
         read = positions.copy()
         with np.errstate(invalid="ignore", over="ignore"):  # mean_residuals handles diverged runs
-            for i, error in zip(self._wrong, self._at(self._errors, positions, numbers), strict=True):
+            for i, error in zip(self._wrong, _at(self._errors, positions, numbers), strict=True):
                 read[..., i] += error
         return read
 
-    def _at(self, function: Any, positions: Array, numbers: Array) -> list[Any]:
-        n = self._system.degrees_of_freedom
-        return list(function(*(positions[..., i] for i in range(n)), *numbers))
 
-    @cached_property
-    def _errors(self) -> Any:
-        return self._compiled(lambda error, x: error)
-
-    @cached_property
-    def _slopes(self) -> Any:
-        return self._compiled(lambda error, x: error.diff(x))
-
-    def _compiled(self, form: Any) -> Any:
-        system = self._system
-        wrong = [system.positions[i] for i in self._wrong]
-        expressions = [form(system.sensor_errors[x], x) for x in wrong]
-        return numpy_function(expressions, (*system.positions, *self.symbols), system.values)
+def _at(function: Any, positions: Array, numbers: Array) -> list[Any]:
+    return list(function(*np.moveaxis(positions, -1, 0), *numbers))
 
 
 def free_run(
@@ -278,19 +278,17 @@ def free_run(
     substeps: int = 10,
     trim_s: float = 0.0,
 ) -> Array:
-    """Predicted positions, restarted from the measured state every ``restart_s`` seconds.
+    """Predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
 
-    Pass the whole log and trim here, not before: a delayed input reaches back to commands before the first restart, and
-    the states of friction laws and the loads behind springs, which no log has, are run along the measured motion from
-    the log's beginning. A law that cannot be run (see ``is_simulable``) is replaced by its level of steady sliding.
-    Positions are readings of sensors with their declared errors.
+    Pass the whole log and trim here, not before: delays reach back to earlier commands, and states that no log has are
+    run along the measured motion from the log's beginning. A law that cannot be run (see ``is_simulable``) is replaced
+    by its level of steady sliding.
 
     Args:
         system: with its effects.
-        sample_time: s.
         positions, velocities: (N, n) measured state, filtered.
         commands: (N, m), held from t_k to t_(k+1).
-        restart_s: seconds between restarts, at least two samples.
+        restart_s: at least two samples.
         substeps: steps in one sample.
         trim_s: seconds at each end that are not predicted, where filtered states are poor.
 
@@ -312,12 +310,16 @@ def free_run(
     start = np.arange(cut, cut + kept, length, dtype=np.int32)
     # The last run goes on behind the log; what it predicts there is dropped.
     commands = np.vstack([commands, np.repeat(commands[-1:], length, axis=0)])
-    record = Record(positions, positions, velocities, commands, sample_time, 0.0, np.ones(n), start, length)
-    runner = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, substeps)
-    rows = runner.run(np.zeros(0), record.at_rest).reshape(-1, n)[:kept]
+    record = Record(positions, positions, velocities, commands, sample_time, np.ones(n), start, length)
+    rows = runner_of(system, record, substeps).run(np.zeros(0), record.at_rest).reshape(-1, n)[:kept]
     predicted = np.full((count, n), np.nan)
     predicted[cut : cut + kept] = np.where(np.isfinite(rows), rows, np.inf)
     return predicted
+
+
+def runner_of(system: System, record: Record, substeps: int) -> Runner:
+    """Free runs of a system as it is, with no parameter free."""
+    return Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, substeps)
 
 
 def with_values(system: System, refitted: Mapping[str, float]) -> System:
@@ -343,8 +345,5 @@ def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
 
 
 def model_of(trial: Trial, theta: Array) -> System:
-    """The system with the values of a fit's vector: refitted parameters, and each part with its own."""
-    moved, found = trial.split(theta)
-    values = dict(zip((s.name for s in trial.moved), map(float, moved), strict=True))
-    effects = [FoundEffect(p.kind, p.on, one, {}) for p, one in zip(trial.parts, found, strict=True)]
-    return with_effects(with_values(trial.system, values), effects)
+    """The system with the values of a fit's vector."""
+    return trial.model(*trial.split(theta))

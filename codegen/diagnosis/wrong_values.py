@@ -17,11 +17,10 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.credit import BLOCKS
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import BETTER, Outcome
 from codegen.diagnosis.measure import Drive
-from codegen.diagnosis.output_error import AT_END, WITHIN, Fit, segment_cost
+from codegen.diagnosis.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
 from codegen.diagnosis.residual import ForceRows, Problem, force_rows, inverse_dynamics_residual
 from codegen.diagnosis.search import Search
 from codegen.mechanics.system import System
@@ -59,7 +58,7 @@ def is_better(free: Search, fit: Fit, search: Search, other: Fit) -> bool:
 
 
 def _gain(fit: Fit, other: Fit) -> float:
-    return fit.tempering * (segment_cost(other.residual) - segment_cost(fit.residual))
+    return fit.prior.tempering * (segment_cost(other.residual) - segment_cost(fit.residual))
 
 
 def _tolerances(search: Search, fit: Fit) -> Array:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.candidate_fits import CandidateFits, Found
+from codegen.diagnosis.candidate_fits import CandidateFits
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import log_of, stage
@@ -24,9 +24,9 @@ def test_a_backlash_is_fitted_again_from_well_damped_contacts(tmp_path: Path) ->
     base = search.refit()
     part = part_of(CATALOGUE["backlash"], 0, search.system)
     tried = CandidateFits(search, base, (part,), lambda share: None)
-    start = search.fit_from(tried.runners[0], np.append(base.theta, part.inward(LIGHT)), base, 6, tried.raw)
-    again = tried.restarted(Found(tried.trials[0], start))
+    start = search.fit_from(tried.runners[0], np.append(base.theta, part.inward(LIGHT)), base, 6)
+    again = tried.restarted(start)
     assert start.cost < base.cost - 10
-    assert again.fit.cost < 0.5 * start.cost
+    assert again.cost < 0.5 * start.cost
     assert again.parameters["gap"] == pytest.approx(TRUTH["gap"], rel=1e-3)
     assert again.parameters["load_fraction"] == pytest.approx(TRUTH["load_fraction"], rel=0.01)

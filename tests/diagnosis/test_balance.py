@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from codegen.diagnosis.residual import inverse_dynamics_residual
+from codegen.diagnosis.residual import unfiltered_residual
 from codegen.diagnosis.signals import Motion
 from tests.diagnosis.stage import stage, system_of
 
@@ -30,7 +30,7 @@ def _motion(positions: np.ndarray, velocities: np.ndarray, accelerations: np.nda
 
 
 def _residual(effects: str, motion: Motion) -> np.ndarray:
-    return inverse_dynamics_residual(system_of(stage(effects)), motion, filtered=False)[100:-100, 0]
+    return unfiltered_residual(system_of(stage(effects)), motion)[100:-100, 0]
 
 
 def test_the_residual_of_a_declared_sensor_error_is_that_of_the_true_motion() -> None:

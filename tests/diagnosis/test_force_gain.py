@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from codegen.diagnosis.candidate_fits import Found
 from codegen.diagnosis.credit import ALPHA, Evidence
 from codegen.diagnosis.force_evidence import force_gain
 from codegen.diagnosis.ranking import (
@@ -101,7 +100,7 @@ def test_an_offset_that_a_level_takes_is_alike_where_the_motion_never_turns(tmp_
         moved[0] -= 1.0
         fit = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(moved, -1.0))
         before, after = ForceCriterion(search, base), ForceCriterion(search, fit)
-        assert bool(absorbed_by_refit(before, after, Found(trial, fit))) is alike
+        assert bool(absorbed_by_refit(before, after)) is alike
 
 
 def test_the_force_residual_decides_where_free_runs_leave_doubt(log: Log) -> None:

@@ -9,7 +9,6 @@ import pytest
 from scipy.optimize import least_squares
 
 from benchmarks.real.sets import DATA
-from codegen.diagnosis.candidate_fits import Found
 from codegen.diagnosis.force_led import (
     LEVEL,
     ForceFits,
@@ -133,7 +132,7 @@ def test_the_first_effect_is_chosen_again_beside_the_second(tmp_path: Path) -> N
     leading = []
     for part, value in ((cubic, 300.0), (linear, 30.0)):
         trial = search.declared_trial.with_part(part)
-        leading.append(judged(fits, plain, Found(trial, fits.fit(trial, np.append(fits.adopted, value))), 10))
+        leading.append(judged(fits, plain, fits.fit(trial, np.append(fits.adopted, value)), 10))
     both = search.declared_trial.with_part(cubic).with_part(viscous)
     fit = fits.fit(both, np.append(fits.adopted, [300.0, 4.0]))
     best, kept = first_with_others(fits, fit, leading)

@@ -11,13 +11,15 @@ import pytest
 
 from codegen.diagnosis import candidate_fits, forward_selection, ranking
 from codegen.diagnosis.forward_selection import still_credited
+from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import part_of
 from codegen.effects.register import candidates
 from tests.diagnosis.stage import stage, system_of
 
 
 def fit(*parts: str) -> Any:
-    return SimpleNamespace(runner=SimpleNamespace(trial=SimpleNamespace(parts=parts)))
+    trial = SimpleNamespace(parts=parts)
+    return SimpleNamespace(runner=SimpleNamespace(trial=trial), trial=trial, part=parts[-1] if parts else None)
 
 
 def rival(*parts: str) -> Any:
@@ -52,6 +54,8 @@ class Fake:
     record: float
     shorter: Callable[[float], float]
 
+    on_shorter = Search.on_shorter
+
     def refit(self) -> float:
         return 1600.0 * self.record**2
 
@@ -69,8 +73,7 @@ def test_segments_are_halved_while_free_runs_are_far_off(
 
 
 def ranked(kind: str, share: float) -> Any:
-    found = SimpleNamespace(part=part_named(kind), fit=fit(kind), parameters={})
-    return SimpleNamespace(found=found, evidence=SimpleNamespace(share=share), why_not="")
+    return SimpleNamespace(found=fit(part_named(kind)), evidence=SimpleNamespace(share=share), why_not="")
 
 
 def part_named(kind: str) -> Any:
@@ -85,7 +88,7 @@ def test_an_effect_like_the_best_that_leaves_nearly_as_little_gets_a_round_of_al
     asked: list[tuple[str, list[str]]] = []
 
     def run_round(search: Any, base: Any, parts: Any, progress: Any) -> list[Any]:
-        asked.append((base.runner.trial.parts[0], [p.kind for p in parts]))
+        asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
         return []
 
     everything = [part_named(kind) for kind in ("viscous_asymmetry", "cogging", "stribeck")]
@@ -106,7 +109,7 @@ def test_an_effect_of_another_signature_that_leaves_nearly_as_little_gets_a_roun
     asked: list[tuple[str, list[str]]] = []
 
     def run_round(search: Any, base: Any, parts: Any, progress: Any) -> list[Any]:
-        asked.append((base.runner.trial.parts[0], [p.kind for p in parts]))
+        asked.append((base.trial.parts[0].kind, [p.kind for p in parts]))
         return []
 
     monkeypatch.setattr(forward_selection, "run_round", run_round)
@@ -133,7 +136,7 @@ def test_the_same_motion_under_another_name_replaces_nothing(monkeypatch: pytest
 
 def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """An inertia found second, of which the log says no more than that it could be a gain: the verdict is about it."""
-    gain = SimpleNamespace(part=part_named("input_gain"), fit=fit("gain"))
+    gain = fit(part_named("input_gain"))
     moves: list[int] = []
 
     def put_first(search: Any, one: Any, k: int) -> Any:
@@ -152,7 +155,7 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(forward_selection, "_put_first", put_first)
     search: Any = SimpleNamespace(without=lambda current, k: current)
     current = fit(part_named("viscous_asymmetry"), part_named("inertia_error"))
-    current.cost = gain.fit.cost = 5.0
+    current.cost = gain.cost = 5.0
     assert forward_selection._reconsidered(search, current, [], []) == ("reordered", [gain])
     assert moves == [1]
     monkeypatch.setattr(forward_selection, "_preferred_by_force", lambda search, current, found: True)
@@ -161,8 +164,8 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """Part of a wave longer than the stroke fits a spring's line; it replaced the spring and was then refused."""
-    wave = SimpleNamespace(part=part_named("cogging"), fit=fit("wave"))
-    wave.fit.cost = 0.0
+    wave = fit(part_named("cogging"))
+    wave.cost = 0.0
     monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [wave])
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [wave.part])
     monkeypatch.setattr(ranking, "admissible", lambda search, found: True)
@@ -175,7 +178,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     current.cost = 100.0
     assert forward_selection._swapped(search, current, [], []) == (None, {})
     monkeypatch.setattr(ranking, "unseen_shape", lambda search, found: "")
-    assert forward_selection._swapped(search, current, [], [])[0] is wave.fit
+    assert forward_selection._swapped(search, current, [], [])[0] is wave
     monkeypatch.setattr(forward_selection, "matters", lambda *_: False)  # a lag of 1e-15 s ties with anything
     assert forward_selection._swapped(search, current, [], []) == (None, {})
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
@@ -208,7 +211,7 @@ def test_a_form_with_more_parameters_must_fit_clearly_better(
         SimpleNamespace(kind="saturation", on="w", names=n, effect=SimpleNamespace(rough=False)) for n in names.values()
     ]
     costs = dict(zip(names, (100.0, cost), strict=True))
-    fits = {k: SimpleNamespace(part=p, fit=SimpleNamespace(cost=costs[k])) for k, p in zip(names, parts, strict=True)}
+    fits = {k: SimpleNamespace(part=p, cost=costs[k]) for k, p in zip(names, parts, strict=True)}
     tried = SimpleNamespace(
         parts=parts,
         promising=lambda indices: list(indices),
@@ -241,7 +244,7 @@ def test_the_effect_of_the_largest_force_is_named_first(
     monkeypatch.setattr(forward_selection, "force_share", lambda search, part, values: share_of[part.kind])
     monkeypatch.setattr(forward_selection, "_put_first", lambda search, fit, k: k)
     trial = SimpleNamespace(parts=parts, changed=system, system=system, split=lambda theta: (None, [{}, {}]))
-    both: Any = SimpleNamespace(runner=SimpleNamespace(trial=trial), theta=None)
+    both: Any = SimpleNamespace(trial=trial, values=(None, [{}, {}]))
     found: Any = forward_selection._largest_first(None, both)  # type: ignore[arg-type]
     assert found == moved if moved is not None else found is both
 

@@ -35,18 +35,18 @@ def problem_of(folder: Path, effects: str) -> Problem:
 def test_regression_finds_the_orders_and_their_weights_beside_a_level_that_is_off(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, COGGING)
     force = -inverse_dynamics_residual(problem.system, problem.motion)[:, 0]
-    waves = regress(problem.system, problem, force, 0, PERIOD)
+    waves = regress(problem, force, 0, PERIOD)
     assert waves is not None and waves.orders == (1, 3) and waves.share > 0.95
     assert waves.parameters(CoggingHarmonics()) == pytest.approx({"period": PERIOD} | WAVES, abs=0.06)  # a start
     # Of a period twice as long they are the second and the sixth wave.
-    longer = regress(problem.system, problem, force, 0, 2 * PERIOD)
+    longer = regress(problem, force, 0, 2 * PERIOD)
     assert longer is not None and {2, 6} <= set(longer.orders)
 
 
 def test_what_is_not_periodic_is_no_sum_of_waves(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, "[]")
     noise = problem.motion.low_pass(np.random.default_rng(0).normal(size=len(problem.motion.time)))
-    assert regress(problem.system, problem, noise, 0, PERIOD) is None
+    assert regress(problem, noise, 0, PERIOD) is None
 
 
 def test_free_runs_put_the_waves_in_the_place_of_a_lone_sine(tmp_path: Path) -> None:

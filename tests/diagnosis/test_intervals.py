@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from codegen.diagnosis.estimate import BLOCKS, standard_errors, wave_intervals
 from codegen.diagnosis.examination import in_simpler_form
-from codegen.diagnosis.output_error import Fit
+from codegen.diagnosis.output_error import Fit, Prior
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
@@ -32,22 +32,22 @@ class Line:
 
     residual: Array
     slopes: Array
-    prior_precision: Array
+    prior: Prior
     theta: Array
-    tempering: float = 1.0
 
 
 def test_an_error_that_neighbouring_segments_share_widens_the_standard_error() -> None:
     """Estimates of one slope over 2000 draws of an autoregressive error scatter by what the clusters say."""
     rng, segments, phi = np.random.default_rng(7), 480, 0.8
     column, size = np.ones(segments), 0.05
+    prior = Prior(*np.zeros((4, 1)))
     found, alone, clustered = [], [], []
     for _ in range(2000):
         noise = size * rng.standard_normal(segments)
         for k in range(1, segments):
             noise[k] += phi * noise[k - 1]
         slope = float(column @ noise) / segments
-        fit = Line((noise - slope)[:, None], column[None, :, None], np.zeros(1), np.array([slope]))
+        fit = Line((noise - slope)[:, None], column[None, :, None], prior, np.array([slope]))
         found.append(slope)
         alone.append(float(standard_errors(cast(Fit, fit))[0]))
         clustered.append(float(standard_errors(cast(Fit, fit), BLOCKS)[0]))

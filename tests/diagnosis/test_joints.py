@@ -107,8 +107,8 @@ def test_only_joints_with_something_left_are_tried(tmp_path: Path) -> None:
     k = next(k for k, p in enumerate(tried.parts) if p.kind == "viscous")
     found = tried.fitted(tried.screened(k))
     assert found.parameters["b"] == pytest.approx(0.4, rel=0.02)
-    assert len(found.fit.residual) == len(base.residual)
-    assert found.fit.cost < 0.7 * base.cost
+    assert len(found.residual) == len(base.residual)
+    assert found.cost < 0.7 * base.cost
 
 
 def test_masses_within_their_tolerance_are_refitted(tmp_path: Path) -> None:

@@ -71,7 +71,7 @@ def predicted(trial: Trial, theta: np.ndarray, moving: tuple[np.ndarray, np.ndar
     """The diagnosis's free runs over one record, every one 0.3 s long, from states along the motion."""
     positions, velocities, commands = moving
     start = np.arange(500, COUNT - 200, 150, dtype=np.int32)
-    record = Record(positions, positions, velocities, commands, H, 0.0, np.full(2, 1e-6), start, 150)
+    record = Record(positions, positions, velocities, commands, H, np.full(2, 1e-6), start, 150)
     shooter = Shooter([trial.changed], [trial.free])
     return Runner(trial, shooter, 0, record, SUBSTEPS).run(theta, np.zeros((len(start), 4)))
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen.diagnosis.output_error import WITHIN, raw_slopes
+from codegen.diagnosis.output_error import WITHIN
 from tests.diagnosis.stage import log_of, stage
 from tests.diagnosis.test_adoption import loose, search_of
 
@@ -20,6 +20,6 @@ def test_a_fit_that_begins_beyond_the_prior_s_bounds_ends_within_them(tmp_path: 
     place = [s.name for s in refit.runner.trial.moved].index("m")
     start = refit.theta.copy()
     start[place] = 4.0
-    found = search.fit_from(refit.runner, start, refit, 0, raw_slopes(refit))
+    found = search.fit_from(refit.runner, start, refit, 0)
     assert start[place] - search.declared[place] > WITHIN * tolerance[place]
     assert abs(found.theta[place] - search.declared[place]) <= WITHIN * tolerance[place] * (1 + 1e-9)

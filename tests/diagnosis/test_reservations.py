@@ -95,7 +95,7 @@ def test_a_value_at_the_end_of_its_reach_is_marked(log: Log) -> None:
     raw = search.with_parts(base, base.theta, [part], [start])
     first = replace(raw, theta=np.append(base.theta, part.inward(start)))
     trial = first.runner.trial
-    _, reach = search.sizes(trial, first.theta)
+    reach = search.prior(trial, first.theta).reach
     place = len(trial.moved) + part.names.index("period")
     fitted = search.fit_from(first.runner, first.theta, base, 10, [])
     moved = abs(fitted.theta[place] - first.theta[place])

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import codegen.diagnosis
-from codegen.diagnosis.candidate_fits import CandidateFits, Found, every_part
+from codegen.diagnosis.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.ranking import admissible, relative_size
 from codegen.diagnosis.record import record_of
@@ -141,22 +141,22 @@ def test_an_heir_is_fitted_as_its_parent(kind: str, bench: Bench, tmp_path: Path
     found: dict[str, Any] = {}
     for start, attempt in bench.attempts.items():
         k = next(k for k, part in enumerate(attempt.parts) if part.kind == start + kind)
-        part, few, raw = attempt.parts[k], attempt._few(k).fit, attempt._few(k).raw
+        part, few = attempt.parts[k], attempt._few(k)
         runner = replace(attempt.runners[k], record=few.runner.record)
         noise = attempt.search.record.noise
         covered = attempt.survey.covered(part, attempt.levels, noise, attempt.couplings.get(part.place))
         assert part.kind == start + kind
-        (cost, theta), *others = starting_points(runner, few, raw, covered, 3)
+        (cost, theta), *others = starting_points(runner, few, covered, 3)
         run = runner.run(theta, few.offsets)
         moved = runner.run(theta + 0.01 * np.eye(len(theta))[-1], few.offsets)
         assert np.abs(moved - run).max() > 0, "nothing depends on the last parameter"
-        fit = attempt.search.fit_from(runner, theta, few, 1, raw)
-        one = Found(attempt.trials[k], fit)
+        fit = attempt.search.fit_from(runner, theta, few, 1)
+        one, prior = fit, attempt.search.prior(attempt.trials[k], theta)
         found[start] = {
             "starts": [cost, *theta, *(v for pair in others for v in (pair[0], *pair[1]))],
             "run": run,
             "fit": fit.theta,
-            "sizes": np.concatenate(attempt.search.sizes(attempt.trials[k], theta)),
+            "sizes": np.concatenate([prior.size, prior.reach]),
             "values": list(one.parameters.values()),
             "weight": relative_size(attempt.search, one, few),
             "judged": (admissible(attempt.search, one), one.trial.adds_states, part.effect.rough),

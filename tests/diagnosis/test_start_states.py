@@ -25,8 +25,7 @@ def test_shifted_start_states_return_to_the_measured_ones(tmp_path: Path) -> Non
     right = search.refit()
     offsets = right.offsets.copy()
     offsets[::2, 1] += 0.1 * float(np.quantile(np.abs(motion.velocities), 0.95))
-    prior = right.prior_precision, right.centre
-    shifted = shooting_fit(right.runner, right.theta, offsets, *prior, 0)
+    shifted = shooting_fit(right.runner, right.theta, offsets, right.prior, 0)
     assert np.quantile(shifted.by_segment / shifted.residual.shape[1], 0.75) > 100
     found = polish(shifted, 4)
     assert noise_ratio(found) < 1.5

@@ -19,17 +19,16 @@ from tests.diagnosis.test_adoption import search_of
 
 
 def ranked(kind: str, left: float, on: str = "q") -> Any:
-    fit = SimpleNamespace(residual=SimpleNamespace(shape=(8, 40)), cost=0.0)
     names = [p.name for p in CATALOGUE[kind].parameters]
     part = SimpleNamespace(kind=kind, on=on, effect=None, place=0, names=names)
-    found = SimpleNamespace(part=part, fit=fit, trial=SimpleNamespace(system=None))
-    return SimpleNamespace(found=found, evidence=SimpleNamespace(share=1 - left), why_not="", unsure=False, losses=None)
+    found = SimpleNamespace(part=part, cost=0.0, trial=SimpleNamespace(system=None))
+    return SimpleNamespace(found=found, evidence=SimpleNamespace(share=1 - left), why_not="", unsure=False)
 
 
 @pytest.fixture
 def significant(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every difference of free runs is significant, as it is where all models are wrong."""
-    monkeypatch.setattr(ranking, "evidence", lambda *_: SimpleNamespace(p=lambda white: 1e-6))
+    monkeypatch.setattr(ranking, "evidence_of", lambda *_, floored: SimpleNamespace(p=lambda white: 1e-6))
     monkeypatch.setattr(ranking, "whiteness", lambda *_: 1.0)
     monkeypatch.setattr(ranking, "is_identical", lambda *_: False)
     monkeypatch.setattr(
@@ -74,7 +73,7 @@ def test_a_richer_form_that_fits_no_better_is_no_rival(
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
     search: Any = None
     spring, other = ranked("compliance", 0.41), ranked(richer, 0.42)
-    spring.found.fit.cost, other.found.fit.cost = 4.0, cost
+    spring.found.cost, other.found.cost = 4.0, cost
     assert [r.found.part.kind for r in ranking._tied(search, spring, [spring, other])] == tied
 
 
@@ -87,7 +86,7 @@ def test_a_special_form_must_be_clearly_better_than_a_usual_one(
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
     search: Any = None
     delay, lags = ranked("input_delay", 0.41), ranked("actuator_lag", 0.42)
-    lags.found.part.names, delay.found.fit.cost, lags.found.fit.cost = ["tau_each"], 100.0, cost
+    lags.found.part.names, delay.found.cost, lags.found.cost = ["tau_each"], 100.0, cost
     assert ranking._tied(search, delay, [delay, lags]) == ([lags] if rival else [])
     assert ranking.usual_form_first(search, [lags, delay])[0] is (lags if rival else delay)
 
