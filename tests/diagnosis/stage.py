@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from unittest.mock import patch
 
+from codegen.diagnosis import forward_selection
+from codegen.diagnosis.candidate_fits import every_part
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.results import Diagnosis
+from codegen.diagnosis.search import Search
+from codegen.diagnosis.trial import Part
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log, read_log
 from codegen.mechanics import System, build_system
@@ -83,3 +90,14 @@ def diagnosed(
 
 _diagnosed: dict[tuple[str, float, str, float], tuple[Diagnosis, Models]] = {}
 """By what was asked for."""
+
+
+@contextmanager
+def among(*kinds: str) -> Iterator[None]:
+    """Only effects of these kinds are candidates, for tests of what is said and not of the choice among all."""
+
+    def few(search: Search, taken: Sequence[Part]) -> list[Part]:
+        return [part for part in every_part(search, taken) if part.kind in kinds]
+
+    with patch.object(forward_selection, "every_part", few):
+        yield

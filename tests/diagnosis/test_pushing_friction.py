@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from codegen.effects import CATALOGUE
-from tests.diagnosis.stage import diagnosed, stage, system_of
+from tests.diagnosis.stage import among, diagnosed, stage, system_of
 
 
 @pytest.mark.parametrize(("d", "physical"), [(3.9, True), (-3.9, True), (4.1, False), (-4.1, False)])
@@ -17,7 +17,8 @@ def test_neither_level_is_negative(d: float, physical: bool) -> None:
 
 def test_a_force_above_the_level_is_an_offset(tmp_path: Path) -> None:
     """A payload on a vertical axis was named an asymmetry of 43 N on friction of 29 N."""
-    found, _ = diagnosed("[{kind: offset, on: x, parameters: {f0: 7}}]", tmp_path)
+    with among("offset", "coulomb_asymmetry", "viscous", "spring"):
+        found, _ = diagnosed("[{kind: offset, on: x, parameters: {f0: 7}}]", tmp_path)
     (effect,) = found.effects
     assert (effect.kind, effect.on) == ("offset", "x")
     assert effect.parameters["f0"] == pytest.approx(7, rel=0.01)

@@ -21,7 +21,7 @@ from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.report import render_report
-from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.stage import among, log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
 
 UNITS = {"amplitude": "N", "period": "m", "phase": "rad", "k": "N/m", "delta": "N", "v_s": "m/s", "T": "s", "gain": "1"}
@@ -126,7 +126,8 @@ def marked(log: Log) -> tuple[Diagnosis, Models]:
     def first(fit: Fit) -> list[tuple[str, ...]]:
         return [(part.names[0],) for part in fit.runner.trial.parts]
 
-    with patch.object(examination, "at_limit", first):
+    of_position = ("spring", "cogging", "position_dependent_friction", "encoder_eccentricity")
+    with patch.object(examination, "at_limit", first), among(*of_position):
         return diagnose_log(stage(), system_of(stage()), log)
 
 
