@@ -94,10 +94,10 @@ _diagnosed: dict[tuple[str, float, str, float], tuple[Diagnosis, Models]] = {}
 
 @contextmanager
 def among(*kinds: str) -> Iterator[None]:
-    """Only effects of these kinds are candidates, for tests of what is said and not of the choice among all."""
+    """Only effects of these kinds are candidates, or all without any: for tests of what is said, not of the choice."""
 
     def few(search: Search, taken: Sequence[Part]) -> list[Part]:
-        return [part for part in every_part(search, taken) if part.kind in kinds]
+        return [part for part in every_part(search, taken) if not kinds or part.kind in kinds]
 
     with patch.object(forward_selection, "every_part", few):
         yield

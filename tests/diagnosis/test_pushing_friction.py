@@ -8,6 +8,9 @@ import pytest
 
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import among, diagnosed, stage, system_of
+from tests.in_part import in_part
+
+FEW = ("offset", "coulomb_asymmetry", "viscous", "spring")
 
 
 @pytest.mark.parametrize(("d", "physical"), [(3.9, True), (-3.9, True), (4.1, False), (-4.1, False)])
@@ -15,9 +18,10 @@ def test_neither_level_is_negative(d: float, physical: bool) -> None:
     assert CATALOGUE["coulomb_asymmetry"].admissible(system_of(stage()), 0, {"d": d}) == physical
 
 
-def test_a_force_above_the_level_is_an_offset(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kinds", in_part([(), FEW], [FEW]))
+def test_a_force_above_the_level_is_an_offset(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """A payload on a vertical axis was named an asymmetry of 43 N on friction of 29 N."""
-    with among("offset", "coulomb_asymmetry", "viscous", "spring"):
+    with among(*kinds):
         found, _ = diagnosed("[{kind: offset, on: x, parameters: {f0: 7}}]", tmp_path)
     (effect,) = found.effects
     assert (effect.kind, effect.on) == ("offset", "x")
