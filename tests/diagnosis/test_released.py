@@ -53,7 +53,7 @@ def logs(piston: float, folder: Path, effects: str = "") -> tuple[Log, Log]:
     return train, test
 
 
-FEW = ("inertia_error", "viscous", "spring", "cogging", "quadratic_drag", "gravity_imbalance")
+FEW = ("inertia_error", "viscous", "spring", "cogging")
 ALL: tuple[str, ...] = ()
 
 

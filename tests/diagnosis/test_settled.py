@@ -13,7 +13,8 @@ from codegen.diagnosis.credit import free_runs_settle
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.output_error import Fit
 from codegen.spec import Spec, parse_spec
-from tests.diagnosis.stage import STAGE, TEST, TRAIN, log_of, system_of
+from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, system_of
+from tests.in_part import in_part
 
 
 @pytest.mark.parametrize(
@@ -40,7 +41,11 @@ def slowly_filtered(effects: str, reference: str) -> Spec:
     return parse_spec(text + "log: {cutoff_hz: 8}\n", Path("stage.yaml"))
 
 
-def test_a_stribeck_peak_that_the_filter_blurs_is_found(tmp_path: Path) -> None:
+FEW = ("stribeck", "viscous", "quadratic_drag", "spring")
+
+
+@pytest.mark.parametrize("kinds", in_part([(), FEW], [FEW]))
+def test_a_stribeck_peak_that_the_filter_blurs_is_found(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """The stage passes a peak of 0.01 m/s in 10 to 20 ms at each reversal, and the filter of the force residual lets 8
     Hz pass: with the true peak that residual is larger on the held-out log. The free runs are at the noise.
     """
@@ -49,7 +54,8 @@ def test_a_stribeck_peak_that_the_filter_blurs_is_found(tmp_path: Path) -> None:
         log_of(slowly_filtered(peak, way), tmp_path, name) for name, way in (("train.csv", TRAIN), ("test.csv", TEST))
     )
     spec = slowly_filtered("[]", TRAIN)
-    found, _ = diagnose_log(spec, system_of(spec), train, test)
+    with among(*kinds):
+        found, _ = diagnose_log(spec, system_of(spec), train, test)
     assert found.augmented.force_rms > found.refit.force_rms
     assert found.augmented.free_run_rmse < 0.5 * found.refit.free_run_rmse
     assert [e.kind for e in found.effects] == ["stribeck"], found.sentence

@@ -9,7 +9,8 @@ import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.spec import Spec, parse_spec
-from tests.diagnosis.stage import STAGE, TEST, TRAIN, log_of, system_of
+from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, system_of
+from tests.in_part import in_part
 
 
 def lift(effects: str = "[]", reference: str = TRAIN, duration: float = 14.0) -> Spec:
@@ -20,7 +21,11 @@ def lift(effects: str = "[]", reference: str = TRAIN, duration: float = 14.0) ->
     return parse_spec(text, Path("lift.yaml"))
 
 
-def test_a_threshold_near_the_smallest_commands_is_found(tmp_path: Path) -> None:
+FEW = ("dead_zone", "saturation", "input_gain", "offset", "viscous")
+
+
+@pytest.mark.parametrize("kinds", in_part([(), FEW], [FEW]))
+def test_a_threshold_near_the_smallest_commands_is_found(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """It is more than a fifth of the largest command, and few commands are below it."""
     effects = "[{kind: dead_zone, on: w, parameters: {threshold: 15}}]"
     train = log_of(lift(effects), tmp_path, "train.csv")
@@ -28,6 +33,7 @@ def test_a_threshold_near_the_smallest_commands_is_found(tmp_path: Path) -> None
     small = np.abs(train.inputs[:, 0]) < 15
     assert 0.02 < small.mean() < 0.25
     spec = lift()
-    found, _ = diagnose_log(spec, system_of(spec), train, test)
+    with among(*kinds):
+        found, _ = diagnose_log(spec, system_of(spec), train, test)
     assert [(e.kind, e.on) for e in found.effects] == [("dead_zone", "w")]
     assert found.effects[0].parameters["threshold"] == pytest.approx(15, rel=0.005)
