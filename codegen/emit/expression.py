@@ -105,11 +105,9 @@ class Expressions:
 
 
 def wrapped(text: str, start: int, language: Language, indent: int = 8) -> str:
-    """An expression in lines that end before column 112, broken before the loosest operators.
+    """An expression that starts at a column, in lines that end before column 112, broken before the loosest operators.
 
-    Args:
-        start: column at which it starts.
-        indent: of the lines after the first.
+    The lines after the first are indented by ``indent``.
     """
     if start + len(text) <= WIDTH:
         return text

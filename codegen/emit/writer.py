@@ -174,11 +174,7 @@ class Writer:
 
 
 def template_words(program: Program, code: Code, header: Header, style: Style, real: str) -> dict[str, Any]:
-    """What the templates of every language are given.
-
-    Args:
-        real: the type of a number.
-    """
+    """What the templates of every language are given; ``real`` is the type of a number."""
     literal, largest = style.language.literal, LARGEST[program.precision]
     return {
         "program": program,

@@ -95,11 +95,7 @@ class MjcfModel:
 
 
 def build_mjcf(spec: Spec, mechanism: Mechanism, header: list[str]) -> MjcfModel:
-    """Write a mechanism as MJCF.
-
-    Args:
-        header: lines for the comment on top.
-    """
+    """Write a mechanism as MJCF, with the lines of the header in a comment on top."""
     return _Writer(spec, mechanism).model(header)
 
 

@@ -48,13 +48,9 @@ class LongReal(Language):
     """Numbers as LREAL literals: a REAL of the same digits would be rounded to single precision."""
 
     def literal(self, value: float) -> str:
-        digits = super().literal(value)
-        mantissa, _, exponent = digits.partition("e")
-        sign = "-" if mantissa.startswith("-") else ""
-        mantissa = mantissa.lstrip("-")
+        mantissa, _, exponent = super().literal(value).partition("e")
         number = mantissa if "." in mantissa else f"{mantissa}.0"
-        power = f"E{int(exponent)}" if exponent else ""
-        return f"LREAL#{sign}{number}{power}"
+        return f"LREAL#{number}" + (f"E{int(exponent)}" if exponent else "")
 
 
 def structured_text(controller: Controller, header: list[str]) -> dict[str, str]:

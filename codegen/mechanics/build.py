@@ -75,12 +75,6 @@ def _as_printed(matrix: Matrix) -> Matrix:
     return Matrix(matrix.xreplace({r: d for r, d in rounded.items() if r != d}))
 
 
-def position_ranges(system: System, spec: Spec) -> dict[sympy.Symbol, tuple[float, float]]:
-    """The range of every position: the envelope's, or one metre or one half turn to each side where it says none."""
-    units = zip(system.positions, system.position_units, strict=True)
-    return {x: position_range(spec, x.name, unit) for x, unit in units}
-
-
 def check_mass_matrix(system: System, spec: Spec) -> None:
     """Is M(x) symmetric, and positive definite at every sampled point of the envelope?
 
@@ -154,7 +148,8 @@ def _refuse_negative_masses(system: System, spec: Spec) -> None:
 def _points(system: System, spec: Spec) -> Any:
     """Corners, mid-points and random points of the positions' ranges, points by n."""
     n = system.degrees_of_freedom
-    ranges = np.array(list(position_ranges(system, spec).values()))
+    units = zip(system.positions, system.position_units, strict=True)
+    ranges = np.array([position_range(spec, x.name, unit) for x, unit in units])
     few = [(low, (low + high) / 2, high) for low, high in ranges[:6]]
     corners = np.array(np.meshgrid(*few)).reshape(len(few), -1).T
     corners = np.hstack([corners, np.tile(ranges[6:].mean(axis=1), (len(corners), 1))])

@@ -48,8 +48,7 @@ def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any], by_angle: bool
     """The CasADi SX of a SymPy expression or matrix.
 
     Args:
-        expression: scalar or matrix over the symbols in ``names``.
-        names: symbol → SX scalar or number.
+        names: symbol → SX scalar or number, of every symbol in the expression.
         by_angle: build many sines and cosines of multiples of one angle from one sine and one cosine of it, by the
             addition theorem; equal to rounding.
 
@@ -77,15 +76,7 @@ def symbol_values(
 
 
 def over_rows(function: casadi.Function, rows: Array) -> Array:
-    """A function of one column at many of them, without copies between NumPy and CasADi.
-
-    Args:
-        function: one dense argument (k, 1) → one dense result (r, 1).
-        rows: (N, k).
-
-    Returns:
-        (N, r).
-    """
+    """A function, (k, 1) → (r, 1) and dense, at each of N rows, (N, k): (N, r); NumPy and CasADi share the memory."""
     count, width = len(rows), function.size1_out(0)
     if not count or not width:
         return np.zeros((count, width))

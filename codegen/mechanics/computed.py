@@ -28,11 +28,7 @@ class Computation(sympy.Atom):
     """
 
     def __new__(cls, labels: Sequence[str], expression: Any, arguments: Mapping[str, Any]) -> Computation:
-        """Args:
-        labels: one per entry.
-        expression: SX, k by 1.
-        arguments: name → SX symbol.
-        """
+        """``labels`` of the entries of ``expression``, k by 1 SX over ``arguments``, name → SX symbol."""
         self: Computation = super().__new__(cls)
         used = {s.name() for s in casadi.symvar(casadi.SX(expression))}
         kept = {name: s for name, s in arguments.items() if s.name() in used}
@@ -133,16 +129,12 @@ class ComputedEntry(sympy.Function):
 def computed_matrix(
     label: Callable[[int, int], str], value: Any, arguments: Mapping[sympy.Symbol, Any], symmetric: bool = False
 ) -> Any:
-    """A matrix of computed entries.
+    """An n by m matrix of computed entries; constant ones become exact numbers, structural zeros 0.
 
     Args:
         label: (i, j) → the entry's name.
-        value: n by m SX over ``arguments``; constant entries become exact numbers, structural zeros 0.
-        arguments: SymPy symbol → SX symbol.
+        value: n by m SX over ``arguments``, which are SymPy symbol → SX symbol.
         symmetric: take the lower triangle for both.
-
-    Returns:
-        n by m SymPy matrix.
     """
     rows, columns = value.shape
     places = [(i, j) for j in range(columns) for i in range(rows) if not symmetric or j <= i]

@@ -72,14 +72,9 @@ class Joint:
 
 
 def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points] | None = None) -> Any:
-    """M(x).
+    """M(x) at the positions x, n by 1 SX in rad or m; ``masses`` take the place of the tree's.
 
-    Args:
-        positions: x, n by 1 SX, rad or m.
-        masses: of the bodies, in place of the tree's.
-
-    Returns:
-        n by n SX, symmetric, kg m² on rotations; entries that are zero for every x are structural zeros.
+    n by n SX, symmetric, kg m² on rotations; entries that are zero for every x are structural zeros.
     """
     bodies = tree.bodies
     joints = [_joint(b, positions[i]) for i, b in enumerate(bodies)]
@@ -102,37 +97,27 @@ def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points] | 
 def bias_force(tree: KinematicTree, positions: Any, velocities: Any, masses: Sequence[Points] | None = None) -> Any:
     """h(x, v): what the joints must give for v' = 0 — gravity, centrifugal and Coriolis forces.
 
-    Args:
-        positions, velocities: x and v, n by 1 SX.
-        masses: of the bodies, in place of the tree's.
-
-    Returns:
-        n by 1 SX, N m on rotations, N on translations.
+    n by 1 SX, N m on rotations, N on translations; ``masses`` take the place of the tree's.
     """
     bodies = tree.bodies
     joints = [_joint(b, positions[i]) for i, b in enumerate(bodies)]
-    turning: list[Any] = []
-    angular: list[Any] = []
-    tensor: list[Any] = []
-    origin: list[Any] = []
+    motions: list[tuple[Any, Any, Any, Any]] = []  # ω, ω', U and the acceleration of the origin
     wrenches: list[tuple[Any, Any]] = []
     for i, body in enumerate(bodies):
-        joint, p, rate = joints[i], body.parent, velocities[i]
+        joint, rate = joints[i], velocities[i]
         back = joint.rotation.T
-        # A base that accelerates upwards feels like gravity.
-        carried = -_column(tree.gravity) if p < 0 else origin[p] + tensor[p] @ joint.origin
-        w, dw, a = (casadi.SX(3, 1),) * 3 if p < 0 else (back @ turning[p], back @ angular[p], casadi.SX(3, 1))
-        a = back @ carried
+        if body.parent < 0:  # a base that accelerates upwards feels like gravity
+            w, dw, a = casadi.SX(3, 1), casadi.SX(3, 1), back @ -_column(tree.gravity)
+        else:
+            turning, angular, tensor, origin = motions[body.parent]
+            w, dw, a = back @ turning, back @ angular, back @ (origin + tensor @ joint.origin)
         across = cross(w, joint.axis) * rate
         if joint.revolute:
             w, dw = w + joint.axis * rate, dw + across
         else:
             a = a + 2 * across
         u = _acceleration_tensor(w, dw)
-        turning.append(w)
-        angular.append(dw)
-        tensor.append(u)
-        origin.append(a)
+        motions.append((w, dw, u, a))
         points = points_of(body) if masses is None else masses[i]
         moment = _moment(u, points.second) + cross(points.first, a)
         wrenches.append((moment, points.mass * a + u @ points.first))

@@ -270,8 +270,7 @@ def _lagrangian(spec: Spec, form: Lagrangian) -> tuple[Matrix, Matrix]:
 def _kinematic_tree(spec: Spec, tree: KinematicTree, free: Sequence[LinkParameter] = ()) -> tuple[Matrix, Matrix]:
     """M(x), n by n, and the force, n by 1: the spec's (the joints' inputs) less the bias force.
 
-    Args:
-        free: base parameters that stay symbols; the others are the numbers of the robot file, or the spec's own.
+    The ``free`` base parameters stay symbols; the others are the numbers of the robot file, or the spec's own.
     """
     positions = {symbol(name): casadi.SX.sym(name) for name in spec.positions}
     velocities = {symbol(name): casadi.SX.sym(name) for name in spec.velocities}

@@ -44,15 +44,9 @@ def numeric_matrix(matrix: Any, point: Mapping[sympy.Symbol, Any]) -> Any:
 def numbers_over(
     matrix: Any, values: Mapping[sympy.Symbol, Any], variables: Sequence[sympy.Symbol], points: Any
 ) -> Any:
-    """A matrix at many points through CasADi; what has no real value there is NaN or infinite.
+    """A matrix over ``values`` and ``variables`` at many points (points by variables): points by n by m.
 
-    Args:
-        matrix: n by m over ``values`` and ``variables``.
-        values: symbol → number.
-        points: points by variables.
-
-    Returns:
-        points by n by m.
+    Through CasADi; what has no real value at a point is NaN or infinite there.
     """
     at = casadi.SX.sym("at", len(variables))
     names = symbol_values(values, (variables, at))

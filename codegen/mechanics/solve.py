@@ -43,10 +43,9 @@ class Factors:
 
 
 def factorised(mass: Any, reciprocals: bool = True) -> Factors:
-    """The LDLᵀ of M.
+    """The LDLᵀ of M, n by n SX, symmetric positive definite; structural zeros cost nothing.
 
     Args:
-        mass: n by n SX, symmetric positive definite; structural zeros cost nothing.
         reciprocals: whether a division by a constant pivot is a product with its reciprocal, which rounds twice. Pivots
             that vary are divided by in any case: CasADi writes a product with 1/d as a quotient.
     """
@@ -79,14 +78,9 @@ def solve_symmetric(mass: Any, right: Any) -> Any:
 
 
 def solve_by_elimination(matrix: Any, right: Any) -> Any:
-    """Solve A y = r by Gauss's elimination in the given order, unrolled over A's own sparsity.
+    """y of A y = r, n by 1 SX, by Gauss's elimination in the given order, unrolled over A's own sparsity.
 
-    Args:
-        matrix: n by n SX whose leading blocks are regular; structural zeros cost nothing.
-        right: n by 1 SX.
-
-    Returns:
-        y, n by 1.
+    The leading blocks of A must be regular; structural zeros cost nothing.
     """
     n = matrix.shape[0]
     rows = [[matrix[i, j] for j in range(n)] for i in range(n)]

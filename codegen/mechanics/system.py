@@ -264,13 +264,7 @@ def _over(expression: Any, static: Mapping[sympy.Symbol, sympy.Expr]) -> Any:
 def _input_matrix(
     force: Any, positions: Sequence[sympy.Symbol], inputs: Sequence[sympy.Symbol]
 ) -> Matrix | NonlinearInput:
-    """B = ∂g/∂w, coordinates by inputs, or the first entry that shows that g is not linear (affine) in w.
-
-    Args:
-        force: g(x, v, w), n by 1.
-        positions: names of the rows.
-        inputs: w, in order.
-    """
+    """B = ∂g/∂w, coordinates by inputs, or the first entry that shows that g(x, v, w) is not linear (affine) in w."""
     slopes = sympy.zeros(len(positions), len(inputs))
     for i, position in enumerate(positions):
         for j, entry in enumerate(inputs):

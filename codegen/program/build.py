@@ -40,7 +40,7 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
     system = observer.system
     names: dict[sympy.Symbol, Any] = {}
     parameters = _parameters(observer, names)
-    period = Field("sample_time", "s", "sample time", casadi.SX.sym("sample_time"), float(observer.sample_time))
+    period = Field("sample_time", "s", "sample time", float(observer.sample_time))
     measured = list(zip(system.positions, system.position_units, strict=True))
     inputs = [_field(names, x, unit, "measured position") for x, unit in measured]
     if observer.velocity == "measured":
@@ -65,9 +65,8 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
     following: list[Any] = []
     if observer.integration == "implicit":
         signals += [held_input(observer, k, f, names) for k, f in enumerate(commands)]
-        step, now = implicit_blocks(observer, names, own, period.symbol, taken)
-        blocks += step
-        following = casadi.vertsplit(now.symbols)
+        blocks += implicit_blocks(observer, names, own, period.symbol, taken)
+        following = casadi.vertsplit(blocks[-1].symbols)
         names.update(zip(observer.states, following, strict=True))
     guard = Guard(observer, observer.domain, names) if observer.domain is not None else None
     for equation in observer.equations:
@@ -79,12 +78,9 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
             solve = MassSolve(taken, equation.source)
             expression = solve.solve(to_casadi(system.mass_matrix, names), expression)
             blocks += solve.blocks
-        symbols = casadi.vertcat(*[casadi.SX.sym(s.name) for s in equation.symbols])
-        names.update(zip(equation.symbols, casadi.vertsplit(symbols), strict=True))
         elements = tuple(s.name for s in equation.symbols)
-        blocks.append(
-            Block(equation.name, elements, symbols, expression, equation.units, equation.source, equation.output)
-        )
+        blocks.append(Block(equation.name, elements, expression, equation.units, equation.source, equation.output))
+        names.update(zip(equation.symbols, casadi.vertsplit(blocks[-1].symbols), strict=True))
 
     rates = to_casadi(observer.rates, names)
     following = following or [field.symbol + period.symbol * rates[i] for i, field in enumerate(own)]
@@ -142,8 +138,9 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
 def _field(
     names: dict[sympy.Symbol, Any], s: sympy.Symbol, unit: str, meaning: str, value: float | None = None
 ) -> Field:
-    names[s] = casadi.SX.sym(s.name)
-    return Field(s.name, unit, meaning, names[s], value)
+    field = Field(s.name, unit, meaning, value)
+    names[s] = field.symbol
+    return field
 
 
 def _parameters(observer: Observer, names: dict[sympy.Symbol, Any]) -> list[Field]:

@@ -106,15 +106,16 @@ class Guard:
         return held(equation.symbols)[equation.symbols[0]]
 
     def _field(self, name: str, unit: str, meaning: str, value: Any = None) -> Field:
-        self.names[symbol(name)] = casadi.SX.sym(name)
-        return Field(name, unit, meaning, self.names[symbol(name)], None if value is None else float(value))
+        field = Field(name, unit, meaning, None if value is None else float(value))
+        self.names[symbol(name)] = field.symbol
+        return field
 
     def _block(
         self, name: str, element: sympy.Symbol, expression: Any, unit: str, source: str, output: bool = False
     ) -> Block:
-        value = to_casadi(expression, self.names)
-        self.names[element] = casadi.SX.sym(element.name)
-        return Block(name, (element.name,), self.names[element], value, (unit,), source, output)
+        block = Block(name, (element.name,), to_casadi(expression, self.names), (unit,), source, output)
+        self.names[element] = block.symbols
+        return block
 
 
 def _above(difference: Any) -> Any:

@@ -131,11 +131,7 @@ _CALLS = {
 
 
 def to_graph(expression: Any, names: Mapping[str, Node], graph: Graph) -> list[Node]:
-    """The nodes of an SX column.
-
-    Args:
-        expression: k by 1 SX.
-        names: the node of every SX symbol in it, by its name.
+    """The nodes of an SX column, k by 1; ``names`` has the node of every SX symbol in it, by its name.
 
     Raises:
         TypeError: for a CasADi operation that no output language has.

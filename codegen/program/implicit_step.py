@@ -23,8 +23,8 @@ SOURCE = "z[k] = z[k-1] + h f(z[k]), one Newton step"
 
 def implicit_blocks(
     observer: Observer, names: Mapping[sympy.Symbol, Any], states: Sequence[Field], period: Any, taken: set[str]
-) -> tuple[list[Block], Block]:
-    """The blocks of the step, and the last of them: the states at this sample.
+) -> list[Block]:
+    """The blocks of the step; the last of them are the states at this sample.
 
     Args:
         names: symbol → SX of every parameter, measurement and input; the inputs are those held since the last sample.
@@ -44,10 +44,8 @@ def implicit_blocks(
     at = casadi.vertcat(start, casadi.SX.zeros(a.shape[0]))
     slope, miss = casadi.substitute([casadi.jacobian(residual, unknown), residual], [unknown], [at])
     change = solve.eliminate(casadi.sparsify(slope), -miss)
-    elements = tuple(f"{f.name}_now" for f in states)
-    symbols = casadi.vertcat(*[casadi.SX.sym(e) for e in elements])
-    now = Block("state_now", elements, symbols, start + change[: len(states)], tuple(f.unit for f in states), SOURCE)
-    return [*solve.blocks, now], now
+    elements, units = tuple(f"{f.name}_now" for f in states), tuple(f.unit for f in states)
+    return [*solve.blocks, Block("state_now", elements, start + change[: len(states)], units, SOURCE)]
 
 
 def _rates(observer: Observer, names: Mapping[sympy.Symbol, Any], z: Any, a: Any) -> tuple[Any, Any]:

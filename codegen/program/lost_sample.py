@@ -46,12 +46,7 @@ def most_lost(observer: Observer) -> int:
 
 
 def carried_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
-    """z → its change by an invalid sample, where the velocity is estimated.
-
-    Args:
-        names: SX of every parameter.
-        period: SX of the sample time, s.
-    """
+    """z → its change by an invalid sample, where the velocity is estimated; ``names`` has SX of every parameter."""
     velocity = dict(zip(observer.system.positions, held(observer.equations[0].symbols).values(), strict=True))
     return {
         z: -period * sum(to_casadi(slope, names) * velocity[x] for x, slope in along.items())
@@ -63,9 +58,7 @@ def carried_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period
 def resumed_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
     """z → its value, set from a valid sample, with which the estimates continue from the held ones.
 
-    Args:
-        names: SX of every parameter and of this sample's positions, velocities and inputs.
-        period: SX of the sample time, s.
+    ``names`` has SX of every parameter and of this sample's positions, velocities and inputs.
     """
     system, values = observer.system, dict(names)
     velocity = system.v

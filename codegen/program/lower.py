@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -45,11 +45,12 @@ class _Lowering:
         self.names = Names(elements | following | {f.name for f in program.inputs} | WORDS)
 
     def code(self) -> Code:
-        raw, named = self._translated()
-        roots = [raw[e] for b in self.program.blocks if not b.inner for e in b.elements]
+        raw: dict[str, Node] = {}
+        for block in self.program.blocks:
+            raw |= zip(block.elements, self._nodes([block.expression], raw), strict=True)
+        named = [raw[e] for b in self.program.blocks if not b.inner for e in b.elements]
         following = self._nodes(self.program.next_state, raw)
-        places = self.program.arrays
-        short = normalise([*roots, *following], named, self.graph, self.factoring, places)
+        short = normalise([*named, *following], named, self.graph, self.factoring, self.program.arrays)
         value = {element: short[node] for element, node in raw.items() if node in short}
         final = [short[node] for node in following]
         derived = self._derived([*final, *(value[name] for name, _, _ in self.program.outputs)], value)
@@ -66,18 +67,7 @@ class _Lowering:
             resumed=self._setting(self.program.resumed_state if self.program.holds else (), "resumed"),
         )
 
-    def _translated(self) -> tuple[dict[str, Node], list[Node]]:
-        """The node of every element, and those that are printed under their names and so not merged into others."""
-        raw: dict[str, Node] = {}
-        named: list[Node] = []
-        for block in self.program.blocks:
-            nodes = to_graph(block.expression, {**self.symbols, **raw}, self.graph)
-            raw |= dict(zip(block.elements, nodes, strict=True))
-            named += [] if block.inner else nodes
-        return raw, named
-
-    def _nodes(self, values: Iterable[Any], raw: dict[str, Node]) -> list[Node]:
-        values = list(values)
+    def _nodes(self, values: Sequence[Any], raw: dict[str, Node]) -> list[Node]:
         return to_graph(casadi.vertcat(*values), {**self.symbols, **raw}, self.graph) if values else []
 
     def _derived(self, roots: list[Node], value: dict[str, Node]) -> tuple[Assignment, ...]:
@@ -100,11 +90,7 @@ class _Lowering:
     def _groups(self, value: dict[str, Node], final: list[Node]) -> tuple[Group, ...]:
         """Assignments by block: partial results where they are first needed, then the elements."""
         blocks = self.program.blocks
-        wishes: dict[Node, str] = {}
-        for block in blocks:
-            for element in block.elements:
-                if element in value:
-                    wishes.setdefault(value[element], element)
+        wishes = {node: element for element, node in reversed(value.items())}  # the first element of a node
         roots = [*final, *(value[name] for name, _, _ in self.program.outputs)]
         live = set(reachable(roots))
         uses = Counter(a for n in live if not n.constant for a in n.arguments)
@@ -122,15 +108,11 @@ class _Lowering:
                 shared = uses[node] > 1 and node.kind != "negative"
                 if node.constant or node.leaf or node in known or not (shared or node in whole) or node in roots:
                     continue
-                wish = wishes.get(node) or partial_name(node, known)
-                inner = node in wishes
-                known[node] = (wish or "") if inner else self._partial(wish, stem)
+                known[node] = wishes.get(node) or self._partial(partial_name(node, known), stem)
                 lines.append(Assignment(known[node], node))
 
-        for block in blocks:
+        for block in (b for b in blocks if not b.inner):
             lines: list[Assignment] = []
-            if block.inner:
-                continue
             for element, unit in zip(block.elements, block.units, strict=True):
                 node = value[element]
                 if node in known or node.leaf or node.constant or node not in live:

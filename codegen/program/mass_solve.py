@@ -26,18 +26,14 @@ class MassSolve:
         self.blocks: list[Block] = []
 
     def solve(self, mass: Any, right: Any) -> Any:
-        """a of M a = r.
+        """a of M a = r, n by 1, over the elements of ``blocks``; M is symmetric positive definite.
 
-        Args:
-            mass: n by n SX, symmetric positive definite; structural zeros cost nothing.
-            right: n by 1 SX.
-
-        Returns:
-            a, n by 1, over the elements of ``blocks``.
+        Structural zeros of M cost nothing.
         """
         n = mass.shape[0]
         matrix = self._named("mass_matrix", "M", casadi.SX(mass), n)
-        force = self._column("force_balance", "r", [right[i] for i in range(n)])
+        label = _label(n)
+        force = self.named("force_balance", [label("r", i) for i in range(n)], [right[i] for i in range(n)])
         if n == 2 and (1, 0) in matrix:
             return self._closed(matrix, force)
         return self._factored(matrix, force)
@@ -53,20 +49,18 @@ class MassSolve:
         r = [right[i] for i in range(n)]
         over: list[Any] = []
         for j in range(n):
-            over += (
-                [casadi.SX(1)]
-                if a[j, j].is_one()
-                else self.named("pivots", [f"one_over_{label('p', j)}"], [1 / a[j, j]])
-            )
+            if a[j, j].is_one():
+                over.append(casadi.SX(1))
+            else:
+                over += self.named("pivots", [f"one_over_{label('p', j)}"], [1 / a[j, j]])
             across = [k for k in range(j + 1, n) if (j, k) in a]
             for i in range(j + 1, n):
                 if (i, j) not in a:
                     continue
                 factor = self.named("factors", [label("f", i, j)], [a[i, j] * over[j]])[0]
                 for k in across:
-                    a[i, k] = self.named(
-                        "factors", [label("A", i, k)], [a.get((i, k), casadi.SX(0)) - factor * a[j, k]]
-                    )[0]
+                    entry = a.get((i, k), casadi.SX(0)) - factor * a[j, k]
+                    a[i, k] = self.named("factors", [label("A", i, k)], [entry])[0]
                 r[i] = self.named("forward", [label("r", i)], [r[i] - factor * r[j]])[0]
         x: list[Any] = [casadi.SX(0)] * n
         for i in reversed(range(n)):
@@ -127,9 +121,6 @@ class MassSolve:
         symbols = self.named(block, [label(letter, *p) for p in places], [matrix[i, j] for i, j in places])
         return dict(zip(places, symbols, strict=True))
 
-    def _column(self, block: str, letter: str, values: list[Any]) -> list[Any]:
-        return self.named(block, [_label(len(values))(letter, i) for i in range(len(values))], values)
-
     def named(self, name: str, wishes: Sequence[str], values: Sequence[Any]) -> list[Any]:
         """Symbols for values under given names, in one block."""
         elements = []
@@ -137,11 +128,9 @@ class MassSolve:
             free = (wish, f"{wish}_", *(f"{wish}_{k}" for k in range(2, len(self._taken) + 2)))
             elements.append(next(name for name in free if name not in self._taken))
             self._taken.add(elements[-1])
-        symbols = [casadi.SX.sym(element) for element in elements]
         units = ("",) * len(elements)
-        column, expression = casadi.vertcat(*symbols), casadi.vertcat(*values)
-        self.blocks.append(Block(name, tuple(elements), column, expression, units, self._source, inner=True))
-        return symbols
+        self.blocks.append(Block(name, tuple(elements), casadi.vertcat(*values), units, self._source, inner=True))
+        return list(casadi.vertsplit(self.blocks[-1].symbols))
 
 
 def _label(n: int) -> Callable[..., str]:

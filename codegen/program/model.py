@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import casadi
+
 from codegen.program.arrays import Element
 
 PRECISIONS = ("double", "single")
@@ -27,14 +29,18 @@ class Field:
         name: as in the spec, where it has one.
         unit, meaning: for the comment.
         value: the spec's value, or None.
-        symbol: its SX symbol.
+        symbol: its SX symbol, made of the name.
     """
 
     name: str
     unit: str
     meaning: str
-    symbol: Any
     value: float | None = None
+    symbol: Any = None
+
+    def __post_init__(self) -> None:
+        if self.symbol is None:
+            object.__setattr__(self, "symbol", casadi.SX.sym(self.name))
 
 
 @dataclass(frozen=True)
@@ -62,22 +68,26 @@ class Block:
     Attributes:
         name: a textbook term (``friction_level``).
         elements: a local name for each element (``a_hat_rail``).
-        symbols: SX symbols that later blocks use for the elements, k by 1.
         expression: SX over fields and earlier blocks, k by 1.
         units: one per element.
         source: equation number.
         output: whether the elements are outputs.
         inner: whether an element gets a variable only where it is used more than once.
+        symbols: SX symbols that later blocks use for the elements, k by 1, made of their names.
     """
 
     name: str
     elements: tuple[str, ...]
-    symbols: Any
     expression: Any
     units: tuple[str, ...]
     source: str
     output: bool = False
     inner: bool = False
+    symbols: Any = None
+
+    def __post_init__(self) -> None:
+        if self.symbols is None:
+            object.__setattr__(self, "symbols", casadi.vertcat(*[casadi.SX.sym(e) for e in self.elements]))
 
 
 @dataclass(frozen=True)

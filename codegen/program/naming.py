@@ -10,27 +10,11 @@ from codegen.program.graph import Node
 LONGEST = 40
 DEEPEST = 8
 """Formulas with more levels get no name of their own."""
-WORDS = {
-    "state",
-    "parameters",
-    "inputs",
-    "outputs",
-    "check",
-    "given",
-    "fresh",
-    "faults",
-    "missed",
-    "valid",
-    "mode",
-    "invalid_samples",
-    "first",
-    "lane",
-    "i",
-} | {
-    "field",
-    "dataclass",
-    "math",
-}
+OWN = """
+state parameters inputs outputs check given fresh faults missed valid mode invalid_samples first lane i
+field dataclass math
+"""
+WORDS = set(re.findall(r"\w+", OWN))
 """Names that the generated code uses itself."""
 
 

@@ -205,10 +205,8 @@ class _Rules:
         return self.assembled([(sign, result)])
 
     def opened(self, nodes: Sequence[Node]) -> list[Node]:
-        return [f for node in nodes for f in (node.arguments if self._open_product(node) else (node,))]
-
-    def _open_product(self, node: Node) -> bool:
-        return node.kind == "product" and not node.constant and self.open(node)
+        """The factors of open products in place of these; constant products stay."""
+        return [f for node in nodes for f in ((node,) if node.constant else self.factors(node))]
 
     def absorbs(self, node: Node) -> bool:
         """Whether a constant factor of this sum is free, because each of its terms has one already."""

@@ -21,11 +21,7 @@ FEWEST = 8
 
 
 def roll(program: Program, code: Code, names: Names) -> Rolled:
-    """The printed form: with arrays and loops for a program with numbered quantities, else without loops.
-
-    Args:
-        names: provider of unique names, for further arrays.
-    """
+    """The printed form: with arrays and loops for a program with numbered quantities, else without loops."""
     return _Rolling(program, names).rolled(code)
 
 

@@ -81,11 +81,7 @@ class Run:
 
 
 def schedule(values: Sequence[Value], join: bool) -> list[Run]:
-    """All values in runs, in a topological order of their dependences.
-
-    Args:
-        join: whether loops over one range are fused.
-    """
+    """All values in runs, in a topological order of their dependences; ``join`` fuses loops over one range."""
     runs = _runs(values, join)
     runs = _without_cycles(runs)
     of = {v: run for run in runs for v in run.values}

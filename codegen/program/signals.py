@@ -37,8 +37,8 @@ def true_positions(system: System, names: dict[sympy.Symbol, Any]) -> list[Block
         for _ in range(STEPS):
             here = {**names, x: found}
             found = found - (found + to_casadi(error, here) - reading) / (1 + to_casadi(slope, here))
-        names[x] = casadi.SX.sym(f"{x}_true")
-        blocks.append(Block("true_position", (f"{x}_true",), names[x], found, (unit,), "x_measured = x + eta(x)"))
+        blocks.append(Block("true_position", (f"{x}_true",), found, (unit,), "x_measured = x + eta(x)"))
+        names[x] = blocks[-1].symbols
     return blocks
 
 
@@ -63,13 +63,11 @@ def effective_input(
         return to_casadi(chain.static(w), {**names, w: value})
 
     def block(element: str, name: str, expression: Any, source: str) -> Block:
-        return Block(name, (element,), casadi.SX.sym(element), expression, (command.unit,), source)
+        return Block(name, (element,), expression, (command.unit,), source)
 
     whole, share = _samples(observer, w, chain.delay)
-    past = [
-        Field(f"{w}_past_{k}", command.unit, f"{w} of {k} samples before", casadi.SX.sym(f"{w}_past_{k}"))
-        for k in range(1, whole + (2 if share else 1))
-    ]
+    count = whole + (1 if share else 0)
+    past = [Field(f"{w}_past_{k}", command.unit, f"{w} of {k} samples before") for k in range(1, count + 1)]
     line = [f.symbol for f in (command, *past)]
     driven = static(line[whole])
     if share:
@@ -103,16 +101,16 @@ def held_input(observer: Observer, index: int, command: Field, names: dict[sympy
     """
     w, chain = observer.system.inputs[index], observer.system.actuator(index)
     settled = to_casadi(chain.static(w), {**names, w: command.symbol})
-    field = Field(f"{w}_held", command.unit, f"{w} since the sample before", casadi.SX.sym(f"{w}_held"))
+    field = Field(f"{w}_held", command.unit, f"{w} since the sample before")
     now, names[w] = names[w], field.symbol
     return State(field, now, settled, field.symbol)
 
 
 def _lagged(w: sympy.Symbol, unit: str, place: int, order: int) -> Field:
     """The state of one of so many equal lags in series."""
-    name = f"{w}_lagged" if order == 1 else f"{w}_lagged_{place}"
-    words = f"{w} behind its lag" if order == 1 else f"{w} behind lag {place} of {order}"
-    return Field(name, unit, words, casadi.SX.sym(name))
+    if order == 1:
+        return Field(f"{w}_lagged", unit, f"{w} behind its lag")
+    return Field(f"{w}_lagged_{place}", unit, f"{w} behind lag {place} of {order}")
 
 
 def _samples(observer: Observer, w: sympy.Symbol, delay: Any) -> tuple[int, Any]:

@@ -22,12 +22,7 @@ def c_language(program: Program) -> Language:
 
 
 def c_words(program: Program, code: Code, header: Header, lane: str, local: str, declares: bool) -> dict[str, Any]:
-    """What the templates of C are given.
-
-    Args:
-        lane: the index of a lane behind every field, or empty.
-        local, declares: as in ``Style``.
-    """
+    """What the templates of C are given; ``lane`` is the index of a lane behind every field, or empty."""
     language = c_language(program)
     structs = {struct: f"{struct}->{{name}}{lane}" for struct in ("parameters", "state", "inputs", "outputs")}
     indent = 8 if lane else 4
