@@ -262,22 +262,21 @@ class _Elements:
     def _own(self, i: int, factor: float, shape: sympy.Expr) -> bool:
         """Put a term that depends on one coordinate alone where it belongs; False for one that belongs nowhere."""
         x, v = self.system.positions[i], self.system.velocities[i]
-        unit = unit_direction(i, self.n)
-        if shape == 1:
-            self.line(unit).constant += factor
-            return True
-        for power in range(2, HIGHEST + 1):
-            if shape == x**power:
-                self.line(unit).stiffness[power - 1] -= factor
-                return True
-        speeds = {v * Magnitude(v): 1, v**2 * Sgn(v): 1, v**3: 2, v * Magnitude(v) ** 2: 2}
-        if shape in speeds:
-            self.line(unit).damping[speeds[shape]] -= factor
-            return True
+        springs = {x**power: power - 1 for power in range(2, HIGHEST + 1)}
+        dampers = {v * Magnitude(v): 1, v**2 * Sgn(v): 1, v**3: 2, v * Magnitude(v) ** 2: 2}
         wave = wave_of(factor, shape, x)
+        if not (shape == 1 or shape in springs or shape in dampers or wave is not None):
+            return False
+        line = self.line(unit_direction(i, self.n))
         if wave is not None:
-            self.line(unit).waves.append(wave)
-        return wave is not None
+            line.waves.append(wave)
+        elif shape == 1:
+            line.constant += factor
+        elif shape in springs:
+            line.stiffness[springs[shape]] -= factor
+        else:
+            line.damping[dampers[shape]] -= factor
+        return True
 
     def _pairs(self, matrix: Any, symbols: tuple[sympy.Symbol, ...], kind: str, rest: list[sympy.Expr]) -> None:
         """Linear forces −K y as elements: a symmetric pair as one between two coordinates, what is left on each alone.
