@@ -24,7 +24,7 @@ class LawParameter:
         unit: template over {F} (the contact's force unit) and {q} (its slip's unit).
         positive: whether the lowest value itself is excluded.
         meaning: a few words.
-        lowest, highest: the admissible range, exact; None where there is no bound.
+        lowest: admissible value, exact; None where there is no bound.
         default: used where a spec leaves the parameter out; None makes it required.
     """
 
@@ -33,7 +33,6 @@ class LawParameter:
     positive: bool
     meaning: str
     lowest: Any = 0
-    highest: Any = None
     default: Any = None
 
 

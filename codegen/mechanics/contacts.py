@@ -99,21 +99,18 @@ def _value(spec: Spec, key: str, law: FrictionLaw, p: LawParameter, contact: Con
             raise BadInput(spec.place(key), found, f"`{p.name}:` for the law {law.name}", code="SPEC003")
         return sympy.Rational(p.default)
     value = contact.parameters[p.name]
-    too_low = p.lowest is not None and (value < p.lowest or (p.positive and value == p.lowest))
-    too_high = p.highest is not None and value > p.highest
-    if too_low or too_high:
+    if p.lowest is not None and (value < p.lowest or (p.positive and value == p.lowest)):
         raise BadInput(spec.place(f"{key}.{p.name}"), f"{p.meaning} {float(value):g}", admissible(p), code="SPEC007")
     return value
 
 
 def admissible(p: LawParameter) -> str:
     """The admissible range in words."""
-    if p.lowest == 0 and p.highest is None:
+    if p.lowest is None:
+        return "a number"
+    if p.lowest == 0:
         return "a positive number" if p.positive else "zero or a positive number"
-    above = "" if p.lowest is None else f"above {p.lowest}" if p.positive else f"of at least {p.lowest}"
-    below = "" if p.highest is None else f"at most {p.highest}"
-    limits = " and ".join(part for part in (above, below) if part)
-    return f"a number {limits}".strip()
+    return f"a number above {p.lowest}" if p.positive else f"a number of at least {p.lowest}"
 
 
 def dependent_contacts(spec: Spec, distribution: Matrix) -> tuple[str, ...]:
@@ -125,13 +122,11 @@ def dependent_contacts(spec: Spec, distribution: Matrix) -> tuple[str, ...]:
     points = sampled_values(spec)
     if rank(distribution, points) == distribution.cols:
         return ()
-    for k in range(distribution.cols):
-        if rank(distribution[:, : k + 1], points) > k:
-            continue
-        # Those without which the rest would be independent are the ones that take part.
-        alone = [j for j in range(k) if rank(_without(distribution[:, : k + 1], j), points) == k]
-        return tuple(spec.contacts[j].name for j in (*alone, k))
-    return ()
+    first = next(k for k in range(distribution.cols) if rank(distribution[:, : k + 1], points) <= k)
+    # Those without which the rest would be independent are the ones that take part.
+    others = {j: [i for i in range(first + 1) if i != j] for j in range(first)}
+    part = [j for j, rest in others.items() if rank(distribution[:, rest], points) == first]
+    return tuple(spec.contacts[j].name for j in (*part, first))
 
 
 def refuse_dependent_contacts(spec: Spec, distribution: Matrix) -> None:
@@ -152,11 +147,5 @@ def refuse_dependent_contacts(spec: Spec, distribution: Matrix) -> None:
         f"{names[-1]} follows from that of {' and '.join(names[:-1])}, so U'M^-1 U is singular and no gain tells "
         "their friction apart"
     )
-    raise BadInput(
-        spec.place("observer.kind"), found, "contacts that slide independently, or gto", "gto", code="SPEC019"
-    )
-
-
-def _without(matrix: Matrix, column: int) -> Matrix:
-    kept = [j for j in range(matrix.cols) if j != column]
-    return Matrix(matrix[:, kept])
+    expected = "contacts that slide independently, or gto"
+    raise BadInput(spec.place("observer.kind"), found, expected, "gto", code="SPEC019")
