@@ -24,12 +24,12 @@ def position_range(spec: Spec, name: str, unit: str) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def sampled_values(spec: Spec, count: int = POINTS) -> list[dict[sympy.Symbol, Any]]:
+def sampled_values(spec: Spec) -> list[dict[sympy.Symbol, Any]]:
     """The parameters' values with random positions of the envelope, the same at every call."""
     generator = np.random.default_rng(1)
     values = {symbol(p.name): p.value for p in spec.parameters}
     ranges = {symbol(c.name): position_range(spec, c.name, c.unit) for c in spec.coordinates}
-    return [values | {s: float(generator.uniform(*r)) for s, r in ranges.items()} for _ in range(count)]
+    return [values | {s: float(generator.uniform(*r)) for s, r in ranges.items()} for _ in range(POINTS)]
 
 
 def numeric_matrix(matrix: Any, point: Mapping[sympy.Symbol, Any]) -> Any:
