@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.report.law_pictures import framed, svg_of
-from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD
+from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD, framed, svg_of
 
 LEAST = 1e-4
 COLOURS = (CURVE, SECOND, THIRD)

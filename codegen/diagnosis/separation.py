@@ -1,4 +1,7 @@
-"""Candidates that tie on one log: how similar they are, and the cheapest extra motion that discriminates them."""
+"""Candidates that tie on one log: how similar they are, and the cheapest extra motion that discriminates them.
+
+Extra motions are of a library, within the ranges of the log or of the spec's envelope.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from itertools import groupby
 from typing import Any
 
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
@@ -16,19 +20,17 @@ from codegen.diagnosis.credit import independent_share
 from codegen.diagnosis.discrimination import Discrimination, Model
 from codegen.diagnosis.follow import follow
 from codegen.diagnosis.forward_selection import Outcome
-from codegen.diagnosis.motions import ExtraMotion, Reach, library, reach_of, reference_text
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import Ranked, twins
-from codegen.diagnosis.record import Record, record_of
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.record import LEAST_SEGMENTS, PERIODS, Record, record_of
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import with_effects, with_values
+from codegen.diagnosis.signals import Motion, smooth_motion
+from codegen.diagnosis.trial import model_of
 from codegen.effects import CATALOGUE
-from codegen.effects.declare import unit_words
 from codegen.effects.register import kinds_of
 from codegen.logs import Log
-from codegen.mechanics.system import System
+from codegen.mechanics.system import TIME, System
+from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.sensors import Sensors
 
 Array = NDArray[np.float64]
@@ -38,23 +40,22 @@ SEPARATED = 10.0
 25 nats; the verdict itself needs about five."""
 TRAINED = 0.7
 """Share of the motion that is used for fits: a diagnosis without a second log holds the rest out."""
+SEGMENTS = 3 * LEAST_SEGMENTS
+"""Segments in the shortest motion: enough for a diagnosis that holds the last part out."""
+LENGTHS = (1, 2)
+LEAST_PERIODS = 4.0
+MARGIN = 0.95
+"""Share of a range that is used."""
+PACES = 0.87
+"""Ratio of the pace of one coordinate to the one before, so that several are not in phase."""
+CENTRED = 0.02
+"""A range whose middle is this near to zero, over its half width, is centred at zero."""
+SLOW, SLOW_TURNS = 0.06, 3
+DIGITS = 4
 MOST_RIVALS, MOST_CONFUSABLE = 2, 1
 MOST_SIMULATED = 5_000_000
 """Samples of all motions that are tried, times the cube of the number of coordinates: an arm takes so much longer that
 only short motions are tried, or none."""
-
-
-@dataclass(frozen=True, eq=False)
-class SimulatedMotion:
-    """A reference as a candidate's machine follows it: references (N, n), commands (N, m) and positions (N, n)."""
-
-    references: Array
-    commands: Array
-    positions: Array
-
-    def energy(self, h: float) -> float:
-        """∫|w|² dt."""
-        return float((self.commands**2).sum() * h)
 
 
 def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:
@@ -94,7 +95,7 @@ def separate(
     fits = [*tied, *(_in_place(search, outcome, r) for r in _confusable(outcome))]
     pairs = tuple(_tied_pair(search, outcome, fits[0], other) for other in tied[1:])
     reach = reach_of(search.system, search.motion, envelope)
-    machines = [_machine(fit) for fit in tied]
+    machines = [model_of(fit.runner.trial, fit.theta) for fit in tied]
     report = progress or (lambda what, share: None)
     models = [_model(fit) for fit in tied]
     changes = tuple(Discrimination(search, log, models).tried(lambda what, share: report(what, 0.5 * share)))
@@ -108,13 +109,12 @@ def separate(
         if figures.separation >= SEPARATED:
             names = [x.name for x in search.system.positions]
             texts = {name: reference_text(r) for name, r in zip(names, motion.references, strict=True)}
-            return Separation(pairs, tuple(tried), figures, texts, SEPARATED, changes), _csv(search, simulated)
+            text = _csv(search.system, motion, simulated, log.sample_time)
+            return Separation(pairs, tuple(tried), figures, texts, SEPARATED, changes), text
     return Separation(pairs, tuple(tried), None, {}, SEPARATED, changes), None
 
 
-def _cheapest_first(
-    search: Search, machine: System, reach: Reach, h: float
-) -> Iterator[tuple[ExtraMotion, SimulatedMotion]]:
+def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> Iterator[tuple[ExtraMotion, LoopRun]]:
     """The library's motions that do not diverge: shorter ones first, among equals the one with less energy; as many
     as ``MOST_SIMULATED`` allows.
     """
@@ -126,7 +126,7 @@ def _cheapest_first(
             return
         followed = [(motion, _simulated(search, machine, reach, motion, h)) for motion in motions]
         whole = [(motion, run) for motion, run in followed if run is not None]
-        yield from sorted(whole, key=lambda pair: pair[1].energy(h))
+        yield from sorted(whole, key=lambda pair: _energy(pair[1], h))
 
 
 def _confusable(outcome: Outcome) -> list[Ranked]:
@@ -179,24 +179,11 @@ def _distance(truth: Fit, other: Fit) -> float:
     return float(np.copysign(2 * np.sqrt(independent_share(truth) * abs(gain)), gain))
 
 
-def _machine(fit: Fit) -> System:
-    """The system with a fit's effects and levels."""
-    trial = fit.runner.trial
-    moved, found = trial.split(fit.theta)
-    system = with_values(trial.system, {s.name: float(v) for s, v in zip(trial.moved, moved, strict=True)})
-    effects = [
-        FoundEffect(p.kind, p.on, values, unit_words(CATALOGUE[p.kind], p.place, system))
-        for p, values in zip(trial.parts, found, strict=True)
-    ]
-    return with_effects(system, effects)
-
-
 def _model(fit: Fit) -> Model:
     """A fit with its parameters in SI."""
     trial = fit.runner.trial
-    moved, found = trial.split(fit.theta)
-    own = [values[name] for part, values in zip(trial.parts, found, strict=True) for name in part.names]
-    return Model(trial, np.append(moved, own), np.append(fit.prior.precision[: len(moved)], np.zeros(len(own))))
+    theta, count = trial.numbers(fit.theta), len(trial.moved)
+    return Model(trial, theta, np.append(fit.prior.precision[:count], np.zeros(len(theta) - count)))
 
 
 def _try(
@@ -206,7 +193,7 @@ def _try(
     machines: Sequence[System],
     reach: Reach,
     motion: ExtraMotion,
-    first: SimulatedMotion,
+    first: LoopRun,
 ) -> MotionTried:
     """The smallest separation over all pairs of truth and other candidate.
 
@@ -215,7 +202,7 @@ def _try(
         first: the motion as the first machine follows it.
     """
     h, least = log.sample_time, float("inf")
-    energy = first.energy(h)
+    energy = _energy(first, h)
     for k, machine in enumerate(machines):
         simulated = first if k == 0 else _simulated(search, machine, reach, motion, h)
         there = None if simulated is None else _search_there(search, log, simulated, k)
@@ -228,12 +215,15 @@ def _try(
     return MotionTried(motion.name, motion.duration, energy, max(0.0, least))
 
 
-def _simulated(search: Search, machine: System, reach: Reach, motion: ExtraMotion, h: float) -> SimulatedMotion | None:
+def _simulated(search: Search, machine: System, reach: Reach, motion: ExtraMotion, h: float) -> LoopRun | None:
     """A motion under a position loop; None where it diverges."""
     samples = round(motion.duration / h)
-    target, rate = motion.at(h * np.arange(samples, dtype=np.float64))
-    run = follow(search, machine, target, rate, reach.centre, h, reach.inputs)
-    return None if run is None else SimulatedMotion(target, run.inputs, run.positions)
+    return follow(search, machine, *motion.at(h * np.arange(samples, dtype=np.float64)), reach.centre, h, reach.inputs)
+
+
+def _energy(run: LoopRun, h: float) -> float:
+    """∫|w|² dt."""
+    return float((run.inputs**2).sum() * h)
 
 
 def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
@@ -246,9 +236,9 @@ def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
     return sensors.encoded(positions, sensors.noise(len(positions), n, seed)[0])
 
 
-def _search_there(search: Search, log: Log, simulated: SimulatedMotion, seed: int) -> Search | None:
+def _search_there(search: Search, log: Log, simulated: LoopRun, seed: int) -> Search | None:
     """The search on the first part of a simulated motion, as if logged; None where it holds too little motion."""
-    measured, commands = _measured(search, log, simulated.positions, seed), simulated.commands
+    measured, commands = _measured(search, log, simulated.positions, seed), simulated.inputs
     kept = round(TRAINED * len(measured))
     made = replace(
         log,
@@ -270,10 +260,150 @@ def _search_there(search: Search, log: Log, simulated: SimulatedMotion, seed: in
     return replace(search, motion=motion, record=record, shorter=shorter)
 
 
-def _csv(search: Search, simulated: SimulatedMotion) -> str:
+def _csv(system: System, motion: ExtraMotion, run: LoopRun, h: float) -> str:
     """The excitation file: t, references and commands, one row a sample, SI. It is simulated, not a log."""
-    system, h = search.system, search.record.sample_time
     names = ["t", *(f"{x.name}_reference" for x in system.positions), *(w.name for w in system.inputs)]
-    rows = np.hstack([h * np.arange(len(simulated.commands))[:, None], simulated.references, simulated.commands])
+    time = h * np.arange(len(run.inputs), dtype=np.float64)
+    rows = np.hstack([time[:, None], motion.at(time)[0], run.inputs])
     lines = [",".join(f"{v:.9g}" for v in row) for row in (rows + 0.0).tolist()]
     return "\n".join([",".join(names), *lines]) + "\n"
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """The ranges in which the machine may be moved.
+
+    Attributes:
+        centre, half: (n,) of the positions. speed: (n,) largest. inputs: (m,) largest magnitudes.
+    """
+
+    centre: Array
+    half: Array
+    speed: Array
+    inputs: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ExtraMotion:
+    """A reference motion.
+
+    Attributes:
+        name: in words.
+        duration: s, a whole number of samples.
+        references: of each coordinate, over t in s, with plain decimals.
+    """
+
+    name: str
+    duration: float
+    references: tuple[sympy.Expr, ...]
+
+    def at(self, time: Array) -> tuple[Array, Array]:
+        """References and their rates at (N,) times, both (N, n)."""
+        rows = []
+        for expressions in (self.references, [r.diff(TIME) for r in self.references]):
+            columns = [np.broadcast_to(sympy.lambdify(TIME, e, "numpy")(time), time.shape) for e in expressions]
+            rows.append(np.column_stack(columns).astype(np.float64))
+        return rows[0], rows[1]
+
+
+def reach_of(system: System, motion: Motion, envelope: Mapping[str, tuple[Any, Any]]) -> Reach:
+    """The ranges of a log, extended to the spec's envelope where that is larger."""
+    low, high = motion.positions.min(axis=0), motion.positions.max(axis=0)
+    speed = np.quantile(np.abs(motion.velocities), 0.99, axis=0)
+    inputs = np.abs(motion.commands).max(axis=0)
+    for i, (x, v) in enumerate(zip(system.positions, system.velocities, strict=True)):
+        if x.name in envelope:
+            bounds = [float(b) for b in envelope[x.name]]
+            low[i], high[i] = min(low[i], bounds[0]), max(high[i], bounds[1])
+        speed[i] = max(speed[i], _both_ways(envelope, v))
+    for j, w in enumerate(system.inputs):
+        inputs[j] = max(inputs[j], _both_ways(envelope, w))
+    centre, half = (low + high) / 2, (high - low) / 2
+    return Reach(np.where(np.abs(centre) > CENTRED * half, centre, 0.0), MARGIN * half, MARGIN * speed, inputs)
+
+
+def _both_ways(envelope: Mapping[str, tuple[Any, Any]], symbol: sympy.Symbol) -> float:
+    """The magnitude allowed in both directions; 0 where the envelope gives none."""
+    return min((abs(float(b)) for b in envelope.get(symbol.name, ())), default=0.0)
+
+
+def library(reach: Reach, motion: Motion) -> list[ExtraMotion]:
+    """Reference motions of two lengths, shortest first; deterministic for a log."""
+    shortest = SEGMENTS * PERIODS / motion.cutoff_hz
+    moves = []
+    for factor in LENGTHS:
+        samples = round(factor * shortest / motion.sample_time)
+        duration = samples * motion.sample_time
+        for name, shape in SHAPES.items():
+            references = tuple(
+                _plain(reach.centre[i] + shape(*_size(reach, i, duration), duration)) for i in range(len(reach.centre))
+            )
+            moves.append(ExtraMotion(name, duration, references))
+    return moves
+
+
+def _size(reach: Reach, i: int, duration: float) -> tuple[float, float]:
+    """Amplitude a and frequency Ω = speed/a in rad/s of one coordinate."""
+    half, speed = float(reach.half[i]), float(reach.speed[i])
+    pace = max(speed / half if half > 0 else 0.0, LEAST_PERIODS * 2 * np.pi / duration) * PACES ** (i % 4)
+    return min(half, speed / pace), pace
+
+
+Shape = Callable[[float, float, float], sympy.Expr]
+"""(a, Ω, duration) → a motion about zero that stays within ±a and ±aΩ."""
+
+
+def _two_tones(a: float, pace: float, duration: float) -> sympy.Expr:
+    return 0.6 * a * sympy.sin(0.8 * pace * TIME) + 0.35 * a * sympy.sin(1.3 * pace * TIME)
+
+
+def _slow_sweep(a: float, pace: float, duration: float) -> sympy.Expr:
+    turn = 2 * np.pi * SLOW_TURNS / duration
+    return min(a, SLOW * a * pace / turn) * sympy.sin(turn * TIME)
+
+
+def _fast_reversals(a: float, pace: float, duration: float) -> sympy.Expr:
+    return a / 6 * sympy.sin(6 * pace * TIME)
+
+
+def _sweep_and_reversals(a: float, pace: float, duration: float) -> sympy.Expr:
+    turn = 2 * np.pi * SLOW_TURNS / duration
+    return min(0.7 * a, 0.3 * a * pace / turn) * sympy.sin(turn * TIME) + 0.1 * a * sympy.sin(7 * pace * TIME)
+
+
+def _chirp(a: float, pace: float, duration: float) -> sympy.Expr:
+    """Up and down twice between Ω and 8 Ω, at a nearly constant top speed."""
+    turn = 4 * np.pi / duration
+    phase = 4.5 * pace * TIME - 3.5 * pace / turn * sympy.sin(turn * TIME)
+    return 0.8 * a / (4.5 - 3.5 * sympy.cos(turn * TIME)) * sympy.sin(phase)
+
+
+def _dwells(a: float, pace: float, duration: float) -> sympy.Expr:
+    return a * sympy.tanh(4 * sympy.sin(pace / 4 * TIME))
+
+
+def _other_range(a: float, pace: float, duration: float) -> sympy.Expr:
+    turn = 2 * np.pi / duration
+    return 0.5 * a * sympy.tanh(3 * sympy.sin(turn * TIME)) + 0.45 * a * sympy.sin(pace * TIME)
+
+
+SHAPES: dict[str, Shape] = {
+    "two tones over the whole range": _two_tones,
+    "slow sweep both ways": _slow_sweep,
+    "fast reversals": _fast_reversals,
+    "sweep with fast reversals on it": _sweep_and_reversals,
+    "chirp up and down": _chirp,
+    "quick moves with rests at both ends": _dwells,
+    "one half of the range, then the other": _other_range,
+}
+
+
+def _plain(expression: sympy.Expr) -> sympy.Expr:
+    """The expression with rounded numbers, so that its short text is exactly what was simulated."""
+    rounded = {n: sympy.Float(f"{float(n):.{DIGITS}g}") for n in expression.atoms(sympy.Float)}
+    return expression.xreplace(rounded)
+
+
+def reference_text(expression: sympy.Expr) -> str:
+    """As a spec's ``simulation.reference`` takes it."""
+    return str(sympy.sstr(expression, full_prec=False))

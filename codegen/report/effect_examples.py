@@ -1,4 +1,4 @@
-"""Example motion and parameters for the pictures of effects, and the force residual of each effect in it."""
+"""Pictures of the effects as SVG: the force residual of each in an example motion."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from codegen.effects import Effect
 from codegen.effects.declare import effect_symbols, places_of
 from codegen.friction.zero_memory import Coulomb
 from codegen.mechanics.system import ContactFriction, Matrix, System
+from codegen.report.style import CURVE, framed, rounded, svg_of
 from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensors import SensorError
 from codegen.spec.model import symbol
@@ -22,6 +23,8 @@ MASS, LEVEL, STIFFNESS = 2.0, 3.0, 40.0
 TIME: Array = np.arange(0, 12, 0.002)
 COMMAND: Array = 9 * np.sin(1.7 * TIME) + 5 * np.sin(4.3 * TIME + 0.4) + 2 * np.sin(11.9 * TIME)
 SUBSTEPS = 20
+EVERY = 6
+"""Every sixth sample is drawn."""
 SLOWEST = 0.01
 """Share of the top speed below which friction is not drawn."""
 PARAMETERS: dict[str, dict[str, float]] = {
@@ -132,3 +135,28 @@ def _axis(unit: str, count: int) -> System:
         values=values | {a: sympy.Rational(str(LEVEL)) for a in levels},
         units={},
     )
+
+
+def effect_picture(effect: Effect) -> str:
+    """The SVG of an effect's picture."""
+    residual = example_residual(effect, PARAMETERS[effect.kind])
+    angular = effect.needs == "a coordinate in rad"
+    units = {
+        "velocity": "velocity in rad/s" if angular else "velocity in m/s",
+        "position": "position in rad" if angular else "position in m",
+        "load": "drive force in N",
+        "time": "time in s",
+        "acceleration": "acceleration in m/s²",
+        "input": "input in N",
+        "input rate": "rate of the input in N/s",
+    }
+    label = "difference of two velocities in m/s" if effect.sits_on == "two coordinates" else units[effect.seen_over]
+
+    def draw(axes: Any) -> None:
+        x, y = rounded(residual.axis[::EVERY]), rounded(residual.force[::EVERY])
+        axes.plot(x, y, color=CURVE, linewidth=1.0)
+        room = 0.05 * float(np.nanmax(np.abs(y)))
+        axes.set_ylim(min(0.0, float(np.nanmin(y))) - room, max(0.0, float(np.nanmax(y))) + room)
+        framed(axes, label, "residual in N*m" if angular else "residual in N")
+
+    return svg_of((draw,))

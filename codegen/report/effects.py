@@ -11,7 +11,7 @@ from codegen.base.files import write_all
 from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect, EffectParameter
 from codegen.effects.effect import Place
-from codegen.report.effect_examples import LEVEL, MASS, PARAMETERS, STIFFNESS
+from codegen.report.effect_examples import LEVEL, MASS, PARAMETERS, STIFFNESS, effect_picture
 from codegen.report.wording import with_unit
 
 EXAMPLE_PLACES: dict[Place, str] = {
@@ -92,8 +92,6 @@ def write_effects(folder: Path) -> Path:
     Raises:
         BadInput: if the folder cannot be written.
     """
-    from codegen.report.effect_pictures import effect_picture  # matplotlib: a second to import, not needed for the list
-
     drawn = [e for e in CATALOGUE.values() if e.kind in PARAMETERS]
     write_all(folder, {f"effects/{e.kind}.svg": effect_picture(e) for e in drawn} | {"effects.md": effects_page()})
     return folder / "effects.md"

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import io
 from typing import Any
 
 import matplotlib
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
@@ -17,6 +13,7 @@ from matplotlib.ticker import NullFormatter
 from codegen.analysis.feasibility.axes import SAMPLE_TIME, GainAxis
 from codegen.analysis.feasibility.gains import Feasibility, GainSet
 from codegen.analysis.feasibility.suggest import NOISE_SHARE
+from codegen.report.style import drawn
 from codegen.report.wording import number, unit_text
 
 INK, QUIET, OUTSIDE = "#1d1f22", "#8a8f96", "#d9d9d9"
@@ -39,17 +36,8 @@ STYLE = {
 
 def gain_map_png(report: Feasibility) -> bytes:
     """The map as PNG; deterministic for a report."""
-    with matplotlib.rc_context():
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
-        layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.08)
-        figure = Figure(figsize=SIZE_IN, layout=layout, facecolor="white")
-        FigureCanvasAgg(figure)
-        axes = figure.subplots()
-        _draw(figure, axes, report)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
-    return buffer.getvalue()
+    spaces = {"w_pad": 0.08, "h_pad": 0.08}
+    return drawn(lambda figure: _draw(figure, figure.subplots(), report), SIZE_IN, "png", DPI, spaces, STYLE)
 
 
 def decay_levels(decay: Any) -> list[float]:

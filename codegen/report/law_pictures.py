@@ -13,12 +13,10 @@ from codegen.friction import DynamicLaw, FrictionLaw, MemoryLaw
 from codegen.friction.memory import Karnopp, RisingStatic
 from codegen.friction.state_space import LinkerDieterich, Ruina
 from codegen.report.law_examples import EXAMPLES, dragged_mass, force_over, steady_force, steady_level
-from codegen.report.style import CURVE, GRID, INK, QUIET, SECOND, THIRD, svg
+from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD, framed, rounded, svg_of
 from codegen.report.wording import prefixed
 
-PANEL_IN, HEIGHT_IN = 4.0, 3.0
 SAMPLES = 1200
-DIGITS = 5
 FORCE = "force in N"
 
 
@@ -155,34 +153,3 @@ def _drag_time(axes: Any, motion: tuple[Any, Any, Any]) -> None:
 def _plot(axes: Any, x: Any, y: Any, colour: str, dashes: Any = "-", width: float = 2.2) -> None:
     """Plot values rounded to some digits, so that rounding differences between platforms do not show."""
     axes.plot(rounded(x), rounded(y), color=colour, linestyle=dashes, linewidth=width)
-
-
-def rounded(values: Any) -> Any:
-    array = np.asarray(values, dtype=float)
-    size = float(np.nanmax(np.abs(array)))
-    return array if size == 0 or np.nanmin(array) > 0 else np.round(array / size, DIGITS) * size
-
-
-def framed(axes: Any, x: str, y: str) -> None:
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-    axes.grid(True, color=GRID, linewidth=0.8)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    low, high = axes.get_ylim()
-    if axes.get_xscale() == "linear":
-        axes.locator_params(axis="x", nbins=5)
-        if low < 0 < high:
-            axes.axhline(0, color=QUIET, linewidth=0.8, zorder=1.5)
-            axes.axvline(0, color=QUIET, linewidth=0.8, zorder=1.5)
-    axes.locator_params(axis="y", nbins=5)
-
-
-def svg_of(panels: tuple[Callable[[Any], None], ...]) -> str:
-    def draw(figure: Any) -> None:
-        for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
-            panel(axes)
-
-    sizes = {"font__size": 13, "xtick__labelsize": 12, "ytick__labelsize": 12}
-    return svg(draw, (PANEL_IN * len(panels), HEIGHT_IN), fits=True, **sizes).decode()

@@ -109,19 +109,6 @@ class PictureView:
 
 
 @dataclass(frozen=True)
-class LawView:
-    """An effect compared with a smooth curve, formatted; see ``LawEvidence``."""
-
-    kind: str
-    on: str
-    variable: str
-    smooth: str
-    law: str
-    left: str
-    panels: tuple[Panel, ...]
-
-
-@dataclass(frozen=True)
 class Page:
     """What the template prints: a diagnosis, and what the report adds to it.
 
@@ -141,7 +128,7 @@ class Page:
     errors: tuple[ErrorRow, ...]
     published: tuple[tuple[str, str], ...]
     effects: tuple[EffectView, ...]
-    laws: tuple[LawView, ...]
+    laws: tuple[tuple[LawEvidence, tuple[Panel, ...]], ...]
     pictures: PictureView
     rounds: tuple[RoundView, ...]
     leader: str
@@ -169,7 +156,7 @@ def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mappi
         errors=_error_rows(diagnosis, models.declared),
         published=tuple(spec.log.published.items()),
         effects=tuple(_effect(e) for e in diagnosis.effects),
-        laws=tuple(_law(e, models) for e in law_evidence(diagnosis, models)),
+        laws=tuple((e, _law_panels(e, models)) for e in law_evidence(diagnosis, models)),
         pictures=_pictures(diagnosis, models),
         rounds=_rounds(diagnosis, models),
         leader=" and ".join(f"{e.kind} on {e.on}" for e in models.named),
@@ -280,17 +267,14 @@ def _pictures(diagnosis: Diagnosis, models: Models) -> PictureView:
     )
 
 
-def _law(found: LawEvidence, models: Models) -> LawView:
+def _law_panels(found: LawEvidence, models: Models) -> tuple[Panel, ...]:
     unit, force = models.declared.position_units[found.coordinate], models.declared.force_unit(found.coordinate)
     units = {"speed": f"{unit}/s", "position": unit, "load": force, "acceleration": f"{unit}/s^2", "time": "s"}
     of = (units.get(found.variable, f"{force}/s"), force)
-
-    def picture(direction: str) -> str:
-        return f"{found.kind} on {found.on}{f', {direction}' if direction else ''}"
-
-    panels = tuple(law_picture(p, found.variable, of, picture(p.direction)) for p in found.panels)
-    shares = (percent(found.smooth), percent(found.law), percent(found.left))
-    return LawView(found.kind, found.on, found.variable, *shares, panels)
+    name = f"{found.kind} on {found.on}"
+    return tuple(
+        law_picture(p, found.variable, of, f"{name}, {p.direction}" if p.direction else name) for p in found.panels
+    )
 
 
 def _level(agreement: Agreement | None) -> Level:

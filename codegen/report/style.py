@@ -6,13 +6,11 @@ import io
 from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
-import matplotlib
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
+import numpy as np
 
 INK, QUIET, GRID = "#26282b", "#8a8f96", "#dfe2e6"
+PANEL_IN, HEIGHT_IN = 4.0, 3.0
+DIGITS = 5
 CURVE, SECOND, THIRD = "#1f6fb4", "#e08214", "#4d9221"
 STYLE = {
     "font.family": "DejaVu Sans",
@@ -40,7 +38,7 @@ def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, **styl
         style: matplotlib settings in addition to ``STYLE``, dots in their names as double underscores.
     """
     spaces = {"w_pad": 0.07, "h_pad": 0.06, "wspace": 0.03, "hspace": 0.04}
-    return _drawn(draw, size, "png", dpi, spaces, style)
+    return drawn(draw, size, "png", dpi, spaces, _look(style))
 
 
 def svg(
@@ -52,20 +50,36 @@ def svg(
         dpi: of what is drawn as a bitmap.
         fits: whether panels are fitted into the figure; else ``draw`` places them.
     """
-    return _drawn(draw, size, "svg", dpi, {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05} if fits else None, style)
+    return drawn(draw, size, "svg", dpi, {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05} if fits else None, _look(style))
 
 
-def _drawn(
+def _look(style: Mapping[str, Any]) -> dict[str, Any]:
+    return STYLE | {name.replace("__", "."): value for name, value in style.items()}
+
+
+def drawn(
     draw: Callable[[Any], None],
     size: tuple[float, float],
     kind: Literal["png", "svg"],
     dpi: int | None,
     spaces: Mapping[str, Any] | None,
-    style: Mapping[str, Any],
+    look: Mapping[str, Any],
 ) -> bytes:
+    """The file of what ``draw`` draws on a figure; deterministic.
+
+    Args:
+        spaces: around panels that are fitted into the figure; None where ``draw`` places them.
+        look: matplotlib settings.
+    """
+    import matplotlib  # a second, which the lists of laws and effects need not pay
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE | {name.replace("__", "."): value for name, value in style.items()})
+        matplotlib.rcParams.update(look)
         layout = None if spaces is None else ConstrainedLayoutEngine(**spaces)
         figure = Figure(figsize=size, layout=layout, facecolor="white")
         (FigureCanvasSVG if kind == "svg" else FigureCanvasAgg)(figure)
@@ -74,3 +88,38 @@ def _drawn(
         undated = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
         figure.savefig(buffer, format=kind, dpi=dpi or "figure", metadata=undated)
     return buffer.getvalue()
+
+
+def rounded(values: Any) -> Any:
+    """Values rounded to some digits of the largest, so that rounding differences between platforms do not show."""
+    array = np.asarray(values, dtype=float)
+    size = float(np.nanmax(np.abs(array)))
+    return array if size == 0 or np.nanmin(array) > 0 else np.round(array / size, DIGITS) * size
+
+
+def framed(axes: Any, x: str, y: str) -> None:
+    """Labels, a grid, and lines at zero."""
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.grid(True, color=GRID, linewidth=0.8)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    low, high = axes.get_ylim()
+    if axes.get_xscale() == "linear":
+        axes.locator_params(axis="x", nbins=5)
+        if low < 0 < high:
+            axes.axhline(0, color=QUIET, linewidth=0.8, zorder=1.5)
+            axes.axvline(0, color=QUIET, linewidth=0.8, zorder=1.5)
+    axes.locator_params(axis="y", nbins=5)
+
+
+def svg_of(panels: tuple[Callable[[Any], None], ...]) -> str:
+    """The SVG of panels in a row."""
+
+    def draw(figure: Any) -> None:
+        for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+            panel(axes)
+
+    sizes = {"font__size": 13, "xtick__labelsize": 12, "ytick__labelsize": 12}
+    return svg(draw, (PANEL_IN * len(panels), HEIGHT_IN), fits=True, **sizes).decode()

@@ -17,12 +17,11 @@ from codegen.diagnosis.candidate_fits import fit_candidates
 from codegen.diagnosis.credit import Evidence
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.forward_selection import Outcome
-from codegen.diagnosis.motions import Reach, library, reach_of
 from codegen.diagnosis.ranking import Ranked
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.search import search_on
-from codegen.diagnosis.separation import separate, tied_fits
+from codegen.diagnosis.separation import Reach, library, reach_of, separate, tied_fits
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
@@ -138,7 +137,7 @@ def test_no_motion_tells_exact_twins_apart(tmp_path: Path) -> None:
 def test_an_arm_tries_fewer_motions(coordinates: int, expected: list[float], monkeypatch: pytest.MonkeyPatch) -> None:
     """At 1 kHz one motion of 3 s is 3000 samples, times 125 for five coordinates and 729 for nine."""
     made = [SimpleNamespace(duration=d) for d in (3.0, 3.0, 6.0)]
-    run = SimpleNamespace(energy=lambda h: 0.0)
+    run = SimpleNamespace(inputs=np.zeros(1))
     monkeypatch.setattr(separation, "library", lambda reach, motion: made)
     monkeypatch.setattr(separation, "MOST_SIMULATED", 1_200_000)
     monkeypatch.setattr(separation, "_simulated", lambda *_: run)

@@ -17,7 +17,7 @@ from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
 from codegen.logs import csv_file, mat_elements, numpy_file, source
 from codegen.observers import OBSERVERS
-from codegen.report.effect_pictures import effect_picture
+from codegen.report.effect_examples import effect_picture
 from codegen.report.effects import effects_page
 from codegen.report.law_examples import EXAMPLES
 from codegen.report.law_pictures import law_picture

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -244,6 +245,8 @@ def filled(kind: Any, text: str) -> Any:
         return kind(1)
     if origin is Literal:
         return inner[0]
+    if origin is np.ndarray:
+        return np.zeros(1)
     if origin in (Union, UnionType):
         return filled(next(part for part in inner if part is not NoneType), text)
     if origin is tuple:
