@@ -15,13 +15,13 @@ from pydantic import TypeAdapter
 from benchmarks.practice.cases import Case
 from benchmarks.practice.runs import code_version
 from codegen.base.files import write_atomically
-from codegen.diagnosis.advice import ProposedTerms
 from codegen.diagnosis.credit import LEAST_SHARE, LEAST_SIZE
 from codegen.diagnosis.estimate import estimate
-from codegen.diagnosis.measure import Drive, Window
+from codegen.diagnosis.measure import Drive
 from codegen.diagnosis.proposal import OVER_ANGLE, OVER_POSITION, OVER_VELOCITY, propose_terms
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.results import ProposedTerms
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import with_values
@@ -90,7 +90,7 @@ def proposed(case: Case, out: Path, again: bool) -> Proposed:
     kept = out / case.tier / f"{case.name}.json"
     if again or not kept.exists():
         refit, train, test = refitted(case)
-        sums = propose_terms(refit, train, test, Window(0, len(test.motion.time))).coordinates
+        sums = propose_terms(refit, train, test, slice(0, len(test.motion.time))).coordinates
         found = Proposed(*readings(refit, train, sums), code_version())
         write_atomically(kept, json.dumps(asdict(found), indent=1))
     return TypeAdapter(Proposed).validate_json(kept.read_bytes())

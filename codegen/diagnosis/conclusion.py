@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import isfinite, sqrt
 
 from codegen.base.text import render
-from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.credit import (
     FAR,
@@ -22,11 +21,11 @@ from codegen.diagnosis.credit import (
 from codegen.diagnosis.estimate import Estimate, Interval
 from codegen.diagnosis.force_evidence import force_evidence, force_gain
 from codegen.diagnosis.forward_selection import Outcome
-from codegen.diagnosis.measure import Window, force_errors
+from codegen.diagnosis.measure import force_errors
 from codegen.diagnosis.output_error import Fit, at_limit
 from codegen.diagnosis.ranking import Ranked, chance, twins
 from codegen.diagnosis.residual import Problem, residual_without_levels
-from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Verdict
+from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Separation, Verdict
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
@@ -221,8 +220,7 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
     near = noise_ratio(final) <= NEAR_NOISE
     if near and augmented.transmissions:
         return True
-    window = Window(0, len(problem.motion.time))
-    before, after = (force_errors(s, problem.motion, problem.masks, window)[2] for s in (refit, augmented))
+    before, after = (force_errors(s, problem.motion, problem.masks)[2] for s in (refit, augmented))
     if after**2 <= (1 - LEAST_SHARE) * before**2:
         return True
     plain, richer = (residual_without_levels(problem, s) for s in (refit, augmented))

@@ -17,7 +17,6 @@ import numpy as np
 import sympy
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.advice import Separation
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.conclusion import (
@@ -36,7 +35,7 @@ from codegen.diagnosis.force_led import credited_by_force
 from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
 from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
-from codegen.diagnosis.measure import RESTART_S, Window, force_errors, measure, restart_within_reach
+from codegen.diagnosis.measure import RESTART_S, force_errors, measure, restart_within_reach
 from codegen.diagnosis.output_error import BLOCKS, Fit, levels_at_zero
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
@@ -44,7 +43,7 @@ from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.replay import compare_residuals
 from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.residual_regression import remainders
-from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round
+from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round, Separation
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate, tied_fits
 from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
@@ -96,7 +95,7 @@ class Models:
     augmented: System
     train: Problem
     test: Problem
-    window: Window
+    window: slice
     spec_text: str
     named: tuple[FoundEffect, ...]
     restart_s: float = RESTART_S
@@ -121,7 +120,7 @@ class Case:
     motion: Motion
     problem: Problem
     test: Problem
-    window: Window
+    window: slice
     findings: Mapping[str, tuple[Finding, ...]]
     material: float
 
@@ -186,7 +185,7 @@ def _case(spec: Spec, system: System, log: Log, test_log: Log | None, material: 
         motion = smooth_motion(log)
         problem = Problem(system, _restrict(motion, split), deviations)
     other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
-    window = Window(split if test_log is None else 0, len(other.time))
+    window = slice(split if test_log is None else 0, len(other.time))
     return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
 
 
@@ -262,9 +261,8 @@ def _by_free_runs(case: Case, report: Progress, propose: bool) -> tuple[Diagnosi
     ]
     answer = replace(answer, remarks=tuple(remarks))
     report("tracking observer", 0.93)
-    whole = Window(0, len(problem.motion.time))
     models = _models(case, answer, problem, case.window, restart, excitation)
-    training = [force_errors(s, problem.motion, problem.masks, whole)[2] for s in _three(models)]
+    training = [force_errors(s, problem.motion, problem.masks)[2] for s in _three(models)]
     rivals = rivals_of(outcome, tied, answer.refit)
     data = _data(case, problem, restart) | _search_data(search, outcome)
     diagnosis = _diagnosis(case, models, answer, left, rivals, training, data, outcome, experiment)
@@ -289,7 +287,7 @@ def _by_means(case: Case, means: Means) -> tuple[Diagnosis, Models]:
         apart = np.arange(count) % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
         held, means = means.of(apart), means.of(~apart)
         data |= {"test": f"{data['train']}, one record in {HELD_OUT_EVERY}"}
-    window = Window(0, len(case.test.motion.time))
+    window = slice(0, len(case.test.motion.time))
 
     def measured(model: System) -> ErrorFigures:
         plain = measure(model, case.test.motion, case.test.masks, window)
@@ -316,7 +314,7 @@ def _models(
     case: Case,
     answer: Answer,
     train: Problem,
-    window: Window,
+    window: slice,
     restart_s: float = RESTART_S,
     excitation: str | None = None,
 ) -> Models:

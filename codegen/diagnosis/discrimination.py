@@ -21,11 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.advice import SetupTried
 from codegen.diagnosis.follow import follow
 from codegen.diagnosis.residual import Problem, independent_samples, inverse_dynamics_residual
 from codegen.diagnosis.residual_regression import acting_force
-from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.results import FoundEffect, SetupTried
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.setups import Setup, setups
 from codegen.diagnosis.shooting import hidden_states

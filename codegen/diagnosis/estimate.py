@@ -129,11 +129,6 @@ def wave_intervals(size: float, covariance: Array, freedom: int) -> tuple[Interv
     return (float(radius.min()), float(radius.max())), (float(angle.min()), float(angle.max()))
 
 
-def standard_errors(fit: Fit, clusters: int = 0) -> Array:
-    """(p,) standard errors in the coordinates of the fit; arguments as of ``covariance``."""
-    return np.sqrt(np.diag(covariance(fit, clusters)))
-
-
 def covariance(fit: Fit, clusters: int = 0) -> Array:
     """(p, p) cluster-robust sandwich covariance in the coordinates of the fit.
 

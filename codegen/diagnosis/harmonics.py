@@ -16,7 +16,7 @@ from codegen.diagnosis.candidate_fits import NEAR, SHORTEST
 from codegen.diagnosis.conclusion import force_agrees
 from codegen.diagnosis.credit import evidence_of, noise_ratio
 from codegen.diagnosis.forward_selection import Outcome, explained_share, pruned, worth_it
-from codegen.diagnosis.measure import Window, force_errors
+from codegen.diagnosis.measure import force_errors
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import Ranked, chance, credible, relative_size
 from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
@@ -126,10 +126,10 @@ def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> t
 
     A refit whose free runs diverge can be further from the forces than the declared values.
     """
-    window, (own, found) = Window(0, len(problem.motion.time)), fit.values
+    own, found = fit.values
     some = replace(fit.trial, parts=tuple(fit.trial.parts[k] for k in kept))
     ways = [(values, some.model(values, [found[k] for k in kept])) for values in (own, search.declared)]
-    return min(ways, key=lambda way: force_errors(way[1], problem.motion, problem.masks, window)[2])
+    return min(ways, key=lambda way: force_errors(way[1], problem.motion, problem.masks)[2])
 
 
 def _periods(

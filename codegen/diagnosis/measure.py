@@ -24,23 +24,17 @@ from codegen.mechanics.system import Matrix, System
 Array = NDArray[np.float64]
 
 RESTART_S = 0.5
+WHOLE = slice(None)
 SHORTEST_PERIODS = 5.0
 """Shortest free run between two restarts, in periods of the coarse cutoff."""
 
 
-@dataclass(frozen=True)
-class Window:
-    """The held-out part of a motion: sample indices [start, stop)."""
-
-    start: int
-    stop: int
-
-
-def measure(system: System, motion: Motion, used: Masks, window: Window, restart_s: float = RESTART_S) -> ErrorFigures:
+def measure(system: System, motion: Motion, used: Masks, window: slice, restart_s: float = RESTART_S) -> ErrorFigures:
     """Error figures of a system on one window of a motion.
 
     Args:
         used: samples away from standstill, the same for every model that is compared.
+        window: of samples.
         restart_s: between two restarts of the free run.
     """
     per_row, rms, relative = force_errors(system, motion, used, window)
@@ -49,7 +43,9 @@ def measure(system: System, motion: Motion, used: Masks, window: Window, restart
     return ErrorFigures(rms, per_row, relative, total, tuple(positions))
 
 
-def force_errors(system: System, motion: Motion, used: Masks, window: Window) -> tuple[tuple[float, ...], float, float]:
+def force_errors(
+    system: System, motion: Motion, used: Masks, window: slice = WHOLE
+) -> tuple[tuple[float, ...], float, float]:
     """RMS low-passed residual by coordinate and over all, and its norm over that of the drive force.
 
     Both are scaled by ``residual_at_drive``, so that friction which follows the drive force is not favoured. The norm
@@ -57,7 +53,7 @@ def force_errors(system: System, motion: Motion, used: Masks, window: Window) ->
     """
     residual = residual_at_drive(system, motion)
     inside = np.zeros(len(motion.time), dtype=bool)
-    inside[window.start : window.stop] = True
+    inside[window] = True
     rows = used.rows & inside[:, None]
     squares = [residual[rows[:, i], i] ** 2 for i in range(residual.shape[1])]
     per_row = tuple(float(np.sqrt(s.mean())) if len(s) else float("nan") for s in squares)
@@ -69,7 +65,7 @@ def force_errors(system: System, motion: Motion, used: Masks, window: Window) ->
     return per_row, float(np.sqrt(pooled.mean())) if len(pooled) else float("nan"), relative
 
 
-def restart_within_reach(system: System, motion: Motion, window: Window) -> float:
+def restart_within_reach(system: System, motion: Motion, window: slice) -> float:
     """Seconds between restarts after which free runs are still near the motion: ``RESTART_S``, halved while necessary.
 
     A run has left the motion when its error exceeds the distance that the machine moved since the restart; it then no
@@ -78,7 +74,7 @@ def restart_within_reach(system: System, motion: Motion, window: Window) -> floa
     restart, least = RESTART_S, SHORTEST_PERIODS / motion.cutoff_hz
     while restart / 2 >= least:
         error = free_run_errors(system, motion, window, restart)
-        way = np.sqrt(np.mean(_way_since_restart(motion, restart)[window.start : window.stop] ** 2, axis=0))
+        way = np.sqrt(np.mean(_way_since_restart(motion, restart)[window] ** 2, axis=0))
         if np.all(np.asarray(error) <= way):
             break
         restart /= 2
@@ -94,12 +90,12 @@ def _way_since_restart(motion: Motion, restart_s: float) -> Array:
     return np.asarray(motion.measured - motion.measured[last])
 
 
-def free_run_errors(system: System, motion: Motion, window: Window, restart_s: float = RESTART_S) -> list[float]:
+def free_run_errors(system: System, motion: Motion, window: slice, restart_s: float = RESTART_S) -> list[float]:
     """RMS of predicted less raw position on each coordinate, restarted from the low-passed measured state."""
-    error = free_run_series(system, motion, restart_s)[window.start : window.stop]
-    usable = motion.usable[window.start : window.stop] & ~np.isnan(error).any(axis=1)
+    error = free_run_series(system, motion, restart_s)[window]
+    usable = motion.usable[window] & ~np.isnan(error).any(axis=1)
     if motion.counted is not None:
-        usable &= motion.counted[window.start : window.stop]
+        usable &= motion.counted[window]
     if not usable.any() or not np.isfinite(error[usable]).all():
         return [float("inf")] * error.shape[1]
     return [float(e) for e in np.sqrt(np.mean(error[usable] ** 2, axis=0))]

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.advice import Proposal, ProposedTerms
-from codegen.diagnosis.measure import Window
 from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.results import Proposal, ProposedTerms
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -47,7 +46,7 @@ def refuse_without_pysindy() -> None:
         )
 
 
-def propose_terms(system: System, train: Problem, test: Problem, window: Window) -> Proposal:
+def propose_terms(system: System, train: Problem, test: Problem, window: slice) -> Proposal:
     """Sparse regression of each coordinate's force residual of the refit on x, v, |v|, sgn v and the like.
 
     Columns and residual are low-passed alike. The end of the training rows chooses the threshold; the explained share
@@ -64,7 +63,7 @@ def propose_terms(system: System, train: Problem, test: Problem, window: Window)
     others = _library(system, test)[1]
     residual, held_out = (inverse_dynamics_residual(system, p.motion) for p in (train, test))
     inside = np.zeros(len(test.motion.time), dtype=bool)
-    inside[window.start : window.stop] = True
+    inside[window] = True
     found = []
     for i, x in enumerate(system.positions):
         rows, seen = train.masks.rows[:, i], test.masks.rows[:, i] & inside

@@ -15,7 +15,6 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.advice import MotionTried, Separation, TiedPair
 from codegen.diagnosis.credit import independent_share
 from codegen.diagnosis.discrimination import Discrimination, Model
 from codegen.diagnosis.follow import follow
@@ -23,6 +22,7 @@ from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import Ranked, twins
 from codegen.diagnosis.record import LEAST_SEGMENTS, PERIODS, Record, record_of
+from codegen.diagnosis.results import MotionTried, Separation, TiedPair
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.signals import Motion, smooth_motion
 from codegen.diagnosis.trial import model_of

@@ -13,8 +13,7 @@ from codegen.base.files import write_all
 from codegen.base.text import render
 from codegen.friction import LAWS, DynamicLaw, FrictionLaw, LawParameter, MemoryLaw
 from codegen.mechanics.contacts import admissible
-from codegen.report.law_examples import EXAMPLES, caption
-from codegen.report.law_pictures import law_picture
+from codegen.report.law_examples import EXAMPLES, caption, law_picture
 from codegen.report.wording import with_unit
 from codegen.spec.functions import Magnitude
 

@@ -91,7 +91,7 @@ def held_out_series(models: Models, names: Sequence[str]) -> HeldOutSeries:
     """
     systems: list[System] = [getattr(models, name) for name in names]
     motion, used = models.test.motion, models.test.masks
-    window = slice(models.window.start, models.window.stop)
+    window = models.window
     residuals = [residual_at_drive(system, motion)[window] for system in systems]
     runs = [free_run_series(system, motion, models.restart_s)[window] for system in systems]
     time = motion.time[window] - motion.time[window][0]

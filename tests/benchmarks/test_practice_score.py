@@ -16,10 +16,9 @@ from benchmarks.practice.declared import candidates, clopper_pearson, row, tally
 from benchmarks.practice.peer import Reading, Term, is_right, kinds_of, readings, table, totals
 from benchmarks.practice.runs import Run, diagnosed, result_in, times, typical
 from benchmarks.practice.score import coverage, right, within
-from codegen.diagnosis.advice import ProposedTerms
-from codegen.diagnosis.measure import Window
 from codegen.diagnosis.proposal import propose_terms
 from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.results import ProposedTerms
 from codegen.diagnosis.signals import smooth_motion
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import TEST, TRAIN, log_of, stage, system_of
@@ -162,7 +161,7 @@ def test_pysindy_names_what_its_library_holds(
     tmp_path: Path, kind: str, on: str, name: str, value: float, kinds: tuple[str, ...]
 ) -> None:
     train, test = problems(tmp_path, f"[{{kind: {kind}, on: {on}, parameters: {{{name}: {value}}}}}]")
-    sums = propose_terms(train.system, train, test, Window(0, len(test.motion.time))).coordinates
+    sums = propose_terms(train.system, train, test, slice(0, len(test.motion.time))).coordinates
     alone, _ = readings(train.system, train, sums)
     assert alone.kinds == kinds
 
@@ -170,7 +169,7 @@ def test_pysindy_names_what_its_library_holds(
 @needs_pysindy
 def test_pysindy_names_nothing_where_nothing_is_missing(tmp_path: Path) -> None:
     train, test = problems(tmp_path, "[]")
-    sums = propose_terms(train.system, train, test, Window(0, len(test.motion.time))).coordinates
+    sums = propose_terms(train.system, train, test, slice(0, len(test.motion.time))).coordinates
     assert readings(train.system, train, sums) == (Reading(), Reading())
 
 

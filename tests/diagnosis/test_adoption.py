@@ -24,9 +24,9 @@ from codegen.diagnosis.adoption import (
 )
 from codegen.diagnosis.answer import FORCE, RUN, Answer, admitted, worsened
 from codegen.diagnosis.diagnose import Models, diagnose_log
-from codegen.diagnosis.estimate import Estimate, estimate, standard_errors
+from codegen.diagnosis.estimate import Estimate, covariance, estimate
 from codegen.diagnosis.forward_selection import find_effects
-from codegen.diagnosis.measure import Window, force_errors, free_run_errors
+from codegen.diagnosis.measure import force_errors, free_run_errors
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import Problem, force_rows, independent_samples
@@ -96,7 +96,7 @@ def test_a_refit_is_not_drawn_away_by_a_force_that_no_model_holds(
     fit = search.refit()
     alone = {s.name: float(v) for s, v in zip(search.moved, fit.theta, strict=True)}
     motion = smooth_motion(test)
-    judge, window = Problem(search.system, motion, {}), Window(0, test.size)
+    judge, window = Problem(search.system, motion, {}), slice(0, test.size)
 
     def errors(values: dict[str, float]) -> tuple[float, float]:
         system = with_values(search.system, values)
@@ -130,7 +130,7 @@ def test_an_interval_is_as_wide_as_the_tolerance_where_the_log_says_nothing(roug
     spec = parse_spec(spec.text.replace("w - b*v", "w - b*v - 1e-6*z"), Path("stage.yaml"))
     fit = search_of(spec, rough[0])[0].refit()
     place = [s.name for s in fit.runner.trial.moved].index("z")
-    assert standard_errors(fit)[place] == pytest.approx(0.3, rel=1e-3)
+    assert np.sqrt(np.diag(covariance(fit)))[place] == pytest.approx(0.3, rel=1e-3)
 
 
 def test_a_declared_value_that_is_wrong_is_named_with_its_evidence(

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.advice import Separation, SetupTried
 from codegen.diagnosis.discrimination import Discrimination, Model
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.results import Separation, SetupTried
 from codegen.diagnosis.search import search_on
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import Trial, part_of

@@ -10,9 +10,8 @@ import pytest
 from codegen.app import diagnose
 from codegen.base.errors import BadInput
 from codegen.base.text import render
-from codegen.diagnosis.advice import MotionTried, Separation, SetupTried
 from codegen.diagnosis.conclusion import main_variables, worst
-from codegen.diagnosis.results import FoundEffect, Remainder
+from codegen.diagnosis.results import FoundEffect, MotionTried, Remainder, Separation, SetupTried
 from tests.app.command import is_one_message, stiction
 from tests.diagnosis.stage import log_of, stage
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.measure import Drive, Window, force_errors, restart_within_reach
+from codegen.diagnosis.measure import Drive, force_errors, restart_within_reach
 from codegen.diagnosis.residual import Masks
 from codegen.diagnosis.signals import Motion, smooth_motion
 from codegen.logs import Log
@@ -68,7 +68,7 @@ def test_a_force_behind_a_gear_is_the_same_share_by_the_rotors_turns_as_by_the_l
 
 def test_so_is_the_relative_force_error() -> None:
     everything = Masks(np.ones((4000, 2), dtype=bool))
-    window = Window(300, 3700)
+    window = slice(300, 3700)
     one = force_errors(joint(), motion(1.0), everything, window)
     other = force_errors(joint(1.0, LOAD / RATIO**2), motion(RATIO), everything, window)
     assert one[2] == pytest.approx(other[2], rel=1e-9)
@@ -99,4 +99,4 @@ def pushed(force: float) -> tuple[System, Motion]:
 def test_free_runs_are_restarted_before_they_leave_the_motion(force: float, restart: float) -> None:
     """An error of ½ (F/m) T² by a way of 0.6 T at most: near for 0.5 N over 0.5 s, far for 20 N."""
     system, motion_of_it = pushed(force)
-    assert restart_within_reach(system, motion_of_it, Window(0, 5000)) == restart
+    assert restart_within_reach(system, motion_of_it, slice(0, 5000)) == restart

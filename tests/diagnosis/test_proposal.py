@@ -11,10 +11,9 @@ import pytest
 
 import stiction
 from codegen.diagnosis import proposal
-from codegen.diagnosis.advice import ProposedTerms
-from codegen.diagnosis.measure import Window
 from codegen.diagnosis.proposal import propose_terms
 from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.results import ProposedTerms
 from codegen.diagnosis.signals import smooth_motion
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, log_of, stage, system_of
@@ -38,7 +37,7 @@ def _proposed(extra: str, folder: Path, shake: float = 0.0) -> ProposedTerms:
         log.inputs[:, 0] -= shake * np.sin(2 * np.pi * 2.9 * log.time)
         problems.append(Problem(system_of(stage()), smooth_motion(log), {}))
     train, test = problems
-    (found,) = propose_terms(train.system, train, test, Window(0, len(test.motion.time))).coordinates
+    (found,) = propose_terms(train.system, train, test, slice(0, len(test.motion.time))).coordinates
     return found
 
 

@@ -10,10 +10,18 @@ import pytest
 
 from codegen.app.diagnose import Diagnosed
 from codegen.base.text import render
-from codegen.diagnosis.advice import Separation, TiedPair
 from codegen.diagnosis.answer import Admitted
 from codegen.diagnosis.conclusion import _best_refused
-from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round
+from codegen.diagnosis.results import (
+    Candidate,
+    Diagnosis,
+    ErrorFigures,
+    FoundEffect,
+    Remainder,
+    Round,
+    Separation,
+    TiedPair,
+)
 
 NONE: Any = SimpleNamespace()
 FIGURES = ErrorFigures(1.0, (1.0,), 0.1, 1e-3, (1e-3,))

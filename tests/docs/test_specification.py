@@ -19,8 +19,7 @@ from codegen.logs import csv_file, mat_elements, numpy_file, source
 from codegen.observers import OBSERVERS
 from codegen.report.effect_examples import effect_picture
 from codegen.report.effects import effects_page
-from codegen.report.law_examples import EXAMPLES
-from codegen.report.law_pictures import law_picture
+from codegen.report.law_examples import EXAMPLES, law_picture
 from codegen.report.laws import laws_page
 from codegen.spec import parse_spec, yaml_limits
 from codegen.spec.robot_file import LARGEST as LARGEST_URDF

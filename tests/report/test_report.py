@@ -12,8 +12,17 @@ import html5lib
 import numpy as np
 import pytest
 
-from codegen.diagnosis.advice import Separation, SetupTried, TiedPair
-from codegen.diagnosis.results import Agreement, CertificateChange, ErrorFigures, FoundEffect, Remainder, Round
+from codegen.diagnosis.results import (
+    Agreement,
+    CertificateChange,
+    ErrorFigures,
+    FoundEffect,
+    Remainder,
+    Round,
+    Separation,
+    SetupTried,
+    TiedPair,
+)
 from codegen.report import page, render_report
 from codegen.report.evidence import law_evidence
 from codegen.report.series import MOST_POINTS, held_out_series
