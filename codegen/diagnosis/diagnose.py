@@ -262,10 +262,13 @@ def _by_free_runs(case: Case, report: Progress, propose: bool) -> tuple[Diagnosi
     answer = replace(answer, remarks=tuple(remarks))
     report("tracking observer", 0.93)
     models = _models(case, answer, problem, case.window, restart, excitation)
-    training = [force_errors(s, problem.motion, problem.masks)[2] for s in _three(models)]
+
+    def relative_error(model: System) -> float:
+        return force_errors(model, problem.motion, problem.masks)[2]
+
     rivals = rivals_of(outcome, tied, answer.refit)
     data = _data(case, problem, restart) | _search_data(search, outcome)
-    diagnosis = _diagnosis(case, models, answer, left, rivals, training, data, outcome, experiment)
+    diagnosis = _diagnosis(case, models, answer, left, rivals, relative_error, data, outcome, experiment)
     return replace(
         diagnosis,
         candidates=candidates(outcome, system, answer.verdict),
@@ -300,9 +303,12 @@ def _by_means(case: Case, means: Means) -> tuple[Diagnosis, Models]:
         answer = replace(answer, verdict="unknown")
     models = _models(case, answer, problem, window)
     rivals = [effects_of(one.fit, answer.refit)[0] for one in found.rivals]
-    training = [figures_of(model, means, answer.figures[0]).relative_force for model in _three(models)]
+
+    def relative_error(model: System) -> float:
+        return figures_of(model, means, answer.figures[0]).relative_force
+
     data |= {"segments": len(means), "alpha": ALPHA}
-    diagnosis = _diagnosis(case, models, answer, left, rivals, training, data, records=len(means))
+    diagnosis = _diagnosis(case, models, answer, left, rivals, relative_error, data, records=len(means))
     first, *later = (
         Round(tuple((p.kind, p.on) for p in parts), tuple(one.row for one in tried[:TABLE_SIZE]))
         for parts, tried in found.rounds
@@ -326,23 +332,23 @@ def _models(
     return Models(*three, train, case.test, window, text, answer.effects, restart_s, excitation)
 
 
-def _three(models: Models) -> tuple[System, System, System]:
-    return models.declared, models.refit, models.augmented
-
-
 def _diagnosis(
     case: Case,
     models: Models,
     answer: Answer,
     left: tuple[Remainder, ...],
     rivals: Sequence[FoundEffect],
-    training: Sequence[float],
+    relative_error: Callable[[System], float],
     data: Mapping[str, Any],
     outcome: Outcome | None = None,
     experiment: Separation | None = None,
     records: int = 0,
 ) -> Diagnosis:
-    """The diagnosis without its tables of candidates; arguments as of ``sentence``."""
+    """The diagnosis without its tables of candidates; other arguments as of ``sentence``.
+
+    Args:
+        relative_error: of the force on the training log.
+    """
     system, material = models.declared, case.material
     moved = (*models.train.levels, *models.train.uncertain)
     declared, refit, augmented = answer.figures
@@ -355,7 +361,7 @@ def _diagnosis(
         declared=declared,
         refit=refit,
         augmented=augmented,
-        training=(training[0], training[1], training[2]),
+        training=(relative_error(system), relative_error(models.refit), relative_error(models.augmented)),
         refitted={
             s.name: (float(system.values[s]), float(models.refit.values[s]), float(models.augmented.values[s]))
             for s in moved

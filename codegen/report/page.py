@@ -258,9 +258,9 @@ def _pictures(diagnosis: Diagnosis, models: Models) -> PictureView:
     names = ["declared"] if same else ["declared", "refit"]
     names += ["augmented"] if diagnosis.verdict in ("effect", "ambiguous") else []
     series = held_out_series(models, names)
-    thinned = max(c.samples for c in series.coordinates) > MOST_POINTS
+    thinned = max(c.samples for c in series) > MOST_POINTS
     return PictureView(
-        coordinates=tuple((c.name, residual_panels(series, c)) for c in series.coordinates),
+        coordinates=tuple((c.name, residual_panels(c)) for c in series),
         legend=tuple((name, COLOURS[name]) for name in names),
         same=same,
         thinned=number(MOST_POINTS) if thinned else "",

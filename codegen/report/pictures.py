@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.ticker import NullFormatter
 
 from codegen.report.evidence import LawPanel
-from codegen.report.series import CoordinateSeries, Curve, HeldOutSeries, ModelResidual
+from codegen.report.series import CoordinateSeries
 from codegen.report.style import GRID, INK, QUIET, svg
 from codegen.report.wording import number, prefixed, unit_text
 
@@ -35,7 +35,7 @@ class Panel:
     address: str
 
 
-def residual_panels(series: HeldOutSeries, coordinate: CoordinateSeries) -> tuple[Panel, ...]:
+def residual_panels(coordinate: CoordinateSeries) -> tuple[Panel, ...]:
     """Panels of one coordinate: residual force over four variables, time and frequency, and the free-run error."""
     force = f"residual in {unit_text(coordinate.force_unit)}"
     over = (
@@ -47,13 +47,13 @@ def residual_panels(series: HeldOutSeries, coordinate: CoordinateSeries) -> tupl
 
     def cloud(name: str, label: str, factor: float) -> Callable[[Any], None]:
         def draw(axes: Any) -> None:
-            _cloud(axes, coordinate, series, lambda m: m.over[name], factor)
+            _cloud(axes, coordinate, name, factor)
             _frame(axes, label, force)
 
         return draw
 
     def by_time(axes: Any) -> None:
-        for name, model in zip(series.names, coordinate.models, strict=True):
+        for name, model in coordinate.models.items():
             axes.plot(model.by_time.x, model.by_time.y, color=COLOURS[name], linewidth=0.7, alpha=0.85)
         axes.set_ylim(-coordinate.limit, coordinate.limit)
         axes.margins(x=0.01)
@@ -63,8 +63,8 @@ def residual_panels(series: HeldOutSeries, coordinate: CoordinateSeries) -> tupl
     return (
         *(_panel(f"residual on {on} over {name}", cloud(name, label, factor)) for name, label, factor in over),
         _panel(f"residual on {on} over time", by_time),
-        _panel(f"residual on {on} by frequency", lambda axes: _spectrum(axes, coordinate, series)),
-        _panel(f"free run of {on} over time", lambda axes: _free_run(axes, coordinate, series)),
+        _panel(f"residual on {on} by frequency", lambda axes: _spectrum(axes, coordinate)),
+        _panel(f"free run of {on} over time", lambda axes: _free_run(axes, coordinate)),
     )
 
 
@@ -90,42 +90,35 @@ def law_picture(panel: LawPanel, variable: str, units: tuple[str, str], words: s
     return _panel(words, draw)
 
 
-def _free_run(axes: Any, coordinate: CoordinateSeries, series: HeldOutSeries) -> None:
-    factor, unit = _scale([c.y for c in coordinate.free_run], coordinate.unit)
-    for name, curve in zip(series.names, coordinate.free_run, strict=True):
+def _free_run(axes: Any, coordinate: CoordinateSeries) -> None:
+    factor, unit = _scale([c.y for c in coordinate.free_run.values()], coordinate.unit)
+    for name, curve in coordinate.free_run.items():
         axes.plot(curve.x, factor * curve.y, color=COLOURS[name], linewidth=0.9, alpha=0.9)
     _frame(axes, "time in s", f"error of {coordinate.name} in {unit_text(unit)}")
     axes.margins(x=0.01)
-    if not any(np.isfinite(c.y).any() for c in coordinate.free_run):
+    if not any(np.isfinite(c.y).any() for c in coordinate.free_run.values()):
         _say(axes, "no prediction stays finite")
 
 
 def _position_axis(coordinate: CoordinateSeries) -> tuple[str, float]:
-    factor, unit = _scale([m.over["position"][0].x for m in coordinate.models], coordinate.unit)
+    factor, unit = _scale([m.over["position"][0].x for m in coordinate.models.values()], coordinate.unit)
     return f"{coordinate.name} in {unit_text(unit)}", factor
 
 
-def _cloud(
-    axes: Any,
-    coordinate: CoordinateSeries,
-    series: HeldOutSeries,
-    pick: Callable[[ModelResidual], tuple[Curve, Curve]],
-    factor: float,
-) -> None:
+def _cloud(axes: Any, coordinate: CoordinateSeries, over: str, factor: float) -> None:
     """Samples as small dots, and their mean in bins as a line."""
-    for name, model in zip(series.names, coordinate.models, strict=True):
-        dots, _ = pick(model)
+    for name, model in coordinate.models.items():
+        dots, _ = model.over[over]
         axes.plot(factor * dots.x, dots.y, ".", color=COLOURS[name], **DOTS)
-    for name, model in zip(series.names, coordinate.models, strict=True):
-        _, mean = pick(model)
+    for name, model in coordinate.models.items():
+        _, mean = model.over[over]
         axes.plot(factor * mean.x, mean.y, color="white", linewidth=3.2, solid_capstyle="round")
         axes.plot(factor * mean.x, mean.y, color=DARK[name], linewidth=1.7, solid_capstyle="round")
     axes.set_ylim(-coordinate.limit, coordinate.limit)
 
 
-def _spectrum(axes: Any, coordinate: CoordinateSeries, series: HeldOutSeries) -> None:
-    named = zip(series.names, coordinate.models, strict=True)
-    spectra = [(name, model.spectrum) for name, model in named if model.spectrum is not None]
+def _spectrum(axes: Any, coordinate: CoordinateSeries) -> None:
+    spectra = [(name, m.spectrum) for name, m in coordinate.models.items() if m.spectrum is not None]
     if not spectra:
         _frame(axes, "", "")
         _say(axes, "no stretch of motion\nis long enough")
@@ -134,12 +127,12 @@ def _spectrum(axes: Any, coordinate: CoordinateSeries, series: HeldOutSeries) ->
         axes.plot(curve.x, curve.y, color=COLOURS[name], linewidth=1.4)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.axvline(series.cutoff_hz, color=QUIET, linewidth=1, linestyle=(0, (4, 3)))
+    axes.axvline(coordinate.cutoff_hz, color=QUIET, linewidth=1, linestyle=(0, (4, 3)))
     shown = spectra[0][1].x
     ticks = [t for t in TICKS_HZ if shown[0] <= t <= shown[-1]][::-2][::-1]
     axes.set_xticks(ticks, [number(t) for t in ticks])
     axes.set_xticks([], minor=True)
-    below = np.concatenate([c.y[c.x <= series.cutoff_hz] for _, c in spectra])
+    below = np.concatenate([c.y[c.x <= coordinate.cutoff_hz] for _, c in spectra])
     axes.set_ylim(min(below.min(), below.max() / 10) / 2, below.max() * 3)
     axes.yaxis.set_minor_formatter(NullFormatter())
     _frame(axes, "frequency in Hz", f"power in {_squared(unit_text(coordinate.force_unit))}/Hz")

@@ -56,10 +56,11 @@ class ModelResidual:
 
 @dataclass(frozen=True, eq=False)
 class CoordinateSeries:
-    """One coordinate's panels: ``models`` in the order of the names given, units in SI.
+    """One coordinate's panels, units in SI.
 
     Attributes:
-        free_run: predicted less measured position over time, NaN where not finite.
+        models, free_run: by name of a model, its force residual, and predicted less measured position over time, NaN
+            where not finite.
         samples: in motion on the held-out window.
         limit: half the height of the residual's axis; a few isolated peaks may lie beyond.
     """
@@ -68,23 +69,15 @@ class CoordinateSeries:
     unit: str
     velocity: str
     force_unit: str
-    models: tuple[ModelResidual, ...]
-    free_run: tuple[Curve, ...]
+    models: Mapping[str, ModelResidual]
+    free_run: Mapping[str, Curve]
     samples: int
     limit: float
-
-
-@dataclass(frozen=True, eq=False)
-class HeldOutSeries:
-    """All coordinates of the compared models, whose names are those of the attributes of ``Models``."""
-
-    names: tuple[str, ...]
-    coordinates: tuple[CoordinateSeries, ...]
     cutoff_hz: float
 
 
-def held_out_series(models: Models, names: Sequence[str]) -> HeldOutSeries:
-    """Compute the data of the pictures.
+def held_out_series(models: Models, names: Sequence[str]) -> tuple[CoordinateSeries, ...]:
+    """The data of the pictures, one a coordinate.
 
     Args:
         names: of the models to compare, attributes of ``models``.
@@ -107,19 +100,21 @@ def held_out_series(models: Models, names: Sequence[str]) -> HeldOutSeries:
         rows = used.rows[window, i]
         here = {name: values[:, i] for name, values in over.items()}
         residual_of = [_model_residual(r[:, i], rows, here, time, motion.cutoff_hz) for r in residuals]
+        free_runs = [_envelope(time, r[:, i], motion.usable[window] & np.isfinite(r[:, i])) for r in runs]
         coordinates.append(
             CoordinateSeries(
                 name=symbol.name,
                 unit=models.refit.position_units[i],
                 velocity=models.refit.velocities[i].name,
                 force_unit=models.refit.force_unit(i),
-                models=tuple(residual_of),
-                free_run=tuple(_envelope(time, r[:, i], motion.usable[window] & np.isfinite(r[:, i])) for r in runs),
+                models=dict(zip(names, residual_of, strict=True)),
+                free_run=dict(zip(names, free_runs, strict=True)),
                 samples=int(rows.sum()),
                 limit=_limit([r[rows, i] for r in residuals]),
+                cutoff_hz=motion.cutoff_hz,
             )
         )
-    return HeldOutSeries(tuple(names), tuple(coordinates), motion.cutoff_hz)
+    return tuple(coordinates)
 
 
 def _model_residual(

@@ -34,7 +34,7 @@ from .reading import ReadPage
 
 def words(case: Case, monkeypatch: pytest.MonkeyPatch, files: dict[str, str] | None = None, **changed: Any) -> str:
     """The page's HTML without pictures, of a diagnosis of which something is changed."""
-    monkeypatch.setattr(page, "residual_panels", lambda series, coordinate: ())
+    monkeypatch.setattr(page, "residual_panels", lambda coordinate: ())
     monkeypatch.setattr(page, "law_evidence", lambda diagnosis, models: ())
     return render_report(case.spec, replace(case.diagnosis, **changed), case.models, files)
 
@@ -277,8 +277,8 @@ def test_pictures_are_svg_that_parses(two_masses: Case) -> None:
 
 def test_series_are_thinned_and_keep_the_peaks(two_masses: Case) -> None:
     series = held_out_series(two_masses.models, ("declared", "refit", "augmented"))
-    for coordinate in series.coordinates:
-        for model in coordinate.models:
+    for coordinate in series:
+        for model in coordinate.models.values():
             for dots, _ in model.over.values():
                 assert len(dots.x) <= MOST_POINTS
                 assert np.nanmax(np.abs(model.by_time.y)) >= np.abs(dots.y).max()
