@@ -48,13 +48,16 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
         document["effects"] = entries = fresh
     entries.fa.set_block_style()
     for effect in effects:
-        entry = CommentedMap(kind=effect.kind, on=written_place(effect.on))
-        parameters = CommentedMap({name: _short(value) for name, value in effect.parameters.items()})
-        parameters.fa.set_flow_style()
-        entry["parameters"] = parameters
-        entry.fa.set_flow_style()
-        entries.append(entry)
+        parameters = _flow({name: _short(value) for name, value in effect.parameters.items()})
+        entries.append(_flow({"kind": effect.kind, "on": written_place(effect.on), "parameters": parameters}))
     return changed_text(spec.text, document)
+
+
+def _flow(values: Mapping[str, object]) -> CommentedMap:
+    """A mapping on one line."""
+    written = CommentedMap(values)
+    written.fa.set_flow_style()
+    return written
 
 
 def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
@@ -65,14 +68,12 @@ def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
     contacts = CommentedSeq()
     for c in spec.contacts:
         values = {name: _short(float(value)) for name, value in c.parameters.items()}
-        contacts.append(CommentedMap(name=c.name, law=c.law, unit=c.unit, **values))
-        contacts[-1].fa.set_flow_style()
+        contacts.append(_flow({"name": c.name, "law": c.law, "unit": c.unit, **values}))
     document["friction"] = CommentedMap(contacts=contacts)
     effects = CommentedSeq()
     for e in spec.effects:
         parameters = CommentedMap({name: _short(float(value)) for name, value in e.parameters.items()})
-        effects.append(CommentedMap(kind=e.kind, on=list(e.on), parameters=parameters))
-        effects[-1].fa.set_flow_style()
+        effects.append(_flow({"kind": e.kind, "on": list(e.on), "parameters": parameters}))
     if effects:
         document["effects"] = effects
 

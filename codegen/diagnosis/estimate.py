@@ -77,15 +77,11 @@ def _with_intervals(fit: Fit, covariance: Array, freedom: int) -> Estimate:
     trial = fit.runner.trial
     half_widths = float(student.ppf(0.5 + CONFIDENCE / 2, freedom)) * np.sqrt(np.diag(covariance))
     low, high = fit.theta - half_widths, fit.theta + half_widths
-    moved, found = trial.split(fit.theta)
-    below, above = trial.split(low), trial.split(high)
-    levels = {
-        s.name: (float(v), (float(a), float(b)))
-        for s, v, a, b in zip(trial.moved, moved, below[0], above[0], strict=True)
-    }
-    effects = []
     k = len(trial.moved)
-    for part, values in zip(trial.parts, found, strict=True):
+    ends_of = zip(trial.moved, fit.theta[:k], low[:k], high[:k], strict=True)
+    levels = {s.name: (float(v), (float(a), float(b))) for s, v, a, b in ends_of}
+    effects = []
+    for part, values in zip(trial.parts, trial.split(fit.theta)[1], strict=True):
         intervals = {}
         for j, (name, coordinate) in enumerate(zip(part.names, part.coordinates, strict=True), k):
             value, half = values[name], float(half_widths[j])
