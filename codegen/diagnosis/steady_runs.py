@@ -32,8 +32,7 @@ from codegen.diagnosis.shooting import hidden_states
 from codegen.diagnosis.trial import Part, Trial, model_of, part_of
 from codegen.effects.register import candidates, is_own
 from codegen.logs import Log
-from codegen.logs.motion import measured_motion
-from codegen.logs.steady import steady_speeds
+from codegen.logs.motion import measured_motion, steady_speeds
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
 

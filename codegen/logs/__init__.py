@@ -2,8 +2,7 @@
 
 from codegen.logs.description import LogDescription, read_description
 from codegen.logs.excerpt import excerpt
-from codegen.logs.finding import Finding
-from codegen.logs.log import Intake, Log
+from codegen.logs.log import Finding, Intake, Log
 from codegen.logs.preflight import preflight
 from codegen.logs.readers import FORMATS, read_log, read_logs
 from codegen.logs.source import Allowance

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.finding import Finding
+from codegen.logs.log import Finding
 from codegen.logs.proposed_columns import lines_of, proposed_columns, reasons
 from codegen.logs.source import LogFile, listing
 from codegen.logs.term import OPERATORS, Term, find_term, identifier

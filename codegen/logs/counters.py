@@ -1,4 +1,5 @@
-"""Numbers that are not what they mean: signed ones stored unsigned, counters that start anew, rows that repeat.
+"""What the raw numbers show of how they were stored: signed ones stored unsigned, counters that start anew, rows that
+repeat, the measuring step.
 
 What a description says is mended; what it does not say and can be seen is found, with the words that would mend it.
 """
@@ -12,8 +13,7 @@ import numpy as np
 from codegen.base.errors import BadInput, nearest_name
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.finding import Finding
-from codegen.logs.log import Array
+from codegen.logs.log import Array, Finding
 from codegen.logs.source import Columns, listing
 from codegen.logs.term import Term
 
@@ -25,7 +25,8 @@ WRAP_SIZE = 0.05
 FEW_JUMPS = 0.1
 REACH, MOVING_STEPS = 3, 1.5
 """Rows to either side over which a motion is seen, and measuring steps a row that make it one."""
-REPEATS_TOLD, REPEATS_WARNED = 0.005, 0.05
+NEAR_STEPS, FEWEST, ON_LATTICE = 50, 20, 0.9
+"""Moves of so many measuring steps tell the step, if they are so many, and such a share of them are multiples of it."""
 
 
 def mended(raw: Columns, description: LogDescription) -> Columns:
@@ -108,19 +109,30 @@ def repeats(data: Array, steps: Sequence[float]) -> tuple[float, float]:
     return float(same.mean()), float(near.mean()) if len(near) else 0.0
 
 
-def repeat_finding(share: float, in_motion: float) -> list[Finding]:
-    """What there is to say of rows that repeat the one before: a bus that was read faster than it has news."""
-    if max(share, in_motion) < REPEATS_TOLD:
-        return []
-    figures = {"share": share, "in_motion": in_motion}
-    words = (
-        f"{share:.1%} of the rows have the motion of the row before ({in_motion:.1%} of those in fast motion): "
-        "stale where the machine moves, natural where it stands still or its measuring step is coarse."
-    )
-    if in_motion < REPEATS_WARNED:
-        return [Finding("info", "stale rows", words, figures)]
-    words += " A delay of a row or two, and what is faster than that, cannot be told from it."
-    return [Finding("warning", "stale rows", words, figures)]
+def smallest_step(position: Array) -> float:
+    """The step on whose multiples the differences of neighbouring samples lie.
+
+    Args:
+        position: (N,) raw samples, before any resampling.
+
+    Returns:
+        The step in the position's unit, or 0 if the differences lie on no lattice, or are all far larger than it.
+    """
+    moves = np.abs(np.diff(position))
+    rounding = 1e-14 * float(np.abs(position).max(initial=0.0))
+    moves = moves[moves > rounding]
+    if len(moves) < FEWEST:
+        return 0.0
+    step = float(moves.min())
+    for _ in range(3):  # the smallest difference carries the rounding of the printed digits; a fit over more does not
+        near = moves[moves < NEAR_STEPS * step]
+        counts = np.maximum(np.round(near / step), 1)
+        step = float(near.sum() / counts.sum())
+    near = moves[moves < NEAR_STEPS * step]
+    off = np.abs(near / step - np.round(near / step))
+    if len(near) < FEWEST or np.mean(off < 0.1) < ON_LATTICE:
+        return 0.0
+    return step
 
 
 def _where(names: Sequence[str], name: str) -> list[int]:

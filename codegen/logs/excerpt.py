@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from codegen.logs.finding import Finding
-from codegen.logs.log import Flags, Log
+from codegen.logs.log import Finding, Flags, Log
 
 Ranges = tuple[tuple[int, int], ...]
 

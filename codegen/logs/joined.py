@@ -9,8 +9,7 @@ import numpy as np
 
 from codegen.base.errors import BadInput
 from codegen.logs.excerpt import MOST_SAMPLES
-from codegen.logs.finding import Finding
-from codegen.logs.log import Array, Flags, Intake, Log
+from codegen.logs.log import Array, Finding, Flags, Intake, Log
 
 PAUSE_S = 2.0
 SAME_STEP = 1e-6

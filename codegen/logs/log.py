@@ -5,15 +5,33 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codegen.logs.description import LogDescription
-from codegen.logs.finding import Finding
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Severity = Literal["info", "warning", "problem"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A finding of the preflight.
+
+    Attributes:
+        severity: ``info`` has no influence on a diagnosis, ``warning`` may spoil it, ``problem`` does.
+        topic: a word or two.
+        words: a sentence for an engineer.
+        figures: the numbers behind it, SI; shares are 0 to 1.
+    """
+
+    severity: Severity
+    topic: str
+    words: str
+    figures: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

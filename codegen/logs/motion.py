@@ -1,4 +1,4 @@
-"""Velocity and acceleration from measured positions without phase shift, and what counts as moving."""
+"""Velocity and acceleration from measured positions without phase shift; what moves, and what runs steadily."""
 
 from __future__ import annotations
 
@@ -13,6 +13,14 @@ EDGE_PERIODS = 2.0
 NOISE_FACTOR = 5.0
 SHARE_OF_TOP_SPEED = 0.01
 DEFAULT_CUTOFF = 20.0
+SPREAD, OF_TOP = 0.15, 0.03
+"""A record runs at constant speed if the standard deviation of its speed is at most the larger of these shares: of its
+mean speed, and of the top speed."""
+ONE_WAY = 2.0
+"""Upper limit of that standard deviation in any case, as a share of the mean speed. Slow speeds that are read in coarse
+steps reach it."""
+MOSTLY = 0.8
+"""Least share of the records that run at constant speed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,3 +111,40 @@ def _reversals(log: Log, velocity: Array, moving: Flags) -> int:
         signs = np.sign(velocity[start:stop][moving[start:stop]])
         count += int((signs[1:] != signs[:-1]).sum())
     return count
+
+
+@dataclass(frozen=True)
+class Steady:
+    """A coordinate that runs at one constant speed in each of most records.
+
+    Attributes:
+        coordinate: its index.
+        records, of: how many records run at constant speed, of how many that can be judged.
+        slowest, fastest: mean speeds of these records, SI, signed.
+    """
+
+    coordinate: int
+    records: int
+    of: int
+    slowest: float
+    fastest: float
+
+
+def steady_speeds(log: Log, motion: Motion) -> list[Steady]:
+    """The coordinates that run at constant speed in each of most records."""
+    found = []
+    for j in range(log.positions.shape[1]):
+        count = 0
+        top = float(np.abs(motion.velocities[motion.usable, j]).max(initial=0.0))
+        means: list[float] = []
+        for start, stop in log.segments:
+            speed = motion.velocities[start:stop, j][motion.usable[start:stop]]
+            if not len(speed):
+                continue
+            count += 1
+            mean, spread = float(speed.mean()), float(speed.std())
+            if spread < ONE_WAY * abs(mean) and spread <= max(SPREAD * abs(mean), OF_TOP * top):
+                means.append(mean)
+        if means and len(means) >= MOSTLY * count:
+            found.append(Steady(j, len(means), count, min(means), max(means)))
+    return found

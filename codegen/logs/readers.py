@@ -15,10 +15,9 @@ from codegen.base.user_text import shown
 from codegen.logs.bag_file import BagFolder, Db3Storage, is_bag
 from codegen.logs.binding import Binding, bind
 from codegen.logs.cleaning import Clean, clean
-from codegen.logs.counters import counter_findings, mended, repeats, require_columns
+from codegen.logs.counters import counter_findings, mended, repeats, require_columns, smallest_step
 from codegen.logs.csv_file import open_csv
 from codegen.logs.description import ZERO_ORDER, LogDescription, read_description
-from codegen.logs.encoder import smallest_step
 from codegen.logs.hdf5_file import Hdf5File
 from codegen.logs.joined import join_logs
 from codegen.logs.json_file import JsonFile

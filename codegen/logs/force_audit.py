@@ -1,0 +1,634 @@
+"""Preflight of signs, scales, units and the order of columns, by the balance of forces along the measured motion.
+
+The force that the motion takes is M(x) a − g(x, v, 0) + U λ with the declared friction; what the input gives is
+g(x, v, w) − g(x, v, 0). A least-squares factor per input between the two is near one when sign and scale are right. It
+holds where friction outweighs inertia too, where the plain correlation of g − U λ with M a does not; that one serves
+for coordinates on which no input acts. Where a coordinate is as far outside the spec's envelope, it is named and not
+the input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, permutations
+
+import casadi
+import numpy as np
+
+from codegen.base.errors import Place
+from codegen.logs.log import Array, Finding, Flags, Log
+from codegen.logs.motion import Motion, low_pass, measured_motion
+from codegen.mechanics import System, build_system
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.spec.column_unit import is_brought
+from codegen.spec.model import Spec
+from codegen.spec.units import si_factor
+
+FLIPPED, TELLING = -0.4, 0.6
+"""Correlations of a force with the force that the motion takes: below, its sign is wrong; above, it is right."""
+SCALE_OFF = 3.0
+FAR_OUTSIDE = 10.0
+"""Times the envelope: by so much a coordinate's scale is off even where forces do not tell."""
+USUAL = 0.95
+"""Quantile of a coordinate's size: single peaks say nothing of a scale."""
+ACTING = 1e-3
+"""Share of its largest force below which an input does not act: what filters leave where it is off."""
+PART_SEEN = 0.2
+"""Partial correlation of a modelled force with the input's force, from which on it shows in a log."""
+FEWEST = 50
+LONGEST_STEP = 0.5
+"""Sample time in s from which on time is in another unit, and not a coordinate."""
+INERTIA_OFF, FRICTION_FITS = 10.0, 3.0
+SUSPECT = 7.0
+"""Least factor on the inertia at which other units are tried: a power of ten, less what else the model lacks."""
+INERTIA_SEEN, FRICTION_SEEN = 0.5, 0.15
+"""Partial correlations with the input's force."""
+TOO_MUCH = 30.0
+"""Force that the motion takes over the force that is given: near 1 in a right log."""
+UNITS = ("m", "cm", "mm", "um", "rad", "deg", "mrad")
+SAME_MOTION, APART = 0.9, 2.0
+"""Least correlation of a measured velocity with the position's slope, and the ratio from which on they differ."""
+NEAR = 0.05
+"""Relative deviation of a ratio from the power of ten that it is taken for."""
+FITS, BETTER = 0.25, 0.5
+"""Most misfit with the right unit or columns, and most over that of any other reading of the numbers."""
+IN_ANY_ORDER, MOST_TRIED = 3, 60
+"""Variables that are tried in any order, more of them by pairs; and most orders that are tried."""
+UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 3
+"""Orders that fit worse by no more than a factor, or all as well as this, are named together, if they are few."""
+KNOTS = 60
+COMPUTED = 0.01
+"""Of the input's force: what a function of the position leaves of one that was computed from it."""
+CARRIED, MATERIAL = 10.0, 0.03
+"""Times that, and of both forces: what such a function leaves of the force that the motion takes, where another force
+moves the machine."""
+SWINGING = 0.5
+"""Of what such a function leaves of the inertia's force: what friction explains of it in a free oscillation."""
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """Generalised forces along the motion, low-passed, of the K samples where every contact slips.
+
+    Attributes:
+        inertia: (K, n) M(x) a.
+        rest: (K, n) g(x, v, 0) − U λ with the declared friction.
+        friction: (K, n) U λ, which is in ``rest`` too.
+        standing: (K, n) g(x, 0, 0): gravity and springs, which is in ``rest`` too.
+        driven: (m, K, n) what each input alone adds to g.
+        motion: (K, 2n) positions and velocities.
+    """
+
+    inertia: Array
+    rest: Array
+    friction: Array
+    standing: Array
+    driven: Array
+    motion: Array
+
+    @property
+    def given(self) -> Array:
+        """(K, n) what the inputs add to g."""
+        return np.asarray(self.driven.sum(axis=0))
+
+    @property
+    def misfit(self) -> float:
+        """Σ(M a − g + U λ)² over the sum of the squares of these forces, the mean over the coordinates."""
+        left = np.sum((self.inertia - self.rest - self.given) ** 2, axis=0)
+        whole = np.sum(self.inertia**2 + self.rest**2 + self.given**2, axis=0)
+        return float(np.mean(left[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 1.0
+
+    def inertia_factor(self, i: int) -> tuple[float, float]:
+        """By how much the inputs' force on coordinate i is inertia, over M a, and the partial correlation.
+
+        Springs, dampers and offsets that the spec may lack are regressors too, so that they do not pass for inertia.
+        """
+        others = np.column_stack([self.friction[:, i], self.motion, np.ones(len(self.motion))])
+        return _partial(self.given[:, i], self.inertia[:, i], others)
+
+    def friction_factor(self, i: int) -> tuple[float, float]:
+        """The same of the declared friction."""
+        others = np.column_stack([self.inertia[:, i], self.motion, np.ones(len(self.motion))])
+        return _partial(self.given[:, i], self.friction[:, i], others)
+
+
+def _partial(wanted: Array, column: Array, others: Array) -> tuple[float, float]:
+    """Least-squares weight of a column beside others, and its partial correlation; zeros where it says nothing."""
+    size = np.linalg.norm(others, axis=0)
+    basis = others[:, size > 0] / size[size > 0]
+    left = np.column_stack([wanted, column])
+    left = left - basis @ np.linalg.lstsq(basis, left, rcond=1e-8)[0]
+    power = float(left[:, 1] @ left[:, 1])
+    if power <= 1e-12 * float(column @ column):
+        return 0.0, 0.0
+    product, whole = float(left[:, 0] @ left[:, 1]), float(left[:, 0] @ left[:, 0])
+    return product / power, product / float(np.sqrt(power * whole)) if whole > 0 else 0.0
+
+
+def _forces(log: Log, system: System, motion: Motion) -> Forces:
+    before = np.vstack([log.inputs[:1], log.inputs[:-1]])
+    mean_input = 0.5 * (before + log.inputs)
+    evaluate = _function(system, motion.threshold).map(log.size)
+    n, m = len(system.positions), len(system.inputs)
+
+    def along(inputs: Array) -> list[Array]:
+        arguments = (motion.positions, motion.velocities, motion.accelerations, inputs)
+        results = evaluate(*(np.ascontiguousarray(a.T) for a in arguments))
+        return [np.array(r.full(), dtype=np.float64).T for r in results]
+
+    inertia, rest, friction, standing, slip_margin = along(np.zeros_like(mean_input))
+    driven = []
+    for j in range(m):
+        alone = np.zeros_like(mean_input)
+        alone[:, j] = mean_input[:, j]
+        driven.append(along(alone)[1] - rest)
+    stacked = np.hstack([inertia, rest, friction, standing, motion.positions, motion.velocities, *driven])
+    finite: Flags = np.all(np.isfinite(stacked), axis=1)
+    smooth, _ = low_pass(log, np.where(finite[:, None], stacked, 0.0), motion.cutoff_hz)
+    slipping: Flags = np.all(slip_margin > 0, axis=1)
+    parts = smooth[motion.usable & finite & slipping].reshape(-1, 6 + m, n)
+    moved = parts[:, 4:6].reshape(-1, 2 * n)
+    return Forces(parts[:, 0], parts[:, 1], parts[:, 2], parts[:, 3], np.moveaxis(parts[:, 6:], 1, 0), moved)
+
+
+def _function(system: System, threshold: Array) -> casadi.Function:
+    """(x, v, a, w) → M a; g − U λ; U λ; g at rest; |u| less the slip that speeds of ``threshold``, (n), amount to.
+
+    All are columns.
+    """
+    groups = (system.positions, system.velocities, system.accelerations, system.inputs)
+    arguments = [casadi.SX.sym("q", len(group)) for group in groups]
+    names = symbol_values(system.values, *zip(groups, arguments, strict=True))
+    slip = to_casadi(system.slip_velocity, names)
+    names |= {c.slip: slip[k] for k, c in enumerate(system.contacts)}
+    friction = casadi.SX.zeros(len(system.positions))
+    if system.contacts:
+        forces = casadi.vertcat(*(to_casadi(c.force, names) for c in system.contacts))
+        friction = casadi.mtimes(to_casadi(system.distribution, names), forces)
+    force = to_casadi(system.force, names) - friction
+    at_rest = names | {system.velocities[k]: casadi.SX(0.0) for k in range(len(system.velocities))}
+    standing = to_casadi(system.force, at_rest)
+    inertia = casadi.mtimes(to_casadi(system.mass_matrix, names), arguments[2])
+    margin = casadi.fabs(slip) - casadi.mtimes(casadi.fabs(casadi.jacobian(slip, arguments[1])), casadi.DM(threshold))
+    outputs = (inertia, force, friction, standing, margin)
+    return casadi.Function("forces", arguments, [casadi.densify(o) for o in outputs])
+
+
+@dataclass(frozen=True)
+class Outside:
+    """A coordinate far outside the envelope: its position or velocity ``what``, and how many times the bound it is."""
+
+    coordinate: str
+    what: str
+    times: float
+
+    @property
+    def words(self) -> str:
+        return f"The scale of {self.coordinate} seems off: {self.what}"
+
+
+def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = frozenset()) -> Iterator[Finding]:
+    """What there is to say of the sign and scale of inputs and forces.
+
+    Args:
+        steady: the coordinates that run at constant speed, whose inertia is not judged.
+
+    Raises:
+        BadInput: if the spec's mechanics cannot be built.
+    """
+    system = build_system(spec)
+    if not motion.usable.any():
+        return
+    forces = _forces(log, system, motion)
+    exchanged = list(_exchanged_columns(log, spec, system, motion, forces))
+    if exchanged:  # what is wrong with scales and signs follows from it
+        yield from exchanged
+        return
+    yield from _against_velocity(log, spec, motion)
+    if len(forces.inertia) < FEWEST:
+        words = "Too few samples in motion to compare the input's force with the acceleration."
+        yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
+        return
+    doubted = log.intake.doubted & {*spec.positions, *spec.velocities}
+    if doubted:
+        for i in spec.inputs:
+            yield _not_judged(i.name, " and ".join(sorted(doubted)))
+        return
+    outside = _furthest_outside(log, spec, motion)
+    if not log.intake.doubted:
+        off = _off_scale(forces, spec, steady)
+        suspected = off or outside or _steps_apart(log) or _off_scale(forces, spec, steady, SUSPECT)
+        if suspected and log.sample_time < LONGEST_STEP:
+            off = list(_other_unit(log, spec, system, motion, forces, off)) or off
+            for k, finding in enumerate(off):
+                own = outside and finding.topic == f"scale of {outside.coordinate}" and "times" not in finding.figures
+                if outside and own:
+                    off[k] = replace(finding, figures={**finding.figures, "times": outside.times})
+        off = off or list(_computed_from_position(forces, spec, steady))
+        yield from off
+        if off:  # beside a motion in another unit an input cannot be judged
+            return
+    yield from _inputs(forces, spec, outside, log.intake.doubted)
+    yield from _undriven(forces, spec, outside)
+
+
+def _furthest_outside(log: Log, spec: Spec, motion: Motion) -> Outside | None:
+    """The coordinate furthest outside its declared range, by a factor of at least ``SCALE_OFF``; None where none is."""
+    found = []
+    for j, c in enumerate(spec.coordinates):
+        signals = {c.name: (log.positions, c.unit), c.velocity: (motion.velocities, f"{c.unit}/s")}
+        for name, (values, unit) in signals.items():
+            if name not in spec.envelope:
+                continue
+            size = float(np.quantile(np.abs(values[motion.usable, j]), USUAL))
+            bound = max(abs(float(b)) for b in spec.envelope[name])
+            if bound > 0 and size >= SCALE_OFF * bound:
+                what = f"{name} reaches {size:.3g} {unit}, {size / bound:.3g} times the spec's envelope"
+                found.append(Outside(c.name, what, size / bound))
+    return max(found, key=lambda o: o.times, default=None)
+
+
+def _off_scale(forces: Forces, spec: Spec, steady: frozenset[int], least: float = INERTIA_OFF) -> list[Finding]:
+    """The coordinates whose motion is out of all proportion to their friction, or to what the inputs give.
+
+    Inertia grows with the scale of a coordinate and Coulomb friction does not. So where the input's force fits the
+    declared friction and takes many times the declared inertia, or a small part of it, the position or the time is in
+    another unit.
+
+    Args:
+        steady: the coordinates that run at constant speed: they are accelerated by waves and noise alone.
+        least: factor on the declared inertia from which on it tells.
+    """
+    found = []
+    for i, c in enumerate(spec.coordinates):
+        taken, push = forces.inertia[:, i] - forces.rest[:, i], forces.given[:, i]
+        sizes = float(np.linalg.norm(taken)), float(np.linalg.norm(push))
+        if min(sizes) == 0.0 or i in steady:
+            continue
+        topic, start = f"scale of {c.name}", f"The scale of {c.name} or of time seems off:"
+        end = f"Check unit and scale of {c.name} and t."
+        if sizes[0] > TOO_MUCH * sizes[1] and float(taken @ push) < TELLING * sizes[0] * sizes[1]:
+            words = (
+                f"{start} its motion takes {sizes[0] / sizes[1]:.3g} times the force that the inputs give, and at "
+                f"other times. {end}"
+            )
+            found.append(Finding("problem", topic, words, {"times": sizes[0] / sizes[1]}))
+            continue
+        (heavy, r_inertia), (slid, r_friction) = forces.inertia_factor(i), forces.friction_factor(i)
+        fits = r_friction > FRICTION_SEEN and 1 / FRICTION_FITS < slid < FRICTION_FITS
+        if fits and r_inertia > INERTIA_SEEN and not 1 / least < heavy < least:
+            words = (
+                f"{start} the input fits the declared friction on {c.name} (factor {slid:.2g}), and takes {heavy:.3g} "
+                f"times the declared inertia. {end}"
+            )
+            figures = {"inertia": heavy, "friction": slid, "correlation": r_inertia}
+            found.append(Finding("problem", topic, words, figures))
+    return found
+
+
+def _other_unit(
+    log: Log, spec: Spec, system: System, motion: Motion, forces: Forces, found: Sequence[Finding]
+) -> Iterator[Finding]:
+    """The coordinate that fits in another unit, if there is one.
+
+    Where masses are coupled, a coordinate in another unit disturbs the balance of all, and the balance of another may
+    be the worse one. So each is taken in each other usual unit in turn, and named if that alone makes all fit.
+
+    Args:
+        found: on the scale of coordinates, by the balance of each; what it says of the named one stays in the figures.
+    """
+    tried = []
+    for j, c in enumerate(spec.coordinates):
+        heavy, seen = forces.inertia_factor(j)
+        for unit, factor in _other_units(log.description.units.get(c.name, c.unit)):
+            if found or (seen > INERTIA_SEEN and 1 / SCALE_OFF < heavy / factor < SCALE_OFF):
+                tried.append((_forces(log, system, _scaled(motion, j, factor)).misfit, j, unit))
+    if not tried:
+        return
+    least, j, unit = min(tried)
+    now = _forces(log, system, motion).misfit
+    others = [now, *(left for left, k, _ in tried if k != j)]
+    if least > FITS or least > BETTER * min(others):
+        return
+    name = spec.coordinates[j].name
+    taken = log.description.units.get(name, spec.coordinates[j].unit)
+    words = (
+        f"The scale of {name} seems off: is {name} in {unit}? As {taken}, motion and inputs leave {100 * now:.2g} % of "
+        f"the squared forces unbalanced, as {unit} {100 * least:.2g} %. "
+        f"(`units: {{{name}: {unit}}}` in a log description)"
+    )
+    topic, figures = f"scale of {name}", {"misfit": now, "misfit_in_unit": least}
+    for one in found:
+        if one.topic == topic:
+            figures |= one.figures
+    yield Finding("problem", topic, words, figures)
+
+
+def _against_velocity(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
+    """Each position against its measured velocity, where both are logged: by how much their scales differ."""
+    if log.velocities is None:
+        return
+    for j, c in enumerate(spec.coordinates):
+        said, seen = log.velocities[motion.usable, j], motion.velocities[motion.usable, j]
+        sizes = float(np.linalg.norm(said)), float(np.linalg.norm(seen))
+        if min(sizes) == 0 or abs(float(said @ seen)) < SAME_MOTION * sizes[0] * sizes[1]:
+            continue
+        factor = float(said @ seen) / sizes[0] ** 2
+        if 1 / APART < factor < APART:
+            continue
+        unit = log.description.units.get(c.name, c.unit)
+        meant = [other for other, by in _other_units(unit) if abs(by * factor - 1) < NEAR]
+        key = f"`units: {{{c.name}: {meant[0]}}}`" if meant else f"`scale: {{{c.name}: {1 / factor:.4g}}}`"
+        words = (
+            f"{c.name} moves {factor:.3g} times as far as the integral of the measured {c.velocity} says: the scale or "
+            f"sign of one of the two is off. If it is that of {c.name}: {key} in a log description."
+        )
+        yield Finding("warning", f"scale of {c.name}", words, {"factor": factor})
+
+
+def _steps_apart(log: Log) -> bool:
+    """Whether a position moves in steps that are a power of ten times those that the description says."""
+    for seen, said in zip(log.intake.smallest_step or (), log.encoder_step or (), strict=False):
+        power = float(np.log10(seen / said)) if seen > 0 and said > 0 else 0.0
+        if round(power) != 0 and abs(power - round(power)) < np.log10(1 + NEAR):
+            return True
+    return False
+
+
+def _other_units(unit: str) -> list[tuple[str, float]]:
+    """Each other usual unit of the same kind, and by how much numbers that were read in ``unit`` are multiplied."""
+    here = Place("")
+    usual = [other for other in UNITS if other != unit and is_brought(other, unit)]
+    return [(other, float(si_factor(other, here) / si_factor(unit, here))) for other in usual]
+
+
+def _scaled(motion: Motion, j: int, factor: float) -> Motion:
+    """The motion with one coordinate times a factor."""
+    by = np.ones(motion.positions.shape[1])
+    by[j] = factor
+    names = ("positions", "velocities", "accelerations", "threshold")
+    return replace(motion, **{name: getattr(motion, name) * by for name in names})
+
+
+def _exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
+    """The orders of the columns in which the log fits, where it does not as it is read."""
+    now = max(forces.misfit, _kinematic(log, motion))
+    if now <= FITS or log.intake.doubted:
+        return
+    names = [*spec.positions, *(spec.velocities if log.velocities is not None else ()), *(i.name for i in spec.inputs)]
+    values = np.hstack([log.positions, *([] if log.velocities is None else [log.velocities]), log.inputs])
+    factors = np.array([_stated_factor(name, log, spec) for name in names])
+    tried = []
+    for order in _orders(len(names)):
+        other = _with(log, values[:, order] / factors[list(order)] * factors)
+        moved = measured_motion(other)
+        if moved.usable.any() and (slope := _kinematic(other, moved)) <= FITS:
+            tried.append((max(_forces(other, system, moved).misfit, slope), order))
+    tried.sort(key=lambda one: one[0])
+    if not tried or tried[0][0] > min(FITS, BETTER * now):
+        return
+    best = tried[0][0]
+    alike = [order for left, order in tried if left <= max(UNSURE * best, ALL_FIT)]
+    if len(alike) > MOST_ALIKE:
+        return
+    which, lines = [], []
+    for order in alike:
+        taken = {names[k]: names[source] for k, source in enumerate(order) if source != k}
+        which.append(" and ".join(taken))
+        entries = ", ".join(f"{name}: {log.intake.columns.get(source, '...')}" for name, source in taken.items())
+        lines.append(f"`columns: {{{entries}}}`")
+    words = (
+        f"The columns of {', or those of '.join(which)} seem exchanged: as the log is read, motion and inputs leave "
+        f"{100 * now:.2g} % of the squares unbalanced, otherwise {100 * best:.2g} %. "
+        f"({' or '.join(lines)} in a log description)"
+    )
+    yield Finding("problem", "columns", words, {"misfit": now, "misfit_exchanged": best})
+
+
+def _orders(count: int) -> Sequence[tuple[int, ...]]:
+    """Orders of the columns: in each, variable k takes the column of variable ``order[k]``."""
+    plain = tuple(range(count))
+    if count <= IN_ANY_ORDER:
+        return [order for order in permutations(plain) if order != plain]
+    pairs = [tuple(b if k == a else a if k == b else k for k in plain) for a, b in combinations(plain, 2)]
+    return pairs[:MOST_TRIED]
+
+
+def _with(log: Log, values: Array) -> Log:
+    """The log with other positions, velocities if there were any, and inputs."""
+    n, m = log.positions.shape[1], log.inputs.shape[1]
+    return replace(
+        log,
+        positions=values[:, :n],
+        velocities=None if log.velocities is None else values[:, n : 2 * n],
+        inputs=values[:, values.shape[1] - m :],
+        encoder_step=None,
+        intake=replace(log.intake, smallest_step=()),
+    )
+
+
+def _kinematic(log: Log, motion: Motion) -> float:
+    """Σ(v − x')² over Σv² + Σx'², the largest of the coordinates, below the cut-off; 0 where no velocity was logged."""
+    if log.velocities is None:
+        return 0.0
+    smooth, _ = low_pass(log, log.velocities, motion.cutoff_hz)
+    said, seen = smooth[motion.usable], motion.velocities[motion.usable]
+    whole = np.sum(said**2 + seen**2, axis=0)
+    apart = np.sum((said - seen) ** 2, axis=0)
+    return float(np.max(apart[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 0.0
+
+
+def _stated_factor(name: str, log: Log, spec: Spec) -> float:
+    """What is stated of the variable and not of its column, and stays with it when its column is another."""
+    about = log.description
+    factor = float(about.scale.get(name, spec.log.scale.get(name, 1.0)))
+    return factor * float(si_factor(about.units[name], Place(""))) if name in about.units else factor
+
+
+def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]) -> Iterator[Finding]:
+    """Inputs that were computed from the position: what moves the machine is then in no column of the log.
+
+    A controller that compensates gravity commands u = f(q). Moved by hand under it, the machine slides to and fro with
+    friction and inertia that u does not carry. A spring held by a controller gives such an input too; but there what
+    swings is the inertia against friction, so that no other force is asked for.
+    """
+    given, n = forces.given, forces.given.shape[1]
+    for i, c in enumerate(spec.coordinates):
+        size = float(np.std(given[:, i]))
+        if i in left_out or size == 0:
+            continue
+        inertia, friction = forces.inertia[:, i], forces.friction[:, i]
+        x, v = forces.motion[:, i], forces.motion[:, n + i]
+        taken = inertia - forces.rest[:, i]
+        left = _without_function_of(x, np.column_stack([given[:, i], taken, inertia, friction, v]))
+        share, other = (float(np.sqrt(np.mean(y**2))) / size for y in left.T[:2])
+        least = max(CARRIED * share, MATERIAL, MATERIAL * float(np.std(taken)) / size)
+        if share > COMPUTED or other < least or _swings(left[:, 2], left[:, 3:]):
+            continue
+        words = (
+            f"The force of the inputs on {c.name} is a function of {c.name} alone, to {100 * share:.2g} %, but the "
+            f"motion takes {100 * other:.2g} % that no such function gives. So it was computed from {c.name}, as a "
+            "controller does that compensates gravity, and what moves the machine (a hand?) is in no column: "
+            "friction, inertia and effects cannot be learnt from this log."
+        )
+        yield Finding("problem", f"input computed from {c.name}", words, {"share": share, "taken": other})
+
+
+def _without_function_of(x: Array, columns: Array) -> Array:
+    """(K, m) columns less their best piecewise linear functions of x, (K,)."""
+    knots = np.unique(np.quantile(x, np.linspace(0, 1, KNOTS)))
+    if len(knots) < 3:
+        return np.asarray(columns - columns.mean(axis=0))
+    hats = np.column_stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
+    gram = hats.T @ hats + 1e-9 * len(x) / len(knots) * np.eye(len(knots))
+    return np.asarray(columns - hats @ np.linalg.solve(gram, hats.T @ columns))
+
+
+def _swings(inertia: Array, against: Array) -> bool:
+    """Whether forces that grow with the speed explain most of the inertia's, (K,)."""
+    size = np.linalg.norm(against, axis=0)
+    scaled = against[:, size > 0] / size[size > 0]
+    left = inertia - scaled @ np.linalg.lstsq(scaled, inertia, rcond=1e-8)[0]
+    return bool(left @ left <= (1 - SWINGING) * (inertia @ inertia))
+
+
+def _inputs(forces: Forces, spec: Spec, outside: Outside | None, doubted: frozenset[str]) -> Iterator[Finding]:
+    """The sign and scale of each input: least-squares factors between the inputs' forces and what the motion takes."""
+    if not len(forces.driven):
+        return
+    needed = forces.inertia - forces.rest
+    size = np.sqrt(np.mean(needed**2, axis=0))
+    weight = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
+    rows = np.tile(np.any(forces.driven != 0, axis=(0, 1)), len(needed))  # coordinates that some input drives
+
+    def stacked(force: Array) -> Array:
+        return np.asarray((force * weight).reshape(-1)[rows])
+
+    columns = (forces.driven * weight).reshape(len(spec.inputs), -1)[:, rows]
+    acting = [j for j in range(len(spec.inputs)) if np.any(columns[j])]
+    if not acting:
+        return
+    wanted = stacked(needed)
+    scales = np.linalg.norm(columns[acting], axis=1)
+    factors = np.linalg.lstsq((columns[acting] / scales[:, None]).T, wanted, rcond=1e-8)[0] / scales
+    whole = wanted - factors @ columns[acting]
+    modelled = {"inertia": forces.inertia, "friction": forces.friction, "gravity and springs": -forces.standing}
+    parts = {what: stacked(force) for what, force in modelled.items()}
+    for factor, j in zip(factors, acting, strict=True):
+        name = spec.inputs[j].name
+        if name in doubted:
+            yield _not_judged(name, name)
+        else:
+            yield _input(name, float(factor), whole + factor * columns[j], columns[j], outside, parts)
+
+
+def _not_judged(name: str, doubted: str) -> Finding:
+    words = f"Sign and scale of {name} are not judged before the numbers of {doubted} are mended."
+    return Finding("info", f"sign and scale of {name}", words)
+
+
+def _input(
+    name: str, factor: float, wanted: Array, given: Array, outside: Outside | None, parts: Mapping[str, Array]
+) -> Finding:
+    """Of an input's force ``given`` and what the motion takes beside the other inputs, both (K',)."""
+    norms = float(np.linalg.norm(wanted) * np.linalg.norm(given))
+    correlation = float(wanted @ given) / norms if norms > 0 else 0.0
+    figures = {"factor": factor, "correlation": correlation}
+    topic = f"sign and scale of {name}"
+    if correlation < FLIPPED:
+        seen = _seen(given, parts)
+        figures |= {f"against_{what.split()[0]}": value for what, value in seen.items()}
+        return Finding("problem", topic, _flipped(name, correlation, seen), figures)
+    telling = correlation > TELLING
+    if outside is not None and (factor >= SCALE_OFF if telling else outside.times >= FAR_OUTSIDE):
+        words = (
+            f"{outside.words}, and the motion takes {factor:.3g} times the force that the log's {name} gives. Check "
+            f"unit and scale of {outside.coordinate}, or the envelope."
+        )
+        return Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
+    if telling and not 1 / SCALE_OFF < factor < SCALE_OFF:
+        size = np.abs(given)
+        acting = size > ACTING * size.max()
+        small = acting & (size <= np.median(size[acting]))
+        at_small = float(wanted[small] @ given[small]) / float(given[small] @ given[small])
+        figures["factor_at_small_input"] = at_small
+        if 1 / SCALE_OFF < at_small < SCALE_OFF:
+            words = (
+                f"The motion takes {factor:.3g} times the force that the log's {name} gives, but {at_small:.3g} times "
+                f"where {name} is small: not its scale, rather a limit or another bend in how it acts."
+            )
+            return Finding("warning", topic, words, figures)
+        words = (
+            f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times the force "
+            f"that the log's {name} gives. Check its unit and scale, whether it saturates, and the declared masses and "
+            "friction levels."
+        )
+        return Finding("problem", topic, words, figures)
+    words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {correlation:.2f})."
+    if correlation < TELLING:
+        words = f"The motion does not tell whether sign and scale of {name} are right (correlation {correlation:.2f})."
+    return Finding("info", topic, words, figures)
+
+
+def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
+    """The partial correlations of an input's force with the modelled forces that show in it.
+
+    Args:
+        given: (K') the input's force. parts: (K') modelled forces that it has to overcome, by name.
+    """
+    acting = {what: force for what, force in parts.items() if np.any(force)}
+    found = {}
+    for what, force in acting.items():
+        others = [other for name, other in acting.items() if name != what]
+        found[what] = _partial(given, force, np.column_stack([*others, np.ones(len(given))]))[1]
+    return {what: correlation for what, correlation in found.items() if abs(correlation) > PART_SEEN}
+
+
+def _flipped(name: str, correlation: float, seen: Mapping[str, float]) -> str:
+    """What is wrong with a sign, as far as the modelled forces that show in the log tell it."""
+    fact = f"the force it gives runs against the force that the motion takes (correlation {correlation:.2f})"
+    against = [what for what, value in seen.items() if value < 0]
+    agreeing = " and ".join(what for what in seen if what not in against)
+    if against == ["gravity and springs"] and agreeing:
+        return (
+            f"The modelled gravity and springs run against the force that input {name} gives, while {agreeing} agree "
+            f"with it: the sign of gravity or of a spring in the spec seems wrong, or the zero of a position (half a "
+            f"turn off, for a pendulum), and not the sign of {name}. Together {fact}."
+        )
+    if against and not agreeing and ("inertia" in seen or "friction" in seen):
+        return f"The sign of input {name} seems flipped, or that of the coordinate it drives: {fact}."
+    which = f"only {' and '.join(seen)} can be seen in it" if seen else "no single modelled force can be seen in it"
+    if against and agreeing:
+        which = f"{' and '.join(against)} run against it and {agreeing} do not"
+    return (
+        f"The sign of input {name} seems flipped, or that of the coordinate it drives, or of a force in the spec: "
+        f"{fact}. This log cannot tell which: {which}."
+    )
+
+
+def _undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Iterator[Finding]:
+    """The force modelled on each coordinate on which no input acts."""
+    for i, c in enumerate(spec.coordinates):
+        if np.any(forces.driven[:, :, i]):
+            continue
+        modelled, inertia = forces.rest[:, i], forces.inertia[:, i]
+        norms = float(np.linalg.norm(modelled) * np.linalg.norm(inertia))
+        if norms == 0:
+            continue
+        correlation = float(modelled @ inertia) / norms
+        slope = float(modelled @ inertia) / float(modelled @ modelled)
+        figures, off = {"factor": slope, "correlation": correlation}, not 1 / SCALE_OFF < slope < SCALE_OFF
+        topic = f"force on {c.name}"
+        if correlation < FLIPPED:
+            words = f"The force modelled on {c.name} runs against its acceleration: a sign seems flipped."
+            yield Finding("problem", topic, words, figures)
+        elif outside is not None and outside.times >= FAR_OUTSIDE and off:
+            words = f"{outside.words}. Check its unit and scale."
+            yield Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
+        elif correlation > TELLING and off:
+            words = f"The modelled force on {c.name} is off by a factor of {slope:.3g} against mass times acceleration."
+            yield Finding("problem", topic, words, figures)
+        else:
+            words = f"The force modelled on {c.name} against mass times acceleration: correlation {correlation:.2f}."
+            yield Finding("info", topic, words, figures)
