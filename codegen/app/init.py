@@ -14,8 +14,7 @@ from codegen.base.resources import resource_folder
 from codegen.base.text import render
 from codegen.spec import parse_spec
 from codegen.spec.reserved import is_identifier
-from codegen.spec.robot_file import LARGEST
-from codegen.spec.urdf import identifier
+from codegen.spec.urdf import LARGEST, identifier
 
 _NAME_LINE = re.compile(r"^name:[ \t]*[^#\n]*?(?=[ \t]*(?:#|$))", re.MULTILINE)
 

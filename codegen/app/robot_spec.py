@@ -22,8 +22,7 @@ from codegen.spec import parse_spec
 from codegen.spec.kinematics import MovingBody
 from codegen.spec.mjcf import MjcfJoint, read_mjcf
 from codegen.spec.model import Spec
-from codegen.spec.robot_file import LARGEST
-from codegen.spec.urdf import read_kinematic_tree
+from codegen.spec.urdf import LARGEST, read_kinematic_tree
 
 ENDINGS = (".urdf", ".xml")
 STANDARD = (0.0, 0.0, -9.81)

@@ -27,8 +27,7 @@ from codegen.export.remarks import Remark
 from codegen.export.xml_edit import edited
 from codegen.spec.mjcf import EXPECTED, compiled
 from codegen.spec.model import Spec
-from codegen.spec.robot_file import LARGEST
-from codegen.spec.urdf import identifier
+from codegen.spec.urdf import LARGEST, identifier
 
 SAME = 1e-9
 """Relative difference below which a value of the file is kept as it is written."""

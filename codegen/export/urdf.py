@@ -14,7 +14,7 @@ from codegen.export.numbers import number, numbers
 from codegen.export.remarks import Remark
 from codegen.export.xml_edit import edited
 from codegen.spec.model import Spec
-from codegen.spec.robot_file import LARGEST
+from codegen.spec.urdf import LARGEST
 
 
 def urdf_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str, tuple[Remark, ...]]:

@@ -20,8 +20,7 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_bytes
 from codegen.base.rotations import of_quaternion, roll_pitch_yaw
 from codegen.base.user_text import one_line
-from codegen.spec.robot_file import LARGEST
-from codegen.spec.urdf import identifier
+from codegen.spec.urdf import LARGEST, identifier
 
 EXPECTED = "a MuJoCo model (MJCF) of an arm of hinge and slide joints"
 Array = NDArray[np.float64]

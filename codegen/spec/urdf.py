@@ -1,7 +1,12 @@
-"""A robot description → its kinematic tree: fixed links merged, what cannot be a rigid mechanism refused."""
+"""A robot description (URDF) → its kinematic tree: fixed links merged, what cannot be a rigid mechanism refused.
+
+Only masses and joints are read; shapes, limits of force and transmissions are left out, however strange. ``lxml`` is
+imported when a file is read: few specs name one.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,11 +18,20 @@ import numpy as np
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.exact_numbers import Exact, exact_array, sine_cosine, square_root
+from codegen.base.input_files import read_bytes
 from codegen.spec.kinematics import KinematicTree, MovingBody, Rows, Vector
-from codegen.spec.robot_file import RobotFile
 
+LARGEST = 20_000_000
+"""Bytes of a robot description."""
+ONCE = {
+    "link": ("inertial",),
+    "inertial": ("origin", "mass", "inertia"),
+    "joint": ("origin", "parent", "child", "axis", "dynamics", "mimic"),
+}
+"""Element → those that may stand in it once."""
 STANDARD_GRAVITY = (Fraction(0), Fraction(0), Fraction("-9.81"))
-MOVING = ("revolute", "continuous", "prismatic")
+MOVING, REFUSED = ("revolute", "continuous", "prismatic"), ("floating", "planar")
+EXPECTED = "a robot description (URDF)"
 TRIANGLE = 1e-3  # files round their numbers, and a thin rod or plate sits on the edge
 UNIT, NOWHERE = exact_array(np.eye(3, dtype=int)), exact_array([0, 0, 0])
 NO_INERTIA = exact_array(np.zeros((3, 3), dtype=int))
@@ -48,7 +62,7 @@ def read_kinematic_tree(path: Path, named_at: Place, gravity: Sequence[Fraction]
         BadInput: for a file that is no URDF, a joint that is floating, planar or a mimic, a loop, or inertial data that
             are missing or impossible.
     """
-    return _Reading(RobotFile(path, named_at)).tree(gravity)
+    return _Reading(path, named_at).tree(gravity)
 
 
 def identifier(name: str) -> str:
@@ -58,11 +72,54 @@ def identifier(name: str) -> str:
 
 
 class _Reading:
-    def __init__(self, file: RobotFile) -> None:
-        self.file = file
-        self.joints: list[Any] = file.robot.joints
-        self.links: dict[str, Any] = file.robot.link_map
-        self.bodies: list[_Body] = []
+    """Reading of a file: its links and joints, elements of XML by their names."""
+
+    def __init__(self, path: Path, named_at: Place) -> None:
+        from lxml import etree
+
+        self.path, self.bodies = path, list[_Body]()
+        self.content = read_bytes(path, f"{EXPECTED}, its path relative to the spec", LARGEST, named_at)
+        # No entities and no network: a robot description is a stranger's file.
+        parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
+        try:
+            root = etree.fromstring(self.content, parser)
+        except etree.XMLSyntaxError as error:
+            place = Place(str(path), error.lineno)
+            raise BadInput(place, str(error.msg), "a robot description (XML)", code="SPEC030") from None
+        if root is None or root.tag != "robot":
+            found = f"<{root.tag}>" if root is not None else "no element"
+            raise BadInput(Place(str(path), 1), found, f"<robot>, {EXPECTED}", code="SPEC030")
+        for element in root.iter():
+            macro = str(element.tag).startswith(("{http://www.ros.org/wiki/xacro}", "{http://ros.org/wiki/xacro}"))
+            if macro or any("${" in value for value in element.values()):
+                expected = "a file that xacro has expanded: `xacro robot.urdf.xacro > robot.urdf`"
+                raise BadInput(Place(str(path), element.sourceline), "a macro of xacro", expected, code="SPEC030")
+        self.links, self.joints = self._named(root, "link"), self._named(root, "joint")
+
+    def place(self, element: Any, *inner: str) -> Place:
+        """File and line of an element, or of one inside it as far as it has that; named by its link or joint."""
+        owner = next(e for e in (element, *element.iterancestors()) if e.tag in ("link", "joint"))
+        for tag in inner:
+            found = element.find(tag)
+            element = element if found is None else found
+        return Place(str(self.path), element.sourceline, f'{owner.tag} "{owner.get("name")}"')
+
+    def _named(self, root: Any, kind: str) -> dict[str, Any]:
+        """The links or joints by name, in the order of the file, none of them and of what is in them twice."""
+        found: dict[str, Any] = {}
+        for element in root.findall(kind):
+            name, line = element.get("name"), element.sourceline
+            if name is None:
+                raise BadInput(Place(str(self.path), line), f"a {kind} without a name", EXPECTED, code="SPEC030")
+            if name in found:
+                expected = f"a different name; the first is on line {found[name].sourceline}"
+                raise BadInput(Place(str(self.path), line), f'a second {kind} "{name}"', expected, code="SPEC009")
+            found[name] = element
+            for outer in (element, *element.findall("inertial")):
+                twice = next((tag for tag in ONCE[outer.tag] if len(outer.findall(tag)) > 1), None)
+                if twice:
+                    raise BadInput(self.place(outer), f"two <{twice}>", "one", code="SPEC030")
+        return found
 
     def tree(self, gravity: Sequence[Fraction]) -> KinematicTree:
         root = self._root()
@@ -72,76 +129,71 @@ class _Reading:
             link, body, rotation, offset = waiting.pop()
             reached.add(link)
             if body >= 0:
-                self._add_inertia(self.bodies[body], link, rotation, offset)
+                self._add_inertia(self.bodies[body], self.links[link], rotation, offset)
             following = []
-            for joint in self.joints:
-                if joint.parent != link:
+            for joint in self.joints.values():
+                if self._end(joint, "parent") != link:
                     continue
-                turn, shift = self._placement(joint.origin, self.file.place("joint", joint.name, "origin"))
+                child = self._end(joint, "child")
+                turn, shift = self._placement(joint)
                 here, there = rotation @ turn, offset + rotation @ shift
                 if self._kind(joint) == "fixed":
-                    following.append((joint.child, body, here, there))
+                    following.append((child, body, here, there))
                 else:
                     self.bodies.append(_Body(joint, body, here, there, Fraction(0), NOWHERE, NO_INERTIA))
-                    following.append((joint.child, len(self.bodies) - 1, UNIT, NOWHERE))
+                    following.append((child, len(self.bodies) - 1, UNIT, NOWHERE))
             waiting += reversed(following)
-        if len(reached) < len(self.links):
-            lost = next(name for name in self.links if name not in reached)
-            raise BadInput(
-                self.file.place("link", lost),
-                "a link in a closed loop of joints",
-                f"a tree of links that starts at {root}",
-                code="SPEC031",
-            )
+        lost = next((element for name, element in self.links.items() if name not in reached), None)
+        if lost is not None:
+            found, expected = "a link in a closed loop of joints", f"a tree of links that starts at {root}"
+            raise BadInput(self.place(lost), found, expected, code="SPEC031")
         if not self.bodies:
-            raise BadInput(
-                str(self.file.path), "no moving joint", f"at least one joint: {', '.join(MOVING)}", code="SPEC031"
-            )
-        digest = hashlib.sha256(self.file.content).hexdigest()
-        return KinematicTree(self._moving_bodies(), _vector(gravity), self.file.path.name, digest, path=self.file.path)
+            expected = f"at least one joint: {', '.join(MOVING)}"
+            raise BadInput(str(self.path), "no moving joint", expected, code="SPEC031")
+        digest = hashlib.sha256(self.content).hexdigest()
+        return KinematicTree(self._moving_bodies(), _vector(gravity), self.path.name, digest, path=self.path)
 
     def _root(self) -> str:
+        """The link that is no joint's child."""
         parent: dict[str, str] = {}
-        for joint in self.joints:
+        for name, joint in self.joints.items():
             for end in ("parent", "child"):
-                if getattr(joint, end) not in self.links:
-                    place = self.file.place("joint", joint.name, end)
-                    raise BadInput(place, f'unknown link "{getattr(joint, end)}"', f"a link as {end}", code="SPEC008")
-            if joint.child in parent:
-                found = f'link "{joint.child}" is the child of {parent[joint.child]} already'
-                raise BadInput(
-                    self.file.place("joint", joint.name, "child"),
-                    found,
-                    "exactly one joint for each moving link",
-                    code="SPEC031",
-                )
-            parent[joint.child] = joint.name
+                link = self._end(joint, end)
+                if link not in self.links:
+                    found = f'unknown link "{link}"'
+                    raise BadInput(self.place(joint, end), found, f"a link as {end}", code="SPEC008")
+            if link in parent:
+                found = f'link "{link}" is the child of {parent[link]} already'
+                expected = "exactly one joint for each moving link"
+                raise BadInput(self.place(joint, "child"), found, expected, code="SPEC031")
+            parent[link] = name
         roots = [name for name in self.links if name not in parent]
         if len(roots) != 1:
             found = f"links {', '.join(roots)} without a parent" if roots else "no link without a parent"
-            raise BadInput(
-                str(self.file.path), found, "one base link, to which all others are connected", code="SPEC031"
-            )
+            expected = "one base link, to which all others are connected"
+            raise BadInput(str(self.path), found, expected, code="SPEC031")
         return roots[0]
 
-    def _kind(self, joint: Any) -> str:
-        place = self.file.place("joint", joint.name)
-        if joint.mimic is not None:
-            raise BadInput(
-                self.file.place("joint", joint.name, "mimic"),
-                "a mimic joint",
-                "a joint of its own, or a fixed one",
-                code="SPEC031",
-            )
-        if joint.type not in (*MOVING, "fixed"):
-            raise BadInput(place, f"a {joint.type} joint", f"one of {', '.join(MOVING)}, fixed", code="SPEC031")
-        return str(joint.type)
+    def _end(self, joint: Any, end: str) -> str:
+        """The link that a joint has as ``parent`` or ``child``."""
+        element = joint.find(end)
+        if element is None:
+            raise BadInput(self.place(joint), f"a joint without <{end}>", EXPECTED, code="SPEC030")
+        return str(element.get("link"))
 
-    def _placement(self, origin: Any, place: Place) -> tuple[Exact, Exact]:
-        """R and p of an ``<origin>``; roll, pitch and yaw about fixed axes x, y, z."""
-        if origin is None:
-            return UNIT, NOWHERE
-        xyz, rpy = (self._numbers(v if v is not None else [0.0] * 3, place) for v in (origin.xyz, origin.rpy))
+    def _kind(self, joint: Any) -> str:
+        kind = str(joint.get("type"))
+        if joint.find("mimic") is not None:
+            expected = "a joint of its own, or a fixed one"
+            raise BadInput(self.place(joint, "mimic"), "a mimic joint", expected, code="SPEC031")
+        if kind not in (*MOVING, "fixed"):
+            code = "SPEC031" if kind in REFUSED else "SPEC030"
+            raise BadInput(self.place(joint), f"a {kind} joint", f"one of {', '.join(MOVING)}, fixed", code=code)
+        return kind
+
+    def _placement(self, element: Any) -> tuple[Exact, Exact]:
+        """R and p of an element's ``<origin>``; roll, pitch and yaw about fixed axes x, y, z."""
+        xyz, rpy = (self._numbers(element, "origin", key, 3, "0 0 0") for key in ("xyz", "rpy"))
         (sr, cr), (sp, cp), (sy, cy) = (sine_cosine(angle) for angle in rpy)
         rotation = exact_array(
             [
@@ -152,102 +204,120 @@ class _Reading:
         )
         return rotation, xyz
 
-    def _add_inertia(self, body: _Body, link: str, rotation: Exact, offset: Exact) -> None:
+    def _add_inertia(self, body: _Body, link: Any, rotation: Exact, offset: Exact) -> None:
         """Add a link that stands still on a body: I about the body's origin by the parallel-axis theorem."""
-        inertial = self.links[link].inertial
+        inertial = link.find("inertial")
         if inertial is None:
             return  # a frame without mass
-        place = self.file.place("link", link, "inertial")
-        mass = self._numbers([inertial.mass], self.file.place("link", link, "inertial/mass"))[0]
-        if mass == 0 and inertial.inertia is not None and not np.any(inertial.inertia.to_matrix()):
+        (mass,) = self._numbers(inertial, "mass", "value", 1)
+        given = inertial.find("inertia") is not None
+        keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz") if given else ()
+        entries = [self._numbers(inertial, "inertia", key, 1)[0] for key in keys]
+        if mass == 0 and given and not any(entries):
             return  # the same, written with zeros
         if not mass > 0:
-            raise BadInput(
-                self.file.place("link", link, "inertial/mass"),
-                f"a mass of {float(mass):g} kg",
-                "a positive mass",
-                code="SPEC032",
-            )
-        if inertial.inertia is None:
-            raise BadInput(
-                place, "<inertia> is missing", "ixx, ixy, ixz, iyy, iyz, izz about the centre of mass", code="SPEC032"
-            )
-        where = self.file.place("link", link, "inertial/inertia")
-        about_centre = exact_array([self._numbers(row, where) for row in inertial.inertia.to_matrix()])
-        try:
-            smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(about_centre.astype(float)))
-        except np.linalg.LinAlgError as error:
-            found = f"principal moments that cannot be computed ({error})"
-            raise BadInput(where, found, "a positive definite inertia", code="SPEC032") from None
-        if smallest > 0 and largest > (smallest + middle) * (1 + TRIANGLE):
-            found = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m^2"
-            raise BadInput(
-                where, found, "those of a real body: the largest is at most the sum of the other two", code="SPEC032"
-            )
-        if not smallest > 0:
-            found = f"an inertia with the principal moment {smallest:.4g} kg m^2"
-            raise BadInput(where, found, "a positive definite inertia", code="SPEC032")
-        turn, centre = self._placement(inertial.origin, self.file.place("link", link, "inertial/origin"))
+            found = f"a mass of {float(mass):g} kg"
+            raise BadInput(self.place(inertial, "mass"), found, "a positive mass", code="SPEC032")
+        if not given:
+            expected = "ixx, ixy, ixz, iyy, iyz, izz about the centre of mass"
+            raise BadInput(self.place(inertial), "<inertia> is missing", expected, code="SPEC032")
+        xx, xy, xz, yy, yz, zz = entries
+        about_centre = exact_array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        self._refuse_impossible(about_centre, self.place(inertial, "inertia"))
+        turn, centre = self._placement(inertial)
         turn, c = rotation @ turn, offset + rotation @ centre
         body.mass += mass
         body.first_moment = body.first_moment + mass * c
         body.inertia = body.inertia + turn @ about_centre @ turn.T + mass * (c @ c * UNIT - np.outer(c, c))
 
+    def _refuse_impossible(self, inertia: Exact, place: Place) -> None:
+        """Refuse what is no real body's: positive principal moments, the largest at most the sum of the others."""
+        expected = "a positive definite inertia"
+        try:
+            smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(inertia.astype(float)))
+        except np.linalg.LinAlgError as error:
+            found = f"principal moments that cannot be computed ({error})"
+            raise BadInput(place, found, expected, code="SPEC032") from None
+        if not smallest > 0:
+            found = f"an inertia with the principal moment {smallest:.4g} kg m^2"
+            raise BadInput(place, found, expected, code="SPEC032")
+        if largest > (smallest + middle) * (1 + TRIANGLE):
+            found = f"principal moments {smallest:.4g}, {middle:.4g} and {largest:.4g} kg m^2"
+            expected = "those of a real body: the largest is at most the sum of the other two"
+            raise BadInput(place, found, expected, code="SPEC032")
+
     def _moving_bodies(self) -> tuple[MovingBody, ...]:
-        names: dict[str, str] = {}
+        labels: dict[str, str] = {}
         result = []
         for body in self.bodies:
-            joint, place = body.joint, self.file.place("joint", body.joint.name)
-            name = identifier(joint.name)
-            if name in names:
-                found = f'joints "{names[name]}" and "{joint.name}" both read as {name}'
-                raise BadInput(place, found, "names that differ in letters and digits", code="SPEC009")
-            names[name] = joint.name
+            joint, label = body.joint, body.joint.get("name")
+            name = identifier(label)
+            if name in labels:
+                found = f'joints "{labels[name]}" and "{label}" both read as {name}'
+                raise BadInput(self.place(joint), found, "names that differ in letters and digits", code="SPEC009")
+            labels[name] = label
             if not body.mass > 0:
-                found = f'link "{joint.child}" and the links fixed to it have no mass'
-                raise BadInput(
-                    self.file.place("link", joint.child), found, "<inertial> with mass and inertia", code="SPEC032"
-                )
+                link = self.links[self._end(joint, "child")]
+                found = f'link "{link.get("name")}" and the links fixed to it have no mass'
+                raise BadInput(self.place(link), found, "<inertial> with mass and inertia", code="SPEC032")
+            axis = self._numbers(joint, "axis", "xyz", 3, "1 0 0")
+            length = square_root(axis @ axis)
+            if not length > 0:
+                raise BadInput(self.place(joint, "axis"), "an axis of zeros", "a direction", code="SPEC031")
             result.append(
                 MovingBody(
                     joint=name,
-                    label=joint.name,
-                    kind="prismatic" if joint.type == "prismatic" else "revolute",
+                    label=label,
+                    kind="prismatic" if self._kind(joint) == "prismatic" else "revolute",
                     parent=body.parent,
                     rotation=_rows(body.rotation),
                     offset=_vector(body.offset),
-                    axis=_vector(self._axis(joint)),
+                    axis=_vector(axis / length),
                     mass=body.mass,
                     first_moment=_vector(body.first_moment),
                     inertia=_rows(body.inertia),
                     damping=self._dynamics(joint, "damping"),
                     friction=self._dynamics(joint, "friction"),
-                    limits=self.file.limits.get(joint.name),
+                    limits=_limits(joint),
                 )
             )
         return tuple(result)
 
-    def _axis(self, joint: Any) -> Exact:
-        place = self.file.place("joint", joint.name, "axis")
-        axis = self._numbers(joint.axis if joint.axis is not None else [1.0, 0.0, 0.0], place)
-        length = square_root(axis @ axis)
-        if not length > 0:
-            raise BadInput(place, "an axis of zeros", "a direction", code="SPEC031")
-        return cast(Exact, axis / length)
-
     def _dynamics(self, joint: Any, name: str) -> float:
-        place = self.file.place("joint", joint.name, "dynamics")
-        value = getattr(joint.dynamics, name, None) if joint.dynamics is not None else None
-        number = float(self._numbers([value or 0.0], place)[0])
+        number = float(self._numbers(joint, "dynamics", name, 1, "0")[0])
         if number < 0:
-            raise BadInput(place, f"{name} {number:g}", "zero or a positive number", code="SPEC007")
+            found = f"{name} {number:g}"
+            raise BadInput(self.place(joint, "dynamics"), found, "zero or a positive number", code="SPEC007")
         return number
 
-    def _numbers(self, values: Any, place: Place) -> Exact:
-        numbers = np.array(values, dtype=float)
+    def _numbers(self, outer: Any, tag: str, attribute: str, count: int, default: str | None = None) -> Exact:
+        """The numbers in an attribute of the element ``tag`` in another."""
+        element, place = outer.find(tag), self.place(outer, tag)
+        text = default if element is None else element.get(attribute, default)
+        try:
+            numbers = [float(word) for word in (text or "").split()]
+        except ValueError:
+            numbers = []
+        if len(numbers) != count:
+            found = f"<{tag}> is missing" if element is None else f'{attribute}="{text}" in <{tag}>'
+            if element is not None and text is None:
+                found = f"<{tag}> without `{attribute}`"
+            expected = "a number" if count == 1 else f"{count} numbers"
+            raise BadInput(place, found, f"{expected}, as in {EXPECTED}", code="SPEC030")
         if not np.isfinite(numbers).all():
-            raise BadInput(place, f"{' '.join(map(str, values))}", "finite numbers", code="SPEC006")
-        return exact_array([float(number) for number in numbers])
+            raise BadInput(place, str(text), "finite numbers", code="SPEC006")
+        return exact_array(numbers)
+
+
+def _limits(joint: Any) -> tuple[float, float] | None:
+    """The least and the greatest position of a joint, where the file says a range; a strange one is no error."""
+    limit = joint.find("limit")
+    if limit is None or joint.get("type") == "continuous":
+        return None
+    with contextlib.suppress(ValueError):
+        low, high = (float(limit.get(end, "0")) for end in ("lower", "upper"))
+        return (low, high) if low < high else None
+    return None
 
 
 def _vector(values: Sequence[Fraction] | Exact) -> Vector:

@@ -22,7 +22,7 @@ from codegen.report.effects import effects_page
 from codegen.report.law_examples import EXAMPLES, law_picture
 from codegen.report.laws import laws_page
 from codegen.spec import parse_spec, yaml_limits
-from codegen.spec.robot_file import LARGEST as LARGEST_URDF
+from codegen.spec.urdf import LARGEST as LARGEST_URDF
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
