@@ -19,7 +19,7 @@ from codegen.logs import Allowance, read_logs
 from codegen.report import render_report
 from codegen.spec import parse_spec
 from codegen.spec.free_gains import free_gains_in_words
-from codegen.spec.share import read_part
+from codegen.spec.quantity import read_part
 from codegen.spec.urdf import LARGEST as LARGEST_URDF
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_atomically
-from codegen.spec.json_schema import json_schema
+from codegen.spec.schema import json_schema
 
 
 def schema_text() -> str:

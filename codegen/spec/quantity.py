@@ -1,4 +1,4 @@
-"""A number of a spec with its unit: ``1 ms`` where 0.001 s would do."""
+"""A number of a spec with its unit, ``1 ms`` where 0.001 s would do, or as a share: 1%, 20 % or 0.2."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from codegen.spec.units import describe, dimension, parse_unit, si_factor
 _WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*|1/.*)")
 
 Numbers = dict[str, Any]
+LARGEST_SHARE = 10
 
 
 def split_quantity(text: str) -> tuple[str, str] | None:
@@ -90,3 +91,35 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     number, given = parts
     refuse_other_unit(given, unit, f"`{text}`", place)
     return printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in {unit}")
+
+
+def read_share(text: str, place: Place) -> float:
+    """The relative tolerance that a text says.
+
+    Raises:
+        BadInput: for what is no number, is below zero or above 1000 %.
+    """
+    number = _share(text, place)
+    if not 0 <= number <= LARGEST_SHARE:
+        raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01, at most 1000%", code="SPEC007")
+    return number
+
+
+def read_part(text: str, place: Place) -> float:
+    """The part of a whole that a text says.
+
+    Raises:
+        BadInput: for what is no number, or not above zero and below 100 %.
+    """
+    try:
+        number = _share(text, place)
+    except BadInput:
+        number = 0.0
+    if not 0 < number < 1:
+        raise BadInput(place, f"`{text}`", "a share above 0 and below 100 %, such as 2% or 0.02", code="SPEC007")
+    return number
+
+
+def _share(text: str, place: Place) -> float:
+    plain = text.strip()
+    return float(exact_number(plain.removesuffix("%").strip(), place)) / (100 if plain.endswith("%") else 1)

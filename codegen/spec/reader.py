@@ -26,10 +26,9 @@ from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
 from codegen.spec.printed import printed
-from codegen.spec.quantity import read_numbers, read_quantity, with_any_unit
+from codegen.spec.quantity import read_numbers, read_quantity, read_share, with_any_unit
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import SpecDocument
-from codegen.spec.share import read_share
 from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import require_coherent, si_factor, unit_name
 from codegen.spec.urdf_section import expand_robot

@@ -5,7 +5,7 @@ pint reads its thousand definitions first, which takes longer than all else that
 
 from __future__ import annotations
 
-import re
+import ast
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -91,35 +91,38 @@ UNITS: Mapping[str, SiUnit] = {
     },
 }
 """Name → unit. What is not here is read by pint."""
-_TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-z]+|1)(?:\s*(?:\^|\*\*)\s*(?P<power>-?[1-9]))?(?![\w^])|(?P<sign>[*/()]))")
 
 
 def si_unit(text: str) -> SiUnit | None:
     """The unit that a text as ``unit_text.spelled`` gives it is, or None where pint is to say.
 
-    Grammar: units of UNITS, each with a power of one digit, joined by * and / from the left, and one level of
-    parentheses behind a / or at the start.
+    Products and quotients of ``UNITS``, read by Python's own parser; each factor may have a power of one digit.
     """
-    total, group, below, inside = ONE, ONE, False, False
-    divides, wanted = False, "unit"
-    position = 0
-    text = text.strip()
-    while position < len(text):
-        found = _TOKEN.match(text, position)
-        if found is None:
-            return None
-        position = found.end()
-        name, sign = found["name"], found["sign"]
-        if name is not None and wanted == "unit" and name in UNITS:
-            unit = UNITS[name] ** int(found["power"] or 1)
-            group = group * (unit**-1 if divides else unit)
-            wanted = "sign"
-        elif sign == "(" and wanted == "unit" and not inside:
-            total, group, below, inside, divides = total * group, ONE, divides, True, False
-        elif sign == ")" and wanted == "sign" and inside:
-            total, group, inside = total * (group**-1 if below else group), ONE, False
-        elif sign in ("*", "/") and sign is not None and wanted == "sign":
-            divides, wanted = sign == "/", "unit"
-        else:
-            return None
-    return None if inside or wanted == "unit" else total * group
+    try:
+        return _product(ast.parse(text.strip().replace("^", "**"), mode="eval").body)
+    except (SyntaxError, ValueError, LookupError, RecursionError, MemoryError):
+        return None
+
+
+def _product(node: ast.expr) -> SiUnit:
+    match node:
+        case ast.Constant(value=value) if repr(value) == "1":
+            return ONE
+        case ast.Name(id=name):
+            return UNITS[name]
+        case ast.BinOp(left=left, op=ast.Mult(), right=right):
+            return _product(left) * _product(right)
+        case ast.BinOp(left=left, op=ast.Div(), right=right):
+            return _product(left) * _product(right) ** -1
+        case ast.BinOp(left=left, op=ast.Pow(), right=ast.UnaryOp(op=ast.USub(), operand=right)):
+            return _product(left) ** -_power(right)
+        case ast.BinOp(left=left, op=ast.Pow(), right=right):
+            return _product(left) ** _power(right)
+    raise ValueError
+
+
+def _power(node: ast.expr) -> int:
+    match node:
+        case ast.Constant(value=int(power)) if 1 <= power <= 9:
+            return power
+    raise ValueError

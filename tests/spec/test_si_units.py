@@ -13,7 +13,10 @@ from codegen.base.errors import Place
 from codegen.spec.si_units import UNITS, Dimension, si_unit
 from codegen.spec.units import registry, si_factor
 
-FORMS = ["{a}*{b}", "{a}/{b}", "{a}/({b}*{c})", "{a}^2*{b}", "{a}*{b}/{c}^-3", "1/{a}", "({a}*{b})/{c}", "{a}/{b}/{c}"]
+FORMS = [
+    *("{a}*{b}", "{a}/{b}", "{a}/({b}*{c})", "{a}^2*{b}", "{a}*{b}/{c}^-3", "1/{a}", "({a}*{b})/{c}", "{a}/{b}/{c}"),
+    *("(({a}))", "({a}*{b})^2", "{a}/({b}/({c}*{a}))"),
+]
 
 
 def by_pint(text: str) -> tuple[Fraction, Dimension]:
@@ -38,7 +41,25 @@ def test_a_product_of_units_is_pints(form: str, a: str, b: str, c: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "m*", "*m", "m m", "(m", "m)", "m^", "m^12", "m^(1/2)", "deg", "furlong", "m2", "((m))", "m//s"]
+    "text",
+    [
+        "",
+        "m*",
+        "*m",
+        "m m",
+        "(m",
+        "m)",
+        "m^",
+        "m^12",
+        "m^(1/2)",
+        "deg",
+        "furlong",
+        "m2",
+        "m//s",
+        "True",
+        "-m",
+        "m**2.5",
+    ],
 )
 def test_anything_else_is_left_to_pint(text: str) -> None:
     assert si_unit(text) is None
