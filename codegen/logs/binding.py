@@ -197,9 +197,8 @@ def _propose(missing: Mapping[str, BadInput], terms: Mapping[str, Term], source:
     expected = (
         f"{lines_of(told, others)} in a meta.yaml beside the log ({reasons(told)}); it has {listing(source.names)}"
     )
-    raise BadInput(
-        first.place, absent, expected, told[0].column if told[0].symbol == lacking[0] else None, code="LOG003"
-    )
+    place = first.place
+    raise BadInput(place, absent, expected, told[0].column if told[0].symbol == lacking[0] else None, code="LOG003")
 
 
 def _integrated(
@@ -244,12 +243,8 @@ def _refuse_twice(terms: Mapping[str, Term], place: Place) -> None:
             continue
         name = term.columns[0]
         if name in owner:
-            raise BadInput(
-                place,
-                f"column `{shown(name)}` for both {owner[name]} and {symbol}",
-                "a column of its own for each",
-                code="LOG004",
-            )
+            found = f"column `{shown(name)}` for both {owner[name]} and {symbol}"
+            raise BadInput(place, found, "a column of its own for each", code="LOG004")
         owner[name] = symbol
 
 
@@ -286,9 +281,8 @@ def _factor(
         unit = description.units[symbol]
         kind = dimension(parse_unit(unit, place))
         if kind != dimension(parse_unit(own, place)):
-            raise BadInput(
-                place, f"unit {unit}, of {describe(kind)}", f"a unit of {symbol}, which is in {own}", code="LOG012"
-            )
+            expected = f"a unit of {symbol}, which is in {own}"
+            raise BadInput(place, f"unit {unit}, of {describe(kind)}", expected, code="LOG012")
         return float(si_factor(unit, place)) * scale
     if term is None or symbol in description.scale or symbol in spec.log.scale:
         return scale

@@ -120,17 +120,12 @@ def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
         raise BadInput(raw.place(start, column), found, f"gaps of at most {RUN_NOT_FINITE} rows", code="LOG006")
     if not fill:
         found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), the first here"
-        raise BadInput(
-            raw.place(first, column),
-            found,
-            "numbers; `missing: fill` in a log description fills single ones in",
-            code="LOG006",
-        )
+        expected = "numbers; `missing: fill` in a log description fills single ones in"
+        raise BadInput(raw.place(first, column), found, expected, code="LOG006")
     if count > SHARE_NOT_FINITE * len(bad):
         found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), the first here"
-        raise BadInput(
-            raw.place(first, column), found, f"at most {SHARE_NOT_FINITE:.0%} of them missing", code="LOG006"
-        )
+        expected = f"at most {SHARE_NOT_FINITE:.0%} of them missing"
+        raise BadInput(raw.place(first, column), found, expected, code="LOG006")
 
 
 def longest_run(flags: Flags) -> tuple[int, int]:
@@ -161,12 +156,8 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
     other = repeats & ~same
     if other.sum() > SHARE_REPEATED * len(time):
         found = f"{int(other.sum())} of {len(time)} rows repeat a time stamp with other data, the first here"
-        raise BadInput(
-            raw.place(int(np.argmax(other)), 0),
-            found,
-            "a different time in each row (written with more digits)",
-            code="LOG007",
-        )
+        expected = "a different time in each row (written with more digits)"
+        raise BadInput(raw.place(int(np.argmax(other)), 0), found, expected, code="LOG007")
     if same.any():
         notes.append(
             f"{_count(same.sum(), 'row')} that repeat another left out (first: {raw.place(int(np.argmax(same)))})"
@@ -183,16 +174,11 @@ def _plausible(values: Array, source: Columns, symbols: Sequence[str]) -> None:
     if bad.any():
         j = int(np.argmax(bad.any(axis=0)))
         k = int(np.argmax(bad[:, j]))
-        raise BadInput(
-            source.place(k, j),
-            f"{symbols[j]} is {values[k, j]:g} after scaling",
-            f"below {LARGEST_VALUE:g}",
-            code="LOG005",
-        )
+        found = f"{symbols[j]} is {values[k, j]:g} after scaling"
+        raise BadInput(source.place(k, j), found, f"below {LARGEST_VALUE:g}", code="LOG005")
     if not (np.diff(values[:, 0]) > 0).all():
-        raise BadInput(
-            source.place(0, 0), "time stamps that are equal after scaling", "another factor for t", code="LOG007"
-        )
+        found = "time stamps that are equal after scaling"
+        raise BadInput(source.place(0, 0), found, "another factor for t", code="LOG007")
 
 
 def _check_seconds(raw: Columns, time: Array, factor: float, description: LogDescription, notes: list[str]) -> None:

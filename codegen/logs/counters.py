@@ -64,9 +64,8 @@ def require_columns(names: Sequence[str], description: LogDescription) -> None:
                 bits = description.signed.get(column) if key == "signed16" else None
                 place = description.place("signed32" if bits == 32 else key)
                 expected = f"one of the columns {listing(names)}"
-                raise BadInput(
-                    place, f"no column `{shown(column)}`", expected, nearest_name(column, names), code="LOG003"
-                )
+                found = f"no column `{shown(column)}`"
+                raise BadInput(place, found, expected, nearest_name(column, names), code="LOG003")
 
 
 def counter_findings(raw: Columns, terms: Mapping[str, Term]) -> list[tuple[tuple[str, ...], Finding]]:

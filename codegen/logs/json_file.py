@@ -109,9 +109,8 @@ class JsonFile(LogFile):
         for record in table:
             names |= dict.fromkeys(record)
             if len(names) > MOST_COLUMNS:
-                raise BadInput(
-                    self.place, f"more than {MOST_COLUMNS} names in its records", self.expected, code="LOG010"
-                )
+                words = f"more than {MOST_COLUMNS} names in its records"
+                raise BadInput(self.place, words, self.expected, code="LOG010")
         self.names = tuple(names)
         return lambda k, name: table[k].get(name), len(table)
 

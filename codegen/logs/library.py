@@ -36,9 +36,8 @@ def library(module: str, extra: str, path: Path) -> Any:
         return importlib.import_module(module)
     except ImportError as error:
         found = f"a log that needs the package `{module.partition('.')[0]}`, which cannot be imported ({error})"
-        raise BadInput(
-            Place(str(path)), found, f"it installed: pip install 'stiction[{extra}]'", code="TOOL003"
-        ) from None
+        expected = f"it installed: pip install 'stiction[{extra}]'"
+        raise BadInput(Place(str(path)), found, expected, code="TOOL003") from None
 
 
 @contextlib.contextmanager

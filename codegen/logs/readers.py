@@ -183,9 +183,8 @@ def _loaded(source: LogFile, wanted: Sequence[str], description: LogDescription)
         kept &= raw.values[:, raw.names.index(name)] == value
     if not kept.any():
         asked = ", ".join(f"{shown(name)} = {value:g}" for name, value in description.rows.items())
-        raise BadInput(
-            description.place("rows"), f"no row with {asked}", "values that occur in these columns", code="LOG013"
-        )
+        expected = "values that occur in these columns"
+        raise BadInput(description.place("rows"), f"no row with {asked}", expected, code="LOG013")
     part = Columns(raw.file, tuple(wanted), raw.values[:, : len(wanted)], raw.lines)
     return part if kept.all() else part.rows(kept)
 
@@ -199,9 +198,8 @@ def _with_others(path: Path, log: LogFile, description: LogDescription, allowanc
     for name, file in description.beside.items():
         beside = path.parent / file
         if identity(beside) == identity(path):
-            raise BadInput(
-                description.place(f"beside.{name}"), f"`{shown(file)}`, the log itself", "another file", code="LOG014"
-            )
+            found = f"`{shown(file)}`, the log itself"
+            raise BadInput(description.place(f"beside.{name}"), found, "another file", code="LOG014")
         others[name] = _format(beside)(beside, allowance, plain)
     return SideBySide(log, others)
 
@@ -218,9 +216,8 @@ def _format(path: Path) -> Opener:
             raise BadInput(place, "a folder", expected, code="FILE001")
         if not is_there(path):
             raise BadInput(place, "no such file", expected, code="FILE001")
-    raise BadInput(
-        place, f"the ending `{shown(path.suffix)}`", expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002"
-    )
+    found = f"the ending `{shown(path.suffix)}`"
+    raise BadInput(place, found, expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002")
 
 
 def log_description(path: Path, description: str | Path | None) -> LogDescription:
@@ -321,12 +318,8 @@ def _per_coordinate(
         for c, given in zip(spec.coordinates, units * (n if len(units) == 1 else 1), strict=False):
             refuse_other_unit(given, c.unit, f"a number in {given} for {c.name}", description.place(key))
         return values if values is None or len(values) == n else values * n
-    raise BadInput(
-        description.place(key),
-        f"{len(values)} numbers",
-        f"{n}, one for each of {', '.join(spec.positions)}",
-        code="LOG013",
-    )
+    expected = f"{n}, one for each of {', '.join(spec.positions)}"
+    raise BadInput(description.place(key), f"{len(values)} numbers", expected, code="LOG013")
 
 
 def _cutoff(spec: Spec, description: LogDescription, grid: Uniform) -> float | None:
@@ -335,12 +328,8 @@ def _cutoff(spec: Spec, description: LogDescription, grid: Uniform) -> float | N
         return cutoff
     key = "cutoff_hz" if "cutoff_hz" in description.places else "evaluation.cutoff_hz"
     place = description.place(key) if description.cutoff_hz else spec.place("log.cutoff_hz")
-    raise BadInput(
-        place,
-        f"{cutoff:g} Hz",
-        f"a frequency below half the log's sample rate, {0.5 / grid.step:.6g} Hz",
-        code="LOG013",
-    )
+    expected = f"a frequency below half the log's sample rate, {0.5 / grid.step:.6g} Hz"
+    raise BadInput(place, f"{cutoff:g} Hz", expected, code="LOG013")
 
 
 def _hold_note(description: LogDescription) -> list[str]:

@@ -235,9 +235,8 @@ def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
     """The first line as the header, or the comment above numbers; None where it holds numbers and has no names."""
     line, place = lines[index], Place(file, index + 1)
     if len(line) > LONGEST_LINE:
-        raise BadInput(
-            place, f"a line of {len(line)} characters", f"{EXPECTED}; at most {LONGEST_LINE} a line", code="LOG010"
-        )
+        expected = f"{EXPECTED}; at most {LONGEST_LINE} a line"
+        raise BadInput(place, f"a line of {len(line)} characters", expected, code="LOG010")
     delimiter = _delimiter(line)
     texts = fields(line, delimiter, place)
     if not all(_is_number(t) for t in texts):
@@ -409,9 +408,8 @@ def _at(file: str, lines: Sequence[str], header: int) -> Layout:
     count = len(lines) - (not lines[-1])
     if header > count or not lines[header - 1].strip():
         found = "a blank line" if header <= count else f"{count} lines"
-        raise BadInput(
-            Place(file, min(header, count)), found, f"the header on line {header}, as described", code="LOG013"
-        )
+        expected = f"the header on line {header}, as described"
+        raise BadInput(Place(file, min(header, count)), found, expected, code="LOG013")
     rows = _find_rows(file, lines[header:])
     line = lines[header - 1].strip().lstrip("#%/")
     delimiter, wrapped = (rows.delimiter, rows.wrapped) if rows else (_delimiter(line), False)

@@ -68,12 +68,8 @@ def _expression(parsed: Expression, names: Sequence[str], place: Place) -> Term 
     for name in names:
         called = identifier(name)
         if called in used and called in known:
-            raise BadInput(
-                place,
-                f"`{called}` in `{parsed.text}`, which stands for two columns",
-                "columns whose names differ in letters and digits",
-                code="LOG004",
-            )
+            found = f"`{called}` in `{parsed.text}`, which stands for two columns"
+            raise BadInput(place, found, "columns whose names differ in letters and digits", code="LOG004")
         known[called] = name
     symbols = {called: sympy.Symbol(called, real=True) for called in known}
     value = parsed.symbolic(symbols)

@@ -78,9 +78,8 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: f
     grid = time[0] + _phase(time, step) + step * np.arange(int(span + 1e-6) + 1)
     grid = grid[grid <= time[-1] + 0.01 * step]
     if len(grid) < 2:
-        raise BadInput(
-            source.place(0, 0), f"{len(time)} rows in {span * step:g} s", "rows at regular times", code="LOG008"
-        )
+        words = f"{len(time)} rows in {span * step:g} s"
+        raise BadInput(source.place(0, 0), words, "rows at regular times", code="LOG008")
     if step < FINER * median:
         fine = CubicSpline(time, sampled, axis=0)(np.clip(grid, time[0], time[-1]))
     else:

@@ -29,9 +29,8 @@ def read_bodies(
     for name in sections:
         if not NAME.match(name) or name == GROUND:
             found = f"the body `{name}`"
-            raise BadInput(
-                units.place(f"{key}.bodies.{name}"), found, f"letters, digits and _, and not `{GROUND}`", code="SPEC009"
-            )
+            expected = f"letters, digits and _, and not `{GROUND}`"
+            raise BadInput(units.place(f"{key}.bodies.{name}"), found, expected, code="SPEC009")
     return tuple(_body(f"{key}.bodies.{name}", name, s, position, units, constant) for name, s in sections.items())
 
 
@@ -45,12 +44,8 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
         positions[direction] = expression.symbolic(position)
         units.check(expression, units.of_direction(direction), f"position {direction} of {name}")
     if not positions:
-        raise BadInput(
-            units.place(key),
-            f"body {name} without a position",
-            f"one or more of {', '.join(DIRECTIONS)}",
-            code="SPEC003",
-        )
+        expected = f"one or more of {', '.join(DIRECTIONS)}"
+        raise BadInput(units.place(key), f"body {name} without a position", expected, code="SPEC003")
     translates = any(direction in TRANSLATIONS for direction in positions)
     weights = {}
     for quantity, needed, why in (
@@ -64,9 +59,8 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
                 if needed
                 else f"body {name} with {quantity} but without {why}"
             )
-            raise BadInput(
-                units.place(f"{key}.{quantity}"), found, f"both {quantity} and {why}, or neither", code="SPEC003"
-            )
+            expected = f"both {quantity} and {why}, or neither"
+            raise BadInput(units.place(f"{key}.{quantity}"), found, expected, code="SPEC003")
         weights[quantity] = sympy.S.Zero
         if text is not None:
             expression = parse_expression(text, units.place(f"{key}.{quantity}"))
@@ -119,9 +113,8 @@ def read_equations(
         units.check_terms(expression, dimensions)
         if not value.free_symbols - set(constant.values()):
             found = f"`{text}`, which contains no position"
-            raise BadInput(
-                expression.place, found, f"an expression over {', '.join(set(symbols) - set(constant))}", code="SPEC011"
-            )
+            expected = f"an expression over {', '.join(set(symbols) - set(constant))}"
+            raise BadInput(expression.place, found, expected, code="SPEC011")
         result.append(value)
     return tuple(result)
 
@@ -134,12 +127,8 @@ def _body_symbols(bodies: Sequence[Body], names: Symbols, units: Units) -> dict[
             for name in (position_name(body.name, direction), rate_name(body.name, direction)):
                 if name in names or name in result:
                     found = f"the name `{name}` is declared, but stands for the motion of body {body.name}"
-                    raise BadInput(
-                        units.place(f"constraints.bodies.{body.name}"),
-                        found,
-                        "another name for one of them",
-                        code="SPEC009",
-                    )
+                    expected = "another name for one of them"
+                    raise BadInput(units.place(f"constraints.bodies.{body.name}"), found, expected, code="SPEC009")
                 result[name] = symbol(name)
     return result
 
@@ -179,15 +168,13 @@ def _along(
 ) -> dict[str, Expression]:
     if not common:
         found = "two bodies that share no direction"
-        raise BadInput(
-            units.place(f"{key}.bodies"), found, f"bodies that both have x, y, z or an angle in {where}", code="SPEC020"
-        )
+        wanted = f"bodies that both have x, y, z or an angle in {where}"
+        raise BadInput(units.place(f"{key}.bodies"), found, wanted, code="SPEC020")
     if given is None:
         if len(common) > 1:
             expected = f"`along:` with one of {', '.join(common)}"
-            raise BadInput(
-                units.place(key), f"a contact that could slide along {' or '.join(common)}", expected, code="SPEC003"
-            )
+            words = f"a contact that could slide along {' or '.join(common)}"
+            raise BadInput(units.place(key), words, expected, code="SPEC003")
         given = {common[0]: "1"}
     if not given:
         raise BadInput(units.place(f"{key}.along"), "no direction", f"one of {', '.join(common)}", code="SPEC003")

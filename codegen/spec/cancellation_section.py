@@ -27,17 +27,12 @@ def read_cancellation(
         return None
     gain = exact_number(section.gain, place("cancellation.gain"))
     if not 0 < gain <= 2:
-        raise BadInput(
-            place("cancellation.gain"),
-            f"gain {section.gain}",
-            "a factor on the friction estimate: above 0, up to 2",
-            code="SPEC007",
-        )
+        expected = "a factor on the friction estimate: above 0, up to 2"
+        raise BadInput(place("cancellation.gain"), f"gain {section.gain}", expected, code="SPEC007")
     damping = exact_number(section.damping, place("cancellation.damping"))
     if damping < 0:
-        raise BadInput(
-            place("cancellation.damping"), f"damping {section.damping}", "0 or a positive number", code="SPEC007"
-        )
+        words = f"damping {section.damping}"
+        raise BadInput(place("cancellation.damping"), words, "0 or a positive number", code="SPEC007")
     if damping and section.method == "appendix_b":
         found = "`damping` with `method: appendix_b`, which does not use it"
         raise BadInput(place("cancellation.damping"), found, "method: minimum_norm", "minimum_norm", code="SPEC022")
@@ -48,7 +43,6 @@ def read_cancellation(
     for k, name in enumerate(chosen):
         refuse_unknown(name, names, place(f"cancellation.contacts[{k}]"), "unknown contact", code="SPEC008")
     if not chosen or len(set(chosen)) < len(chosen):
-        raise BadInput(
-            place("cancellation.contacts"), "no contact, or one twice", "names of contacts, each once", code="SPEC015"
-        )
+        expected = "names of contacts, each once"
+        raise BadInput(place("cancellation.contacts"), "no contact, or one twice", expected, code="SPEC015")
     return CancellationChoice(section.method, section.weight, gain, tuple(chosen), damping)

@@ -52,9 +52,8 @@ class Expression:
         value = evaluate_tree(self.tree, self, _numbers_of(symbols))
         value = value.replace(sympy.Abs, Magnitude).replace(sympy.sign, Sgn)  # sqrt(x**2) gives SymPy's own
         if value.has(sympy.zoo, sympy.nan, sympy.oo, sympy.I) or value.is_real is False:
-            raise BadInput(
-                self.place, f"`{self.text}` is not a finite real number", "a finite real expression", code="SPEC012"
-            )
+            found = f"`{self.text}` is not a finite real number"
+            raise BadInput(self.place, found, "a finite real expression", code="SPEC012")
         return value
 
     def source(self, node: ast.expr) -> str:
@@ -89,9 +88,8 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         raise BadInput(place, "an empty expression", "an expression such as `m*g*sin(q)`", code="SPEC010")
     if not words.isascii():  # Python would read a full-width x as x
         foreign = next(c for c in words if not c.isascii())
-        raise BadInput(
-            place, f"`{foreign}` in `{words}`", "letters a to z, digits and + - * / ** ( ) only", code="SPEC010"
-        )
+        expected = "letters a to z, digits and + - * / ** ( ) only"
+        raise BadInput(place, f"`{foreign}` in `{words}`", expected, code="SPEC010")
     if len(words) > LONGEST:
         raise BadInput(place, f"an expression of {len(words)} characters", f"at most {LONGEST}", code="SPEC011")
     try:
@@ -103,13 +101,11 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         _check(tree, words, place)
     except SyntaxError as error:
         near = words[max(0, (error.offset or 1) - 1) :][:20] or "the end"
-        raise BadInput(
-            place, f"`{words}` cannot be read at `{near}`", "an expression such as `-k*x + w`", code="SPEC010"
-        ) from None
+        found = f"`{words}` cannot be read at `{near}`"
+        raise BadInput(place, found, "an expression such as `-k*x + w`", code="SPEC010") from None
     except (RecursionError, MemoryError, ValueError):
-        raise BadInput(
-            place, "an expression nested too deeply or with control characters", "a simpler expression", code="SPEC010"
-        ) from None
+        found = "an expression nested too deeply or with control characters"
+        raise BadInput(place, found, "a simpler expression", code="SPEC010") from None
     return Expression(words, tree, place)
 
 
@@ -124,9 +120,8 @@ def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
             exact_number(what, place)
         case ast.Name(id=name):
             if not NAME.match(name):
-                raise BadInput(
-                    place, f"the name `{name}`", "letters, digits and _, starting with a letter", code="SPEC009"
-                )
+                expected = "letters, digits and _, starting with a letter"
+                raise BadInput(place, f"the name `{name}`", expected, code="SPEC009")
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
             _check(operand, text, place, depth + 1)
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATORS:
@@ -172,13 +167,9 @@ def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
         case ast.Name(id=name) if name in CONSTANTS:
             return CONSTANTS[name]
         case ast.Name(id=name):
-            raise BadInput(
-                whole.place,
-                f"unknown name `{name}` in `{whole.text}`",
-                algebra.expected,
-                nearest_name(name, sorted(algebra.names)),
-                code="SPEC008",
-            )
+            found = f"unknown name `{name}` in `{whole.text}`"
+            expected = algebra.expected
+            raise BadInput(whole.place, found, expected, nearest_name(name, sorted(algebra.names)), code="SPEC008")
         case ast.UnaryOp(op=op, operand=operand):
             value = evaluate_tree(operand, whole, algebra)
             return -value if isinstance(op, ast.USub) else value
@@ -215,20 +206,14 @@ def _combine(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr
             return a * b
         case ast.Div():
             if b.is_zero:
-                raise BadInput(
-                    whole.place, f"`{whole.source(node)}` divides by zero", "a divisor that is not zero", code="SPEC012"
-                )
+                found = f"`{whole.source(node)}` divides by zero"
+                raise BadInput(whole.place, found, "a divisor that is not zero", code="SPEC012")
             return a / b
         case _:
             if not (b.is_number and b.is_real) or abs(b) > 64:
-                raise BadInput(
-                    whole.place,
-                    f"`{whole.source(node)}`",
-                    "a power whose exponent is a number up to 64",
-                    code="SPEC011",
-                )
+                expected = "a power whose exponent is a number up to 64"
+                raise BadInput(whole.place, f"`{whole.source(node)}`", expected, code="SPEC011")
             if a.is_zero and b.is_negative:
-                raise BadInput(
-                    whole.place, f"`{whole.source(node)}` divides by zero", "a base that is not zero", code="SPEC012"
-                )
+                found = f"`{whole.source(node)}` divides by zero"
+                raise BadInput(whole.place, found, "a base that is not zero", code="SPEC012")
             return a**b

@@ -45,16 +45,11 @@ def read_free_gains(raw: Any, key: str, place: Callable[[str], Place]) -> Any:
     where = place(f"{key}.free")
     low, high = (exact_number(bound, where) for bound in raw.free)
     if not low < high:
-        raise BadInput(
-            where, f"free: [{raw.free[0]}, {raw.free[1]}]", "a range [low, high] with low < high", code="SPEC007"
-        )
+        found = f"free: [{raw.free[0]}, {raw.free[1]}]"
+        raise BadInput(where, found, "a range [low, high] with low < high", code="SPEC007")
     if low < 0 < high and "][" not in key:
-        raise BadInput(
-            where,
-            f"free: [{raw.free[0]}, {raw.free[1]}], of both signs",
-            "a range of one sign, as every stable gain has one sign",
-            code="SPEC007",
-        )
+        expected = "a range of one sign, as every stable gain has one sign"
+        raise BadInput(where, f"free: [{raw.free[0]}, {raw.free[1]}], of both signs", expected, code="SPEC007")
     return FreeGain(low, high)
 
 

@@ -84,9 +84,8 @@ def compiled(path: Path) -> tuple[Any, Any]:
         import mujoco
     except ImportError as error:
         found = f"a MuJoCo model, and no package `mujoco` that can be imported ({error})"
-        raise BadInput(
-            Place(str(path)), found, "it installed: pip install 'stiction[mujoco]'", code="TOOL003"
-        ) from None
+        expected = "it installed: pip install 'stiction[mujoco]'"
+        raise BadInput(Place(str(path)), found, expected, code="TOOL003") from None
     mujoco.set_mju_user_warning(lambda _: None)  # by itself it would write a file beside the user's
     try:
         return mujoco, mujoco.MjModel.from_xml_path(str(path))
@@ -175,12 +174,8 @@ class _Conversion:
             own = m.jnt_type[m.body_jntadr[b] : m.body_jntadr[b] + m.body_jntnum[b]]
             if int(m.body_parentid[b]) in found:
                 if len(own):
-                    raise BadInput(
-                        self._place("body", b),
-                        "a joint on a floating base",
-                        "an arm whose base is fixed",
-                        code="SPEC031",
-                    )
+                    words = "a joint on a floating base"
+                    raise BadInput(self._place("body", b), words, "an arm whose base is fixed", code="SPEC031")
                 found.add(b)
             elif any(own == free):
                 found.add(b)

@@ -120,9 +120,8 @@ class _MotionReading:
             raise BadInput(self.place("force"), "key `force` is missing", "`force:`", code="SPEC003")
         if d.friction.distribution is None and chosen in ("mass_matrix", "lagrangian"):
             key = "friction.distribution"
-            raise BadInput(
-                self.place(key), f"key `{key}` is missing", "`distribution:`, coordinates by contacts", code="SPEC003"
-            )
+            wanted = "`distribution:`, coordinates by contacts"
+            raise BadInput(self.place(key), f"key `{key}` is missing", wanted, code="SPEC003")
         for k, contact in enumerate(d.friction.contacts):
             for name in ("bodies", "along"):
                 if getattr(contact, name) is not None and chosen in ("mass_matrix", "lagrangian", "urdf"):
@@ -146,12 +145,8 @@ class _MotionReading:
         positions = [(b.name, direction) for b in bodies for direction in b.positions]
         if len(positions) != n:
             found = f"{len(positions)} positions of bodies for {n} coordinates"
-            raise BadInput(
-                self.place("topology.transform"),
-                found,
-                "as many positions as coordinates, since T of x = T x̄ is square",
-                code="SPEC015",
-            )
+            expected = "as many positions as coordinates, since T of x = T x̄ is square"
+            raise BadInput(self.place("topology.transform"), found, expected, code="SPEC015")
         rows = self._matrix("topology.transform", section.transform, (n, n))
         units.check_transform(rows, [direction for _, direction in positions])
         return Topology(bodies, _symbolic(rows, self.constant))

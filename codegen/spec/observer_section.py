@@ -33,17 +33,15 @@ def read_observer(
         return None
     period = read_quantity(section.sample_time, "s", place("observer.sample_time"))
     if period <= 0:
-        raise BadInput(
-            place("observer.sample_time"), f"sample time {section.sample_time}", "a positive time in s", code="SPEC007"
-        )
+        found = f"sample time {section.sample_time}"
+        raise BadInput(place("observer.sample_time"), found, "a positive time in s", code="SPEC007")
     exponent = exact_number(section.exponent, place("observer.exponent"))
     shape = None
     if section.h is not None:
         where = place("observer.h")
         if "exponent" in section.model_fields_set:
-            raise BadInput(
-                where, "both `h` and `exponent`", "one of them: an exponent mu means h = s**mu", code="SPEC005"
-            )
+            expected = "one of them: an exponent mu means h = s**mu"
+            raise BadInput(where, "both `h` and `exponent`", expected, code="SPEC005")
         shape = parse_expression(section.h, where).symbolic({SLIP_SPEED: symbol(SLIP_SPEED)})
     laws = {name: _assumed(section, name, contacts, place) for name in section.laws}
     gains = {name: read_free_gains(raw, f"observer.gains.{name}", place) for name, raw in section.gains.items()}

@@ -70,9 +70,8 @@ def refuse_other_unit(given: str, unit: str, found: str, place: Place) -> None:
     """Raise BadInput where ``given``, if any, has another dimension than ``unit``; ``found`` is for the message."""
     if given and dimension(parse_unit(given, place)) != dimension(parse_unit(unit, place)):
         found = f"{found}, in {describe(dimension(parse_unit(given, place)))}"
-        raise BadInput(
-            place, found, f"a number in {unit}, or a number with another unit of the same quantity", code="SPEC014"
-        )
+        expected = f"a number in {unit}, or a number with another unit of the same quantity"
+        raise BadInput(place, found, expected, code="SPEC014")
 
 
 def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:

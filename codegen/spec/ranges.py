@@ -115,21 +115,16 @@ def _count(texts: list[str], value: Any, file: str, line: int | None, made: list
     for m in found:
         count, expected = int(m[3]) - int(m[2]) + 1, int(first[3]) - int(first[2]) + 1
         if not 1 <= count <= LONGEST:
-            raise BadInput(
-                Place(file, line), f"the range `{m[0]}`", f"a rising range of at most {LONGEST} names", code="SPEC016"
-            )
+            wanted = f"a rising range of at most {LONGEST} names"
+            raise BadInput(Place(file, line), f"the range `{m[0]}`", wanted, code="SPEC016")
         if count != expected:
             what = f"`{first[0]}` of {expected} names with `{m[0]}` of {count}"
             raise BadInput(Place(file, line), what, "ranges of one length, since they run together", code="SPEC016")
     copies = int(first[3]) - int(first[2]) + 1
     made[0] += copies * _size(value)
     if made[0] > MOST_NODES:
-        raise BadInput(
-            Place(file, line),
-            "too many values once its ranges are expanded",
-            f"at most {MOST_NODES} in a file",
-            code="SPEC002",
-        )
+        words = "too many values once its ranges are expanded"
+        raise BadInput(Place(file, line), words, f"at most {MOST_NODES} in a file", code="SPEC002")
     return copies
 
 

@@ -174,9 +174,8 @@ class _Reading:
             expected = "at most 60 letters, digits and _, starting with a letter"
             raise BadInput(self.place(key), f"the name `{name}`", expected, code="SPEC009")
         if is_macro(name, self.document.name):
-            raise BadInput(
-                self.place(key), f"the name `{name}`, a macro of the generated code", "another name", code="SPEC009"
-            )
+            found = f"the name `{name}`, a macro of the generated code"
+            raise BadInput(self.place(key), found, "another name", code="SPEC009")
         if reserved(name):
             why = (
                 "which complex.h and formulas use for the constants i and e"
@@ -190,9 +189,8 @@ class _Reading:
         for line in source.splitlines()[:-1]:
             if line.rstrip().endswith(("\\", "??/")):
                 found = "a line that ends in a backslash, or in ??/, which C reads as one"
-                raise BadInput(
-                    self.place("source"), found, "text without a backslash or ??/ at the end of a line", code="SPEC006"
-                )
+                expected = "text without a backslash or ??/ at the end of a line"
+                raise BadInput(self.place("source"), found, expected, code="SPEC006")
 
     def _check_names(
         self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Iterable[str], faults: Faults
@@ -228,12 +226,8 @@ class _Reading:
         section, key = self.document.friction.contacts[index], f"friction.contacts[{index}]"
         self._name(section.name, f"{key}.name")
         if section.name in {c.name for c in self.document.friction.contacts[:index]}:
-            raise BadInput(
-                self.place(f"{key}.name"),
-                f"a second contact `{section.name}`",
-                "a different name for each contact",
-                code="SPEC009",
-            )
+            found = f"a second contact `{section.name}`"
+            raise BadInput(self.place(f"{key}.name"), found, "a different name for each contact", code="SPEC009")
         unit = self._si_unit(section.unit, f"{key}.unit")
         given = {name: value for name, value in (section.model_extra or {}).items() if name != TOLERANCE}
         values, units = read_numbers(given, key, self.place)

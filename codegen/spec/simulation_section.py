@@ -72,9 +72,8 @@ def read_simulation(
         if value <= 0:
             raise BadInput(place(f"simulation.{key}"), f"{value:g} s", "a positive time in s", code="SPEC007")
     if not period < duration or duration / period > MOST_SAMPLES:
-        raise BadInput(
-            place("simulation.duration"), f"{duration} s in steps of {period} s", "2 to 10^7 samples", code="SPEC024"
-        )
+        found = f"{duration} s in steps of {period} s"
+        raise BadInput(place("simulation.duration"), found, "2 to 10^7 samples", code="SPEC024")
     if section.seed < 0:
         raise BadInput(place("simulation.seed"), f"seed {section.seed}", "0 or a positive whole number", code="SPEC007")
     return Simulation(
@@ -106,19 +105,11 @@ def _cancelled(section: SimulationSection, place: Callable[[str], Place]) -> flo
         raise BadInput(place("simulation.cancel_delay"), found, "0, 1, 2 … samples of the observer", code="SPEC024")
     if section.cancel is None:
         if "cancel_delay" in section.model_fields_set:
-            raise BadInput(
-                place("simulation.cancel_delay"),
-                "`cancel_delay` without `cancel`",
-                "`cancel: 1` too, or no delay",
-                code="SPEC024",
-            )
+            words = "`cancel_delay` without `cancel`"
+            raise BadInput(place("simulation.cancel_delay"), words, "`cancel: 1` too, or no delay", code="SPEC024")
         return None
     share = float(exact_number(section.cancel, place("simulation.cancel")))
     if not 0 < share <= 1:
-        raise BadInput(
-            place("simulation.cancel"),
-            f"{share:g}",
-            "the share of the estimate to cancel, above 0 up to 1",
-            code="SPEC007",
-        )
+        expected = "the share of the estimate to cancel, above 0 up to 1"
+        raise BadInput(place("simulation.cancel"), f"{share:g}", expected, code="SPEC007")
     return share

@@ -44,12 +44,8 @@ def expand_robot(
     tree = _read(filled["urdf"], path, place)
     for key in GIVEN:
         if filled.get(key) is not None:
-            raise BadInput(
-                place(key),
-                f"`{key}:` together with `urdf:`",
-                "one of them, since the robot file gives the joints",
-                code="SPEC005",
-            )
+            expected = "one of them, since the robot file gives the joints"
+            raise BadInput(place(key), f"`{key}:` together with `urdf:`", expected, code="SPEC005")
     bodies = tree.bodies
     filled["coordinates"] = {b.joint: {"velocity": f"v_{b.joint}", "unit": _position_unit(b)} for b in bodies}
     filled["inputs"] = {f"w_{b.joint}": {"unit": _force_unit(b)} for b in bodies}
@@ -71,9 +67,8 @@ def _read(section: Any, path: Path, place: Callable[[str], Place]) -> KinematicT
         refuse_unknown(key, PARTS, place(f"urdf.{key}"), "unknown key", ", ".join(PARTS), code="SPEC004")
     file, at = parts.get("file"), place("urdf.file" if isinstance(section, Mapping) else "urdf")
     if not isinstance(file, str) or not file.strip() or "\0" in file:
-        raise BadInput(
-            at, f"`{file}` as a file", "the path of a robot description, relative to the spec", code="SPEC006"
-        )
+        expected = "the path of a robot description, relative to the spec"
+        raise BadInput(at, f"`{file}` as a file", expected, code="SPEC006")
     tree = read_kinematic_tree(path.parent / file, at, _gravity(parts, place))
     return replace(tree, tolerance=_tolerance(parts, place), base_parameters=_base_parameters(parts, place))
 
@@ -83,9 +78,8 @@ def _gravity(parts: Mapping[str, Any], place: Callable[[str], Place]) -> tuple[F
     if gravity is None and "gravity" not in parts:
         return STANDARD_GRAVITY
     if not isinstance(gravity, list) or len(gravity) != 3:
-        raise BadInput(
-            place("urdf.gravity"), f"`{gravity}`", "three numbers in m/s^2, such as [0, 0, -9.81]", code="SPEC006"
-        )
+        expected = "three numbers in m/s^2, such as [0, 0, -9.81]"
+        raise BadInput(place("urdf.gravity"), f"`{gravity}`", expected, code="SPEC006")
     return tuple(Fraction(str(exact_number(str(g), place(f"urdf.gravity[{k}]")))) for k, g in enumerate(gravity))
 
 
@@ -106,12 +100,8 @@ def _base_parameters(parts: Mapping[str, Any], place: Callable[[str], Place]) ->
     if given is None:
         return ()
     if not isinstance(given, Mapping):
-        raise BadInput(
-            place("urdf.base_parameters"),
-            f"`{given}`",
-            "names with numbers, as a diagnosis writes them",
-            code="SPEC006",
-        )
+        expected = "names with numbers, as a diagnosis writes them"
+        raise BadInput(place("urdf.base_parameters"), f"`{given}`", expected, code="SPEC006")
     found = []
     for name, value in given.items():
         at = place(f"urdf.base_parameters.{name}")

@@ -77,12 +77,8 @@ class Limits:
             case ScalarEvent():
                 self._merges += event.value == "<<" and inner.key_next
                 if self._merges > MOST_MERGES:
-                    raise BadInput(
-                        Place(file, line),
-                        f"more than {MOST_MERGES} keys `<<`",
-                        "the values written out",
-                        code="SPEC002",
-                    )
+                    words = f"more than {MOST_MERGES} keys `<<`"
+                    raise BadInput(Place(file, line), words, "the values written out", code="SPEC002")
                 _scalar(event, inner, Place(file, line))
                 counted.update({event.anchor: 1} if event.anchor else {})
                 inner.nodes += 1
@@ -112,12 +108,8 @@ class Limits:
         top = stack[-1]
         top.key_next = top.keys is not None and not top.key_next
         if top.nodes > MOST_NODES:
-            raise BadInput(
-                Place(file, line),
-                "too many values once its aliases are expanded",
-                f"at most {MOST_NODES} in a file",
-                code="SPEC002",
-            )
+            words = "too many values once its aliases are expanded"
+            raise BadInput(Place(file, line), words, f"at most {MOST_NODES} in a file", code="SPEC002")
 
 
 def _scalar(event: Any, inner: _Open, place: Place) -> None:

@@ -97,9 +97,8 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
     except MarkedYAMLError as error:
         raise _refused(error, file, text) from None
     except (YAMLError, ValueError, TypeError, AttributeError, LookupError, ArithmeticError, AssertionError) as error:
-        raise BadInput(
-            Place(file), f"malformed YAML ({' '.join(str(error).split())[:120]})", "YAML 1.2", code="SPEC001"
-        ) from None
+        words = f"malformed YAML ({' '.join(str(error).split())[:120]})"
+        raise BadInput(Place(file), words, "YAML 1.2", code="SPEC001") from None
     if not isinstance(document, CommentedMap):
         found = "nothing" if document is None else "a list" if isinstance(document, CommentedSeq) else "plain text"
         raise BadInput(Place(file, 1), found, f"a mapping such as `{example}`", code="SPEC006")
