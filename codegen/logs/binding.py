@@ -15,7 +15,7 @@ from codegen.logs.source import LogFile, listing
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.column_unit import is_brought, stated_unit, unit_behind, unit_of
 from codegen.spec.model import Spec
-from codegen.spec.units import describe, dimension, parse_unit, si_factor
+from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
 
 _TIME = re.compile(r"t|(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
 
@@ -279,10 +279,10 @@ def _factor(
     place = description.place(f"units.{symbol}")
     if symbol in description.units:
         unit = description.units[symbol]
-        kind = dimension(parse_unit(unit, place))
-        if kind != dimension(parse_unit(own, place)):
+        if not same_dimension(unit, own, place):
+            kind = describe(dimension(parse_unit(unit, place)))
             expected = f"a unit of {symbol}, which is in {own}"
-            raise BadInput(place, f"unit {unit}, of {describe(kind)}", expected, code="LOG012")
+            raise BadInput(place, f"unit {unit}, of {kind}", expected, code="LOG012")
         return float(si_factor(unit, place)) * scale
     if term is None or symbol in description.scale or symbol in spec.log.scale:
         return scale

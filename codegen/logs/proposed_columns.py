@@ -9,11 +9,11 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.errors import Place, nearest_name
 from codegen.base.user_text import shown
 from codegen.spec.column_unit import stated_unit, unit_behind, unit_of
 from codegen.spec.model import Spec
-from codegen.spec.units import dimension, parse_unit, si_factor
+from codegen.spec.units import is_unit, same_dimension, si_factor
 
 USUAL = {
     "s": frozenset({"time", "t", "stamp", "timestamp"}),
@@ -116,18 +116,11 @@ def _unit(name: str, stated: str) -> str:
 def _behind(name: str) -> str:
     """What follows the last _ of a name, where that is a unit."""
     front, _, last = name.rpartition("_")
-    return last if front and _known(last) else ""
-
-
-def _known(unit: str) -> bool:
-    try:
-        return bool(parse_unit(unit, Place("")))
-    except BadInput:
-        return False
+    return last if front and is_unit(last) else ""
 
 
 def _fits(unit: str, own: str) -> bool:
-    return _known(unit) and dimension(parse_unit(unit, Place(""))) == dimension(parse_unit(own, Place("")))
+    return is_unit(unit) and same_dimension(unit, own, Place(""))
 
 
 def _proposed(symbol: str, name: str, stated: str, why: str, spec: Spec) -> Proposed:

@@ -15,7 +15,7 @@ from datetime import UTC, datetime
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.source import listing
-from codegen.spec.units import parse_unit
+from codegen.spec.units import is_unit
 
 EXPECTED = "a CSV log: a header line with names, then rows of numbers"
 LONGEST_LINE = 1_000_000
@@ -384,23 +384,12 @@ def _told(lines: Sequence[str], layout: Layout) -> Layout:
 def _are_units(texts: Sequence[str]) -> bool:
     """Whether all texts that are not empty are units, with or without brackets."""
     given = [_bare(t) for t in texts if t.strip()]
-    return bool(given) and all(map(_is_unit, given))
+    known = ("-", "%", "1", "")
+    return bool(given) and all(text in known or (len(text) <= LONGEST_UNIT and is_unit(text)) for text in given)
 
 
 def _bare(text: str) -> str:
     return text.strip().strip("[](){}").strip()
-
-
-def _is_unit(text: str) -> bool:
-    if text in ("-", "%", "1", ""):
-        return True
-    if len(text) > LONGEST_UNIT:
-        return False
-    try:
-        parse_unit(text, Place(""))
-    except BadInput:
-        return False
-    return True
 
 
 def _at(file: str, lines: Sequence[str], header: int) -> Layout:

@@ -11,7 +11,7 @@ import sympy
 from codegen.base.errors import BadInput, Faults, Place
 from codegen.spec.expression import exact_number
 from codegen.spec.printed import printed
-from codegen.spec.units import describe, dimension, parse_unit, si_factor
+from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
 
 _WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*|1/.*)")
 
@@ -68,7 +68,7 @@ def read_numbers(given: Mapping[str, Any], key: str, place: Callable[[str], Plac
 
 def refuse_other_unit(given: str, unit: str, found: str, place: Place) -> None:
     """Raise BadInput where ``given``, if any, has another dimension than ``unit``; ``found`` is for the message."""
-    if given and dimension(parse_unit(given, place)) != dimension(parse_unit(unit, place)):
+    if given and not same_dimension(given, unit, place):
         found = f"{found}, in {describe(dimension(parse_unit(given, place)))}"
         expected = f"a number in {unit}, or a number with another unit of the same quantity"
         raise BadInput(place, found, expected, code="SPEC014")

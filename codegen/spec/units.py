@@ -151,6 +151,23 @@ def dimension(unit: Any) -> Dimension:
     return Dimension({name: Fraction(power) for name, power in registry().Quantity(1, unit).dimensionality.items()})
 
 
+def same_dimension(one: str, other: str, place: Place) -> bool:
+    """Whether two units are of one dimension.
+
+    Raises:
+        BadInput: as ``parse_unit``.
+    """
+    return dimension(parse_unit(one, place)) == dimension(parse_unit(other, place))
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit that can be read."""
+    try:
+        return bool(parse_unit(text, Place("")))
+    except BadInput:
+        return False
+
+
 def si_factor(text: str, place: Place) -> sympy.Rational:
     """By how much a value in this unit is multiplied to be in SI base units.
 
