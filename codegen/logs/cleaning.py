@@ -113,19 +113,18 @@ def _finite(
 
 def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
     run, start = longest_run(bad)
-    count = int(bad.sum())
-    first = int(np.argmax(bad))
+    at, count = int(np.argmax(bad)), int(bad.sum())
+    found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty)"
+    which = ", the first here"
     if run > RUN_NOT_FINITE:
-        found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), {run} of them in a row"
-        raise BadInput(raw.place(start, column), found, f"gaps of at most {RUN_NOT_FINITE} rows", code="LOG006")
-    if not fill:
-        found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), the first here"
+        at, which, expected = start, f", {run} of them in a row", f"gaps of at most {RUN_NOT_FINITE} rows"
+    elif not fill:
         expected = "numbers; `missing: fill` in a log description fills single ones in"
-        raise BadInput(raw.place(first, column), found, expected, code="LOG006")
-    if count > SHARE_NOT_FINITE * len(bad):
-        found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty), the first here"
+    elif count > SHARE_NOT_FINITE * len(bad):
         expected = f"at most {SHARE_NOT_FINITE:.0%} of them missing"
-        raise BadInput(raw.place(first, column), found, expected, code="LOG006")
+    else:
+        return
+    raise BadInput(raw.place(at, column), found + which, expected, code="LOG006")
 
 
 def longest_run(flags: Flags) -> tuple[int, int]:

@@ -26,7 +26,7 @@ from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_observer
 from codegen.spec.printed import printed
-from codegen.spec.quantity import read_numbers, read_quantity, read_share, with_any_unit
+from codegen.spec.quantity import read_numbers, read_quantity, read_share
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import SpecDocument
 from codegen.spec.simulation_section import read_simulation
@@ -217,10 +217,9 @@ class _Reading:
         declared = exact_number(section.value, self.place(f"{key}.value"))
         exact = declared * si_factor(section.unit, self.place(f"{key}.unit"))
         value = printed(exact, self.place(f"{key}.value"), f"{section.value} {section.unit} in SI units")
-        return Parameter(name, value, section.unit, declared, self._tolerance(section.tolerance, key))
-
-    def _tolerance(self, text: str | None, key: str) -> float | None:
-        return None if text is None else read_share(text, self.place(f"{key}.tolerance"))
+        share = section.tolerance
+        tolerance = None if share is None else read_share(share, self.place(f"{key}.tolerance"))
+        return Parameter(name, value, section.unit, declared, tolerance)
 
     def _contact(self, index: int, sliding: Sliding | None) -> Contact:
         section, key = self.document.friction.contacts[index], f"friction.contacts[{index}]"
@@ -242,9 +241,8 @@ class _Reading:
 
     def _effect(self, index: int) -> DeclaredEffect:
         section, key = self.document.effects[index], f"effects[{index}]"
-        given = {k: with_any_unit(v, self.place(f"{key}.parameters.{k}")) for k, v in section.parameters.items()}
-        values, units = ({k: pair[i] for k, pair in given.items()} for i in (0, 1))
-        return DeclaredEffect(section.kind, tuple(section.on), values, {k: unit for k, unit in units.items() if unit})
+        values, units = read_numbers(section.parameters, f"{key}.parameters", self.place)
+        return DeclaredEffect(section.kind, tuple(section.on), values, units)
 
     def _envelope_units(self, coordinates: Iterable[Coordinate], inputs: Iterable[Input]) -> dict[str, str]:
         """The SI unit of everything that may have a range."""
