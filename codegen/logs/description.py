@@ -91,14 +91,6 @@ class LogDescription:
         return self.places.get(key, Place(self.file, None, key))
 
 
-@dataclass(frozen=True)
-class Measured:
-    """Numbers in SI, and the unit that each was written with."""
-
-    values: tuple[float, ...]
-    units: tuple[str, ...]
-
-
 def _number(value: object) -> float:
     if not isinstance(value, (str, int, float)) or isinstance(value, bool):
         raise ValueError("expected a number")
@@ -111,25 +103,19 @@ def _number(value: object) -> float:
     return number
 
 
-def _positive(value: object) -> float:
-    number = _number(value)
-    if not number > 1 / LARGEST_FACTOR:
-        raise ValueError("expected a positive number")
-    return number
+def _number_that(holds: Callable[[float], bool], expected: str) -> Callable[[object], float]:
+    def checked(value: object) -> float:
+        number = _number(value)
+        if not holds(number):
+            raise ValueError(f"expected {expected}")
+        return number
+
+    return checked
 
 
-def _not_negative(value: object) -> float:
-    number = _number(value)
-    if number < 0:
-        raise ValueError("expected zero or a positive number")
-    return number
-
-
-def _factor(value: object) -> float:
-    number = _number(value)
-    if not abs(number) >= 1 / LARGEST_FACTOR:
-        raise ValueError("expected a factor other than zero")
-    return number
+_positive = _number_that(lambda number: number > 1 / LARGEST_FACTOR, "a positive number")
+_not_negative = _number_that(lambda number: number >= 0, "zero or a positive number")
+_factor = _number_that(lambda number: abs(number) >= 1 / LARGEST_FACTOR, "a factor other than zero")
 
 
 def _share(value: object) -> float:
@@ -155,12 +141,16 @@ def _quantities(value: object) -> list[str]:
     return [_with_unit(_not_negative)(v) for v in (value if isinstance(value, list) else [value])]
 
 
+def _texts(value: object, expected: str = "a mapping of names to text") -> dict[str, str]:
+    if isinstance(value, dict) and all(isinstance(v, (str, int, float)) for v in value.values()):
+        return {k: str(v) for k, v in value.items()}
+    raise ValueError(f"expected {expected}")
+
+
 def _columns(value: object) -> list[str] | dict[str, str]:
     if isinstance(value, list) and all(isinstance(v, str) for v in value):
         return value
-    if isinstance(value, dict) and all(isinstance(v, (str, int, float)) for v in value.values()):
-        return {k: str(v) for k, v in value.items()}
-    raise ValueError("expected a list of column names, or a mapping such as {t: time, x: position}")
+    return _texts(value, "a list of column names, or a mapping such as {t: time, x: position}")
 
 
 def _header(value: object) -> int:
@@ -170,12 +160,6 @@ def _header(value: object) -> int:
     if not (number >= 1 and number == int(number)):
         raise ValueError("expected the number of a line, counted from 1, or `none`")
     return int(number)
-
-
-def _texts(value: object) -> dict[str, str]:
-    if isinstance(value, dict) and all(isinstance(v, (str, int, float)) for v in value.values()):
-        return {k: str(v) for k, v in value.items()}
-    raise ValueError("expected a mapping of names to text")
 
 
 def _names(value: object) -> list[str]:
@@ -195,7 +179,7 @@ def _period(value: object) -> float:
         raise ValueError("expected a positive number, or an expression such as 2*pi") from None
 
 
-Texts = Annotated[dict[str, str], BeforeValidator(_texts)]
+Texts = Annotated[dict[str, str], BeforeValidator(lambda value: _texts(value))]
 Names = Annotated[list[str], BeforeValidator(_names)]
 Positive = Annotated[str | None, BeforeValidator(_with_unit(_positive))]
 NotNegative = Annotated[str | None, BeforeValidator(_with_unit(_not_negative))]
@@ -254,16 +238,17 @@ def read_description(path: str | Path) -> LogDescription:
     d = validate(DescriptionDocument, plain(document), places, str(path))
     listed = isinstance(d.columns, list)
 
+    def place(key: str) -> Place:
+        return places.get(key, Place(str(path), None, key))
+
     def in_si(text: str | None, unit: str, key: str) -> float | None:
-        return None if text is None else float(read_quantity(text, unit, places.get(key, Place(str(path), None, key))))
+        return None if text is None else float(read_quantity(text, unit, place(key)))
 
-    def lengths(texts: list[str] | None, key: str) -> Measured | None:
-        read = [with_any_unit(text, places.get(key, Place(str(path), None, key))) for text in texts or ()]
-        return Measured(tuple(float(value) for value, _ in read), tuple(unit for _, unit in read)) if read else None
-
+    written = {"encoder_step": d.encoder_step, "position_noise_rms": d.position_noise_rms}
+    lengths = {key: [with_any_unit(text, place(key)) for text in texts] for key, texts in written.items() if texts}
+    values = {key: tuple(float(value) for value, _ in read) for key, read in lengths.items()}
     cutoff = in_si(d.cutoff_hz, "1/s", "cutoff_hz") or in_si(d.evaluation.cutoff_hz, "1/s", "evaluation.cutoff_hz")
     rate, period = in_si(d.sample_rate_hz, "1/s", "sample_rate_hz"), in_si(d.sample_time, "s", "sample_time")
-    step, noise = lengths(d.encoder_step, "encoder_step"), lengths(d.position_noise_rms, "position_noise_rms")
     return LogDescription(
         file=str(path),
         columns={name: name for name in d.columns} if listed else d.columns,
@@ -285,11 +270,9 @@ def read_description(path: str | Path) -> LogDescription:
         input_hold=d.input_hold,
         input_is=d.input_is,
         velocity_columns=d.velocity_columns,
-        encoder_step=step.values if step else None,
-        position_noise=noise.values if noise else None,
-        written_units={
-            key: one.units for key, one in (("encoder_step", step), ("position_noise_rms", noise)) if one is not None
-        },
+        encoder_step=values.get("encoder_step"),
+        position_noise=values.get("position_noise_rms"),
+        written_units={key: tuple(unit for _, unit in read) for key, read in lengths.items()},
         trim_s=in_si(d.evaluation.trim_s, "s", "evaluation.trim_s"),
         restart_s=in_si(d.evaluation.restart_s, "s", "evaluation.restart_s"),
         places=places,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from codegen.logs.log import Finding, Flags, Log
+from codegen.logs.log import Finding, Log
 
 Ranges = tuple[tuple[int, int], ...]
 
@@ -31,42 +31,41 @@ def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...
     every = max(1, min(-(-log.size // most), int(1 / (PLENTY_HZ * log.sample_time) + 1e-9)))
     part = _thinned(log, every) if every > 1 else log
     start = _liveliest(part, most) if part.size > most else 0
-    part = _stretch(part, start, min(start + most, part.size))
+    stop = min(start + most, part.size)
+    gaps, joints = (_cut_ranges(ranges, start, stop) for ranges in (part.gaps, part.joints))
+    part = _rows(part, slice(start, stop), gaps, joints)
     span = f"from {part.time[0]:.6g} to {part.time[-1]:.6g} s{f', one in {every}' if every > 1 else ''}"
     words = (
         f"Of {log.size} samples over {log.duration:.6g} s the diagnosis looks at {part.size}, {span}: more would "
         "take too long. Cut the file to have another part looked at."
     )
-    figures = {
-        "samples": float(log.size),
-        "used": float(part.size),
-        "every": float(every),
-        "start": float(part.time[0]),
-    }
+    figures = {"samples": float(log.size), "used": float(part.size)}
+    figures |= {"every": float(every), "start": float(part.time[0])}
     return part, (Finding("warning", "long log", words, figures),)
 
 
 def _thinned(log: Log, every: int) -> Log:
     count = log.size // every
-    inputs = log.inputs[: count * every].reshape(count, every, -1).mean(axis=1)
-    gaps = _thin_ranges(log.gaps, every, count)
-    kept = slice(0, count * every, every)
+    whole = slice(0, count * every)
+    counted = None if log.counted is None else np.asarray(log.counted[whole].reshape(count, every).any(axis=1))
+    inputs = log.inputs[whole].reshape(count, every, -1).mean(axis=1)
+    gaps, joints = (_thin_ranges(ranges, every, count) for ranges in (log.gaps, log.joints))
+    part = _rows(log, slice(0, count * every, every), gaps, joints)
+    return replace(part, inputs=inputs, sample_time=log.sample_time * every, counted=counted)
+
+
+def _rows(log: Log, kept: slice, gaps: Ranges, joints: Ranges) -> Log:
+    """The samples of a slice, with the gaps and joints among them."""
     return replace(
         log,
         time=log.time[kept],
         positions=log.positions[kept],
         velocities=None if log.velocities is None else log.velocities[kept],
-        inputs=inputs,
-        sample_time=log.sample_time * every,
-        counted=None if log.counted is None else _any_of(log.counted[: count * every], every),
+        inputs=log.inputs[kept],
+        counted=None if log.counted is None else log.counted[kept],
         gaps=gaps,
-        joints=_thin_ranges(log.joints, every, count),
+        joints=joints,
     )
-
-
-def _any_of(flags: Flags, every: int) -> Flags:
-    """(N / every,) whether any of so many neighbours is true."""
-    return np.asarray(flags.reshape(-1, every).any(axis=1), dtype=bool)
 
 
 def _thin_ranges(ranges: Ranges, every: int, count: int) -> Ranges:
@@ -83,19 +82,6 @@ def _liveliest(log: Log, most: int) -> int:
     travelled = np.concatenate([[0.0], np.cumsum((way / np.where(total > 0, total, 1.0)).sum(axis=1))])
     starts = np.arange(0, log.size - most + 1, max(1, most // STARTS))
     return int(starts[np.argmax(np.round(travelled[starts + most] - travelled[starts], 12))])
-
-
-def _stretch(log: Log, start: int, stop: int) -> Log:
-    return replace(
-        log,
-        time=log.time[start:stop],
-        positions=log.positions[start:stop],
-        velocities=None if log.velocities is None else log.velocities[start:stop],
-        inputs=log.inputs[start:stop],
-        counted=None if log.counted is None else log.counted[start:stop],
-        gaps=_cut_ranges(log.gaps, start, stop),
-        joints=_cut_ranges(log.joints, start, stop),
-    )
 
 
 def _cut_ranges(ranges: Ranges, start: int, stop: int) -> Ranges:

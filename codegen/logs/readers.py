@@ -21,7 +21,7 @@ from codegen.logs.description import ZERO_ORDER, LogDescription, read_descriptio
 from codegen.logs.hdf5_file import Hdf5File
 from codegen.logs.joined import join_logs
 from codegen.logs.json_file import JsonFile
-from codegen.logs.log import Intake, Log
+from codegen.logs.log import Finding, Intake, Log
 from codegen.logs.mat_file import open_mat
 from codegen.logs.mcap_file import McapStorage
 from codegen.logs.mdf_file import MdfFile
@@ -135,15 +135,16 @@ def _read(
     binding = since_epoch(binding, raw, described, spec)
     found = counter_findings(raw, binding.terms)
     cleaned = _cleaned(compute(raw, binding.terms), source.place, binding, spec, described)
-    log = _log(path, spec, described, source.notes, binding, cleaned, step)
-    doubted = frozenset(s for symbols, _ in found for s in symbols)
-    return replace(
-        log, intake=replace(log.intake, findings=(*binding.findings, *(f for _, f in found)), doubted=doubted)
-    )
+    return _log(path, spec, described, source.notes, binding, cleaned, found, step)
 
 
-_SINCE_1970 = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
-FILETIME_STEP, FILETIME_TO_1970 = 1e-7, 11_644_473_600.0
+_CLOCKS = {
+    "100 ns since 1601 (FILETIME)": (1e-7, 11_644_473_600.0),
+    "milliseconds since 1970": (1e-3, 0.0),
+    "microseconds since 1970": (1e-6, 0.0),
+    "nanoseconds since 1970": (1e-9, 0.0),
+}
+"""Clock → its step in s, and its time at the start of 1970."""
 _YEARS_2000_TO_2100 = (946_684_800.0, 4_102_444_800.0)
 
 
@@ -158,21 +159,16 @@ def since_epoch(binding: Binding, raw: Columns, description: LogDescription, spe
     if {"t"} & {*description.units, *description.scale, *spec.log.scale}:
         return binding
     first = raw.values[0, raw.names.index(term.columns[0])]
-    if _YEARS_2000_TO_2100[0] <= first * FILETIME_STEP - FILETIME_TO_1970 <= _YEARS_2000_TO_2100[1]:
-        return _rescaled(binding, FILETIME_STEP, "in 100 ns since 1601 (FILETIME), by its size")
-    for unit, much in _SINCE_1970.items():
-        if _YEARS_2000_TO_2100[0] <= first / much <= _YEARS_2000_TO_2100[1]:
-            return _rescaled(binding, 1 / much, f"in {unit} since 1970, by its size")
+    for clock, (step, before) in _CLOCKS.items():
+        if _YEARS_2000_TO_2100[0] <= first * step - before <= _YEARS_2000_TO_2100[1]:
+            words = f"in {clock}, by its size"
+            return replace(
+                binding,
+                scale={**binding.scale, "t": step},
+                notes=(*binding.notes, f"t is {words}: brought to s"),
+                brought={**binding.brought, "t": words},
+            )
     return binding
-
-
-def _rescaled(binding: Binding, factor: float, words: str) -> Binding:
-    return replace(
-        binding,
-        scale={**binding.scale, "t": factor},
-        notes=(*binding.notes, f"t is {words}: brought to s"),
-        brought={**binding.brought, "t": words},
-    )
 
 
 def _loaded(source: LogFile, wanted: Sequence[str], description: LogDescription) -> Columns:
@@ -263,6 +259,7 @@ def _log(
     said: Sequence[str],
     binding: Binding,
     cleaned: Clean,
+    found: Sequence[tuple[tuple[str, ...], Finding]],
     step: float | None,
 ) -> Log:
     n, m = len(spec.coordinates), len(spec.inputs)
@@ -288,6 +285,8 @@ def _log(
         smallest_step=steps,
         repeated=repeated,
         stale=stale,
+        findings=(*binding.findings, *(finding for _, finding in found)),
+        doubted=frozenset(symbol for symbols, _ in found for symbol in symbols),
         columns={symbol: term.text for symbol, term in binding.terms.items()},
         brought=binding.brought,
     )

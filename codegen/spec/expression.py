@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import math
+import operator
 import re
 import warnings
 from collections.abc import Callable, Mapping
@@ -26,7 +27,13 @@ DEEPEST = 600
 MOST_PARENTHESES = 40
 LONGEST_NUMBER = 8192
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
-_OPERATORS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Pow: "**"}
+_OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}
 
 
 @dataclass(frozen=True)
@@ -183,37 +190,24 @@ def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
 
 def _numbers_of(symbols: Mapping[str, sympy.Symbol]) -> Algebra:
     expected = f"one of {', '.join(sorted(symbols))}" if len(symbols) <= 40 else "a declared name"
-    return Algebra(symbols, expected, lambda name, argument: FUNCTIONS[name](argument), _limited)
-
-
-def _limited(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr) -> Any:
-    """The two combined, unless that is too large."""
-    value = _combine(op, a, b, whole, node)
-    too_long = value.is_Rational and value.p.bit_length() + value.q.bit_length() > LONGEST_NUMBER
-    if too_long or (value.is_Pow and value.exp.is_number and abs(value.exp) > 64):
-        expected = "powers up to 64 and smaller numbers"
-        raise BadInput(whole.place, f"`{whole.source(node)}`, too large", expected, code="SPEC011")
-    return value
+    return Algebra(symbols, expected, lambda name, argument: FUNCTIONS[name](argument), _combine)
 
 
 def _combine(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr) -> Any:
-    match op:
-        case ast.Add():
-            return a + b
-        case ast.Sub():
-            return a - b
-        case ast.Mult():
-            return a * b
-        case ast.Div():
-            if b.is_zero:
-                found = f"`{whole.source(node)}` divides by zero"
-                raise BadInput(whole.place, found, "a divisor that is not zero", code="SPEC012")
-            return a / b
-        case _:
-            if not (b.is_number and b.is_real) or abs(b) > 64:
-                expected = "a power whose exponent is a number up to 64"
-                raise BadInput(whole.place, f"`{whole.source(node)}`", expected, code="SPEC011")
-            if a.is_zero and b.is_negative:
-                found = f"`{whole.source(node)}` divides by zero"
-                raise BadInput(whole.place, found, "a base that is not zero", code="SPEC012")
-            return a**b
+    """The two combined, unless that is too large or divides by zero."""
+
+    def refused(why: str, expected: str, code: str) -> BadInput:
+        return BadInput(whole.place, f"`{whole.source(node)}`{why}", expected, code=code)
+
+    if isinstance(op, ast.Div) and b.is_zero:
+        raise refused(" divides by zero", "a divisor that is not zero", "SPEC012")
+    if isinstance(op, ast.Pow):
+        if not (b.is_number and b.is_real) or abs(b) > 64:
+            raise refused("", "a power whose exponent is a number up to 64", "SPEC011")
+        if a.is_zero and b.is_negative:
+            raise refused(" divides by zero", "a base that is not zero", "SPEC012")
+    value = _OPERATORS[type(op)](a, b)
+    too_long = value.is_Rational and value.p.bit_length() + value.q.bit_length() > LONGEST_NUMBER
+    if too_long or (value.is_Pow and value.exp.is_number and abs(value.exp) > 64):
+        raise refused(", too large", "powers up to 64 and smaller numbers", "SPEC011")
+    return value

@@ -152,18 +152,14 @@ def _key(name: object) -> str:
 
 
 def _collect(node: Any, key: str, file: str, places: dict[str, Place]) -> None:
-    if isinstance(node, CommentedMap):
-        for name, value in node.items():
-            inner = f"{key}.{_key(name)}" if key else _key(name)
-            position = (node.lc.data or {}).get(name)
-            places[inner] = Place(file, position[0] + 1 if position else None, inner)
-            _collect(value, inner, file, places)
-    elif isinstance(node, CommentedSeq):
-        for index, value in enumerate(node):
-            inner = f"{key}[{index}]"
-            position = (node.lc.data or {}).get(index)
-            places[inner] = Place(file, position[0] + 1 if position else None, inner)
-            _collect(value, inner, file, places)
+    """Add the place of each key in a node, and of each entry of its lists."""
+    listed = isinstance(node, CommentedSeq)
+    entries = enumerate(node) if listed else node.items() if isinstance(node, CommentedMap) else ()
+    for name, value in entries:
+        inner = f"{key}[{name}]" if listed else f"{key}.{_key(name)}" if key else _key(name)
+        position = (node.lc.data or {}).get(name)
+        places[inner] = Place(file, position[0] + 1 if position else None, inner)
+        _collect(value, inner, file, places)
 
 
 def dump(document: Any) -> str:
