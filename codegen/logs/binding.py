@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 
 from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.base.user_text import shown
+from codegen.logs.column_names import is_brought, lines_of, proposed_columns, reasons, stated_unit, unit_behind, unit_of
 from codegen.logs.description import LogDescription
 from codegen.logs.log import Finding
-from codegen.logs.proposed_columns import lines_of, proposed_columns, reasons
 from codegen.logs.source import LogFile, listing
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
-from codegen.spec.column_unit import is_brought, stated_unit, unit_behind, unit_of
 from codegen.spec.model import Spec
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
 

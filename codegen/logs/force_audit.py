@@ -17,11 +17,11 @@ import casadi
 import numpy as np
 
 from codegen.base.errors import Place
+from codegen.logs.column_names import is_brought
 from codegen.logs.log import Array, Finding, Flags, Log
 from codegen.logs.motion import Motion, low_pass, measured_motion
 from codegen.mechanics import System, build_system
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
-from codegen.spec.column_unit import is_brought
 from codegen.spec.model import Spec
 from codegen.spec.units import si_factor
 

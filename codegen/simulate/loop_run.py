@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.files import write_atomically
-from codegen.spec.column_unit import factor_in_name
+from codegen.logs.column_names import factor_in_name
 from codegen.spec.model import Spec
 
 Array = NDArray[np.float64]

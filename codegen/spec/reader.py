@@ -10,7 +10,6 @@ from typing import Any, ParamSpec, TypeVar
 
 from codegen.base.errors import BadInput, Faults, Place, refuse_unknown
 from codegen.base.input_files import read_text
-from codegen.spec.cancellation_section import read_cancellation
 from codegen.spec.expression import exact_number
 from codegen.spec.model import (
     CodeChoice,
@@ -24,7 +23,7 @@ from codegen.spec.model import (
 )
 from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
-from codegen.spec.observer_section import read_observer
+from codegen.spec.observer_section import read_cancellation, read_observer
 from codegen.spec.printed import printed
 from codegen.spec.quantity import read_numbers, read_quantity, read_share
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.logs import read_log
-from codegen.spec.column_unit import is_brought
+from codegen.logs.column_names import is_brought
 from tests.diagnosis.stage import stage
 
 TIME = np.arange(3000) * 2e-3
