@@ -96,7 +96,7 @@ UNITS: Mapping[str, SiUnit] = {
 def si_unit(text: str) -> SiUnit | None:
     """The unit that a text as ``unit_text.spelled`` gives it is, or None where pint is to say.
 
-    Products and quotients of ``UNITS``, read by Python's own parser; each factor may have a power of one digit.
+    Products and quotients of ``UNITS``, read by Python's own parser; each unit may have a power of one digit.
     """
     try:
         return _product(ast.parse(text.strip().replace("^", "**"), mode="eval").body)
@@ -114,10 +114,10 @@ def _product(node: ast.expr) -> SiUnit:
             return _product(left) * _product(right)
         case ast.BinOp(left=left, op=ast.Div(), right=right):
             return _product(left) * _product(right) ** -1
-        case ast.BinOp(left=left, op=ast.Pow(), right=ast.UnaryOp(op=ast.USub(), operand=right)):
-            return _product(left) ** -_power(right)
-        case ast.BinOp(left=left, op=ast.Pow(), right=right):
-            return _product(left) ** _power(right)
+        case ast.BinOp(left=ast.Name(id=name), op=ast.Pow(), right=ast.UnaryOp(op=ast.USub(), operand=right)):
+            return UNITS[name] ** -_power(right)
+        case ast.BinOp(left=ast.Name(id=name), op=ast.Pow(), right=right):
+            return UNITS[name] ** _power(right)
     raise ValueError
 
 
