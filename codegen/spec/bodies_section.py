@@ -40,9 +40,8 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
         text = getattr(section, direction)
         if text is None:
             continue
-        expression = parse_expression(text, units.place(f"{key}.{direction}"))
-        positions[direction] = expression.symbolic(position)
-        units.check(expression, units.of_direction(direction), f"position {direction} of {name}")
+        of, what = units.of_direction(direction), f"position {direction} of {name}"
+        positions[direction] = units.read(text, f"{key}.{direction}", position, of, what)
     if not positions:
         expected = f"one or more of {', '.join(DIRECTIONS)}"
         raise BadInput(units.place(key), f"body {name} without a position", expected, code="SPEC003")
@@ -54,18 +53,14 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
     ):
         text = getattr(section, quantity)
         if (text is not None) != needed:
-            found = (
-                f"body {name} with {why} but without {quantity}"
-                if needed
-                else f"body {name} with {quantity} but without {why}"
-            )
+            there, absent = (why, quantity) if needed else (quantity, why)
+            found = f"body {name} with {there} but without {absent}"
             expected = f"both {quantity} and {why}, or neither"
             raise BadInput(units.place(f"{key}.{quantity}"), found, expected, code="SPEC003")
         weights[quantity] = sympy.S.Zero
         if text is not None:
-            expression = parse_expression(text, units.place(f"{key}.{quantity}"))
-            weights[quantity] = expression.symbolic(constant)
-            units.check(expression, units.of_weight("angle" if quantity == "inertia" else "x"), f"{quantity} of {name}")
+            of = units.of_weight("angle" if quantity == "inertia" else "x")
+            weights[quantity] = units.read(text, f"{key}.{quantity}", constant, of, f"{quantity} of {name}")
     return Body(name, weights["mass"], weights["inertia"], positions)
 
 

@@ -204,9 +204,7 @@ class _MotionReading:
     def _energy(self, name: str, terms: list[str], names: Symbols, units: Units) -> sympy.Expr:
         total: sympy.Expr = sympy.S.Zero
         for k, text in enumerate(terms):
-            term = parse_expression(text, self.place(f"lagrangian.{name}[{k}]"))
-            total += term.symbolic(names)
-            units.check(term, units.energy, f"{name} energy")
+            total += units.read(text, f"lagrangian.{name}[{k}]", names, units.energy, f"{name} energy")
         return total
 
     def _matrix(self, key: str, rows: list[list[str]], shape: tuple[int, int], column: bool = False) -> Rows:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import sympy
+
 from codegen.base.errors import Place
-from codegen.spec.expression import Expression
+from codegen.spec.expression import Expression, parse_expression
 from codegen.spec.model import Coordinate, Input
 from codegen.spec.motion import Body, position_name, rate_name
 from codegen.spec.schema import SpecDocument
@@ -83,6 +85,15 @@ class Units:
         if found is not None and found != wanted:
             words = f"{what} `{expression.text}` in {describe(found)}"
             raise UnitMismatch(expression.place, words, describe(wanted), found / wanted)
+
+    def read(
+        self, text: str, key: str, symbols: Mapping[str, sympy.Symbol], wanted: Dimension, what: str
+    ) -> sympy.Expr:
+        """The expression at a key over some symbols, which must be of the dimension ``wanted``."""
+        expression = parse_expression(text, self.place(key))
+        value = expression.symbolic(symbols)
+        self.check(expression, wanted, what)
+        return value
 
     def check_terms(self, expression: Expression, names: Mapping[str, Dimension]) -> None:
         """Raise BadInput where terms of different dimension are added."""
