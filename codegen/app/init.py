@@ -56,9 +56,8 @@ def init(
         raise BadInput(str(target), "the file exists already", "another name, or another folder", code="FILE004")
     robot = source is not None and Path(source).suffix.lower() in ENDINGS
     if log is not None and not robot:
-        raise BadInput(
-            "--log", "a log without a robot file", f"a robot file ending in {' or '.join(ENDINGS)}", code="CALL002"
-        )
+        expected = f"a robot file ending in {' or '.join(ENDINGS)}"
+        raise BadInput("--log", "a log without a robot file", expected, code="CALL002")
     if source is None:
         files = {target.name: render("text/new_spec.j2", name=name)}
         parse_spec(files[target.name], target)
@@ -95,19 +94,11 @@ def _of_spec(name: str, path: Path) -> dict[str, str]:
     if spec.robot is not None:
         robot = path.parent / spec.robot[0]
         if robot.name != spec.robot[0]:
-            raise BadInput(
-                spec.place("urdf"),
-                f"`{spec.robot[0]}`, in another folder",
-                "a robot file in the folder of the spec",
-                code="FILE001",
-            )
+            found, expected = f"`{spec.robot[0]}`, in another folder", "a robot file in the folder of the spec"
+            raise BadInput(spec.place("urdf"), found, expected, code="FILE001")
         if robot.name in files:
-            raise BadInput(
-                spec.place("urdf"),
-                f"`{robot.name}`, which the new spec would be called too",
-                "another NAME",
-                code="FILE004",
-            )
+            found = f"`{robot.name}`, which the new spec would be called too"
+            raise BadInput(spec.place("urdf"), found, "another NAME", code="FILE004")
         files[robot.name] = read_text(robot, "a robot description (URDF)", LARGEST)
     return files
 

@@ -128,9 +128,8 @@ def watch(
     samples = None
     if given is None and is_recorded(log):
         if follow:
-            raise BadInput(
-                "--follow", f"{log}, which is no text", "a CSV file, whose rows are appended", code="CALL002"
-            )
+            found, expected = f"{log}, which is no text", "a CSV file, whose rows are appended"
+            raise BadInput("--follow", found, expected, code="CALL002")
         samples = Samples(spec, program, period, Path(log), None, columns, engine.holds)
         blocks = stop.until_asked(samples.whole(None))
     else:

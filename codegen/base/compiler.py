@@ -55,9 +55,8 @@ def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
     """
     compiler = find_compiler()
     if compiler is None:
-        raise BadInput(
-            "the C compiler", "none on the path", "cc, gcc or clang (Debian: apt install gcc), or CC", code="TOOL001"
-        )
+        expected = "cc, gcc or clang (Debian: apt install gcc), or CC"
+        raise BadInput("the C compiler", "none on the path", expected, code="TOOL001")
     with private_folder() as folder:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8")

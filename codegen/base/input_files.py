@@ -45,19 +45,16 @@ def opened(path: Path, expected: str, largest: int, named_at: Place | None = Non
     except (FileNotFoundError, NotADirectoryError):
         raise BadInput(place, f"{what}no such file", expected, code="FILE001") from None
     except OSError as error:
-        special = _special(path)
-        raise BadInput(
-            place, f"{what}{special or f'unreadable ({error.strerror})'}", expected, code="FILE001"
-        ) from None
+        fault = _special(path) or f"unreadable ({error.strerror})"
+        raise BadInput(place, f"{what}{fault}", expected, code="FILE001") from None
     try:
         found = os.fstat(handle)
         fault = _kind(found.st_mode)
         if fault is not None:
             raise BadInput(place, f"{what}{fault}", expected, code="FILE001")
         if found.st_size > largest:
-            raise BadInput(
-                place, f"{what}{found.st_size} bytes", f"{expected} of at most {largest} bytes", code="FILE002"
-            )
+            most = f"{expected} of at most {largest} bytes"
+            raise BadInput(place, f"{what}{found.st_size} bytes", most, code="FILE002")
         return os.fdopen(handle, "rb")
     except OSError as error:
         os.close(handle)
@@ -76,12 +73,8 @@ def read_bytes(path: Path, expected: str, largest: int, named_at: Place | None =
         except OSError as error:
             raise BadInput(place, f"unreadable ({error.strerror})", expected, code="FILE001") from None
     if data is None or len(data) > largest:  # a file that grows, or has no size, as those of /proc
-        raise BadInput(
-            place,
-            "a file that grows while it is read, or states no size",
-            f"{expected} of at most {largest} bytes",
-            code="FILE002",
-        )
+        found = "a file that grows while it is read, or states no size"
+        raise BadInput(place, found, f"{expected} of at most {largest} bytes", code="FILE002")
     return data
 
 

@@ -135,12 +135,9 @@ def refuse_replaceable(folder: Path) -> None:
         alone = found.st_gid == 0 or (found.st_gid == os.getgid() == os.getuid())  # a group of one member
         shared = found.st_mode & stat.S_IWOTH or (found.st_mode & stat.S_IWGRP and not alone)
         if found.st_uid not in (0, os.getuid(), UNKNOWN_USER) or (shared and not found.st_mode & stat.S_ISVTX):
-            raise BadInput(
-                str(step),
-                "a folder in which other users may rename files, so compiled code in it could be replaced",
-                "a temporary directory such as /tmp with its sticky bit, or TMPDIR set to a folder of your own",
-                code="FILE007",
-            )
+            found_there = "a folder in which other users may rename files, so compiled code in it could be replaced"
+            expected = "a temporary directory such as /tmp with its sticky bit, or TMPDIR set to a folder of your own"
+            raise BadInput(str(step), found_there, expected, code="FILE007")
 
 
 def _new_name(head: str, random: str = "") -> str:

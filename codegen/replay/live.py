@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE, IncrementalDecoder, getincrementaldecoder
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE, getincrementaldecoder
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from time import sleep
 from typing import TypeVar
@@ -103,26 +104,18 @@ class Stop:
 
 def _in_utf8(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[bytes]:
     """The pieces as they are, or in UTF-8 where they begin with the mark of UTF-16, which is then said."""
-    head, decoder = b"", None
-    for piece in given:
-        if len(head) < len(BOM_UTF16_LE):
-            head += piece
-            if len(head) < len(BOM_UTF16_LE):
-                continue
-            piece = head
-            if head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-                decoder = getincrementaldecoder("utf-16")()
-                said.append("the file is in UTF-16")
-        yield piece if decoder is None else _decoded(decoder, piece, False, file)
-    if decoder is not None:
-        yield _decoded(decoder, b"", True, file)
-    elif len(head) < len(BOM_UTF16_LE):
-        yield head
-
-
-def _decoded(decoder: IncrementalDecoder, piece: bytes, final: bool, file: str) -> bytes:
+    head = b""
+    while len(head) < len(BOM_UTF16_LE) and (piece := next(given, None)) is not None:
+        head += piece
+    if not head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        yield from chain([head], given)
+        return
+    said.append("the file is in UTF-16")
+    decoder = getincrementaldecoder("utf-16")()
     try:
-        return decoder.decode(piece, final).encode("utf-8")
+        for piece in chain([head], given):
+            yield decoder.decode(piece).encode("utf-8")
+        yield decoder.decode(b"", True).encode("utf-8")
     except UnicodeError:  # half a letter at the end, or half of a pair
         raise BadInput(file, "bytes that are not text in UTF-16, as their mark says", EXPECTED, code="LOG001") from None
 

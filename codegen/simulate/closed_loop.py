@@ -51,12 +51,8 @@ def simulate(
     """
     simulation = spec.simulation
     if simulation is None:
-        raise BadInput(
-            spec.place("simulation"),
-            "no simulation section",
-            "`simulation:` with duration, sample_time and inputs",
-            code="SPEC029",
-        )
+        expected = "`simulation:` with duration, sample_time and inputs"
+        raise BadInput(spec.place("simulation"), "no simulation section", expected, code="SPEC029")
     refuse_unsimulable(spec, system)
     samples = round(simulation.duration / simulation.sample_time)
     controller = declared_controller(spec, simulation, samples)
