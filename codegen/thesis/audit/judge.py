@@ -34,12 +34,11 @@ Condition = tuple[Any, bool]
 
 def run_audit(claims: Sequence[Claim] | None = None, progress: Callable[[float], None] | None = None) -> list[Finding]:
     """Judge all shipped claims, or the given ones."""
-    chosen = read_claims() if claims is None else claims
+    chosen, tell = read_claims() if claims is None else claims, progress or (lambda share: None)
     findings = []
-    for done, claim in enumerate(chosen, start=1):
+    for claim in chosen:
         findings.append(judge(claim))
-        if progress is not None:
-            progress(done / len(chosen))
+        tell(len(findings) / len(chosen))
     return findings
 
 

@@ -75,11 +75,11 @@ def run_gallery(
     # The slow ones first, so that none is left alone at the end.
     order = sorted(numbers, key=lambda n: -PLOTS[n].cost)
     found: dict[str, GalleryResult] = {}
-    count = workers or os.cpu_count() or 1
+    count, tell = workers or os.cpu_count() or 1, progress or (lambda share: None)
     if count == 1 or len(order) == 1:
         for number in sorted(order, key=lambda n: PLOTS[n].pid_of in order):
             found[number] = make_figure(number, _pid_of(number, found))
-            _tell(progress, len(found) / len(order))
+            tell(len(found) / len(order))
     else:
         with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
             waiting = {pool.submit(make_figure, n): n for n in order if PLOTS[n].pid_of not in order}
@@ -90,7 +90,7 @@ def run_gallery(
                     waiting |= {
                         pool.submit(make_figure, n, found[number].pid): n for n in order if PLOTS[n].pid_of == number
                     }
-                    _tell(progress, len(found) / len(order))
+                    tell(len(found) / len(order))
     return tuple(found[number] for number in numbers)
 
 
@@ -125,11 +125,6 @@ def figure_specs(text: FigureText) -> tuple[Spec, ...]:
     """The shipped specs of a figure."""
     folder = resource_folder("specs") / FOLDER
     return tuple(read_spec(folder / f"{name}.yaml") for name in text.entry.specs)
-
-
-def _tell(progress: Callable[[float], None] | None, share: float) -> None:
-    if progress is not None:
-        progress(share)
 
 
 PLOTS: dict[str, Plot] = {
