@@ -108,19 +108,15 @@ class ForceCriterion:
     search: Search
     fit: Fit
 
-    @property
-    def system(self) -> System:
-        return self.fit.model
-
     @cached_property
     def residual(self) -> Array:
         """(N, n) with the friction levels of the fit."""
-        return inverse_dynamics_residual(self.system, self.search.motion)
+        return inverse_dynamics_residual(self.fit.model, self.search.motion)
 
     @cached_property
     def without_levels(self) -> Array:
         """(N, n) less what friction levels explain."""
-        return residual_without_levels(self.search.problem, self.system)
+        return residual_without_levels(self.search.problem, self.fit.model)
 
     def over(self, other: ForceCriterion) -> ForceGain:
         """The gain of this fit over another by force residual."""

@@ -263,7 +263,7 @@ def _swapped(
     Where the first round names rivals of the first effect, there are no others.
     """
     tied: dict[int, list[Ranked]] = {}
-    parts = current.trial.parts
+    parts, here = current.trial.parts, ForceCriterion(search, current)
     for k in range(len(parts)):
         others = _others(search, parts, k, first)
         if not others:
@@ -275,9 +275,10 @@ def _swapped(
         if good and good[0].cost < current.cost - BETTER:
             return search.fitted_again(good[0]), {}
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
-        same = [f for f in own if _ties(search, f, current)]
+        same = [f for f in own if not runs_prefer(search, current, f)]
         if k or rivals is None:
-            tied[k] = [_ranked(f, without) for f in same if not _preferred_by_force(search, current, f)]
+            alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f)))
+            tied[k] = [_ranked(f, without) for f in alike]
         else:
             tied[k] = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]
     return None, {k: found for k, found in tied.items() if found}
@@ -312,11 +313,6 @@ def _ranked(found: Fit, without: Fit) -> Ranked:
     return Ranked(found, evidence_of(without, found), ratio, float("nan"), "")
 
 
-def _preferred_by_force(search: Search, current: Fit, other: Fit) -> bool:
-    """Whether the force residual tells the current fit from one with another effect in its place."""
-    return force_prefers(ForceCriterion(search, current), ForceCriterion(search, other))
-
-
 def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranked]) -> list[Part]:
     """Possible replacements of effect ``k``; the last effect was chosen with the others already included."""
     rest = [p for j, p in enumerate(parts) if j != k]
@@ -325,10 +321,6 @@ def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranke
     same = {(parts[k].kind, parts[k].on), *parts[k].effect.twins(search.system, parts[k].place)}
     possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]
     return [p for p in possible if kinds_of(p.kind) & alike or (p.kind, p.on) in best]
-
-
-def _ties(search: Search, found: Fit, current: Fit) -> bool:
-    return not runs_prefer(search, current, found)
 
 
 def _same(one: Part, other: Part) -> bool:

@@ -371,10 +371,10 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     free-run error or force residual.
     """
     motion = before.search.motion
-    acting = drive_share(after.system, before.system, motion)
+    acting = drive_share(after.fit.model, before.fit.model, motion)
     if acting < LEAST_DRIVE:
         return f"leaves {100 * acting:.2g} % of the drive force: a machine that moves needs more"
-    left, had = drive_left(after.system, motion), drive_left(before.system, motion)
+    left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)
     proportion = float(np.min(left / had))
     if proportion >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * proportion**2:
         return ""

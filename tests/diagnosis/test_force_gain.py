@@ -193,7 +193,7 @@ def test_friction_that_follows_the_drive_must_remove_more_than_in_proportion(
     trial = base.runner.trial.with_part(part_of(CATALOGUE["input_gain"], 0, search.system))
     weak = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, np.log(0.94)))
     before, after = ForceCriterion(search, base), ForceCriterion(search, weak)
-    assert drive_left(after.system, search.motion) == pytest.approx([0.94], abs=1e-3)
+    assert drive_left(after.fit.model, search.motion) == pytest.approx([0.94], abs=1e-3)
     assert after.over(before).left > 0.95
     assert bool(only_reduces_drive(before, after, Evidence(1.0, share, 3.0, 8, 8))) is not passes
 

@@ -149,8 +149,8 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "")
     monkeypatch.setattr(forward_selection, "contradicted_by_force", lambda *_: "")
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [gain.part] if k else [])
-    monkeypatch.setattr(forward_selection, "_ties", lambda search, found, current: True)
-    monkeypatch.setattr(forward_selection, "_preferred_by_force", lambda search, current, found: False)
+    monkeypatch.setattr(forward_selection, "runs_prefer", lambda *_: False)
+    monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
     monkeypatch.setattr(forward_selection, "_ranked", lambda found, without: found)
     monkeypatch.setattr(forward_selection, "_put_first", put_first)
     search: Any = SimpleNamespace(without=lambda current, k: current)
@@ -158,7 +158,7 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     current.cost = gain.cost = 5.0
     assert forward_selection._reconsidered(search, current, [], []) == ("reordered", [gain])
     assert moves == [1]
-    monkeypatch.setattr(forward_selection, "_preferred_by_force", lambda search, current, found: True)
+    monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: True)
     assert forward_selection._reconsidered(search, current, [], []) == (current, [])
 
 
