@@ -86,9 +86,8 @@ def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[
     if noise_ratio(base) > NEAR:
         near = search.on_shorter(SHORTEST)
         base, final = near.on_another_record(base), near.on_another_record(final)
-    for effect, i in candidates(search.system):
-        if not isinstance(effect, CoggingHarmonics):
-            continue
+    forms = {i: effect for effect, i in candidates(search.system) if isinstance(effect, CoggingHarmonics)}
+    for i, effect in forms.items():  # a user's own form in place of the shipped one
         on = search.system.positions[i].name
         rest = [k for k, p in enumerate(final.trial.parts) if not _is_sine(p, on, effect)]
         periods = sorted(_periods(search, outcome, problem, i, effect))
