@@ -291,13 +291,12 @@ def _tidy(expression: Any, slips: Mapping[Any, sympy.Symbol], signs: tuple[sympy
 
 def _speeds_as_slips(expression: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
     """Replace |u| by s·u for slips, whose sign is constant between reversals; terms of neighbouring samples cancel."""
-    return expression.replace(
-        Magnitude, lambda u: _sign(sympy.expand(u), slips) * u if _is_slip(u, slips) else Magnitude(u)
-    )
 
+    def speed(u: Any) -> Any:
+        sign = _sign(sympy.expand(u), slips)
+        return Magnitude(u) if sign.has(Sgn) else sign * u
 
-def _is_slip(u: Any, slips: Mapping[Any, sympy.Symbol]) -> bool:
-    return sympy.expand(u) in slips or sympy.expand(-u) in slips
+    return expression.replace(Magnitude, speed)
 
 
 def _sign(u: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:

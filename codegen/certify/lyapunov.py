@@ -80,13 +80,15 @@ def common_lyapunov(
     return (p + p.T) / 2, found[1]
 
 
-def fastest(matrices: Sequence[Array], h: float, limit: float, near: float = NEAR) -> tuple[Array, float] | None:
+def fastest(matrices: Sequence[Array], h: float, near: float = NEAR) -> tuple[Array, float] | None:
     """As ``common_lyapunov``, for families of very many matrices; α is 0.1 % less than P shows.
 
     Args:
-        limit: of ``decay_rate_limit``.
         near: as in ``climbed``.
     """
+    limit = decay_rate_limit(matrices, h)
+    if limit <= 0:
+        return None
     if len(matrices) > MOST:
         return _bisected(matrices, h, limit)
     first = slower_until(lambda alpha: common_at([(matrices, alpha)], h), limit)

@@ -56,10 +56,6 @@ class Region:
     rate: float
     splits: Mapping[sympy.Symbol, list[Any]] = field(default_factory=dict)
 
-    def least_states(self, along: AlongFriction) -> list[Any]:
-        """Of |f| of each contact."""
-        return [self.family.variables[axis.state][0] for axis in along.axes]
-
 
 class RegionSearch:
     """Looks for the boxes."""
@@ -79,17 +75,14 @@ class RegionSearch:
             return []
         found, states, slips = [], *sliding
         self.sliding = states
-        box = self._box(states, slips)
-        family, stack = self._family(box)
-        limit = decay_rate_limit(stack, self.h)
-        best = fastest(stack, self.h, limit)
+        family, stack = self._family(self._box(states, slips))
+        best = fastest(stack, self.h)
         if best is None:
             return []
         if any(axis.largest_rate is None for axis in self.along.axes):
             self._bound_acceleration(states, slips, best[1])
             family, stack = self._family(self._box(states, slips))
-            limit = decay_rate_limit(stack, self.h)
-            best = fastest(stack, self.h, limit) or best
+            best = fastest(stack, self.h) or best
         found.append(self._split("sliding", family) or Region("sliding", family, *best))
         found += self._presliding(states)
         return found + self._through_zero(family, stack, best[1])
@@ -164,7 +157,8 @@ class RegionSearch:
         for directions in (DIRECTIONS[:1], DIRECTIONS[2:]):
             for upper in (tops, below):
                 found = [region for ends in directions if (region := self._away(upper, *ends)) is not None]
-                if found and all(region.least_states(self.along) < sliding for region in found):
+                leasts = [[r.family.variables[axis.state][0] for axis in self.along.axes] for r in found]
+                if found and all(least < sliding for least in leasts):
                     return found
         return []
 
@@ -187,8 +181,7 @@ class RegionSearch:
         share = least + (1 - least) / 4
         t = _bisected(lambda t: holds(share, t), slow, 1.0, geometric=True) if holds(share, slow) else slow
         family, stack = self._family(box(share, t))
-        limit = decay_rate_limit(stack, self.h)
-        best = fastest(stack, self.h, limit, near=centre.NEAR) if limit > 0 else None  # few digits must do for its P
+        best = fastest(stack, self.h, near=centre.NEAR)  # few digits must do for its P
         return None if best is None else Region("presliding", family, *best)
 
     def _through_zero(self, sliding: Family, stack: list[Array], rate: float) -> list[Region]:
@@ -241,15 +234,15 @@ class RegionSearch:
             if v in (axis.state, axis.slip)
         }
         stack = self._enclosures[id(family.matrix)].vertices({**ends, **cell} for cell in cells_of(breaks))
-        best = fastest(stack, self.h, decay_rate_limit(stack, self.h), near=NEAR)
+        best = fastest(stack, self.h, near=NEAR)
         exact = {v: [sympy.Rational(x.numerator, x.denominator) for x in points] for v, points in breaks.items()}
         return None if best is None else Region(kind, family, *best, exact)
 
     def _limit(self, box: Box) -> float:
         return decay_rate_limit(self._family(box)[1], self.h)
 
-    def _holds(self, states: list[Any], slips: tuple[float, float], rate: float, w: float | None = None) -> bool:
-        stack = self._family(self._box(states, slips, w))[1]
+    def _holds(self, states: list[Any], slips: tuple[float, float], rate: float) -> bool:
+        stack = self._family(self._box(states, slips))[1]
         return rate > 0 and decay_rate_limit(stack, self.h) > rate and common_at([(stack, rate)], self.h) is not None
 
 

@@ -35,7 +35,7 @@ def normed(p: Any) -> Any:
 @pytest.mark.parametrize("search", ["common_lyapunov", "fastest"])
 def test_another_rounding_gives_the_same_p_and_rate(search: str, h: float) -> None:
     def found(matrices: list[Any]) -> tuple[Any, float]:
-        result = common_lyapunov(matrices, h) if search == "common_lyapunov" else fastest(matrices, h, 3.0)
+        result = common_lyapunov(matrices, h) if search == "common_lyapunov" else fastest(matrices, h)
         assert result is not None
         return result
 
@@ -61,7 +61,7 @@ def test_a_p_for_two_rates_is_the_same_too() -> None:
 def test_the_rate_is_within_half_a_percent_of_the_best(search: str) -> None:
     """Half a percent above it no P falls everywhere, by a problem of CVXPY's; just below it one does."""
     h, matrices = 1e-3, family(1e-3)
-    found = common_lyapunov(matrices, h) if search == "common_lyapunov" else fastest(matrices, h, 3.0)
+    found = common_lyapunov(matrices, h) if search == "common_lyapunov" else fastest(matrices, h)
     assert found is not None
     p, fall = cvxpy.Variable((3, 3), symmetric=True), cvxpy.Variable()
     falls = {}

@@ -52,6 +52,11 @@ class Settings:
             gains[:, self.symbols.index(s)] = weight * values
         return Settings(self.symbols, gains, period)
 
+    def numbers(self, axis: GainAxis) -> Array:
+        """The number of an axis in every set."""
+        s, weight = next(iter(axis.weights.items()))
+        return np.asarray(self.gains[:, self.symbols.index(s)] / weight)
+
     def rows(self, index: Any) -> Settings:
         """Some of the sets."""
         return Settings(self.symbols, self.gains[index], self.sample_time[index])

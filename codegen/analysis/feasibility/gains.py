@@ -167,7 +167,7 @@ def judge(family: Family, noise: NoiseModel, settings: Settings, axes: Sequence[
     radius = float(family.worst("sampled", settings, True)[0])
     h = float(settings.sample_time[0])
     failure = explain_failure(family, settings)
-    numbers = {a.name: float(_number(settings, a)) for a in axes}
+    numbers = {a.name: float(settings.numbers(a)[0]) for a in axes}
     rms = noise.exact_rms(settings) if radius < 1 else None
     return GainSet(
         numbers=numbers,
@@ -201,11 +201,6 @@ def _margins(
         found.append(margin(family, "all gains", together))
     h = float(settings.sample_time[0])
     return (*found, margin(family, "sample time", lambda f: settings.along(period, h * f)))
-
-
-def _number(settings: Settings, axis: GainAxis) -> float:
-    s, weight = next(iter(axis.weights.items()))
-    return float(settings.gains[0, settings.symbols.index(s)] / weight)
 
 
 def _noise_of(noise: NoiseModel, region: GainMap) -> Array:

@@ -150,11 +150,7 @@ class NoiseModel:
 
     def share(self, settings: Settings) -> Array:
         """Largest noise RMS over friction level, over points and outputs with friction, one a set."""
-        return self.largest_share(self.rms(settings))
-
-    def largest_share(self, rms: Array) -> Array:
-        """The largest of RMS (… by points by outputs) over level."""
-        found: Array = self.shares(rms).max(axis=-1)
+        found: Array = self.shares(self.rms(settings)).max(axis=-1)
         return found
 
     def shares(self, rms: Array) -> Array:

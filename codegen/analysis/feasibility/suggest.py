@@ -107,12 +107,8 @@ def wide_margin(family: Family, base: Settings, axes: Sequence[GainAxis]) -> NDA
 
 def _scaled(base: Settings, axes: Sequence[GainAxis]) -> list[Settings]:
     """The sets with one axis multiplied or divided by ``GAIN_FACTOR``, for each axis."""
-    moved = []
-    for axis in axes:
-        s, weight = next(iter(axis.weights.items()))
-        values = base.gains[:, base.symbols.index(s)] / weight
-        moved += [base.along(axis, factor * values) for factor in (GAIN_FACTOR, 1 / GAIN_FACTOR)]
-    return moved
+    factors = (GAIN_FACTOR, 1 / GAIN_FACTOR)
+    return [base.along(axis, factor * base.numbers(axis)) for axis in axes for factor in factors]
 
 
 def _first(count: int, generator: np.random.Generator) -> Array:
