@@ -39,11 +39,17 @@ def half(size: int) -> tuple[Array, Array]:
     return pick, spread
 
 
-def fall(a: Array, h: float, alpha: float) -> Array:
-    """The map vec P → vec −(A'P + PA + hA'PA + 2αP), m² by m²."""
-    unit = np.eye(len(a))
-    now = np.kron(a.T, unit) + np.kron(unit, a.T) + h * np.kron(a.T, a.T)
-    return np.asarray(-(now + 2 * alpha * np.eye(len(now))))
+def falls(stack: Array, h: float, alpha: float, spread: Array) -> Array:
+    """−(A'P + PA + hA'PA + 2αP) as a linear map of the entries x of P: vec P = spread x; N by m by m by entries.
+
+    Args:
+        stack: the A, N by m by m.
+    """
+    size = stack.shape[1]
+    basis = spread.T.reshape(-1, size, size)
+    left = stack.transpose(0, 2, 1)[:, None] @ basis
+    blocks = left + left.transpose(0, 1, 3, 2) + h * left @ stack[:, None] + 2 * alpha * basis
+    return np.asarray(-blocks.transpose(0, 2, 3, 1))
 
 
 def slower_until(holds: Callable[[float], Array | None], limit: float) -> tuple[Array, float] | None:
@@ -113,18 +119,18 @@ def centred(groups: Sequence[Group], h: float, start: Array, where: Pattern | No
     rows, columns = np.tril_indices(size)
     free = np.ones(len(rows), dtype=bool) if where is None else np.asarray(where, dtype=bool)[rows, columns]
     spread = half(size)[1][:, free]
-    maps = np.array([fall(a, h, alpha) @ spread for stack, alpha in groups for a in stack] + [spread])
-    blocks = maps.reshape(len(maps), size, size, -1)
+    of_groups = [falls(np.asarray(stack), h, alpha, spread) for stack, alpha in groups]
+    blocks = np.concatenate([*of_groups, spread.reshape(1, size, size, -1)])
     trace = spread.T @ np.eye(size).ravel()
     x = start[rows, columns][free]
-    x = x * (len(maps) * size / (trace @ x))  # its trace at the minimum
+    x = x * (len(blocks) * size / (trace @ x))  # its trace at the minimum
     at = _barrier(blocks @ x)
     if at is None:
         return None
     further, (height, inverses) = 0, at
     for _ in range(STEPS):
         slope = trace - np.tensordot(inverses, blocks, axes=([0, 1, 2], [0, 1, 2]))
-        turned = (inverses @ blocks.reshape(len(maps), size, -1)).reshape(blocks.shape)
+        turned = (inverses @ blocks.reshape(len(blocks), size, -1)).reshape(blocks.shape)
         bend = np.tensordot(turned, turned.transpose(0, 2, 1, 3), axes=([0, 1, 2], [0, 1, 2]))
         step = -np.linalg.solve(bend, slope)
         left = float(-slope @ step)

@@ -25,6 +25,7 @@ from codegen.certify.levels import levels_of, over_levels
 from codegen.certify.lyapunov import common_at, common_lyapunov, decay_rate_limit, shown_rates
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
+from codegen.mechanics.computed import ComputedEntry
 from codegen.observers import build_observer
 from codegen.observers.velocity import INTEGRATIONS
 from codegen.spec.model import Spec
@@ -56,8 +57,8 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
     assert spec.observer is not None
     found: dict[str, float] = {}
     system = own.dynamics.observer.system
-    if beyond_checker(own.dynamics.observer):
-        return found
+    if beyond_checker(own.dynamics.observer) or system.mass_matrix.has(ComputedEntry):
+        return found  # no A that a certificate can state
     regions = outcome.regions if isinstance(outcome, Refusal) else None
     sliding = None if regions is None else regions.proofs.get("sliding.json")
     content = outcome.content if isinstance(outcome, Certificate) else {"variables": {}}
