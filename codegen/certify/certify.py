@@ -22,7 +22,7 @@ from codegen.base.text import render
 from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
-from codegen.certify.levels import SHARES, about_declared, over_levels
+from codegen.certify.levels import SHARES, about_declared
 from codegen.certify.lyapunov import common_lyapunov, extreme, gentle
 from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.refute import rational_matrix, refute, slowest_point, unstable_point
@@ -88,8 +88,7 @@ def certify(
     found = _certified(analysis, stated, further, places)
     if isinstance(found, Certificate) and analysis.dynamics.observer.declared_levels:
         for share in SHARES:
-            wider = over_levels(analysis, about_declared(analysis, share))
-            if isinstance(over := _certified(wider, stated, further, places), Certificate):
+            if isinstance(over := _certified(about_declared(analysis, share), stated, further, places), Certificate):
                 return over
     return found
 

@@ -16,26 +16,32 @@ import sympy
 
 from codegen.analysis.analysis import Analysis
 
-Ranges = Mapping[sympy.Symbol, tuple[Any, Any]]
 SHARES = (sympy.Rational(1, 5), sympy.Rational(1, 10), sympy.Rational(1, 20))
 """Of the declared level, above and below it: the largest is taken for which a V is found."""
 
 
-def about_declared(analysis: Analysis, share: Any) -> dict[sympy.Symbol, tuple[Any, Any]]:
-    """True level → (low, high), a share of the declared one to both sides; those with a range of their own excepted."""
+def about_declared(analysis: Analysis, share: Any) -> Analysis:
+    """The true levels over a share of the declared ones to both sides; those with a range of their own excepted."""
+    assumed = analysis.dynamics.observer.assumed
+    ranges = {
+        a: (assumed[a] - abs(assumed[a]) * share, assumed[a] + abs(assumed[a]) * share) for a in _levels(analysis)
+    }
+    return _over(analysis, ranges)
+
+
+def levels_of(analysis: Analysis, content: Mapping[str, Any]) -> Analysis:
+    """The declared levels over the ranges that a certificate of the same observer has for them."""
+    variables = content["variables"]
+    found = {a: variables[a.name] for a in _levels(analysis) if a.name in variables}
+    return _over(analysis, {a: (sympy.Rational(low), sympy.Rational(high)) for a, (low, high) in found.items()})
+
+
+def _levels(analysis: Analysis) -> list[sympy.Symbol]:
     observer = analysis.dynamics.observer
-    declared = {e.truth: observer.assumed[e.truth] for e in observer.errors if e.truth in observer.assumed}
-    return {a: (value - abs(value) * share, value + abs(value) * share) for a, value in declared.items()}
+    return [e.truth for e in observer.errors if e.truth in observer.assumed]
 
 
-def levels_of(analysis: Analysis, content: Mapping[str, Any]) -> dict[sympy.Symbol, tuple[Any, Any]]:
-    """Declared level → the range that a certificate of the same observer has for it, exact."""
-    variables, observer = content["variables"], analysis.dynamics.observer
-    found = [e.truth for e in observer.errors if e.truth in observer.assumed and e.truth.name in variables]
-    return {a: (sympy.Rational(variables[a.name][0]), sympy.Rational(variables[a.name][1])) for a in found}
-
-
-def over_levels(analysis: Analysis, ranges: Ranges) -> Analysis:
+def _over(analysis: Analysis, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> Analysis:
     """The analysis with these true levels as variables of its matrices; its points keep the declared ones."""
     if not ranges:
         return analysis

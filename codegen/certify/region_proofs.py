@@ -22,7 +22,7 @@ from codegen.certify import REGION_PROOFS
 from codegen.certify.along_friction import AlongFriction, along_friction, envelope_along
 from codegen.certify.content import Found, Frame, lines, one_line, proved_alike, turn_cost
 from codegen.certify.family import Family, NotEnclosable
-from codegen.certify.levels import SHARES, about_declared, over_levels
+from codegen.certify.levels import SHARES, about_declared
 from codegen.certify.lyapunov import decay_rate_limit
 from codegen.certify.refute import Slowest, refute
 from codegen.certify.regions import Region, RegionSearch
@@ -88,8 +88,7 @@ def find_regions(analysis: Analysis, stated: Frame) -> Regions | None:
     observer = analysis.dynamics.observer
     if not observer.truth_ranges or analysis.spectral_abscissa > ZERO or (declared := along_friction(analysis)) is None:
         return None
-    levels = [about_declared(analysis, share) for share in SHARES] if observer.declared_levels else [{}]
-    over = [over_levels(analysis, each) for each in levels]
+    over = [about_declared(analysis, share) for share in SHARES] if observer.declared_levels else [analysis]
     for k, wide in enumerate(over):
         along = along_friction(wide)
         assert along is not None

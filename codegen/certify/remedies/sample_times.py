@@ -21,7 +21,7 @@ from codegen.certify.certify import Certificate, Refusal
 from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells, Enclosure, enclose_family, exact_ranges
 from codegen.certify.family import Family, NotEnclosable, build_family
-from codegen.certify.levels import levels_of, over_levels
+from codegen.certify.levels import levels_of
 from codegen.certify.lyapunov import common_at, common_lyapunov, decay_rate_limit, shown_rates
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
@@ -77,7 +77,7 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
             if sliding is not None:
                 largest = _largest_sliding(chosen, analysis, sliding)
             else:
-                largest = _largest(chosen, over_levels(analysis, levels_of(analysis, content)))
+                largest = _largest(chosen, levels_of(analysis, content))
             if largest is not None:
                 found[integration] = largest
     return found
@@ -97,7 +97,7 @@ def _largest(spec: Spec, analysis: Analysis) -> float | None:
 
 
 def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any]) -> float | None:
-    along = along_friction(over_levels(analysis, levels_of(analysis, content)))
+    along = along_friction(levels_of(analysis, content))
     if along is None:
         return None
     ends = {name: tuple(sympy.Rational(x) for x in pair) for name, pair in content["variables"].items()}
