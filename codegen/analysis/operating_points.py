@@ -39,11 +39,6 @@ class OperatingPoints:
     missing: tuple[sympy.Symbol, ...]
 
 
-def dependence(dynamics: ErrorDynamics) -> tuple[sympy.Symbol, ...]:
-    """The positions, velocities, inputs and slip signs on which Ψ or the sampled matrix depends, sorted by name."""
-    return tuple(sorted(_variables(dynamics, dynamics.jacobian, dynamics.in_force(dynamics.sampled)), key=str))
-
-
 def _variables(dynamics: ErrorDynamics, *matrices: Matrix) -> set[sympy.Symbol]:
     """Symbols of matrices over the symbols of ``dynamics``, without gains and parameters."""
     constants = set(dynamics.observer.values)
@@ -86,7 +81,7 @@ def rates_for_neighbours(dynamics: ErrorDynamics, envelope: Mapping[str, Any]) -
 
 def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_POINTS) -> OperatingPoints:
     """The centre, the corners and random points of the envelope in the variables of Ψ."""
-    variables = dependence(dynamics)
+    variables = tuple(sorted(_variables(dynamics, dynamics.jacobian, dynamics.in_force(dynamics.sampled)), key=str))
     ranges: dict[sympy.Symbol, tuple[Any, Any]] = {}
     missing = []
     for s in variables:

@@ -23,10 +23,8 @@ SHARES = (sympy.Rational(1, 5), sympy.Rational(1, 10), sympy.Rational(1, 20))
 def about_declared(analysis: Analysis, share: Any) -> Analysis:
     """The true levels over a share of the declared ones to both sides; those with a range of their own excepted."""
     assumed = analysis.dynamics.observer.assumed
-    ranges = {
-        a: (assumed[a] - abs(assumed[a]) * share, assumed[a] + abs(assumed[a]) * share) for a in _levels(analysis)
-    }
-    return _over(analysis, ranges)
+    reach = {a: abs(assumed[a]) * share for a in _levels(analysis)}
+    return _over(analysis, {a: (assumed[a] - r, assumed[a] + r) for a, r in reach.items()})
 
 
 def levels_of(analysis: Analysis, content: Mapping[str, Any]) -> Analysis:

@@ -79,13 +79,13 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
     system = analysis.dynamics.observer.system
     count = len(analysis.dynamics.observer.errors)
     if beyond := beyond_checker(analysis.dynamics.observer):
-        return _skipped(beyond)
+        return Proposals(None, None, beyond)
     if count > LARGEST:
         return replace(_too_large("error components", count, LARGEST), measured=_measured(spec, derive))
     try:
         held = build_family(analysis.dynamics, analysis.points.ranges)
     except (NotEnclosable, TypeError) as error:
-        return _skipped(str(error))
+        return Proposals(None, None, str(error))
     family = Family(analysis.dynamics, analysis.points)
     family.start(family.settings())
     times, sets = list(_sample_times(spec, analysis, family)), list(_gain_sets(spec, system, analysis, family))
@@ -94,7 +94,7 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
     try:
         vertices = len(enclose_family(held).matrices)
     except (NotEnclosable, TypeError, verify.Refused) as error:
-        return _skipped(str(error))
+        return Proposals(None, None, str(error))
     limit = MOST_VERTICES_UNDECIDED if analysis.stable else MOST_VERTICES
     if vertices > limit:
         return _too_large("vertices of Psi over the envelope", vertices, limit)
@@ -103,11 +103,7 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
 
 
 def _too_large(what: str, count: int, limit: int) -> Proposals:
-    return _skipped(render("text/proposals_too_large.j2", what=what, count=count, limit=limit).strip())
-
-
-def _skipped(why: str) -> Proposals:
-    return Proposals(None, None, why)
+    return Proposals(None, None, render("text/proposals_too_large.j2", what=what, count=count, limit=limit).strip())
 
 
 def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
