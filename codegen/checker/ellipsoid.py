@@ -205,12 +205,12 @@ def keep(Q: Any, weights: list[Fraction], sizes: list[Fraction], matrix: Polys, 
     shares = [f, *(d * d / x for d, x in zip(sizes, t, strict=True))]
     kernel.demand(min(weights) > 0 and f < 1 and sum(shares) <= 1, "weights not above 0, or too small")
     kernel.demand(kernel.positive(Q, True), "Q is not positive definite")
-    polynomials = [[kernel.term(x) for x in row] for row in Q]
-    kept = kernel.times(kernel.times(matrix, polynomials), zip(*matrix, strict=True))
+    step = [[x.constant() for x in row] for row in matrix]
+    kept = kernel.times(kernel.times(step, Q, 0), zip(*step, strict=True), 0)
     weighted = [[kernel.term(x) * b for x, b in zip(t, row, strict=True)] for row in push]
     added = kernel.times(weighted, zip(*push, strict=True))
-    gap = [[q - kernel.term(1 / f) * x - y for q, x, y in zip(*rows, strict=True)]
-           for rows in zip(polynomials, kept, added, strict=True)]  # fmt: skip
+    gap = [[kernel.term(q - x / f) - y for q, x, y in zip(*rows, strict=True)]
+           for rows in zip(Q, kept, added, strict=True)]  # fmt: skip
     box = {x: (number(low), number(high)) for x, (low, high) in proof["box"].items()}
     kernel.semidefinite(gap, box, proof["cover"])
 
