@@ -142,20 +142,18 @@ def error_bounds(
     analysis: Analysis,
     certificate: Certificate,
     rounding: tuple[Fraction, list[Fraction]] = (Fraction(0), []),
-    response: Response | str | None = None,
 ) -> tuple[ErrorBound, ...] | str:
     """The bounds of every friction error, or why there are none.
 
     Args:
         rounding: of the measured positions, and of each state in a step; none by default.
-        response: of the observer (``error_response``), where it is known already.
 
     The envelope must bound the accelerations (``v_dot``), and v too where g depends on x; ``x_noise`` bounds the
     position noise, quantisation included, and is 0 where the envelope is silent.
     """
     observer = analysis.dynamics.observer
     system = observer.system
-    response = error_response(observer) if response is None else response
+    response = certificate.response or error_response(observer)
     if isinstance(response, str):
         return response
     missing = [f"{v}_dot" for v in system.velocities if f"{v}_dot" not in spec.envelope]
@@ -226,9 +224,10 @@ def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> Cer
         BadInput: for a domain in which there is no bound.
     """
     response = error_response(analysis.dynamics.observer)
-    bounds = error_bounds(spec, analysis, certificate, response=response)
+    certificate = certificate if isinstance(response, str) else replace(certificate, response=response)
+    bounds = response if isinstance(response, str) else error_bounds(spec, analysis, certificate)
     refuse_empty_domain(spec, analysis.dynamics.observer, bounds)
-    return replace(certificate, bounds=bounds, response=None if isinstance(response, str) else response)
+    return replace(certificate, bounds=bounds)
 
 
 def rounding_share(
