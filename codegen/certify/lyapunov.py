@@ -123,7 +123,7 @@ def _bisected(matrices: Sequence[Array], h: float, limit: float, steps: int = 8)
 
 
 def common_at(groups: Sequence[Group], h: float) -> Array | None:
-    """One P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group at the α of this group; None if none is found.
+    """A common P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group, at its own α; None if none is found.
 
     Args:
         groups: (matrices m by m, α in 1/s) each; where α is below zero V may grow.

@@ -1,4 +1,4 @@
-"""What certifying comes to: a certificate with what is proved beside it, or a refusal with what would be certified."""
+"""Results of certifying: a certificate with further proofs, or a refusal with what would be certified."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ class Certificate(Shown):
     @property
     def proofs(self) -> dict[str, str]:
         """certificate.json; limit.json, the refutation of every faster rate, and turning.json, if any."""
-        beside = {"limit.json": self.limit, "turning.json": self.turning}
-        return {"certificate.json": self.text} | {name: json_text(c) for name, c in beside.items() if c is not None}
+        further = {"limit.json": self.limit, "turning.json": self.turning}
+        return {"certificate.json": self.text} | {name: json_text(c) for name, c in further.items() if c is not None}
 
 
 @dataclass(frozen=True)

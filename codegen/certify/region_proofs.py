@@ -75,8 +75,8 @@ class Regions:
         wanted = ("sliding", "presliding", "weak", *(("passing", "recovery") if self.passes_zero else ()))
         return tuple(name for name in wanted if f"{name}.json" not in self.proofs)
 
-    def made_good(self, passage: float) -> float:
-        """How much sliding makes a reversal of every contact good, s, that was away from sliding for so long, s."""
+    def recovery_time(self, passage: float) -> float:
+        """Dwell time of sliding, s, after which V has recovered from a reversal of every contact of this length, s."""
         growth = float(np.log(list(self.reversal.values())).sum())
         h, up, down = self.sample_time, self.rates["passing.json"], self.rates["recovery.json"]
         risen = growth + passage / h * float(np.log1p(-2 * up * h))

@@ -88,7 +88,7 @@ class RegionSearch:
         return found + self._through_zero(family, stack, best[1])
 
     def presliding(self, along: AlongFriction) -> list[Region]:
-        """Presliding alone, at other levels, beside the sliding and with the accelerations that ``regions`` found."""
+        """Presliding alone, at other levels, with the sliding and the accelerations that ``regions`` found."""
         other = RegionSearch(along)
         other.acceleration, other._enclosures = self.acceleration, self._enclosures
         return [] if self.sliding is None else other._presliding(self.sliding)
@@ -109,11 +109,11 @@ class RegionSearch:
 
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
-    def _growth(self, beside: Sequence[Group], whole: list[Array]) -> float:
-        """The least rate of growth, 1/s, of a P that serves ``beside`` too."""
+    def _growth(self, groups: Sequence[Group], whole: list[Array]) -> float:
+        """The least rate of growth, 1/s, of a P that serves ``groups`` too."""
 
         def holds(rate: float) -> bool:
-            return common_at([*beside, (whole, -rate)], self.h) is not None
+            return common_at([*groups, (whole, -rate)], self.h) is not None
 
         least = 1.0
         while not holds(least) and least < FASTEST / self.h:
@@ -189,14 +189,14 @@ class RegionSearch:
         family, whole = self._family(self._box([axis.least_state for axis in self.along.axes], (-1.0, 1.0)))
         found = []
         claims: list[tuple[str, list[Group]]] = [("weak", []), ("passing", [(stack, KEPT * rate)])]
-        for kind, beside in claims:
-            growth = self._growth(beside, whole)
-            p = middle_at([*beside, (whole, -growth)], self.h)
+        for kind, groups in claims:
+            growth = self._growth(groups, whole)
+            p = middle_at([*groups, (whole, -growth)], self.h)
             if p is None:
                 continue
             shown = float(shown_rates(p, np.array(whole), self.h).min())
             found.append(Region(kind, family, p, shown - 1e-3 * abs(shown)))
-            if beside:
+            if groups:
                 shown = float(shown_rates(p, np.array(stack), self.h).min())
                 found.append(Region("recovery", sliding, p, shown * 0.999))
         return found

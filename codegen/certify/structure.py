@@ -7,8 +7,8 @@ f = G^(−1/2) e and N = G^(1/2) M⁻¹ G^(1/2), which is symmetric, f[k+1] = (I
 falls in a sample by (1 − hν)² at least for every eigenvalue ν of N, which are those of G M⁻¹, whatever x does from
 sample to sample. One number ν in an interval is left to be certified.
 
-Estimated velocity, K_v = k I and an M(x) that moves slowly beside it: in force errors e_f and velocity errors e_v the
-step of a tracker with n contacts on n coordinates is
+Estimated velocity, K_v = k I and an M(x) that moves slowly compared with it: in force errors e_f and velocity errors
+e_v the step of a tracker with n contacts on n coordinates is
 
     e_v[k+1] = e_v − hk e_v − hM⁻¹e_f + hD e_v,    e_f[k+1] = e_f + hkG e_v,
 
@@ -57,7 +57,7 @@ DIGITS = 6
 MODES = 40
 MOST_CELLS = 400
 SLOPES = (0.8, 1.1, 1.4, 1.8)
-"""κk beside the slowest ν: κ is the share of the force error in r."""
+"""κk over the slowest ν: κ is the share of the force error in r."""
 LESS = (0.97, 0.9, 0.75)
 FINEST = 1e-3
 MODE, SIGMA, P, Q, NU = (symbol(name) for name in ("mode", "sigma", "p", "q", "nu"))

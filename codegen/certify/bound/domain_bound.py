@@ -89,7 +89,7 @@ def domain_bound(
 
 
 def peaks(response: Response, domain: Domain, fall: float, reach: Any) -> Peaks:
-    """(i, j, start) → sup over k >= start of |Φ^k|[i, j]: as computed, and by P where that is small enough beside it.
+    """(i, j, start) → sup over k >= start of |Φ^k|[i, j]: as computed, and by P from where that is smaller.
 
     Args:
         fall: γ; reach: |Φ^k|[i, j] <= reach[i, j] γ^k, as the certificate's P says.

@@ -30,7 +30,7 @@ from codegen.spec.model import Spec
 
 Array = NDArray[np.float64]
 FEW = 8
-"""Of so many errors each row gets an ellipsoid of its own; of more one serves all rows."""
+"""Up to so many errors each row has its own ellipsoid; above, one ellipsoid is for all rows."""
 SHARES = 64
 DIGITS = 7
 START_DIGITS = 6
@@ -153,7 +153,7 @@ def unlike_envelope(
 ) -> list[str]:
     """What a claim has a smaller or larger disturbance of than the spec's envelope, by a reading of its own.
 
-    Noise is x_noise, and what a position moves beside the machine h² x_ddot/2; a velocity or friction without a range
+    Noise is x_noise, and what a position moves besides h v is h² x_ddot/2; a velocity or friction without a range
     of its own there is compared with ``sizes``.
     """
     write, system, h = Writer(observer, places), observer.system, Fraction(str(observer.sample_time))

@@ -66,7 +66,7 @@ class Response:
 
 
 def error_response(observer: Observer) -> Response | str:
-    """The response in force errors; in words what stands against one: all that is not affine, or not explicit."""
+    """The response in force errors, or why there is none: what is not affine, or not explicit."""
     system, numbers = observer.system, {**observer.values, STEP: observer.sample_time}
     if observer.velocity == "measured":
         return "the observer measures velocity, and a bound is known for estimated velocity alone"

@@ -51,7 +51,7 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
     found. What is handed out has passed the checker.
 
     Args:
-        own: analysis of the spec as it stands.
+        own: analysis of the spec as it is.
         outcome: of ``certify``: of a refused DFO that slides in a certified region, it is for that region.
     """
     assert spec.observer is not None
@@ -130,16 +130,16 @@ def _one_matrix(analysis: Analysis) -> Callable[[float], bool]:
     dynamics, points = analysis.dynamics, analysis.points
     function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points, ())
 
-    def stands(h: float) -> bool:
+    def feasible(h: float) -> bool:
         a = evaluate_columns(function, points.values[:1], np.full((1, 1), h))[0]
         return common_lyapunov([a], 0.0 if dynamics.implicit else h) is not None
 
-    return stands
+    return feasible
 
 
 @dataclass(frozen=True, eq=False)
 class _Proofs:
-    """One P for all cells of the envelope, at any sample time.
+    """A common P for all cells of the envelope, at any sample time.
 
     Attributes:
         cells_at: the family and its cells at the sample time of an analysis.
@@ -186,27 +186,27 @@ class _Proofs:
 
 
 def _bisected(
-    stands: Callable[[float], bool], certified: Callable[[float], bool], steps: int, start: float, beyond: float = ANY
+    feasible: Callable[[float], bool], certified: Callable[[float], bool], steps: int, start: float, beyond: float = ANY
 ) -> float | None:
     """The largest sample time, s: from ``start`` up, or down, by factors, then by bisection; None: any, not certified.
 
     Args:
-        stands: whether floating point finds a Lyapunov matrix at a sample time.
+        feasible: whether floating point finds a Lyapunov matrix at a sample time.
         certified: whether the checker accepts what is found there.
-        beyond: where nothing stands.
+        beyond: where none is found.
     """
-    if beyond >= ANY and stands(ANY):
+    if beyond >= ANY and feasible(ANY):
         return math.inf if certified(ANY) else None
     low = high = start
-    if stands(NEAR * beyond):
+    if feasible(NEAR * beyond):
         low, high, steps = NEAR * beyond, beyond, 0
-    while not stands(low):
+    while not feasible(low):
         low, high = low / FACTOR, low
         if low < SHORTEST:
             return 0.0
-    while high == low or (high < beyond and stands(high)):
+    while high == low or (high < beyond and feasible(high)):
         low, high = high, min(high * FACTOR, beyond)
-    low, _ = _between(stands, low, high, steps)
+    low, _ = _between(feasible, low, high, steps)
     for share in (MARGIN, MARGIN**2, 0.9):
         h = float(f"{low * share:.3g}")
         if certified(h):
