@@ -2,7 +2,7 @@
 
 In boxes of θ = sin q, cos q/det M and the like these are independent, and much of the rate is lost; so P is found at
 points of the circle, and the checker decides on cells of tan(q/2), in which the matrix is one quotient (kernel.py,
-lemmas 7 and 8). Angles are taken all round, whatever their range in the envelope.
+lemmas 3 and 7). Angles are taken all round, whatever their range in the envelope.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from codegen.certify.enclosure import exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
 from codegen.certify.prefix import rounded_matrix, to_prefix
-from codegen.checker import covered, kernel
+from codegen.checker import covered, frame, kernel
 
 Array = NDArray[np.float64]
 MOST_POINTS, MOST_CORNERS = 16, 64
@@ -66,7 +66,6 @@ def over_angles(family: Family, h: Any) -> Found | None:
 def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     """Whether V falls by a factor in a cell of the tangents, as the checker decides it."""
     known: dict[Any, Any] = {}
-    kernel.Poly.divisors, kernel.Poly.work = {}, 0
     stated = {
         "sample_time": str(h),
         "parameters": [{"name": s.name, "expression": to_prefix(e)} for s, e in family.parameters.items()],
@@ -75,15 +74,14 @@ def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     step = covered.step(stated, {v.name: kernel.term(1, v.name) for v in family.variables}, known)
     box = {v.name: ends for v, ends in exact_ranges(family).items()}
     scale = p / np.abs(p).max()
-    exact = [[Fraction(str(x)) for x in row] for row in rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale)))]
-    divisors = [*kernel.Poly.divisors.values()]
+    exact = [[kernel.term(str(x)) for x in row] for row in rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale)))]
 
+    @frame.limited()
     def falls(factor: Fraction, cell: Cell) -> bool:
-        kernel.Poly.work = 0
         try:
-            for divisor in divisors:
-                kernel.above_zero([[divisor]], box | cell, "")
-            kernel.contracts(step, exact, factor, box | cell, "")
+            for divisor in covered.divisors(known):
+                kernel.semidefinite([[divisor]], box | cell, "", known, kernel.LEAST)
+            kernel.contracts(step, exact, factor, box | cell, "", known)
         except ValueError:
             return False
         return True

@@ -1,7 +1,8 @@
-"""What the kernel refuses, and why: python3 counterexamples.py generated/one_mass < PROOF.json shows each.
+"""What the checker refuses, and why: python3 counterexamples.py generated/one_mass < PROOF.json shows each.
 
 Every case changes the genuine one_mass.c (c), one_mass.h (h) or its proof (p) in one place, so that the theorem of
-kernel.py would be false or would speak of something else than the C that is compiled, or so that it is no proof at all.
+kernel.py, or what frame.py and theorem.py say, would be false or would speak of something else than the C that is
+compiled, or so that it is no proof at all.
 """
 
 import json
@@ -10,13 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import kernel
+    from codegen.checker import verify
 else:
-    import kernel
+    import verify
 
 
 class Case(NamedTuple):
-    """One change: why it must be refused, the file, the texts before and after, a part of what the kernel answers."""
+    """One change: why it must be refused, the file, the texts before and after, a part of what the checker answers."""
 
     why: str
     file: str
@@ -29,6 +30,7 @@ STEP = "z_v_next = state->z_v +"
 LAW = "parameters->one_over_m * (inputs->w - F_hat_rail)"
 SET = "        state->z_v = z_v_next;\n"
 SHOW = "outputs->v_hat = v_hat;"
+NOT_KNOWN, FIELDS = "is nothing that is known here", "fields are not so named"
 NOT_READ, NOT_SHOWN, NOT_MOVED = "cannot be read", "do not show the estimates", "does not move the errors"
 NO_WORD, FORM = "is no expression", "is not of the form that is read"
 
@@ -95,7 +97,7 @@ CASES = (
         "state->mode == ONE_MASS_RUNNING && v_hat < 5.0) {\n        outputs",
         FORM,
     ),
-    Case("a number that no double holds", "c", LAW, f"({LAW}) * 1e-400 * 1e200 * 1e200", "is out of place"),
+    Case("a number that no double holds", "c", LAW, f"({LAW}) * 1e-400 * 1e200 * 1e200", "out of place"),
     Case("a mode in the law", "c", LAW, f"({LAW}) * state->mode", "state.mode is nothing that is known"),
     Case(
         "a count in the law", "c", LAW, f"({LAW}) * state->invalid_samples", "invalid_samples is nothing that is known"
@@ -116,7 +118,7 @@ CASES = (
         "c",
         "    const double v_hat =",
         "    const double ONE_MASS_RUNNING = 1.0;\n    const double v_hat =",
-        FORM,
+        "holds more than statements",
     ),
     Case(
         "a sample that is not used shows fault 0", "c", "    outputs->fault = 1;\n}", "    outputs->fault = 0;\n}", FORM
@@ -164,7 +166,7 @@ CASES = (
     Case("a choice", "c", LAW, f"({LAW}) * (v_hat < 5.0 ? 1.0 : 2.0)", NO_WORD),
     Case("a comparison as a number", "c", LAW, f"({LAW}) * (1.0 + (v_hat < 5.0))", NO_WORD),
     Case("a cast", "c", LAW, f"(int)(-{LAW})", "C calls int"),
-    Case("whole numbers divide otherwise", "c", LAW, f"{LAW} + 1 / 2", "is out of place"),
+    Case("whole numbers divide otherwise", "c", LAW, f"{LAW} + 1 / 2", "out of place"),
     Case("an octal number", "c", "- parameters->K_F * fabs", "- 010.0 * fabs", ""),
     Case(
         "a decrement that looks like a sum",
@@ -189,7 +191,36 @@ CASES = (
         "sign_r\u0430il * a_hat",
         "not ASCII",
     ),
-    Case("a local that hides another", "c", SET, f"        const double z_v_next = 0.0;\n{SET}", "a local after check"),
+    Case("a local that hides another", "c", SET, f"        const double z_v_next = 0.0;\n{SET}", "declared twice"),
+    Case("a global of math.h", "c", STEP, f"{STEP} 0.0; signgam = 3.0; const double more = v_hat +", "signgam is set"),
+    Case(
+        "a local that begins as the one that it hides",
+        "c",
+        SET,
+        f"        const double v_hat = v_hat + 1.0;\n{SET}",
+        "declared twice",
+    ),
+    Case(
+        "an element by octal digits",
+        "c",
+        "    const double v_hat =",
+        "    double t[9];\n    t[8] = 1.0;\n    t[010] = 2.0;\n    const double v_hat =",
+        "t[010] is set",
+    ),
+    Case(
+        "an element behind its array",
+        "c",
+        "    const double v_hat =",
+        "    double t[2];\n    t[2] = 1.0;\n    const double v_hat =",
+        "t[2] is set",
+    ),
+    Case(
+        "the count of a loop as a number",
+        "c",
+        "    const double v_hat =",
+        "    double t[2];\n    for (int i = 0; i < 2; i++) {\n        t[i] = i / 2;\n    }\n    const double v_hat =",
+        "i in an expression",
+    ),
     Case("an array beyond its end", "c", STEP, "z_v_next = more[2] + state->z_v +", "is nothing that is known"),
     Case("a loop without end", "c", SET, f"        for (;;) {{ }}\n{SET}", NOT_READ),
     Case("text that is run", "c", LAW, "__import__('os')", FORM),
@@ -225,7 +256,7 @@ CASES = (
     # the claim
     Case("V falls faster than is true", "p", '"279/25"', '"12"', "V may not fall"),
     Case("V falls so fast that it would be negative", "p", '"279/25"', '"1000"', "V negative"),
-    Case("P is not definite", "p", '"1903/10000"', '"0"', "not positive definite"),
+    Case("P is not definite", "p", '"1903/10000"', '"0"', "not positive semidefinite"),
     Case("P is not symmetric", "p", '"3797/1000"\n  ],', '"3798/1000"\n  ],', "not symmetric"),
     Case("the matrix is another", "p", '"9/10"', '"8/10"', NOT_MOVED),
     Case("growth is too small", "p", '"88831/20000"', '"88830/20000"', "not positive semidefinite"),
@@ -233,9 +264,7 @@ CASES = (
     Case("dwell is no number", "p", '"68"', '"3520000000"', "not made good"),
     Case("the machine is twice as heavy", "p", '"parameters.m"', '"2*parameters.m"', "is not force"),
     Case("the machine has a negative mass", "p", '"parameters.m"', '"-parameters.m"', "is not force"),
-    Case(
-        "the machine follows its estimate", "p", "/parameters.m", "/parameters.m + 0.001*outputs.v_hat", "is not force"
-    ),
+    Case("the machine follows its estimate", "p", "/parameters.m", "/parameters.m + 0.001*outputs.v_hat", NOT_KNOWN),
     Case(
         "the level is the declared number", "p", "true.a_rail*sign.rail", "parameters.rail_a*sign.rail", "is not force"
     ),
@@ -282,39 +311,40 @@ CASES = (
         "a cut that is none", "p", '"cover": ""', '"cover": ["sign.rail", "2", "", ""]', "is not cut between its ends"
     ),
     Case("a cover with a gap", "p", '"cover": ""', '"cover": ["sign.rail", "0", ""]', "not enough values"),
-    Case("a unit of its own", "p", '"cover": ""', '"cover": "", "unit": "mN"', "not just"),
-    Case("a remark of its own", "p", '"cover": ""', '"cover": "", "claim": "rounding adds -7.7e-06 N"', "not just"),
+    Case("a unit of its own", "p", '"cover": ""', '"cover": "", "unit": "mN"', FIELDS),
+    Case("a remark of its own", "p", '"cover": ""', '"cover": "", "claim": "rounding adds -7.7e-06 N"', FIELDS),
     Case("a number that is none", "p", '"279/25"', "NaN", ""),
     Case("a division by zero", "p", '"279/25"', '"1/0"', ""),
     Case("nested too deeply", "p", '"279/25"', '"' + "(" * 5000 + "1" + ")" * 5000 + '"', ""),
     Case("a long row of minus signs", "p", '"279/25"', '"' + "- " * 9000 + '1"', ""),
     Case("a number without an end", "p", '"279/25"', '"' + "9" * 5000 + '"', ""),
-    Case("a power tower", "p", '"279/25"', '"9**9**9"', NO_WORD),
-    Case("text that is run in a proof", "p", '"279/25"', "\"__import__('os')\"", NO_WORD),
+    Case("a power tower", "p", '"279/25"', '"9**9**9"', "is no 'RATIONAL'"),
+    Case("text that is run in a proof", "p", '"279/25"', "\"__import__('os')\"", "is no 'RATIONAL'"),
     Case("another machine's folder", "p", '"name": "one_mass"', '"name": "two_mass"', "two_mass.c"),
-    Case("a way out of the folder", "p", '"name": "one_mass"', '"name": "../one_mass/one_mass"', "not just"),
+    Case("a way out of the folder", "p", '"name": "one_mass"', '"name": "../one_mass/one_mass"', "no name"),
     Case("a step that there is not", "p", '"step": "euler"', '"step": "implicit"', ""),
     Case("another step", "p", '"step": "euler"', '"step": "semi_implicit"', NOT_MOVED),
 )
 
 
 def answer(case: Case, folder: Path, proof: str) -> str:
-    """What the kernel says of the folder's C and this proof with the change, or "proved"."""
+    """What the checker says of the folder's C and this proof with the change, or "proved"."""
     files = {f"one_mass.{end}": (folder / f"one_mass.{end}").read_text("utf-8") for end in "ch"} | {"p": proof}
     name = "p" if case.file == "p" else f"one_mass.{case.file}"
     files[name] = files[name].replace(case.old, case.new, 1)
+    claimed = json.loads(files.pop("p"))
     try:
-        kernel.prove(json.loads(files["p"]), files)
+        verify.by_kernel_alone(claimed, {name: text.encode() for name, text in files.items()})
     except Exception as why:
         return f"{type(why).__name__}: {why}"
     return "proved"
 
 
 def main() -> None:
-    """Print every case and the kernel's answer."""
+    """Print every case and the checker's answer."""
     proof = sys.stdin.read()
     for case in CASES:
-        print(f"{case.why}:\n    {answer(case, Path(sys.argv[1]), proof)[:160]}")
+        print(f"{case.why}:\n    {answer(case, Path(sys.argv[1]), proof)[:300]}")
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import enclosure, kernel
+    from codegen.checker import enclosure, frame, kernel
 
 Interval = tuple[Fraction, Fraction]
 
@@ -27,7 +27,7 @@ def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any]) -> A
     kernel.demand(word in ("+", "*", "neg", "/", "^", "sin", "cos"), f"matrix: {word}")
     first = polynomial(parts[0], names, known)
     if word in ("sin", "cos"):
-        return kernel.angle(word, first, known)
+        return kernel.function(word, first, known)
     if word == "^":
         power, count = kernel.term(1), int(parts[1])
         kernel.demand(0 <= count <= enclosure.MAX_POWER, f"exponent {count}")
@@ -36,9 +36,15 @@ def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any]) -> A
         return power
     for part in parts[1:]:
         other = polynomial(part, names, known)
-        other = kernel.reciprocal(other, known) if word == "/" else other
+        other = kernel.function("1/", other, known) if word == "/" else other
         first = first + other if word == "+" else first * other
     return first * kernel.term(-1) if word == "neg" else first
+
+
+def joined(A: list[list[Any]]) -> Any:
+    """A matrix as one polynomial: the sum of its entries times names of their places."""
+    places = {f"#{i} {j}": p for i, row in enumerate(A) for j, p in enumerate(row)}
+    return kernel.Poly({(at, *m): c for at, p in places.items() for m, c in p.items()})
 
 
 def step(top: dict[str, Any], names: Mapping[str, Any], known: dict[Any, Any]) -> list[list[Any]]:
@@ -51,10 +57,10 @@ def step(top: dict[str, Any], names: Mapping[str, Any], known: dict[Any, Any]) -
     ]
 
 
+@frame.limited()
 def fall(top: dict[str, Any], ends: dict[str, Interval], factor: Fraction) -> str:
     """That V falls by the factor wherever the variables are between their ends: the fact, or enclosure.Refused."""
     known: dict[Any, Any] = {}
-    kernel.Poly.divisors, kernel.Poly.work = {}, 0
     (tree,) = top["cover"]
     thetas = {e["name"]: enclosure.parse(e["expression"], ends, e["name"]) for e in top["parameters"]}
     for i, row in enumerate(top["matrix"]):
@@ -62,12 +68,18 @@ def fall(top: dict[str, Any], ends: dict[str, Interval], factor: Fraction) -> st
             enclosure.parse(entry, thetas, f"matrix[{i}][{j}]", affine=True)
     try:
         F = step(top, {name: kernel.term(1, name) for name in ends}, known)
-        for p in kernel.Poly.divisors.values():
-            kernel.above_zero([[p]], ends, tree)
-        kernel.contracts(F, top["lyapunov_matrix"], factor, ends, tree)
+        for p in divisors(known):
+            kernel.semidefinite([[p]], ends, tree, known, kernel.LEAST)
+        P = [[kernel.term(x) for x in row] for row in top["lyapunov_matrix"]]
+        kernel.contracts(F, P, factor, ends, tree, known)
     except (ArithmeticError, LookupError, TypeError, ValueError) as why:
         raise enclosure.Refused(f"V is not shown to fall: {str(why)[:200]}") from None
     return f"every coefficient of {leaves(tree)} cells"
+
+
+def divisors(known: dict[Any, Any]) -> list[Any]:
+    """What was divided by, each to be shown to be positive."""
+    return [p for name, p in [*known] if name == "1/"]
 
 
 def leaves(tree: Any) -> int:

@@ -28,9 +28,10 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import kernel
+    from codegen.checker import frame, kernel
 elif "kernel" not in globals():  # verify.py hands its own in
-    kernel = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("kernel.py"))))
+    frame = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("frame.py"))))
+    kernel = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("kernel.py")), {"frame": frame}))
 
 FIELDS = ("name", "noise", "drift", "shifts", "push", "sets")
 SET, LATER = ("matrix", "weights", "samples", "rows"), ("within", "after")  # the latter two may be absent
@@ -50,7 +51,7 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
 
     LEMMA A. What `step` makes of states and inputs is a function of them. So by the kernel's theorem the states after a
     sample are G (`states`) of an undisturbed machine that was where the position was measured, and of its estimates.
-    Beside what is measured then they show the estimates of which G gives them; there are no two such (its lemma 11).
+    Beside what is measured then they show the estimates of which G gives them; there are no two such (its lemma 9).
     """
     term, zero, velocity, errors = kernel.term, kernel.Poly(), proof["positions"], proof["errors"]
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
@@ -84,12 +85,12 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
     shift = [names[s] * d for s, d in zip(turned, read(names, claim["shifts"], noise), strict=True)]
     raw = [[e - d] for e, d in zip(error, shift, strict=True)]
     unmoved = later(names, {})
-    expected = shows(unmoved, [zero] * len(error), [e for (e,) in kernel.times(matrix, raw)])
+    expected = shows(unmoved, [zero] * len(error), [e for (e,) in kernel.times(matrix, raw, zero)])
     then = later(names | {x: names[x] - n for x, n in noise.items()}, drift)
     new = {x: term(1, f"later.noise.{x}") for x in noise}
     then |= {x: then[x] + n for x, n in new.items()}
     wide = [[*a, *b] for a, b in zip(matrix, push, strict=True)]
-    following = kernel.times(wide, [[x] for x in (*error, *noise.values(), *drift.values())])
+    following = kernel.times(wide, [[x] for x in (*error, *noise.values(), *drift.values())], zero)
     found = shows(then, read(then, claim["shifts"], new), [e for (e,) in following])
     wrong = [z for z, a, b in zip(proof["states"], found, expected, strict=True) if a != b]
     kernel.demand(not wrong, f"noise and drift do not enter so: {wrong[:3]}")
@@ -129,9 +130,9 @@ def carried(c: list[Fraction], motion: Motion, counts: set[int], Q: Any) -> dict
     """
     kernel.demand(len(c) == motion.size, "a row is not of every error")
     row, total, samples, found = [int(x * GRID) for x in c], 0, max(counts), {}
-    kernel.demand(True, "", samples * motion.work)
     left_out = sum((root(Q[i][i]) for i in range(len(Q))), Fraction(0)) / GRID
     for n in range(samples + 1):
+        kernel.demand(True, "")  # within the time
         if n in counts:
             found[n] = [Fraction(x, GRID) for x in row], Fraction(total, motion.over * GRID) + (n + 1) * left_out
         total += sum(map(abs, motion.entering(row)))
@@ -172,6 +173,7 @@ def asked(ball: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None]]
     return [(row, ball["samples"], None) for row in ball["rows"]] + later
 
 
+@frame.limited()
 def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> list[list[Fraction]]:
     """The bounds that the rows of each set (``asked``) have with the noise of the same sample, or ValueError."""
     kernel.demand({*claim} == {*FIELDS} and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
@@ -187,12 +189,14 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         kernel.demand(all({*a} == {"row", "start", "bounds"} for a in parts[1:]), "not just the fields of `after`")
         kernel.demand(all(lists(a[x], DEPTH[x]) for a in parts for x in a if x != "after"), "no lists")
         Q = [[number(x) for x in row] for row in ball["matrix"]]
-        keep(Q, [*map(number, ball["weights"])], [*most.values()], matrix, push, proof)
+        keep(Q, [*map(number, ball["weights"])], [*most.values()], matrix, push, proof, shown)
         result.append(reached(ball, Q, matrix, push, shift, most, proof))
     return result
 
 
-def keep(Q: Any, weights: list[Fraction], sizes: list[Fraction], matrix: Polys, push: Polys, proof: Any) -> None:
+def keep(
+    Q: Any, weights: list[Fraction], sizes: list[Fraction], matrix: Polys, push: Polys, proof: Any, shown: Any
+) -> None:
     """Whether the set E(1) of Q is kept, or ValueError.
 
     LEMMA B. E(r) be all e with (c'e)^2 <= r c'Qc for every c. If Q - Phi Q Phi'/f - sum t_j b_j b_j' is positive
@@ -204,15 +208,14 @@ def keep(Q: Any, weights: list[Fraction], sizes: list[Fraction], matrix: Polys, 
     f, *t = weights
     shares = [f, *(d * d / x for d, x in zip(sizes, t, strict=True))]
     kernel.demand(min(weights) > 0 and f < 1 and sum(shares) <= 1, "weights not above 0, or too small")
-    kernel.demand(kernel.positive(Q, True), "Q is not positive definite")
+    kernel.semidefinite([[kernel.term(x) for x in row] for row in Q], {}, "", {}, kernel.LEAST)
     step = [[x.constant() for x in row] for row in matrix]
     kept = kernel.times(kernel.times(step, Q, 0), zip(*step, strict=True), 0)
     weighted = [[kernel.term(x) * b for x, b in zip(t, row, strict=True)] for row in push]
-    added = kernel.times(weighted, zip(*push, strict=True))
+    added = kernel.times(weighted, zip(*push, strict=True), kernel.Poly())
     gap = [[kernel.term(q - x / f) - y for q, x, y in zip(*rows, strict=True)]
            for rows in zip(Q, kept, added, strict=True)]  # fmt: skip
-    box = {x: (number(low), number(high)) for x, (low, high) in proof["box"].items()}
-    kernel.semidefinite(gap, box, proof["cover"])
+    kernel.semidefinite(gap, shown["box"], proof["cover"], shown["known"])
 
 
 def reached(
@@ -226,18 +229,16 @@ def reached(
     """
     r, *within = map(number, ball.get("within", ["1"]))
     limits = [len(Q) * s * s for s in within] or [Fraction(0)] * len(Q)
-    inside = [[r * x - (limit if i == j else 0) for j, x in enumerate(row)]
+    inside = [[kernel.term(r * x - (limit if i == j else 0)) for j, x in enumerate(row)]
               for i, (row, limit) in enumerate(zip(Q, limits, strict=True))]  # fmt: skip
-    kernel.demand(r >= 1 and kernel.positive(inside), "`within` is not in the set")
+    kernel.demand(r >= 1, "`within` is not in the set")
+    kernel.semidefinite(inside, {}, "", {})
     larger, lines = [[r * x for x in row] for row in Q], asked(ball)
     by = lcm(*(x.denominator for row in Q for x in row))
     whole = [[int(x * by) for x in row] for row in Q]
     counts: dict[tuple[str, ...], set[int]] = {}
     for (*c, _), count, _ in lines:
-        work = 25 * (1 + len(c))  # to read its numbers
-        kernel.demand(
-            re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is no number of samples", work
-        )
+        kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is no number of samples")
         counts.setdefault(tuple(c), set()).add(int(count))
     kernel.demand(all(min(n) >= 0 and max(n) <= MOST_SAMPLES for n in counts.values()), "so many samples")
     motion = Motion(matrix, push, [*most.values()])
@@ -264,14 +265,19 @@ def prove(proof: dict[str, Any], claim: dict[str, Any], files: dict[str, str]) -
     return bounded(proof, claim, kernel.prove(proof, files))
 
 
+def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    kernel.demand(len(dict(pairs)) == len(pairs), "a field appears twice")
+    return dict(pairs)
+
+
 if __name__ == "__main__":
     folder, read = Path(sys.argv[1]), runpy.run_path(str(Path(__file__).with_name("files.py")))["read"]
     try:
-        given = json.loads(sys.stdin.read(10**7), object_pairs_hook=kernel.once)
+        given = json.loads(sys.stdin.read(10**7), object_pairs_hook=once)
         paths = [folder / name for name in ("proof.json", f"{given['name']}.c", f"{given['name']}.h")]
         proof, *sources = [read(path, 10**6).decode() for path in paths]
         files = dict(zip((path.name for path in paths[1:]), sources, strict=True))
-        found = prove(json.loads(proof, object_pairs_hook=kernel.once), given, files)
+        found = prove(json.loads(proof, object_pairs_hook=once), given, files)
         lines = [
             f"at most {float(bound):.7g}{f' {samples} samples after the start' * (begun is not None)}: {' '.join(c)}"
             for ball, bounds in zip(given["sets"], found, strict=True)

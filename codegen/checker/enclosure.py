@@ -126,6 +126,14 @@ def apply(op: str, args: list[Interval], where: str) -> Interval:
     return hull(end ** int(args[1][0]) for end in (low, high)) if op == "^" else (low, high)
 
 
+def decayed(growth: Fraction, factor: Fraction, samples: int) -> Fraction:
+    """An upper bound of growth * factor^samples, by squaring, rounded up."""
+    while samples:
+        growth = widen(growth, growth * factor)[1] if samples % 2 else growth
+        factor, samples = widen(factor, factor * factor)[1], samples // 2
+    return growth
+
+
 def parse(raw: Any, known: Collection[str], where: str, affine: bool = False) -> Compiled:
     """An expression over the known names; `affine`: its form must show it affine in every single name."""
     if isinstance(raw, str) and raw in known:

@@ -1,9 +1,9 @@
 """Whether the C begins at rest, and goes on after invalid samples with the estimates that it held.
 
-Standard library only; part of the checker (verify.py), which hands ``kernel`` in. The kernel's theorem is about samples
-with fault 0; here are the values that the functions of fault 1 (modes.py reads their form) give the states that show
-errors. Let G be the proof's `states`: by the kernel's lemma 11 the states G(e, x) show the estimates e beside the
-measured positions x, and there are no two such e. Then, as identities of polynomials:
+Standard library only; part of the checker (verify.py), which hands ``frame`` and ``kernel`` in. The kernel's theorem is
+about samples with fault 0; here are the values that the functions of fault 1 (frame.py reads their form) give the
+states that show errors. Let G be the proof's `states`: by the kernel's lemma 9 the states G(e, x) show the estimates e
+beside the measured positions x, and there are no two such e. Then, as identities of polynomials:
 
 - after `init` at x the states are G(e, x) with velocities of zero and all other estimates constant;
 - `predict` makes G(e, x + h v) of G(e, x), v the velocities held: with the machine going on at these, the next sample
@@ -11,21 +11,28 @@ measured positions x, and there are no two such e. Then, as identities of polyno
 - after `resume` at x they are G(e, x + h v), e the estimates held, which the next sample then shows.
 """
 
-import re
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import kernel
+    from codegen.checker import frame, kernel
 
 
-def require(proof: dict[str, Any], shown: dict[str, Any], begun: str, predicted: str, resumed: str) -> None:
-    """Raises ValueError where these bodies of init, predict and resume give the states other values.
+def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+    """Raises ValueError where the C does not begin, go on or find what is invalid as it must, or sets other things.
+
+    Of a proof with a domain only the latter is looked at, since a start is outside of it.
 
     Args:
         shown: of the proof, by kernel.prove.
     """
-    names, known, estimates = shown["names"], shown["known"], {e["truth"]: e["estimate"] for e in proof["errors"]}
-    divisors = len(kernel.Poly.divisors)
+    c, names, known = shown["c"], shown["names"], shown["known"]
+    frame.detects(c)
+    free = {x: kernel.term(1, x) for x in (*c.values, *c.inputs, *c.states, *c.outputs)}
+    for program in (c.init, c.reset, c.predict, c.resume):
+        kernel.Text(free, {}).run(program, c.states)
+    if proof["domain"]:
+        return
+    estimates, before = {e["truth"]: e["estimate"] for e in proof["errors"]}, [*known]
     errors, velocities = {f"error of {t}" for t in estimates}, proof["positions"].items()
     own = {z: kernel.term(1, f"{z} before") for z in proof["states"]}
     own |= {x: p for x, p in names.items() if x.startswith(("parameters.", "inputs.", "state."))}
@@ -34,10 +41,9 @@ def require(proof: dict[str, Any], shown: dict[str, Any], begun: str, predicted:
         text = kernel.Text(names | at, known)
         return {z: text.value(of) for z, of in proof["states"].items()}
 
-    def after(body: str, at: dict[str, Any]) -> dict[str, Any]:
-        code = kernel.Text(own | at, known, f"{proof['name']}_sign")
-        code.run(re.sub(r"\(void\)\w+; ?", "", body), {x for x in own if x.startswith("state.")})
-        return code.names
+    def after(program: Any, at: dict[str, Any]) -> dict[str, Any]:
+        found: dict[str, Any] = kernel.Text(own | at, known).run(program, c.states)
+        return found
 
     def moved(by: dict[str, Any]) -> dict[str, Any]:
         return {x: names[x] + names["parameters.sample_time"] * by[estimates.get(v, v)] for x, v in velocities}
@@ -47,7 +53,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any], begun: str, predicted:
     levels = [f"level of {t}" for t in estimates if t not in proof["acceleration"]]
     rest = dict.fromkeys(estimates.values(), kernel.Poly())
     rest |= {y: kernel.term(1, f"level of {t}") for t, y in estimates.items() if t not in proof["acceleration"]}
-    first, there = after(begun, {}), G(rest)
+    first, there = after(c.init, {}), G(rest)
     used: list[str] = []
     for z in showing:  # one level alone, which no other state shows, or none
         of = [x for x in levels if x in there[z].names()]
@@ -57,9 +63,9 @@ def require(proof: dict[str, Any], shown: dict[str, Any], begun: str, predicted:
         used += of
     held = names | {y: kernel.term(1, f"held {y}") for y in estimates.values()}
     for what, found, wanted in (
-        ("predict", after(predicted, {y: held[y] for y in estimates.values()} | now), G(moved(held))),
-        ("resume", after(resumed, {y: names[y] for y in estimates.values()}), G(moved(names))),
+        ("predict", after(c.predict, {y: held[y] for y in estimates.values()} | now), G(moved(held))),
+        ("resume", after(c.resume, {y: names[y] for y in estimates.values()}), G(moved(names))),
     ):
         wrong = [z for z in showing if found[z] != wanted[z]]
         kernel.demand(not wrong, f"{what}: {wrong[:3]} do not go on with what was held")
-    kernel.demand(len(kernel.Poly.divisors) == divisors, "a division by what may be zero")
+    kernel.demand("1/" not in [name for name, _ in known.keys() - before], "a division by what may be zero")

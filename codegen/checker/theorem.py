@@ -10,13 +10,34 @@ from collections import Counter
 from collections.abc import Callable, Collection
 from fractions import Fraction
 from functools import partial, reduce
+from math import lcm
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import covered, ellipsoid, enclosure, held, kernel, modes
+    from codegen.checker import covered, ellipsoid, enclosure, frame, held, kernel
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
+# The form of a proof: an object with just these fields ("rest" may be missing), or with any where the one name is "".
+FORM: dict[str, Any] = {
+    "name": "",
+    "step": "",
+    "positions": {"": ""},
+    "mass_matrix": [[""]],
+    "force": [""],
+    "acceleration": {"": ""},
+    "signs": {"": ""},
+    "domain": [""],
+    "errors": [{"truth": "", "estimate": "", "sign": ""}],
+    "states": {"": ""},
+    "matrix": [[""]],
+    "rest": [""],
+    "lyapunov_matrix": [[""]],
+    "box": {"": [""]},
+    "decay_rate": "",
+    "reversals": [{"sign": "", "growth": "", "dwell": ""}],
+    "cover": None,
+}
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
 HELD = "at its start velocities are 0, all else the same whatever is measured; after invalid samples the held estimates"
@@ -33,7 +54,17 @@ def read(text: str | bytes) -> dict[str, Any] | None:
         content = json.loads(text, object_pairs_hook=once)
     except (ValueError, RecursionError):
         return None
-    return content if isinstance(content, dict) and {*content, "rest"} == {*kernel.FIELDS} else None
+    return content if isinstance(content, dict) and {*content, "rest"} == {*FORM} else None
+
+
+def formed(raw: Any, form: Any) -> bool:
+    """Whether JSON is of a form: of a text in place of a list the characters would be read, of an object the names."""
+    if isinstance(form, list):
+        return type(raw) is list and all(formed(x, form[0]) for x in raw)
+    if isinstance(form, dict):
+        same = type(raw) is dict and ("" in form or raw.keys() == form.keys())
+        return same and all(formed(x, form.get(name, form.get(""))) for name, x in raw.items())
+    return form is None or type(raw) is str
 
 
 def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -53,29 +84,66 @@ def instead(raw: Any) -> str:
     if form:
         return f"an object of the format {json.dumps(form[:40])}"
     kind = "an object with the fields"
-    if len({*names} & {*kernel.FIELDS}) > len(kernel.FIELDS) // 2:
-        kind, names = "a proof of the C, but for the fields", sorted({*names, "rest"} ^ {*kernel.FIELDS}) or ["name"]
+    if len({*names} & {*FORM}) > len(FORM) // 2:
+        kind, names = "a proof of the C, but for the fields", sorted({*names, "rest"} ^ {*FORM}) or ["name"]
     shown = [json.dumps(name[:40]) for name in names[:4]] + [f"and {len(names) - 4} more"] * (len(names) > 4)
     return f"{kind} {', '.join(shown)}" if names else "an object without fields"
 
 
+@frame.limited()
 def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[str] = ()) -> dict[str, Any]:
     """What holds besides the fields of the proof (kernel.prove), with these sources, or enclosure.Refused.
 
     Args:
         turns: signs of which something is claimed where they turn, besides those of the proof's reversals.
     """
+    enclosure.demand(formed({"rest": []} | proof, FORM), f"{PROOF}: fields are not so named, or no lists")
     numbers(proof)
     try:
         texts = {name: text.decode() for name, text in sources.items()}
         shown: dict[str, Any] = kernel.prove(proof, texts)
-        bodies = modes.require(proof["name"], texts)
-        if not proof["domain"]:  # a start is outside of it
-            held.require(proof, shown, *bodies)
+        machine(proof, shown)
+        recovery(proof, shown)
+        check, degree = shown["check"], max(map(len, shown["check"]), default=0)
+        small = 0 < sum(abs(c) for c in check.values()) <= 10**30 and degree <= 20
+        kernel.demand(small, "not a sum")  # so `check` is within 1e150 while all that stands in it is below 1e6
+        held.require(proof, shown)
         steady(proof, shown, sorted({turn["sign"] for turn in proof["reversals"]} | {*turns}))
         return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "fixed": fixed(proof, shown)}
     except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
         raise enclosure.Refused(f"the kernel does not prove {PROOF} of the C: {plainly(why)}") from None
+
+
+def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+    """Raises ValueError where mass_matrix * acceleration is not force, or the mass matrix not definite in the box."""
+    own = {x: p for x, p in shown["names"].items() if not x.startswith(("outputs.", "state."))}
+    text, known, before = kernel.Text(own, shown["known"]), shown["known"], len(covered.divisors(shown["known"]))
+    rates = [[text.value(a)] for a in proof["acceleration"].values()]
+    mass = [[text.value(x) for x in row] for row in proof["mass_matrix"]]
+    rows = zip(kernel.times(mass, rates, kernel.Poly()), map(text.value, proof["force"]), rates, strict=True)
+    off = [kernel.cleared(pushed - force, known) for (pushed,), force, _ in rows]
+    kernel.demand(not any(off), "mass * acceleration is not force")
+    for A in (mass, *([[p]] for p in covered.divisors(known)[before:])):
+        kernel.semidefinite(A, shown["box"], proof["cover"], known, kernel.LEAST)
+
+
+def recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+    """Raises ValueError where V grows by more than `growth` as a sign turns, or is above that after `dwell` samples.
+
+    The errors of the sign turn with it, e to Je: growth V(e) - V(Je) is to be a form that is not negative.
+    """
+    known, turned = numbers(proof), [e["sign"] for e in proof["errors"]]
+    scale = lcm(*(p.denominator for row in known["P"] for p in row))
+    P = [[int(p * scale) for p in row] for row in known["P"]]
+    for turn in proof["reversals"]:
+        sign, (growth, dwell) = turn["sign"], known["turns"][turn["sign"]]
+        J = [-1 if s == sign else 1 for s in turned]
+        a, b = growth.as_integer_ratio()
+        rise = [[(a - b * i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, P, strict=True)]
+        kernel.demand(kernel.positive(rise), f"V may grow by more where {sign} turns: not positive semidefinite")
+        lasts = sign in proof["signs"] and dwell in range(10**5) and (shown["fall"] < 1 or dwell <= 1)
+        good = lasts and enclosure.decayed(growth, shown["fall"], int(dwell)) <= 1
+        kernel.demand(good, f"the growth of V where {sign} turns is not made good")
 
 
 def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> None:
@@ -336,7 +404,7 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
         rows = covered.step(top, names, shown["known"])
         # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
         # the variable stands in sines and cosines alone, of which a cover takes every angle.
-        used = kernel.cleared(kernel.joined([*rows, [kernel.term(1)]])).names()
+        used = kernel.cleared(covered.joined([*rows, [kernel.term(1)]]), shown["known"]).names()
         for name, ends in top["variables"].items():
             same = [*map(Fraction, proof["box"].get(free.get(name, ""), ()))] == [ends[0], ends[-1]]
             all_round = top["cover"] and free.get(name) not in (*proof["box"], *used)
@@ -345,7 +413,7 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
         off = [
             [a - text.value(b) for a, b in zip(*pair, strict=True)] for pair in zip(rows, proof["matrix"], strict=True)
         ]
-        return not kernel.cleared(kernel.joined(off))
+        return not kernel.cleared(covered.joined(off), shown["known"])
     except ValueError:  # one of them speaks of more than polynomials and quotients
         return False
 

@@ -34,10 +34,11 @@ if TYPE_CHECKING or __package__:
 else:
     enclosure, files = beside("enclosure"), beside("files")
     forms = beside("forms", enclosure=enclosure)
-    kernel = beside("kernel")
-    by_c = {"kernel": kernel, **{name: beside(name, kernel=kernel) for name in ("ellipsoid", "held", "modes")}}
-    covered = beside("covered", enclosure=enclosure, kernel=kernel)
-    theorem = beside("theorem", enclosure=enclosure, covered=covered, **by_c)
+    frame = beside("frame")
+    kernel = beside("kernel", frame=frame)
+    by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel) for name in ("ellipsoid", "held")}}
+    covered = beside("covered", enclosure=enclosure, frame=frame, kernel=kernel)
+    theorem = beside("theorem", enclosure=enclosure, covered=covered, frame=frame, **by_c)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 PROOF, SETS, by_kernel, long_run = theorem.PROOF, theorem.SETS, theorem.bound, theorem.long_run
@@ -165,14 +166,8 @@ def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
     (whole, scale), turn = integers(P), [-1 if i in flips else 1 for i in size]
     gap = [[(a - b * turn[i] * turn[j]) * p for j, p in enumerate(row)] for i, row in enumerate(whole)]
     positive_pivots(gap, b * scale, f"{where}: V may grow by more than {show(growth)}")
-    after, factor, fact = (
-        growth,
-        fall,
-        f"{where}: V grows at most {show(growth)}-fold, and {left} samples later",
-    )
-    while left:  # after: an upper bound of growth * fall^left, by squaring, rounded up
-        after = widen(after, after * factor)[1] if left % 2 else after
-        factor, left = widen(factor, factor * factor)[1], left // 2
+    after = enclosure.decayed(growth, fall, left)
+    fact = f"{where}: V grows at most {show(growth)}-fold, and {left} samples later"
     demand(after <= 1, f"{fact} may still be {show(after)} times its value before")
     return f"{fact} is not above its value before"
 

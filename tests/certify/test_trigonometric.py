@@ -123,17 +123,16 @@ def test_angles_and_reciprocals_are_what_they_stand_for(seed: int) -> None:
     """A random quotient, at a random angle: with the tangent and the signs put in, and cleared of its divisors."""
     dice = np.random.default_rng(seed)
     x = float(dice.uniform(-7, 7))
-    kernel.Poly.divisors, kernel.Poly.work = {}, 0
     known: dict[Any, Any] = {}
-    c, s = (kernel.angle(name, kernel.term(1, "x"), known) for name in ("cos", "sin"))
+    c, s = (kernel.function(name, kernel.term(1, "x"), known) for name in ("cos", "sin"))
     d = kernel.term(3) + c * s + kernel.term(Fraction(1, 2)) * s
-    r = kernel.reciprocal(d, known)
-    e = kernel.reciprocal(kernel.term(2) + r * c, known)
+    r = kernel.function("1/", d, known)
+    e = kernel.function("1/", kernel.term(2) + r * c, known)
     made = r * e * s + kernel.term(2) * c * r * r + c * c + s * s
     number, t = math.cos(x) * math.sin(x) + 3 + math.sin(x) / 2, math.tan(abs(math.asin(abs(math.sin(x)))) / 2)
     values = {"x t": t, "sign.cos x": math.copysign(1, math.cos(x)), "sign.sin x": math.copysign(1, math.sin(x))}
     wanted = math.sin(x) / number / (2 + math.cos(x) / number) + 2 * math.cos(x) / number**2 + 1
-    both = kernel.cleared(kernel.joined([[made], [kernel.term(1)]]))
+    both = kernel.cleared(covered.joined([[made], [kernel.term(1)]]), known)
 
     def at(place: str) -> float:
         return sum(float(a) * math.prod(values[y] for y in m) for (where, *m), a in both.items() if where == place)
@@ -143,35 +142,33 @@ def test_angles_and_reciprocals_are_what_they_stand_for(seed: int) -> None:
 
 
 def test_an_equation_of_a_reciprocal_is_used_and_no_other() -> None:
-    kernel.Poly.divisors, kernel.Poly.work = {}, 0
     known: dict[Any, Any] = {}
     d = kernel.term(2) + kernel.term(1, "y")
-    r = kernel.reciprocal(d, known)
+    r = kernel.function("1/", d, known)
     one = kernel.term(1)
-    assert not kernel.cleared(r * d - one)
+    assert not kernel.cleared(r * d - one, known)
     for other in (r * d + one, r * r * d - one, r * kernel.term(2) - one, r - one):
-        assert kernel.cleared(other)
+        assert kernel.cleared(other, known)
     box = {"y": (Fraction(-1), Fraction(1))}
-    kernel.above_zero([[d]], box, "")
+    kernel.semidefinite([[d]], box, "", {}, kernel.LEAST)
     with pytest.raises(ValueError, match="not positive semidefinite"):
-        kernel.above_zero([[d]], {"y": (Fraction(-2), Fraction(1))}, "")
+        kernel.semidefinite([[d]], {"y": (Fraction(-2), Fraction(1))}, "", {}, kernel.LEAST)
     for low in ("-3/2", "-19999/10000"):  # y r = 1 - 2 r, and not any product of their ranges
         contracted = [[kernel.term(1, "y") * r]]
         size = abs(Fraction(low) / (2 + Fraction(low)))
         cell = {"y": (Fraction(low), Fraction(1))}
-        kernel.contracts(contracted, [[Fraction(1)]], size**2, cell, "")
+        kernel.contracts(contracted, [[one]], size**2, cell, "", known)
         with pytest.raises(ValueError, match="V may not fall"):
-            kernel.contracts(contracted, [[Fraction(1)]], size**2 * Fraction(99, 100), cell, "")
+            kernel.contracts(contracted, [[one]], size**2 * Fraction(99, 100), cell, "", known)
 
 
 def test_the_sum_of_squares_of_a_sine_and_a_cosine_is_one() -> None:
-    kernel.Poly.divisors, kernel.Poly.work = {}, 0
     known: dict[Any, Any] = {}
-    c, s = (kernel.angle(name, kernel.term(1, "x"), known) for name in ("cos", "sin"))
-    other = kernel.angle("cos", kernel.term(1, "y"), known)
-    assert not kernel.cleared(c * c + s * s - kernel.term(1))
+    c, s = (kernel.function(name, kernel.term(1, "x"), known) for name in ("cos", "sin"))
+    other = kernel.function("cos", kernel.term(1, "y"), known)
+    assert not kernel.cleared(c * c + s * s - kernel.term(1), known)
     for wrong in (c * c - s * s - kernel.term(1), c * c + other * other - kernel.term(1), c - s, c - other):
-        assert kernel.cleared(wrong)
+        assert kernel.cleared(wrong, known)
 
 
 def test_what_is_covered_is_one_quotient_and_no_box_of_functions() -> None:

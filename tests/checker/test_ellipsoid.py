@@ -211,7 +211,7 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "a negative number of samples": (put("sets", 1, "samples", "-1"), "number of samples"),
     "samples without an end": (put("sets", 1, "samples", "1" + "0" * 9), "number of samples"),
     "the set is too small": (put("sets", 1, "matrix", 0, 0, "1/1000000"), "not positive"),
-    "the set is no ellipsoid": (put("sets", 1, "matrix", [["0", "0"], ["0", "0"]]), "not positive definite"),
+    "the set is no ellipsoid": (put("sets", 1, "matrix", [["0", "0"], ["0", "0"]]), "not positive semidefinite"),
     "the set is not symmetric": (put("sets", 1, "matrix", 0, 1, "0"), "not symmetric"),
     "a set that grows": (put("sets", 1, "matrix", [["1", "0"], ["0", "1"]]), "not positive semidefinite"),
     "weights that are too small": (put("sets", 1, "weights", 1, "1/1000000000"), "too small"),
@@ -254,7 +254,7 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "a start below zero": (put("sets", 1, "after", 0, "start", 1, "-1000"), "not `within`"),
     "a start of one error": (put("sets", 1, "after", 0, "start", ["1/10"]), "."),
     "no start": (put("sets", 1, "after", 0, "start", []), "."),
-    "a start out of the set": (put("sets", 1, "within", 0, "100"), "not in the set"),
+    "a start out of the set": (put("sets", 1, "within", 0, "100"), "not positive semidefinite"),
     "a start in no set": (lambda c, _: c["sets"][1].pop("within"), "."),
     "a share below one": (put("sets", 1, "within", ["1/2", "0", "0"]), "not in the set"),
     "a remark in `after`": (

@@ -23,6 +23,11 @@ def shipped() -> tuple[dict[str, Any], dict[str, str]]:
     return proof, {path.name: path.read_text("utf-8") for path in HERE.glob("one_mass.[ch]")}
 
 
+def proved(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
+    found: dict[str, Any] = verify.by_kernel_alone(proof, {name: text.encode() for name, text in files.items()})
+    return found
+
+
 def with_rate(statements: str) -> dict[str, str]:
     """The C with other statements in place of that of v_dot_hat; E stands for the right rate."""
     _, files = shipped()
@@ -99,8 +104,8 @@ def test_a_true_level_is_no_sign_and_an_error_has_just_its_fields() -> None:
     with pytest.raises(ValueError, match="not so named"):
         kernel.prove(proof | {"signs": proof["signs"] | {level: "outputs.a_hat_rail"}}, files)
     errors = [proof["errors"][0] | {"note": "x"}, *proof["errors"][1:]]
-    with pytest.raises(ValueError, match="fields"):
-        kernel.prove(proof | {"errors": errors}, files)
+    with pytest.raises(verify.Refused, match="fields"):
+        proved(proof | {"errors": errors}, files)
 
 
 def test_a_set_that_does_not_shrink_bounds_nothing() -> None:
@@ -159,7 +164,7 @@ def test_an_error_that_stands_twice_covers_no_second_state() -> None:
     ("field", "value", "why"),
     [
         ("box", {"sign.rail": ["1", "1"]}, "a box of no free variable"),
-        ("rest", ["true.v - outputs.v_hat", "0"], "not the machine's own"),
+        ("rest", ["true.v - outputs.v_hat", "0"], "outputs.v_hat is nothing that is known"),
         ("rest", ["state.z_v", "0"], "nothing that is known"),
         ("rest", [], "argument 2 is shorter"),
     ],
@@ -210,7 +215,7 @@ def test_a_parameter_that_a_macro_makes_nothing_is_refused(macro: str) -> None:
     )
     header = header.replace("    { \\\n", "    { \\\n        0.001, \\\n", 1)
     assert header.count("0.001") == files["one_mass.h"].count("0.001") + 1
-    with pytest.raises(ValueError, match="not of the form"):
+    with pytest.raises(ValueError, match="no fields of doubles"):
         kernel.prove(proof, files | {"one_mass.h": header})
 
 
@@ -223,7 +228,7 @@ def test_a_whole_number_that_c_cuts_is_no_value(size: str) -> None:
     if size.startswith("{"):
         header = header.replace("double rail_a;", "double rail_a[1];")
         files["one_mass.c"] = files["one_mass.c"].replace("parameters->rail_a", "parameters->rail_a[0]")
-    with pytest.raises(ValueError, match="not of the form"):
+    with pytest.raises(ValueError, match="not as their fields"):
         kernel.prove(proof, files | {"one_mass.h": header})
 
 
@@ -278,8 +283,8 @@ def test_a_remark_is_not_read_as_proved(change: Any) -> None:
     """What was read of an object in place of a list were its keys."""
     proof, files = shipped()
     change(proof)
-    with pytest.raises(ValueError, match="fields"):
-        kernel.prove(proof, files)
+    with pytest.raises(verify.Refused, match="fields"):
+        proved(proof, files)
 
 
 @pytest.mark.parametrize("name", ["sign.q", "true.q,\u2028and of every machine"])
@@ -303,8 +308,9 @@ def test_a_field_that_stands_twice_is_refused(old: str, new: str, tmp_path: Path
     text = (HERE / "proof.json").read_text("utf-8")
     assert old in text
     text = text.replace(old, new)
-    done = run_alone(text, HERE)
-    assert done.returncode == 1 and "a field appears twice" in done.stderr
+    folder = folder_with(tmp_path, "proof.json", lambda path: path.write_text(text))
+    done = run_alone(folder)
+    assert done.returncode == 3 and "a field appears twice" in done.stdout
     sources = {path.name: path.read_bytes() for path in HERE.glob("one_mass.[ch]")}
     with pytest.raises(verify.Refused, match="twice"):
         verify.check(text, None, None, sources)
@@ -323,9 +329,14 @@ def test_a_field_of_a_set_that_stands_twice_is_refused() -> None:
         verify.check((HERE / "proof.json").read_text("utf-8"), None, None, everything)
 
 
-def run_alone(text: str, folder: Path, script: Any = kernel) -> Any:
-    command = [sys.executable, "-I", script.__file__, str(folder)]
-    return subprocess.run(command, input=text, capture_output=True, text=True, check=False, timeout=20)
+def run_alone(folder: Path, claim: str = "") -> Any:
+    """verify.py on the folder's proof.json, or ellipsoid.py on a claim."""
+    command = [
+        sys.executable,
+        "-I",
+        *((ellipsoid.__file__, folder) if claim else (verify.__file__, folder / "proof.json")),
+    ]
+    return subprocess.run(command, input=claim, capture_output=True, text=True, check=False, timeout=20)
 
 
 def folder_with(tmp_path: Path, file: str, made: Any) -> Path:
@@ -355,27 +366,27 @@ MADE = {
 @pytest.mark.parametrize("file", ["one_mass.c", "one_mass.h", "other.c"])
 def test_only_the_files_of_the_proof_are_read_and_only_regular_ones(kind: str, file: str, tmp_path: Path) -> None:
     folder = folder_with(tmp_path, file, MADE[kind])
-    proof, claim = ((folder / name).read_text("utf-8") for name in ("proof.json", "ellipsoid.json"))
-    for script, text in ((kernel, proof), (ellipsoid, claim)):
-        done = run_alone(text, folder, script)
+    for claim, status, word in (("", 2, "error: "), ((folder / "ellipsoid.json").read_text("utf-8"), 1, "refused: ")):
+        done = run_alone(folder, claim)
         if file == "other.c":
             assert done.returncode == 0, done.stderr
         else:
-            assert done.returncode == 1 and done.stdout == ""
-            assert done.stderr.startswith("refused: ") and done.stderr.count("\n") == 1 and file[:-1] in done.stderr
+            assert done.returncode == status and done.stdout == ""
+            assert done.stderr.startswith(word) and done.stderr.count("\n") == 1 and file[:-1] in done.stderr
 
 
-def test_an_empty_proof_s_folder_is_one_line() -> None:
-    done = run_alone((HERE / "proof.json").read_text("utf-8"), HERE.parent)
-    assert done.returncode == 1 and "one_mass.c" in done.stderr and done.stderr.count("\n") == 1
+def test_an_empty_proof_s_folder_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "proof.json").write_bytes((HERE / "proof.json").read_bytes())
+    done = run_alone(tmp_path)
+    assert done.returncode == 3 and "one_mass.c" in done.stdout and done.stdout.count("\n") == 1
 
 
 def test_carriage_returns_are_refused_alone_too(tmp_path: Path) -> None:
     """C takes one as a blank, Python's reader of text for the end of a line: a macro's line would go on."""
     source = (HERE / "one_mass.c").read_bytes().replace(b"#endif\n\nvoid", b"#endif\r\nvoid").replace(b"\n\n", b"\n\r")
     folder = folder_with(tmp_path, "one_mass.c", lambda path: path.write_bytes(source))
-    done = run_alone((HERE / "proof.json").read_text("utf-8"), folder)
-    assert done.returncode == 1 and "control characters" in done.stderr
+    done = run_alone(folder)
+    assert done.returncode == 3 and "control characters" in done.stdout
 
 
 @pytest.mark.parametrize(

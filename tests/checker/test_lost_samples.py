@@ -76,12 +76,11 @@ def test_two_states_that_begin_with_one_level_are_refused() -> None:
     files = {name: text.decode() for name, text in sources("two_mass").items() if name.endswith((".c", ".h"))}
     kernel, held = verify.theorem.kernel, verify.theorem.held
     shown = kernel.prove(proof, files)
-    begun, predicted, resumed = verify.theorem.modes.require("two_mass", files)
-    held.require(proof, shown, begun, predicted, resumed)
+    held.require(proof, shown)
     mixed = dict(proof["states"])
     mixed["state.z_ground"] = mixed["state.z_ground"].replace("outputs.a_hat_ground", "outputs.a_hat_between")
     with pytest.raises(ValueError, match="init: "):
-        held.require(proof | {"states": mixed}, shown, begun, predicted, resumed)
+        held.require(proof | {"states": mixed}, shown)
 
 
 PROOFS = sorted(GENERATED.glob("*/proof.json"))

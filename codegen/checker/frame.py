@@ -1,0 +1,279 @@
+"""The frame of the C: NAME.h and NAME.c are HEADER and SOURCE, with other text in place of each "...", comments aside.
+
+Standard library only; part of the checker. What stands in place of "..." holds no # and no quotes, so that no macro
+changes what a name means. It must be fields that are doubles, numbers, statements (which kernel.Text.run reads), and
+declarations of functions of this NAME. So, in C that compiles:
+
+- `step` sets fault 0 if the sum `check` is within the limit and the mode is RUNNING, and else fault 1.
+- HOLDING follows 1, 2, 4 or 8 invalid samples in a row. The count is at most 8 and cannot overflow.
+- A sample is valid if the sum of all inputs is within the limit; `check` of the step is a sum that holds every next
+  state once, and depends on every input. A valid sample leaves HOLDING and STARTING, and any value that is not a
+  mode; the next mode is RUNNING, or STARTING if the state that this sample gives is invalid.
+"""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from time import thread_time
+from typing import NamedTuple
+
+HEADER = """#ifndef STICTION_UPPER_H
+#define STICTION_UPPER_H
+#ifdef __cplusplus
+extern "C" {
+#endif
+typedef struct { ... } NAME_parameters;
+#define UPPER_PARAMETERS { ... }
+typedef enum { UPPER_RUNNING, UPPER_HOLDING, UPPER_STARTING } NAME_mode;
+typedef struct { ... NAME_mode mode; unsigned char invalid_samples; } NAME_state;
+typedef struct { ... } NAME_inputs;
+typedef struct { ... int fault; } NAME_outputs;
+void NAME_prepare(NAME_parameters *parameters);
+void NAME_init(NAME_state *state, const NAME_parameters *parameters, const NAME_inputs *inputs);
+void NAME_step(NAME_state *state, const NAME_parameters *parameters, const NAME_inputs *inputs, NAME_outputs *outputs);
+#ifdef __cplusplus
+}
+#endif
+#endif"""
+SOURCE = """#include "NAME.h"
+#include <math.h>
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+#if defined(__GNUC__)
+#define UPPER_COLD __attribute__((noinline, cold))
+#else
+#define UPPER_COLD
+#endif
+static inline double NAME_sign(double u) { return (u > 0.0) ? 1.0 : ((u < 0.0) ? -1.0 : 0.0); }
+void NAME_prepare(NAME_parameters *parameters) { ... }
+void NAME_init(NAME_state *state, const NAME_parameters *parameters, const NAME_inputs *inputs) {
+    ...
+    state->mode = UPPER_RUNNING;
+    state->invalid_samples = 0u;
+    ...
+    if (!(fabs(check) <= 1e+150)) {
+        ...
+        state->mode = UPPER_STARTING;
+    }
+}
+static void NAME_predict(NAME_state *state, const NAME_parameters *parameters, const NAME_outputs *outputs) {
+    ...
+    if (state->mode == UPPER_RUNNING) {
+        if (outputs->fault == 0) {
+            state->invalid_samples = 0u;
+        }
+        state->invalid_samples++;
+        if (state->invalid_samples >= ...u) {
+            state->mode = UPPER_HOLDING;
+        }
+    }
+}
+static void NAME_resume(NAME_state *state, const NAME_parameters *parameters, const NAME_inputs *inputs,
+    const NAME_outputs *outputs) {
+    ...
+    state->mode = UPPER_RUNNING;
+    state->invalid_samples = 0u;
+}
+static UPPER_COLD void NAME_handle_fault(NAME_state *state, const NAME_parameters *parameters,
+    const NAME_inputs *inputs, NAME_outputs *outputs) {
+    ...
+    if (!(fabs(given) <= 1e+150)) {
+        if (state->mode != UPPER_STARTING) {
+            NAME_predict(state, parameters, outputs);
+        }
+    } else if (state->mode == UPPER_HOLDING) {
+        NAME_resume(state, parameters, inputs, outputs);
+    } else {
+        NAME_init(state, parameters, inputs);
+    }
+    outputs->fault = 1;
+}
+void NAME_step(NAME_state *state, const NAME_parameters *parameters, const NAME_inputs *inputs, NAME_outputs *outputs) {
+    ...
+    if (fabs(check) <= 1e+150 && state->mode == UPPER_RUNNING) {
+        ...
+        outputs->fault = 0;
+    } else {
+        NAME_handle_fault(state, parameters, inputs, outputs);
+    }
+}"""
+WHOLE, POWER = "(?:0|[1-9][0-9]{0,99})", "e[+-]?[0-9]{1,2}"
+DOUBLE = rf"{WHOLE}(?:\.[0-9]{{0,99}}(?:{POWER})?|{POWER})"
+FIELD = r"double ((?!STICTION)[A-Za-z]\w*)(?:\[([1-9]\d{0,2})\])?; ?"
+INDEX = r"(?:0|[1-9]\d{0,3})"
+ARRAY = r"double (\w+)\[([1-9]\d{0,2})\]; ?"
+SECONDS = 5.0
+MOST_FIELDS, MOST_ARRAYS, MOST_TEXT = 10_000, 100, 1_000_000
+
+
+Program = list[tuple[str, str]]
+
+
+class C(NamedTuple):
+    """What stands in the two files: places such as "state.z_v[3]", and what is assigned to places and locals."""
+
+    name: str
+    sums: tuple[str, str, str]  # `given`, and `check` of init and of step behind what precedes it
+    values: dict[str, Fraction]
+    states: list[str]
+    inputs: list[str]
+    outputs: list[str]
+    prepare: Program
+    init: Program
+    reset: Program
+    predict: Program
+    resume: Program
+    step: Program
+
+
+class Clock:
+    """When the thread's time is up."""
+
+    end = float("inf")
+
+
+def demand(holds: object, why: str) -> None:
+    """Raises ValueError if this does not hold, or if there is no time left."""
+    if not holds or thread_time() > Clock.end:
+        raise ValueError("more work than the limit" if holds else why)
+
+
+@contextmanager
+def limited() -> Iterator[None]:
+    """SECONDS of the thread's time from now on, or what is left of those of who asks: no file takes longer to judge."""
+    before = Clock.end
+    Clock.end = min(before, thread_time() + SECONDS)
+    try:
+        yield
+    finally:
+        Clock.end = before
+
+
+def plain(text: str) -> str:
+    """A text of C without comments and needless blanks: each line of the preprocessor, and all between two as one."""
+    text = text.replace("\\\n", "")
+    legible = text.replace("\n", "").isprintable() and not re.search(r"\\|\?\?", text)
+    demand(legible, "control characters, \\ or ??")
+    text = re.sub(r'/\*.*?(?:\*/|\Z)|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
+    demand(text.isascii() and not re.search(r"//|%|[\w.]{200}", text), "a comment from // on, % or not ASCII")
+    lines = filter(None, (" ".join(line.split()) for line in text.split("\n")))
+    return re.sub(r"(?m)^([^#].*)\n(?!#)", r"\1 ", "\n".join(lines))
+
+
+def between(form: str, name: str, text: str) -> list[str]:
+    """What stands in a text of C in place of each "..." of the form, -> as a dot."""
+    found, rest = [], plain(text)
+    for piece in re.split(r" ?\.\.\. ?", plain(form).replace("NAME", name).replace("UPPER", name.upper())):
+        part, there, rest = rest.partition(piece)
+        demand(there, f"the C is not of the form that is read: no {piece[:200]!r}")
+        found.append(part)
+    demand(not found[0] + rest and not re.search("[#\"']", "".join(found)), "the C is not of the form that is read")
+    return [part.strip().replace("->", ".") for part in found[1:]]
+
+
+def unrolled(text: str) -> str:
+    """Statements with the sequence of its bodies in place of each loop, each body with locals of its own."""
+    parts, size, read, index = [], 0, 0, rf"\[i((?: [+-] {INDEX})?)\]"
+    for loop in re.finditer(rf"for \(int i = ({INDEX}); i < ({INDEX}); i\+\+\) {{ ([^{{}}]*)}} ?", text):
+        local = "|".join(re.findall(r"double (\w+)", loop[3])) or "(?!)"
+        parts.append(text[read : loop.start()])
+        for k in range(int(loop[1]), int(loop[2])):
+            body = re.sub(index, lambda m, k=k: f"[{k + int(m[1].replace(' ', '') or 0)}]", loop[3])
+            size += len(body)
+            demand(size < MOST_TEXT, "loops that are too long")
+            demand(not re.search(r"\bi\b", body), "i in an expression")
+            parts.append(re.sub(rf"\b({local})\b", rf"\1[{loop.start()}.{k}]", body))
+        read = loop.end()
+    return "".join(parts) + text[read:]
+
+
+def assignments(text: str, sign: str) -> Program:
+    """Pairs of what is set and the expression, in the order of these statements; the sign function is called sgn."""
+    text, found, end = unrolled(re.sub(r"\(void\)\w+; ?", "", text)), [], 0
+    arrays = re.findall(ARRAY, text)
+    text, sizes = re.sub(ARRAY, "", text), {name: int(size) for name, size in arrays}
+    local = {f"{name}[{k}]" for name, size in sizes.items() for k in range(size)}
+    demand(len(sizes) == len(arrays) <= MOST_ARRAYS, "arrays of the same name, or too many")
+    for statement in re.finditer(r"((?:const )?double )?([A-Za-z_][\w.]*(?:\[[\d.]+\])?) (\+?=) ([^;={}]+); ?", text):
+        declared, target, way, value = statement.groups()
+        demand(statement.start() == end, f"{text[end : end + 80]!r} cannot be read")
+        end = statement.end()
+        demand(not declared or target not in {*local, sign}, f"{target} is declared twice")  # one may hide another
+        local |= {target} if declared else set()
+        demand("." in target.split("[")[0] or target in local, f"{target} is set")
+        whole = re.search(r"(?<![\w.[])[0-9]", re.sub(rf"(?<![\w.]){DOUBLE}", "", value))
+        demand(not whole and not re.search(r"\bsgn\b", value), f"{value[:80]}: a number or a function out of place")
+        found.append((target, re.sub(rf"\b{sign}\b", "sgn", f"{target} + {value}" if way == "+=" else value)))
+    demand(end == len(text), f"{text[end : end + 80]!r} cannot be read")
+    return found
+
+
+def read(name: str, files: dict[str, str]) -> C:
+    """What NAME.c and NAME.h (name: text) hold, or ValueError."""
+    demand(re.fullmatch("[a-z][a-z0-9_]*", name), "no name")
+    source, form = files[f"{name}.c"], SOURCE
+    if f"{name}_sign" not in source:
+        form = re.sub("static inline .*", "", SOURCE)
+    prepare, init, begun, reset, predict, most, resume, given, step, commit = between(form, name, source)
+    for text in (prepare, init, begun, reset, predict, resume, given, step, commit):
+        plain_loops = re.fullmatch(r"[^{}]*+(?:{[^{}]*+}[^{}]*+)*+", text) and f"{name.upper()}_" not in text
+        demand(plain_loops, f"{name}.c: {text[:80]!r} holds more than statements")
+    demand(most in ("1", "2", "4", "8"), f"{name}.c: {most} invalid samples in a row")
+    fields, values, *others = between(HEADER, name, files[f"{name}.h"])
+    demand(
+        all(re.fullmatch(f"(?:{FIELD})*", struct) for struct in (fields, *others)), f"{name}.h: no fields of doubles"
+    )
+    arrays = [re.findall(FIELD, struct) for struct in (fields, *others)]
+    demand(sum(int(n or 1) for array in arrays for _, n in array) <= MOST_FIELDS, f"{name}.h: too many fields")
+    parameters, states, inputs, outputs = (
+        [f"{of}.{x}{n and f'[{k}]'}" for x, n in array for k in range(int(n or 1))]
+        for of, array in zip(("parameters", "state", "inputs", "outputs"), arrays, strict=True)
+    )
+    as0 = ", ".join(f"{{ {', '.join('0' * int(n))} }}" if n else "0" for _, n in arrays[0])
+    demand(re.sub(f"-?{DOUBLE}", "0", values) == as0, f"{name}.h: values are not as their fields")
+    stated = dict(zip(parameters, map(Fraction, re.findall(f"-?{DOUBLE}", values)), strict=True))
+    bodies = (prepare, init, reset, predict, resume, f"{step} {commit}".strip())
+    return C(
+        name,
+        (given, begun, step),
+        stated,
+        states,
+        inputs,
+        outputs,
+        *(assignments(text, f"{name}_sign") for text in bodies),
+    )
+
+
+def detects(c: C) -> None:
+    """Raises ValueError where a sum that is compared with the limit does not hold all that the text above says."""
+    name, (given, begun, step), states, inputs = c.name, c.sums, c.states, c.inputs
+    demand({*terms("given", given)} == {*inputs}, f"{name}.c: `given` is not the sum of all inputs")
+    demand({*terms("check", begun)} == {*inputs, *states}, f"{name}.c: `check` is not the sum of inputs and states")
+    before, _, sum_ = step.rpartition("double check = ")
+    demand(not re.search(r"\bcheck\b", before), f"{name}.c: `check` is set anew")
+    follow, summed = {re.sub(r"state\.(\w+)", r"\1_next", z) for z in states}, terms("check", f"double check = {sum_}")
+    demand({*summed} >= follow, f"{name}.c: `check` does not hold all next states")
+    sources: dict[str, set[str]] = {}
+    for target, value in re.findall(r"([\w.]+)(?:\[[^][]*\])? \+?= ([^;={}]+);", before):
+        sources.setdefault(target, set()).update(re.findall(r"[A-Za-z_][\w.]*", value))
+    reached, left = set(), {re.sub(r"\[\d+\]", "", x) for x in summed}
+    while left:
+        reached |= left
+        left = {y for x in left for y in sources.get(x, ())} - reached
+    demand({re.sub(r"\[\d+\]", "", x) for x in inputs} <= reached, f"{name}.c: `check` does not see all inputs")
+
+
+def terms(name: str, text: str) -> list[str]:
+    """The terms of a sum that is all of this C, its loops unrolled; each stands in it once."""
+    head, *loops = re.split(" (?=for )", text)
+    first = re.fullmatch(rf"(?:const )?double {name} = ([^;{{}}]*);", head)
+    found = first[1].split(" + ") if first else []
+    for loop in loops:
+        part = re.fullmatch(rf"for \(int i = (\d{{1,4}}); i < (\d{{1,4}}); i\+\+\) {{ {name} \+= ([^;{{}}]*); }}", loop)
+        demand(part, f"{loop[:80]!r} is no part of a sum")
+        each = range(int(part[1]), int(part[2])) if part else ()
+        found += [x.replace("[i]", f"[{k}]") for k in each for x in part[3].split(" + ")] if part else []
+    demand(first and len(found) == len({*found}), f"`{name}` is no sum, or a term stands twice in it")
+    return [x for x in found if x != "0.0"]
