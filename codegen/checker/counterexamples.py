@@ -29,6 +29,7 @@ class Case(NamedTuple):
 STEP = "z_v_next = state->z_v +"
 LAW = "parameters->one_over_m * (inputs->w - F_hat_rail)"
 SET = "        state->z_v = z_v_next;\n"
+GUARD = "    const double check = z_v_next"
 SHOW = "outputs->v_hat = v_hat;"
 NOT_KNOWN, FIELDS = "is nothing that is known here", "fields are not so named"
 NOT_READ, NOT_SHOWN, NOT_MOVED = "cannot be read", "do not show the estimates", "does not move the errors"
@@ -75,6 +76,10 @@ CASES = (
     Case("the held output of the last sample is read", "c", LAW, f"{LAW} + outputs->v_hat", "is nothing that is known"),
     Case("a parameter is set in the step", "c", SET, f"{SET}        parameters->K_F = 0.0;\n", "parameters.K_F is set"),
     Case("an input is set in the step", "c", SET, f"{SET}        inputs->x = 0.0;\n", "inputs.x is set"),
+    Case(
+        "a state is set in a sample with a fault too", "c", GUARD, f"    state->z_v = z_v_next;\n{GUARD}", "z_v is set"
+    ),
+    Case("an output is shown in a sample with a fault too", "c", GUARD, f"    {SHOW}\n{GUARD}", "v_hat is set"),
     Case("the guard's own state is set", "c", SET, f"{SET}        state->mode = 0.0;\n", "state.mode is set"),
     Case("a function that is no polynomial", "c", LAW, f"({LAW}) + 0.0 * tanh(v_hat)", "C calls tanh"),
     Case("an exponential", "c", LAW, f"({LAW}) + exp(v_hat) - exp(v_hat)", "C calls exp"),

@@ -126,6 +126,7 @@ class C(NamedTuple):
     predict: Program
     resume: Program
     step: Program
+    commit: Program
 
 
 class Clock:
@@ -234,16 +235,10 @@ def read(name: str, files: dict[str, str]) -> C:
     as0 = ", ".join(f"{{ {', '.join('0' * int(n))} }}" if n else "0" for _, n in arrays[0])
     demand(re.sub(f"-?{DOUBLE}", "0", values) == as0, f"{name}.h: values are not as their fields")
     stated = dict(zip(parameters, map(Fraction, re.findall(f"-?{DOUBLE}", values)), strict=True))
-    bodies = (prepare, init, reset, predict, resume, f"{step} {commit}".strip())
-    return C(
-        name,
-        (given, begun, step),
-        stated,
-        states,
-        inputs,
-        outputs,
-        *(assignments(text, f"{name}_sign") for text in bodies),
-    )
+    bodies = (prepare, init, reset, predict, resume, step, f"{step} {commit}".strip())
+    *programs, before, whole = (assignments(text, f"{name}_sign") for text in bodies)
+    programs += [before, whole[len(before) :]]
+    return C(name, (given, begun, step), stated, states, inputs, outputs, *programs)
 
 
 def detects(c: C) -> None:

@@ -140,7 +140,8 @@ def leaves(cell: Box, tree: Any) -> Iterator[Box]:
         yield cell
     else:
         x, cut, below, above = tree
-        (low, high), middle = ends(x, cell), Text({}, {}).value(cut).constant()
+        demand(re.fullmatch("-?[0-9]{1,40}(/[1-9][0-9]{0,39})?", cut), f"{x} is cut at no number")
+        (low, high), middle = ends(x, cell), Fraction(cut)
         demand(low < middle < high, f"{x} is not cut between its ends")
         yield from leaves(cell | {x: [low, middle]}, below)
         yield from leaves(cell | {x: [middle, high]}, above)
@@ -261,7 +262,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     demand({*start} <= {*c.states} and len(moving) == len(errors), "not an error for each state")
     demand(all(p.names() & follow <= {*hidden} for p in start.values()), "a state is no polynomial of the estimates")
     code = Text({x: p for x, p in names.items() if x not in c.outputs} | start, known)
-    after = code.run(c.step, c.states + c.outputs)
+    code.run(c.step, [])
+    after = code.run(c.commit, c.states + c.outputs)
     demand(all(after[y] == names[y] for y in estimates), "the states do not show the estimates")
     # The machine a sample later, and the states that show the errors which the matrix gives: they are the code's.
     phi = [[machine.value(x) for x in row] for row in proof["matrix"]]

@@ -251,7 +251,7 @@ def test_the_c_is_read_as_the_twin_computes(name: str) -> None:
             if field not in MODE_FIELDS
         }
         code = kernel.Text(names, {})
-        code.run(c.step, c.states + c.outputs)
+        code.run(c.step + c.commit, c.states + c.outputs)
         twin.step(state, parameters, inputs, outputs)
         assert outputs.fault == 0
         for kind, record in (("state", state), ("outputs", outputs)):
