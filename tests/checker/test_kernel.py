@@ -113,7 +113,7 @@ def test_a_matrix_that_depends_on_the_signs_is_proved_for_all_of_them() -> None:
     assert kernel.prove(json.loads(made), files)["whole"]
     with pytest.raises(ValueError, match="does not move the errors"):
         kernel.prove(json.loads(made.replace("(sign.between * sign.ground)", "(1)")), files)
-    with pytest.raises(ValueError, match="not positive semidefinite"):
+    with pytest.raises(ValueError, match="V may not fall"):
         kernel.prove(json.loads(made) | {"decay_rate": "5"}, files)
 
 
@@ -416,7 +416,7 @@ def test_mutants_of_any_place_that_are_proved_are_true() -> None:
 
 @pytest.mark.slow
 def test_mutants_of_every_shipped_proof_that_are_proved_are_true() -> None:
-    names = [name for name in PROVED if name != "one_mass_domain"]  # whose domain random states leave
+    names = [x for x in PROVED if x not in ("one_mass_domain", "two_link_arm")]  # whose domain random states leave
     proved, false = judged(names, 10_000 // len(names) + 1)
     assert proved >= 100 and false == 0
 
