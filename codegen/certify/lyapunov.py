@@ -17,7 +17,7 @@ from scipy.linalg import eigh, matrix_balance, solve_continuous_lyapunov, solve_
 from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
-from codegen.certify.centre import Array, Group, Pattern, centred, climbed, falls, half, slower_until
+from codegen.certify.centre import Array, Group, Pattern, centred, climbed, half, slower_until
 
 LARGEST_HULL = 4
 LARGEST, SLACK = 1e6, 1e-3
@@ -161,15 +161,15 @@ def _feasible(
         first: how many of each group are taken first; None: all.
     """
     stacks = [np.asarray(stack) for stack, _ in groups]
-    _, spread = half(stacks[0].shape[1])
     largest = max(1.0, *(float(np.abs(stack).max()) for stack in stacks))
     used = [sorted({*np.linspace(0, len(s) - 1, min(first or len(s), len(s))).astype(int)}) for s in stacks]
     for _ in range(ROUNDS):
         asked = [
-            falls(stack[chosen], h, rate, spread) / largest
+            _fall(stack[k], h, rate) / largest
             for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True)
+            for k in chosen
         ]
-        p = feasible(np.concatenate(asked), structure)
+        p = feasible(asked, structure)
         if p is None or np.linalg.eigvalsh(p)[0] <= 0:
             return None
         missing = False
@@ -185,19 +185,25 @@ def _feasible(
     return None
 
 
-def feasible(conditions: Array, structure: Pattern | None = None) -> Array | None:
+def _fall(a: Array, h: float, alpha: float) -> Array:
+    """``falls`` of one matrix as a map of vec P, m² by m²: other last bits can make the solver stop elsewhere."""
+    unit = np.eye(len(a))
+    now = np.kron(a.T, unit) + np.kron(unit, a.T) + h * np.kron(a.T, a.T)
+    return np.asarray(-(now + 2 * alpha * np.eye(len(now))))
+
+
+def feasible(conditions: Sequence[Array], structure: Pattern | None = None) -> Array | None:
     """P with I ≤ P ≤ 10⁶ I and L(P) > 0 for each condition, far from its edge; None if none is found.
 
     Args:
-        conditions: the L as of ``falls``, scaled to entries of about 1.
+        conditions: the L as of ``_fall``, scaled to entries of about 1.
         structure: where P may hold other entries than zero; None: everywhere.
     """
-    size = conditions.shape[1]
+    size = math.isqrt(len(conditions[0]))
     pick, spread = half(size)
     unit, count = pick @ np.eye(size).ravel(), len(conditions)
     n = len(unit)
-    maps = conditions.reshape(count, size * size, n)
-    blocks = [np.column_stack([-pick @ each, SLACK * unit]) for each in maps]
+    blocks = [np.column_stack([-pick @ block @ spread, SLACK * unit]) for block in conditions]
     blocks += [np.column_stack([sign * pick @ spread, 0 * unit]) for sign in (-1, 1)]
     right = [np.zeros(count * n), -unit, LARGEST * unit, np.ones(1)]
     blocks.append(np.eye(n + 1)[-1:])  # the slack is at most 1
