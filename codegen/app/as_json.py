@@ -1,4 +1,4 @@
-"""What ``--json`` prints: one JSON object on standard output, whose ``format`` names what it is."""
+"""The option ``--json`` and what it prints: one JSON object, whose ``format`` names its content and version."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 
 
 def written(what: str, help: str) -> Any:
-    """The option -o of a verb: the file or folder that it writes."""
+    """The option -o of a verb, which names the file or folder to write; ``what`` is its placeholder in the help."""
     return typer.Option("-o", "--output", parser=named_path, metavar=what, help=help)
 
 
@@ -28,7 +28,7 @@ def print_json(content: object) -> None:
 
 
 def plain(value: object) -> Any:
-    """The same of dicts, lists, numbers and text alone; a number that is not finite is None."""
+    """A value made of what JSON has: dicts, lists, numbers, text and None; None for a number that is not finite."""
     if value is None or isinstance(value, bool | str):
         return value
     if isinstance(value, Integral):

@@ -1,4 +1,4 @@
-"""``stiction cancel``: which friction the inputs can cancel, by which input, and how that is printed."""
+"""``stiction cancel``: which friction the inputs can cancel, and the input that cancels it; as text and as JSON."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from codegen.spec.numerics import require_finite
 
 NUMBERS = "cancellation.json"
 NOTHING = 5e-7
+"""A coefficient below this counts as zero in the printed sums; one as near to 1 is not printed."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,9 +32,10 @@ class CancelReport(Result):
     Attributes:
         choice: the spec's ``cancellation:``, or the default.
         reach: which friction can be cancelled, and why.
-        plan, left: how the input is computed, and what it leaves; None where no input acts, or with a refusal.
+        plan: how the cancelling input is computed; None if no input acts on a coordinate, or with a refusal.
+        left: the friction that remains with this input; None as for ``plan``.
         refusal: why no input can be generated, where the rank of B falls in the envelope.
-        hunting: whether the closed loop goes into a limit cycle, and up to which gain it does not; None if not asked.
+        hunting: limit cycles of the closed loop, and the largest gain without one; None if not asked for.
         files: what was written.
     """
 
@@ -157,12 +159,12 @@ def cancel(
     hunt: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> CancelReport:
-    """Which friction the inputs of a spec can cancel, and the input that does it best.
+    """Which friction the inputs of a spec can cancel, and the cancelling input that the spec asks for.
 
     Args:
         folder: for cancellation.json; None writes nothing.
-        hunt: close the spec's loop with its observer and look for limit cycles, in simulation.
-        progress: called with the share of that which is done, from 0 to 1.
+        hunt: simulate the closed loop of controller, observer and cancelling input, and look for limit cycles.
+        progress: called with the share of this simulation that is done, from 0 to 1.
 
     Raises:
         BadInput: for a bad spec, a force that is not linear in the inputs, or a folder that cannot be written.

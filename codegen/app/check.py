@@ -1,4 +1,4 @@
-"""``stiction check``: a spec that every other verb can use."""
+"""``stiction check``: validates a spec and prints the system that it describes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from codegen.spec.places import placed
 
 @verb
 def check(source: Source) -> Derived:
-    """Read and validate a spec: what the other verbs would refuse of it, all but its proof, is refused here.
+    """Read and validate a spec. It refuses whatever another verb would refuse, except what only a certificate decides.
 
     Raises:
         BadInput: for anything in it that cannot be used.
@@ -96,7 +96,7 @@ def free_gains(machine: Derived) -> dict[str, dict[str, Any]]:
 
 
 def refuse_ungenerable(machine: Derived) -> None:
-    """Raise BadInput, at its line, for what ``generate`` would refuse before it comes to the proof."""
+    """Raise BadInput, at its line, for what ``generate`` would refuse before it seeks a certificate."""
     program = machine.program
     assert machine.header
     _refuse_unprintable(machine.spec, program)
@@ -105,6 +105,7 @@ def refuse_ungenerable(machine: Derived) -> None:
 
 @numerical("the generated step")
 def _refuse_unprintable(spec: Spec, program: Program) -> None:
+    """Raise BadInput for a number of the generated step that cannot be written as a literal, such as infinity."""
     with placed(spec):
         code = lower(program)
         literal = c_language(program).literal  # every language refuses the same numbers

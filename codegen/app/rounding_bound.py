@@ -1,8 +1,9 @@
-"""What rounding adds to the error bound, in newtons: for one coordinate with one contact, in double and in single.
+"""Bound on what floating-point rounding adds to the error bound, in newtons, in double and in single precision.
 
-The states as they are stored are followed exactly; a step's rounding is then a disturbance of the states and of the
-estimates that are handed out. What v̂ = z + Γx is off by is a noise of 1/Γ of it in x, since x stands nowhere else; so
-is the rounding of the measured position when it is handed over. Taken is the step in the domain.
+It holds for an observer with a domain: one coordinate, one contact. The rounding errors of a step, which starts from
+the stored (already rounded) states, are disturbances of the next states and of the friction estimate. A rounding error
+of v̂ = z + Γx is equivalent to an error 1/Γ times as large in x, because x occurs in v̂ only. Converting the measured
+position to the precision of the code is a second error of x. The bound is for the step inside the domain.
 """
 
 from __future__ import annotations
@@ -29,13 +30,14 @@ JUST_ABOVE = 1.001
 
 @dataclass(frozen=True)
 class Rounding:
-    """Of one precision.
+    """Rounding errors in one precision, and their effect on the error bound.
 
     Attributes:
-        position: what rounding of x and v̂ is worth as noise of x.
-        states: rounding of a step, by state; output: of the friction estimate, as it is handed out.
-        adds: at most so much to the bound long after a reversal, in the friction's unit; never below zero.
-        inside: the bound in the domain with it, or None.
+        position: largest rounding error of x and v̂, as an equivalent noise of x.
+        states: name of a state → largest rounding error of its update in one step.
+        output: largest rounding error of the friction estimate that the code returns.
+        adds: upper bound of the increase of the error bound long after a reversal, in the unit of the friction.
+        inside: the error bound in the domain, rounding included; None if there is none.
     """
 
     position: float
@@ -49,7 +51,7 @@ class Rounding:
 def rounding_bounds(
     spec: Spec, analysis: Analysis, certificate: Certificate, bound: ErrorBound
 ) -> dict[str, Rounding] | str:
-    """Precision → what rounding adds to ``bound``; or why that is not known."""
+    """Precision → its ``Rounding``, the increase of ``bound``; or the reason why there is no such bound."""
     observer = analysis.dynamics.observer
     system = observer.system
     if system.degrees_of_freedom > 1 or not isinstance(bound.domain, DomainBound) or bound.domain.inside is None:
@@ -81,7 +83,7 @@ def rounding_bounds(
 def _of_a_step(
     spec: Spec, observer: Observer, domain: DomainBound, precision: str
 ) -> tuple[float, dict[str, float], float]:
-    """Rounding in x, of each observer state, and of the friction estimate: the worse of both directions of slip."""
+    """Largest rounding errors of x, of each state's update and of the friction estimate, over both slip directions."""
     assert observer.domain is not None
     program = replace(build_program(with_cancellation(spec, observer)), precision=precision)
     code = lower(program)
@@ -116,4 +118,5 @@ def _of_a_step(
 
 
 def _largest(spec: Spec, name: str) -> float:
+    """Largest magnitude of a variable in the envelope."""
     return float(max(abs(e) for e in spec.envelope[name]))

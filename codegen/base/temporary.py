@@ -1,7 +1,7 @@
 """Temporary files and folders of a run: locked while they are in use, and removed by a later run if this one is killed.
 
 A file or folder is removed only if this user owns it, its name is one that ``_new_name`` gives, and no process holds
-its lock. The kernel gives a lock back when the process that holds it ends in any way.
+its lock. The operating system releases a lock when the process that holds it ends, however it ends.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
 fcntl: Any = import_module("fcntl") if os.name == "posix" else None
-"""None on a system without these locks: nothing is swept there."""
+"""None on a system without these locks; leftover files are not removed there."""
 _NAME = re.compile(r"\.?stiction-([0-9a-f]{16})-[0-9a-f]{8}\.tmp")
 _LOCK = "lock"
 _OPEN = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 UNKNOWN_USER = 65534
-"""Who owns a file whose owner a user namespace does not know."""
+"""The user id that Linux shows for an owner outside the user namespace (overflow uid), as in a container."""
 
 
 def temporary_file(folder: Path) -> tuple[Path, IO[bytes]]:
@@ -48,9 +48,9 @@ def temporary_file(folder: Path) -> tuple[Path, IO[bytes]]:
 
 
 def take_place(temporary: Path, stream: IO[bytes], target: Path) -> None:
-    """Put a temporary file, with the permissions that a new one would get, in the place of its target.
+    """Rename a temporary file to its target, which it replaces; its permissions become those of a new file.
 
-    Raises OSError if it cannot be written whole, or not put there.
+    Raises OSError if it cannot be written completely or renamed.
     """
     stream.flush()
     temporary.chmod(new_file_mode())
@@ -68,9 +68,9 @@ def new_file_mode() -> int:
 
 @contextmanager
 def private_folder() -> Iterator[Path]:
-    """A new folder in the temporary directory that only this user can enter or write; removed in the end.
+    """A new folder in the temporary directory that only this user can read or write; removed at the end.
 
-    Raises BadInput if there is none to be had, or another user could put another in its place.
+    Raises BadInput if it cannot be made, or if another user could replace it.
     """
     home = temporary_directory()
     refuse_replaceable(home)
@@ -97,7 +97,7 @@ def temporary_directory() -> Path:
 
 
 def _new_folder(home: Path) -> tuple[Path, int]:
-    """A new folder, and the open file in it that is its lock."""
+    """A new folder, and the handle of the locked file in it."""
     while True:
         folder = home / _new_name("stiction")
         folder.mkdir(mode=0o700)
@@ -141,13 +141,13 @@ def refuse_replaceable(folder: Path) -> None:
 
 
 def _new_name(head: str, random: str = "") -> str:
-    """A name of ours, new unless its random part is given; its check is typed by nobody by chance."""
+    """A name for a temporary file: head, random part, and eight digits of a hash of it, which ``_named`` checks."""
     random = random or secrets.token_hex(8)
     return f"{head}-{random}-{hashlib.sha256(f'stiction {random}'.encode()).hexdigest()[:8]}.tmp"
 
 
 def _ours(folder: Path, head: str) -> list[os.DirEntry[str]]:
-    """What lies in a folder under a name of ours and belongs to this user."""
+    """The entries of a folder that ``_new_name`` named and this user owns."""
     if fcntl is None:
         return []
     try:
@@ -175,7 +175,7 @@ def _remove_if_free(path: Path, lock: Path) -> None:
 
 
 def _still_there(path: Path, handle: int) -> bool:
-    """Lock a new file; False where another run saw it before that, and has removed it."""
+    """Lock a new file; False if another run removed it before it was locked."""
     if fcntl is not None:
         with suppress(OSError):  # a file system without locks, on which nothing is removed either
             fcntl.flock(handle, fcntl.LOCK_EX)
@@ -183,7 +183,7 @@ def _still_there(path: Path, handle: int) -> bool:
 
 
 def _is(path: Path, handle: int) -> bool:
-    """Whether a name still leads to an open file."""
+    """Whether a path still names an open file."""
     try:
         return os.path.samestat(path.lstat(), os.fstat(handle))
     except OSError:

@@ -1,8 +1,8 @@
-"""Text of a user on its way into a generated file, page or screen: one function for each target language.
+"""Sanitizing of user text for generated files, pages and the terminal: one function for each target language.
 
-A function lets an allow-list of characters through and nothing else: letters and digits of any script, some ASCII signs
-and some typographic ones. What could end a comment or a string (backslash, quote, control character, line break) is
-none of them. Quotes become typographic ones, line breaks and tabs become spaces, and the rest becomes U+FFFD, which
+A function keeps the characters of an allow-list only: letters and digits of any script, some ASCII signs and some
+typographic ones. No character that could end a comment or a string (backslash, quote, control character, line break) is
+on the list. Quotes become typographic ones, line breaks and tabs become spaces, and the rest becomes U+FFFD, which
 every editor shows.
 
 Templates get such text as ``UserText``. It is not turned into a string by accident: the environment of the template's
@@ -25,19 +25,19 @@ TYPOGRAPHIC = "–—‘’“”·°×±§…"
 QUOTES = {"'": "’", '"': "”", "`": "’"}
 _BREAKS = {"\r\n": " ", "\n": " ", "\r": " ", "\t": " "}
 _INVISIBLE = "\u115f\u1160\u3164\uffa0"
-"""Fillers of Hangul: letters by their category, and not to be seen."""
+"""Hangul fillers: letters by their Unicode category, but invisible."""
 _JOINED = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
-"""Within what opens or ends a comment of C, and within a trigraph."""
+"""Positions inside ``/*``, ``*/`` and ``??`` (trigraphs), where a blank is inserted."""
 _UNSURE = re.compile(r"[^ -~]")
-"""All but the printable signs of ASCII: a picture's data address is a hundred thousand of those."""
+"""Characters to be checked one by one: all but printable ASCII, of which an embedded picture has a hundred thousand."""
 _BLANKS = "\n\t\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}"
 _REORDERING = "\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
-"""Controls of the direction of text: what is shown is not in the order of what is read."""
+"""Bidirectional controls: they make an editor show characters in another order than the file has."""
 
 
 @dataclass(frozen=True, repr=False)
 class UserText:
-    """Text of a user's: free text of a spec, or the name of a file.
+    """Text from a user: free text of a spec, or the name of a file.
 
     Attributes:
         raw: the text unchanged, for JSON, whose writer escapes it.
@@ -79,7 +79,7 @@ def line_text(text: str) -> str:
 
 
 def smt_text(text: str) -> str:
-    """Within a comment of SMT-LIB; the prime of a transposed vector stays as it is."""
+    """Within a comment of SMT-LIB; the apostrophe, which marks a transposed vector, is kept."""
     return _allowed(text, PUNCTUATION + TYPOGRAPHIC + "'")
 
 

@@ -1,4 +1,4 @@
-"""Friction cancellation (chapter 5): which friction the inputs can cancel, and the cancelling input."""
+"""Friction cancellation (chapter 5 of the thesis): which friction the inputs can cancel, and the input that does it."""
 
 from codegen.cancellation.law import cancelling_outputs, with_cancellation
 from codegen.cancellation.plan import Plan, RankFalls, make_plan

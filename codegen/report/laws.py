@@ -1,4 +1,4 @@
-"""The page of the friction laws, from their classes' docstrings and attributes, with pictures."""
+"""The page docs/laws.md and its pictures, made from the docstrings and attributes of the law classes."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def law_view(law: FrictionLaw) -> dict[str, Any]:
     """The fields of a law for the template."""
     drawn = law.name in EXAMPLES
     first, *remarks = inspect.cleandoc(type(law).__doc__ or "").split("\n\n")
-    # Declared positive where they are, so that expressions simplify without absolute values.
+    # A parameter that must be positive is a positive symbol, so that expressions simplify without absolute values.
     symbols = {p.name: _symbol(p) for p in law.parameters}
     return {
         "name": law.name,

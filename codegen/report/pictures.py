@@ -1,4 +1,4 @@
-"""Pictures of the report as SVG, one panel each for narrow screens: axes and text as vectors, samples as a bitmap."""
+"""Pictures of the report as SVG: axes and text as vectors, samples as a bitmap; one panel each, for narrow screens."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SMOOTH, LAW = "#26282b", "#1f6fb4"
 SIZE_IN = (4.3, 2.95)
 """Size of a panel: 410 pixels wide, so that its text is readable on a screen of 390."""
 PLACE = (0.185, 0.185, 0.975 - 0.185, 0.9 - 0.185)
-"""Of the axes in it: left, bottom, width and height as shares."""
+"""Position of the axes in a panel: left, bottom, width and height as shares of its size."""
 DPI = 110
 TICKS_HZ = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.3, "rasterized": True}
@@ -29,7 +29,7 @@ DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.3, "
 
 @dataclass(frozen=True)
 class Panel:
-    """A picture: its title and its data address."""
+    """A picture: its title, and the SVG as a data URL."""
 
     words: str
     address: str
@@ -69,7 +69,7 @@ def residual_panels(coordinate: CoordinateSeries) -> tuple[Panel, ...]:
 
 
 def law_picture(panel: LawPanel, variable: str, units: tuple[str, str], words: str) -> Panel:
-    """Residual without an effect, a smooth curve through it, and the force of the effect's law.
+    """The residual of the model without an effect, a smooth curve through it, and the force of the effect's law.
 
     Args:
         units: of the variable, of the force.
@@ -167,7 +167,7 @@ def _squared(unit: str) -> str:
 
 
 def _panel(words: str, draw: Callable[[Any], None]) -> Panel:
-    """The SVG of what ``draw`` draws on axes, as a data address."""
+    """The SVG of what ``draw`` draws on axes, as a data URL."""
 
     def on_figure(figure: Any) -> None:
         axes = figure.add_axes(PLACE)

@@ -44,7 +44,7 @@ def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, **styl
 def svg(
     draw: Callable[[Any], None], size: tuple[float, float], dpi: int | None = None, fits: bool = False, **style: Any
 ) -> bytes:
-    """The same as SVG.
+    """The SVG of what ``draw`` draws on a figure; deterministic.
 
     Args:
         dpi: of what is drawn as a bitmap.
@@ -71,7 +71,7 @@ def drawn(
         spaces: around panels that are fitted into the figure; None where ``draw`` places them.
         look: matplotlib settings.
     """
-    import matplotlib  # a second, which the lists of laws and effects need not pay
+    import matplotlib  # here, since it takes about a second and the lists of laws and effects do without
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
@@ -91,7 +91,10 @@ def drawn(
 
 
 def rounded(values: Any) -> Any:
-    """Values rounded to some digits of the largest, so that rounding differences between platforms do not show."""
+    """Values rounded to ``DIGITS`` digits of the largest magnitude; positive arrays are returned as they are.
+
+    So the pictures do not depend on how a platform rounds.
+    """
     array = np.asarray(values, dtype=float)
     size = float(np.nanmax(np.abs(array)))
     return array if size == 0 or np.nanmin(array) > 0 else np.round(array / size, DIGITS) * size

@@ -1,1 +1,1 @@
-"""Machines with real stick and slip: recorded inputs replayed, logs predicted in free run, closed loops simulated."""
+"""Simulation of machines with set-valued friction (true stick and slip): open loop, along logs, and in closed loop."""

@@ -1,8 +1,8 @@
-"""Numbered names written once: ``x1..16`` in an entry or an item of a list stands for sixteen of them, x1 to x16,
-and ``x1..16_noise`` for x1_noise to x16_noise.
+"""Ranges of numbered names: ``x1..16`` is expanded to the sixteen names x1 to x16.
 
-A mapping's entry is repeated if its key has a range, an item of a list if anything in it has. The ranges in what is
-repeated run together: ``k*(x1..15 - x2..16)`` in a list is fifteen springs.
+``x1..16_noise`` gives x1_noise to x16_noise. An entry of a mapping is copied for each number if its key has a range, an
+item of a list if any text in it has one. All ranges in one entry or item count up together: ``k*(x1..15 - x2..16)`` as
+an item of a list gives the forces of fifteen springs.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ _RANGE = re.compile(r"\b([A-Za-z]\w*?)(\d+)\.\.(\d+)((?:_[A-Za-z]\w*)?)\b")
 
 
 def expanded(node: Any, file: str) -> Any:
-    """The document with every range written out; what has none is the same object.
+    """The document with every range expanded; a node without a range is returned as the same object.
 
     Raises:
-        BadInput: for a range that falls, or is too long, or ranges of different length that should run together, and
-            for more values than a file may have.
+        BadInput: for a range that falls or is too long, ranges of different length in one entry or item, and more
+            values than a file may have.
     """
     return _expanded(node, file, None, [0])
 
 
 def _expanded(node: Any, file: str, line: int | None, made: list[int]) -> Any:
-    """The same for a node in the document, on its line; ``made`` holds how many values were written out so far."""
+    """``expanded`` for one node, on a line of the file; ``made`` holds the number of values made so far."""
     if isinstance(node, CommentedMap):
         result = CommentedMap()
         for key, value in list(node.items()):
@@ -76,7 +76,7 @@ def _changed_items(old: CommentedSeq, new: CommentedSeq) -> bool:
 
 
 def _same_style(old: Any, new: Any, comments: bool = True) -> Any:
-    """The new node written like the old, with the comments before it and behind the keys that it keeps, if asked."""
+    """The new node in the style (flow or block) of the old one; with ``comments``, also its comments."""
     if old.fa.flow_style():
         new.fa.set_flow_style()
     else:
@@ -90,6 +90,7 @@ def _same_style(old: Any, new: Any, comments: bool = True) -> Any:
 
 
 def _texts(node: Any) -> Iterator[str]:
+    """All strings in a node, keys included."""
     if isinstance(node, CommentedMap):
         for key, value in node.items():
             yield from _texts(key)
@@ -102,14 +103,14 @@ def _texts(node: Any) -> Iterator[str]:
 
 
 def _size(node: Any) -> int:
-    """The values in a node, with itself."""
+    """The number of values in a node, itself included."""
     if isinstance(node, CommentedMap):
         return 1 + sum(map(_size, node.values()))
     return 1 + sum(map(_size, node)) if isinstance(node, CommentedSeq) else 1
 
 
 def _count(texts: list[str], value: Any, file: str, line: int | None, made: list[int]) -> int:
-    """How often the texts are repeated, with the values that it makes added to ``made``."""
+    """The number of copies that the ranges in the texts ask for; the values of these copies are added to ``made``."""
     found = [m for text in texts for m in _RANGE.finditer(text)]
     first = found[0]
     for m in found:
@@ -129,7 +130,7 @@ def _count(texts: list[str], value: Any, file: str, line: int | None, made: list
 
 
 def _shifted(node: Any, k: int) -> Any:
-    """The k-th copy, counted from zero; the first alone keeps the comments."""
+    """Copy k of a node, from zero: k is added to the first number of each range. Only copy 0 keeps the comments."""
     if isinstance(node, CommentedMap):
         mapping = CommentedMap()
         for key, value in node.items():
