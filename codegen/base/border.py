@@ -1,4 +1,4 @@
-"""The border of the verbs: nothing crosses it but results, BadInput, a refusal of the checker, and InternalError."""
+"""Decorators of the verbs: an exception that a verb does not declare becomes an InternalError with it as its cause."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ OURS = (BadInput, InternalError, BrokenPipeError)
 def verb_that_raises(
     *meant: type[Exception],
 ) -> Callable[[Callable[Given, Result]], Callable[Given, Result]]:
-    """A function that is a verb: what it does not mean to raise becomes an InternalError with that as its cause.
+    """A decorator of a verb: every exception but those it declares becomes an InternalError with it as its cause.
 
     KeyboardInterrupt and SystemExit pass.
 
     Args:
-        meant: what it raises beside BadInput.
+        meant: the exceptions that the verb declares beside BadInput.
     """
 
     passed: tuple[type[Exception], ...] = (*OURS, *meant)

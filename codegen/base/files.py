@@ -1,4 +1,4 @@
-"""Files written whole or not at all, and none that was not ours to write."""
+"""Atomic writing of files, each complete or not at all, and refusal of targets that must not be overwritten."""
 
 from __future__ import annotations
 

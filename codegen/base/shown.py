@@ -1,4 +1,4 @@
-"""Results that show themselves: in one line in a console, as a table in a notebook."""
+"""Base classes of results: a one-line ``repr`` for the console, an HTML table for a notebook."""
 
 from __future__ import annotations
 

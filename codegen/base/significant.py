@@ -1,4 +1,4 @@
-"""The digits that a value deserves by its 95 % interval: two of the interval's half width."""
+"""Significant digits of an estimate by its 95 % interval: down to the second digit of the interval's half width."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A DFO's sampled error with the sign of each friction state taken out: what is shown for f > 0 holds for f < 0.
+"""A DFO's sampled error in variables times the sign of the friction state: a proof for f > 0 holds for f < 0 too.
 
 With σ the sign of a contact's friction state f, its slip u and u̇: over (σf, σu, σu̇) and with σ e_a in place of the
 level error, A is the same matrix for both signs of every σ. So both directions of sliding are one family, and where f

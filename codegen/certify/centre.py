@@ -1,9 +1,9 @@
-"""The P in the middle of all that serve: one point, found by Newton's method to the last digits on every machine.
+"""The analytic centre of the feasible matrices P, found by Newton's method: the same P on every machine.
 
-A solver stops somewhere among the P that serve. At the edge of what is feasible the last bit of a product decides
-where: two processors gave P that differ by a fifth. The analytic centre is the minimum of a strictly convex function,
-so there is one, and it moves no more than the data does. From it the rate is raised to what the centre itself shows,
-step by step (the method of centres, Boyd and El Ghaoui 1993).
+A solver stops somewhere in the feasible set. At its boundary the last bit of a product decides where: two processors
+gave P that differ by a fifth. The analytic centre is the minimum of a strictly convex function, so it is unique, and
+depends continuously on the data. From it the rate is raised to the one that the centre itself certifies, step by step
+(the method of centres, Boyd and El Ghaoui 1993).
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What is true of a DFO whose envelope is refused for a zero of friction or slip: regions, each with its own proof.
+"""Certificates of a DFO region by region, for an envelope that is refused because it contains zero friction or slip.
 
-Sliding and presliding have certificates of their own. Through zero a V may grow, by no more than is proved, and one
-that falls while sliding serves there too: what a reversal costs follows from that one alone.
+Sliding and presliding have one certificate each. Near zero friction V may grow, by a factor that is proved. One V that
+decreases while sliding is used there too, and gives the growth and the dwell time of a reversal.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where a DFO whose level is not seen at zero friction or slip is stable all the same: regions of its envelope.
+"""Regions of the envelope in which a DFO is stable, although its level is unobservable at zero friction or slip.
 
 A region is a box in the variables of ``along_friction``, the same for both signs of every friction state. How far it
 goes is found by bisection, in floating point; ``region_proofs`` then has the checker decide.

@@ -1,11 +1,12 @@
-"""A certificate by structure, for any M(x): what one mode of the error does is certified for all modes.
+"""Certificates for any M(x), by the structure of the error equation: a Lyapunov function that decouples into modes.
 
-What is said of M(x) over the envelope is an assumption: it is estimated at operating points and not proved.
+One mode is certified for an interval of eigenvalues that holds all modes. The extremes of M(x) over the envelope are an
+assumption: they are estimated at operating points and not proved.
 
 Measured velocity, a tracker: e[k+1] = (I − h G M⁻¹(x)) e[k], G = −K_2 symmetric and positive definite, so with
 f = G^(−1/2) e and N = G^(1/2) M⁻¹ G^(1/2), which is symmetric, f[k+1] = (I − h N(x)) f[k] and V = e'G⁻¹e = |f|²
 falls in a sample by (1 − hν)² at least for every eigenvalue ν of N, which are those of G M⁻¹, whatever x does from
-sample to sample. One number ν in an interval is left to be certified.
+sample to sample. It remains to certify the scalar case for all ν in an interval.
 
 Estimated velocity, K_v = k I and an M(x) that moves slowly compared with it: in force errors e_f and velocity errors
 e_v the step of a tracker with n contacts on n coordinates is
@@ -17,8 +18,8 @@ G symmetric, D = M⁻¹∂g/∂v. With u = G^½ e_v, f = G^(−½) e_f, T = G^(�
     V = |f + βu|² + a (u + κf)'T (u + κf),    β = hk/2,
 
 needs three figures of the machine: the interval in which the eigenvalues ν of N (those of G M⁻¹) lie, the growth of M
-in a sample, M(x + hv) ≤ (1 + μh) M(x), and |(D + ζI) e|_M ≤ η |e|_M. In the basis of N all falls apart into modes,
-σ = √ν. With r = T^½(u + κf), φ = f + βu and d = T^½G^½(D + ζI)e_v of a mode, where Σ|d|² ≤ η² Σ|T^½u|², a sample takes
+in a sample, M(x + hv) ≤ (1 + μh) M(x), and |(D + ζI) e|_M ≤ η |e|_M. In the eigenbasis of N the step decouples into
+modes, σ = √ν. With r = T^½(u + κf), φ = f + βu and d = T^½G^½(D + ζI)e_v of a mode, Σ|d|² ≤ η² Σ|T^½u|², a sample takes
 
     (r, φ, d)  to  ((1 + μh/2) r of the step, φ of the step, η T^½u),
 

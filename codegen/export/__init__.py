@@ -1,1 +1,1 @@
-"""What was found of a machine, in the formats of others: simulators, firmware, controllers."""
+"""Export of a machine and its friction to simulators, motor firmware and controllers."""

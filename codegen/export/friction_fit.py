@@ -1,4 +1,4 @@
-"""A friction law's steady sliding in the few terms that a simulator has, and what that costs in force.
+"""Approximation of a law's steady-sliding force by the terms of a simulator, with its error in force.
 
 The terms: a level, powers of the speed, and a rise r exp(−(s/v_s)²) at standstill (Stribeck). A law that is a sum of
 terms that the target has is taken as it stands. Any other is fitted by least squares over the speeds of the envelope,

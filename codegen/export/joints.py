@@ -1,4 +1,4 @@
-"""What stays of a machine whose joints have viscous damping and Coulomb friction alone: for URDF, SDF and USD."""
+"""Reduction of a machine to joints with viscous damping and Coulomb friction only, as URDF, SDF and USD have them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an exported model holds of a machine, line by line, and what the nearest costs."""
+"""Remarks on an exported model: what it represents exactly, approximately or not at all, and with what error."""
 
 from __future__ import annotations
 

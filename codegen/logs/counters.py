@@ -1,7 +1,7 @@
-"""What the raw numbers show of how they were stored: signed ones stored unsigned, counters that start anew, rows that
-repeat, the measuring step.
+"""Storage faults of raw columns: signed numbers stored unsigned, counter overflow, repeated rows; and resolution.
 
-What a description says is mended; what it does not say and can be seen is found, with the words that would mend it.
+A fault that the log's description states is corrected. One that it does not state is reported, with the line that would
+correct it.
 """
 
 from __future__ import annotations

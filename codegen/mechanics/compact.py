@@ -1,4 +1,4 @@
-"""Energies differentiated by machine come out long; trigonometric sums are brought to the form a person would write."""
+"""Simplification of equations of motion that were derived from energies: products of sines and cosines become sums."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loads behind springs taken apart: each coordinate with a transmission becomes two."""
+"""Loads behind springs as coordinates of their own: each coordinate with a transmission becomes motor and load."""
 
 from __future__ import annotations
 

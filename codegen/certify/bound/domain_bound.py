@@ -1,4 +1,4 @@
-"""What holds in and out of a (G)CFO's domain: through reversals, stick, noise and a sign of v̂ that chatters.
+"""Error bounds of a (G)CFO with a domain, inside and outside of it: with reversals, stick, noise, chatter of sgn v̂.
 
 With u the slip, e_u = u − û less the noise that stands in û, and f = F − F̂ at the contact averaged over a sample,
 

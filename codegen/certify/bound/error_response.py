@@ -1,4 +1,4 @@
-"""How the error moves under what the first-order matrix leaves out: noise, the curve of the motion, friction's change.
+"""Response of the error to disturbances: position noise, acceleration within a sample, and changes of friction.
 
 With ẽ the error that the estimates would have without noise in this sample, by explicit steps and exact numbers,
 
