@@ -8,14 +8,14 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
-import yaml
 
 from codegen.checker import ellipsoid, verify
+from codegen.spec import read_spec
 
 ROOT = Path(__file__).parents[2]
 SPECS = sorted([*(ROOT / "specs").glob("*.yaml"), *(ROOT / "specs" / "thesis").glob("*.yaml")])
 UNDECIDED: set[str] = set()
-NAMES = [yaml.safe_load(path.read_text(encoding="utf-8"))["name"] for path in SPECS]
+NAMES = [read_spec(path).name for path in SPECS]
 ROWS = {
     cells[1].strip(): [c.strip() for c in cells]
     for line in (ROOT / "docs" / "certificates.md").read_text(encoding="utf-8").splitlines()

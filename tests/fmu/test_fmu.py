@@ -272,7 +272,7 @@ def test_without_a_compiler_it_says_so(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_a_quantity_called_time_is_refused() -> None:
     program = build_program(observer_of(read_spec(SPECS / "one_mass.yaml")))
-    clash = type(program.parameters[0])("time", "s", "model parameter", program.parameters[0].symbol, 1.0)
+    clash = type(program.parameters[0])("time", "s", "model parameter", 1.0)
     files = emit_sources(program, make_header("one_mass.yaml", "0" * 64, ""))
     changed = Program(**{**vars(program), "parameters": (clash, *program.parameters)})
     with refused("SPEC009 `time`"):
