@@ -17,14 +17,16 @@ def diagonal(entries: Iterable[Any]) -> Matrix:
 
 
 def jacobian(expressions: Sequence[Any], variables: Sequence[sympy.Symbol]) -> Matrix:
-    """∂expressions/∂variables, expressions by variables."""
+    """∂expressions/∂variables, expressions by variables. Of a sum only the terms in which a variable occurs are
+    differentiated.
+    """
     column = {x: j for j, x in enumerate(variables)}
-    entries = {
-        (i, column[x]): sympy.diff(e, x)
-        for i, e in enumerate(expressions)
-        for x in sympy.sympify(e).free_symbols
-        if x in column
-    }
+    terms: dict[tuple[int, int], list[Any]] = {}
+    for i, expression in enumerate(expressions):
+        for term in sympy.Add.make_args(sympy.sympify(expression)):
+            for x in term.free_symbols & column.keys():
+                terms.setdefault((i, column[x]), []).append(sympy.diff(term, x))
+    entries = {place: sympy.Add(*slopes) for place, slopes in terms.items()}
     return sparse(len(expressions), len(variables), entries)
 
 
