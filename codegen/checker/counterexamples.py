@@ -227,6 +227,27 @@ CASES = (
         "i in an expression",
     ),
     Case("an array beyond its end", "c", STEP, "z_v_next = more[2] + state->z_v +", "is nothing that is known"),
+    Case(
+        "a loop over nothing, with a block behind it that is run once",
+        "c",
+        SET,
+        f"{SET}        for (int i = 0; i < 0; i++) (void)state; {{ state->z_v += 1.0; }}\n",
+        NOT_READ,
+    ),
+    Case(
+        "a function that C++ declares, and behind it what is set",
+        "c",
+        "    const double v_hat =",
+        "    double q = 0.0; double f(void)noexcept; q = 1.0; double fq2 = q;\n    const double v_hat = q +",
+        NOT_READ,
+    ),
+    Case(
+        "a check in which a next state cancels",
+        "c",
+        "check = z_v_next",
+        "check = z_v_next + z_v_next * -1.0",
+        "holds more than names",
+    ),
     Case("a loop without end", "c", SET, f"        for (;;) {{ }}\n{SET}", NOT_READ),
     Case("text that is run", "c", LAW, "__import__('os')", FORM),
     # values
@@ -257,6 +278,13 @@ CASES = (
     # states
     Case(
         "an unstable state that no error covers", "h", "    double z_rail;", "    double z_y;\n    double z_rail;", ""
+    ),
+    Case(
+        "a unit in a remark within the remark",
+        "h",
+        "/* N: friction level, (4.11) */",
+        "/* N: friction level; double a_hat_rail; /* kN: of it */",
+        "has two units",
     ),
     # the claim
     Case("V falls faster than is true", "p", '"279/25"', '"12"', "V may not fall"),
@@ -305,6 +333,7 @@ CASES = (
         "an object in place of a list", "p", '"domain": []', '"domain": {"1": "everywhere"}', "fields are not so named"
     ),
     Case("the box is of no variable", "p", '"box": {}', '"box": {"true.y": ["0", "1"]}', "box of no free variable"),
+    Case("a range of three ends", "p", '"box": {}', '"box": {"inputs.w": ["0", "1", "2"]}', "too many values"),
     Case(
         "the box is of an estimate",
         "p",

@@ -104,6 +104,7 @@ DOUBLE = rf"{WHOLE}(?:\.[0-9]{{0,99}}(?:{POWER})?|{POWER})"
 FIELD = r"double ((?!STICTION)[A-Za-z]\w*)(?:\[([1-9]\d{0,2})\])?; ?"
 INDEX = r"(?:0|[1-9]\d{0,3})"
 ARRAY = r"double (\w+)\[([1-9]\d{0,2})\]; ?"
+STATEMENT = re.compile(r"((?:const )?double )?([A-Za-z_][\w.]*(?:\[[\d.]+\])?) (\+?=) ([^;={}]+); ?")
 SECONDS = 5.0
 MOST_FIELDS, MOST_ARRAYS, MOST_TEXT = 10_000, 100, 1_000_000
 
@@ -154,6 +155,7 @@ def limited() -> Iterator[None]:
 
 def plain(text: str) -> str:
     """A text of C without comments and needless blanks: each line of the preprocessor, and all between two as one."""
+    demand(len(text) <= MOST_TEXT, "files that are too long")
     text = text.replace("\\\n", "")
     legible = text.replace("\n", "").isprintable() and not re.search(r"\\|\?\?", text)
     demand(legible, "control characters, \\ or ??")
@@ -192,14 +194,13 @@ def unrolled(text: str) -> str:
 
 def assignments(text: str, sign: str) -> Program:
     """Pairs of what is set and the expression, in the order of these statements; the sign function is called sgn."""
-    text, found, end = unrolled(re.sub(r"\(void\)\w+; ?", "", text)), [], 0
+    text, found, end = unrolled(text), [], 0
     arrays = re.findall(ARRAY, text)
     text, sizes = re.sub(ARRAY, "", text), {name: int(size) for name, size in arrays}
     local = {f"{name}[{k}]" for name, size in sizes.items() for k in range(size)}
     demand(len(sizes) == len(arrays) <= MOST_ARRAYS, "arrays of the same name, or too many")
-    for statement in re.finditer(r"((?:const )?double )?([A-Za-z_][\w.]*(?:\[[\d.]+\])?) (\+?=) ([^;={}]+); ?", text):
+    while statement := STATEMENT.match(text, end):
         declared, target, way, value = statement.groups()
-        demand(statement.start() == end, f"{text[end : end + 80]!r} cannot be read")
         end = statement.end()
         demand(not declared or target not in {*local, sign}, f"{target} is declared twice")  # one may hide another
         local |= {target} if declared else set()
@@ -215,7 +216,7 @@ def read(name: str, files: dict[str, str]) -> C:
     """What NAME.c and NAME.h (name: text) hold, or ValueError."""
     demand(re.fullmatch("[a-z][a-z0-9_]*", name), "no name")
     source, form = files[f"{name}.c"], SOURCE
-    if f"{name}_sign" not in source:
+    if f"{name}_sign" not in plain(source):
         form = re.sub("static inline .*", "", SOURCE)
     prepare, init, begun, reset, predict, most, resume, given, step, commit = between(form, name, source)
     for text in (prepare, init, begun, reset, predict, resume, given, step, commit):
@@ -248,8 +249,14 @@ def detects(c: C) -> None:
     demand({*terms("check", begun)} == {*inputs, *states}, f"{name}.c: `check` is not the sum of inputs and states")
     before, _, sum_ = step.rpartition("double check = ")
     demand(not re.search(r"\bcheck\b", before), f"{name}.c: `check` is set anew")
-    follow, summed = {re.sub(r"state\.(\w+)", r"\1_next", z) for z in states}, terms("check", f"double check = {sum_}")
-    demand({*summed} >= follow, f"{name}.c: `check` does not hold all next states")
+    follow, summed = [re.sub(r"state\.(\w+)", r"\1_next", z) for z in states], terms("check", f"double check = {sum_}")
+    demand({*summed} >= {*follow}, f"{name}.c: `check` does not hold all next states")
+    besides = {*summed} - {*follow}
+    demand(all(re.fullmatch(r"[\w.]+(?:\[\d+\])?", x) for x in besides), f"{name}.c: `check` holds more than names")
+    committed = [(z, x) for z, x in c.commit if z.startswith("state.")]
+    demand(
+        sorted(committed) == sorted(zip(states, follow, strict=True)), f"{name}.c: other next states than in `check`"
+    )
     sources: dict[str, set[str]] = {}
     for target, value in re.findall(r"([\w.]+)(?:\[[^][]*\])? \+?= ([^;={}]+);", before):
         sources.setdefault(target, set()).update(re.findall(r"[A-Za-z_][\w.]*", value))

@@ -79,13 +79,12 @@ def positive(A: Any) -> bool:
     rest, last = [row[k:] for k, row in enumerate(A)], 1  # the upper half is all
     while rest:
         (p, *r), *rest = rest
-        demand(True, "")
         if p < 0 or (p == 0 and any(r)):
             return False
-        if p > 0:
-            rest = [[(p * x - a * b) // last for x, b in zip(row, r[k:], strict=True)]
-                    for k, (a, row) in enumerate(zip(r, rest, strict=True))]  # fmt: skip
-            last = p
+        for k, a in enumerate(r if p else ()):
+            demand(True, "")
+            rest[k] = [(p * x - a * b) // last for x, b in zip(rest[k], r[k:], strict=True)]
+        last = p or last
     return True
 
 
@@ -113,7 +112,10 @@ def coefficients(A: Matrix, box: Box, tree: Any, known: Known) -> Iterator[Any]:
     """On each leaf of the tree (lemma 5), times numbers above 0."""
     places = {f"#{i} {j}": (i, j) for i, row in enumerate(A) for j in range(len(row))}
     joint = cleared(Poly({(at, *m): c for at, (i, j) in places.items() for m, c in A[i][j].items()}), known)
-    common = lcm(*(c.denominator for c in joint.values()))
+    common = 1
+    for c in joint.values():
+        common = lcm(common, c.denominator)
+        demand(common < 10**3000, "a common denominator is too large")
     for cell in leaves(box, tree):
         left = Poly({m: int(c * common) for m, c in joint.items()})
         for x in sorted(joint.names() - {*places}):
@@ -122,6 +124,7 @@ def coefficients(A: Matrix, box: Box, tree: Any, known: Known) -> Iterator[Any]:
             left = replaced(left, x, term(one * low) + term(one * high) * t, term(one) + term(one) * t)
         found: dict[Any, list[list[int]]] = {}
         for (at, *m), c in left.items():
+            demand(len(found) * len(A) < 10**5, "more terms than the limit")
             i, j = places[at]
             found.setdefault(tuple(m), [[0] * len(row) for row in A])[i][j] = c
         yield from {tuple(map(tuple, B)) for B in found.values()}  # many are the same, as of two signs
@@ -237,7 +240,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     hidden, aside = [f"error of {x}" for x in truths], [z for z in c.states if z not in formulas]
     named = all(re.fullmatch(r"true\.\w+", x, re.A) for x in truths)
     named = named and all(re.fullmatch(r"sign\.\w+", x, re.A) for x in signs) and {*turned} <= {"", *signs}
-    demand(named and len({*truths}) == len({*estimates} & {*c.outputs}) == len(errors), "not so named")
+    demand(named and len({*truths}) == len({*estimates} & {*c.outputs}) == len(errors) <= 100, "not so named")
     known: Known = {}
     names = {p: made[p] for p in c.values} | {x: term(1, x) for x in (*c.inputs, *truths, *signs)} | {"": term(1)}
     # A sign is that of a polynomial of estimates, truths and inputs, not constant: so there are points where all are 1.
@@ -282,7 +285,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     alone = {x for z in aside for x in after[z].names() if x in aside or x[0] == "?"}
     demand(not alone, f"nothing is said of what follows {alone}, and may grow")
     # V falls, by the lemmas of the algebra.
-    box = {x: [machine.value(end).constant() for end in ends] for x, ends in proof["box"].items()}
+    box = {x: [machine.value(end).constant() for end in (low, high)] for x, (low, high) in proof["box"].items()}
     fall = 1 - 2 * machine.value(proof["decay_rate"]).constant() * h.constant()
     demand({*box} <= {*c.inputs, *truths} and fall > 0 < h.constant(), "a box of no free variable, or V negative")
     P = [[term(machine.value(x).constant()) for x in row] for row in proof["lyapunov_matrix"]]

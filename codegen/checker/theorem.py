@@ -246,8 +246,12 @@ def unread(lines: list[str], sources: dict[str, bytes]) -> list[str]:
 
 def units(proof: dict[str, Any], header: str) -> list[str]:
     """The unit that the header's comment gives each estimate; KeyError where it gives none; or enclosure.Refused."""
-    of = dict(re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", header))
-    found = [of[re.split(r"[.[]", error["estimate"])[1]] for error in proof["errors"]]
+    pairs = {*re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", header)}
+    shown = [re.split(r"[.[]", error["estimate"])[1] for error in proof["errors"]]
+    twice = [field for field in shown if [x for x, _ in pairs].count(field) > 1]
+    enclosure.demand(not twice, f"{twice[0]} in {proof['name']}.h has two units" if twice else "")
+    of = dict(pairs)
+    found = [of[field] for field in shown]
     odd = [unit for unit in found if not re.fullmatch(UNIT, unit)]
     enclosure.demand(not odd, f"{odd[0][:40]!r} in {proof['name']}.h is no unit" if odd else "")
     return found

@@ -158,3 +158,19 @@ def test_bounds_beside_a_certificate_of_another_v_are_said_not_to_count() -> Non
     assert told(certificate | {"lyapunov_matrix": doubled}) == (False, True)
     del sources["ellipsoid.json"]
     assert told(certificate | {"lyapunov_matrix": doubled}) == (False, False)
+
+
+def test_the_sign_function_is_sought_in_what_the_compiler_sees() -> None:
+    """Its name spliced from two lines: then any other file may define it."""
+    proof, files = shipped()
+    text = files["one_mass.c"].replace(SIGN, "")
+    files["one_mass.c"] = text.replace("one_mass_sign", "one_mass_\\\nsign")
+    refused_by_verify(proof, files)
+
+
+def test_the_check_holds_what_the_states_become() -> None:
+    proof, files = shipped()
+    pairs = ("double z_v_next", "double other"), (CHECK, f"const double z_v_next = 0.0; {CHECK}")
+    for old, new in (*pairs, ("state->z_v = z_v_next;", "state->z_v = other;")):
+        files["one_mass.c"] = files["one_mass.c"].replace(old, new)
+    refused_by_verify(proof, files)

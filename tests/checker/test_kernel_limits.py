@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+import random
 import time
 from collections.abc import Callable
 from fractions import Fraction
@@ -73,6 +75,14 @@ def comments_that_do_not_end(f: Files) -> None:
     f["one_mass.c"] += "/*" * 10**6
 
 
+def long_words(f: Files) -> None:
+    into_step(f, ("a" * 199 + " ") * 5000)
+
+
+def longer_words(f: Files) -> None:
+    into_step(f, ("a" * 199 + " ") * 24_000)
+
+
 def steps_that_do_not_match(f: Files) -> None:
     f["one_mass.c"] += f["one_mass.c"][f["one_mass.c"].index("void one_mass_step") :] * 4000
 
@@ -125,7 +135,7 @@ def high_powers(f: Files) -> None:
 BUSY: tuple[Callable[[Files], None], ...] = (
     *(many_variables, many_cells, many_monomials, a_power_that_doubles, a_number_that_doubles, loops_in_loops),
     *(long_arrays, a_field_of_a_billion, comments_that_do_not_end, steps_that_do_not_match, a_large_matrix),
-    *(denominators, many_cuts, a_long_dwell, high_powers, a_huge_exponent, long_texts),
+    *(long_words, longer_words, denominators, many_cuts, a_long_dwell, high_powers, a_huge_exponent, long_texts),
 )
 
 
@@ -139,6 +149,33 @@ def test_a_busy_proof_is_refused(change: Callable[[Files], None], monkeypatch: p
     with pytest.raises((verify.Refused, RecursionError)):
         verify.by_kernel_alone(proof, {name: text.encode() for name, text in changed.items()})
     assert time.thread_time() - begun < 4
+
+
+@pytest.mark.parametrize(("count", "why"), [(528, "common denominator is too large"), (30, "more work than")])
+def test_numbers_of_many_denominators_are_refused_in_time(
+    count: int, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A common denominator of as many digits as all of them have: a minute, once, for 32 errors."""
+    monkeypatch.setattr(frame, "SECONDS", 1)
+    content = json.loads((GENERATED / "chain" / "proof.json").read_text("utf-8"))
+    scales = [random.Random(k).randrange(10**89, 10**90) for k in range(count)]
+    P = [[Fraction(x) for x in row] for row in content["lyapunov_matrix"]]
+    for i, row in enumerate(P):
+        for j in range(i + 1):
+            scale = scales[(i * (i + 1) // 2 + j) % count]
+            row[j] = P[j][i] = Fraction(int(row[j] * scale), scale)
+    begun = time.thread_time()
+    with frame.limited(), pytest.raises(ValueError, match=why):
+        kernel.semidefinite([[kernel.term(x) for x in row] for row in P], {}, "", {})
+    assert time.thread_time() - begun < 4
+
+
+def test_many_matrices_of_many_entries_are_refused() -> None:
+    """They would fill the memory."""
+    wide = math.prod((kernel.term(2) + kernel.term(1, f"sign.{k}") for k in range(12)), start=kernel.term(1))
+    rows = [[wide if i == j else kernel.Poly() for j in range(100)] for i in range(100)]
+    with pytest.raises(ValueError, match="more terms than the limit"):
+        kernel.semidefinite(rows, {}, "", {})
 
 
 def test_a_cell_of_many_variables_has_too_many_corners(monkeypatch: pytest.MonkeyPatch) -> None:
