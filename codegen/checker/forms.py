@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING or __package__:
     from codegen.checker import enclosure
 
+MOST_BITS = 1 << 14  # of an entry, times the rows: the pivots grow to it. Of the shipped ones it is below 10 000
 Matrix = list[list[Any]]
 Rows = list[list[int]]
 
@@ -25,6 +26,8 @@ def integers(rows: Matrix) -> tuple[Rows, int]:
 
 def positive_pivots(matrix: Rows, scale: int, fault: str) -> int:
     """How many pivots of the symmetric matrix / scale are positive; refused if it is not positive semidefinite."""
+    longest = max((x.bit_length() for row in matrix for x in row), default=0)
+    enclosure.demand(longest * len(matrix) <= MOST_BITS, "the numbers are too long for so many errors")
     rest = [row[k:] for k, row in enumerate(matrix)]  # the upper half
     # LDL' on whole numbers (Bareiss): rest is the Schur complement times the last positive pivot, the division exact.
     last, count, size = 1, 0, len(rest)

@@ -194,6 +194,7 @@ def unrolled(text: str) -> str:
 
 def assignments(text: str, sign: str) -> Program:
     """Pairs of what is set and the expression, in the order of these statements; the sign function is called sgn."""
+    text = re.sub(r"(?:^|(?<=; ))\(void\)\w+; ?", "", text)  # a statement of its own, not the body of a loop
     text, found, end = unrolled(text), [], 0
     arrays = re.findall(ARRAY, text)
     text, sizes = re.sub(ARRAY, "", text), {name: int(size) for name, size in arrays}

@@ -170,6 +170,17 @@ def test_numbers_of_many_denominators_are_refused_in_time(
     assert time.thread_time() - begun < 4
 
 
+def test_a_certificate_of_long_numbers_is_refused_in_time() -> None:
+    """For 32 errors it took 26 s, and of longer numbers minutes."""
+    content, scale = json.loads((GENERATED / "chain" / "certificate.json").read_text("utf-8")), 10**299 + 7
+    P = content["lyapunov_matrix"]
+    content["lyapunov_matrix"] = [[f"{int(Fraction(x) * scale)}/{scale}" for x in row] for row in P]
+    begun = time.thread_time()
+    with pytest.raises(verify.Refused, match="the numbers are too long for so many errors"):
+        verify.check(json.dumps(content), sources={})
+    assert time.thread_time() - begun < 4
+
+
 def test_many_matrices_of_many_entries_are_refused() -> None:
     """They would fill the memory."""
     wide = math.prod((kernel.term(2) + kernel.term(1, f"sign.{k}") for k in range(12)), start=kernel.term(1))
