@@ -64,8 +64,8 @@ def test_a_state_that_must_be_zero_is_said_however_its_formula_is_written() -> N
     header = SOURCES["one_mass.h"].replace(b"    double z_rail;", b"    double z_q; /* 1: x */\n    double z_rail;", 1)
     keep = b"        state->z_v = z_v_next;\n"
     assert SOURCES["one_mass.c"].count(keep) == 1
-    grows = b"        state->z_q = z_q_next;\n        state->z_v = z_v_next + state->z_q;\n"
-    source = SOURCES["one_mass.c"].replace(keep, grows)
+    source = SOURCES["one_mass.c"].replace(keep, b"        state->z_q = z_q_next;\n" + keep)
+    source = source.replace(b"z_v_next = state->z_v", b"z_v_next = 2.0 * state->z_q + state->z_v")
     source = source.replace(
         b"    const double check = z_v_next",
         b"    const double z_q_next = 2.0 * state->z_q;\n    const double check = z_q_next + z_v_next",
