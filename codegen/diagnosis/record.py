@@ -36,8 +36,8 @@ MOST_STEPS, PLENTY = 40_000, 120
 over the log."""
 NOISE_WINDOWS, LEAST_WINDOW = 40, 100
 """Windows in which the noise near the Nyquist frequency is looked at, and the fewest samples of one."""
-JITTERS = 3.0
-"""Noise near the Nyquist frequency over the stated one from which on the stated one is not believed."""
+JITTERS = 10.0
+"""Noise near the Nyquist frequency over the stated one from which on it is jitter and no fast motion."""
 A_RECORD = 3
 """Segments in a record of usual length, where an experiment consists of several."""
 

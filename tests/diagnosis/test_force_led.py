@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -175,6 +176,17 @@ def test_jitter_of_the_stamps_is_noise_of_the_positions(tmp_path: Path) -> None:
     log = jittered(clean, tmp_path)
     assert position_noise(smooth_motion(clean), clean)[0] == pytest.approx(2e-6 / np.sqrt(12), rel=0.3)
     assert 0.5 < position_noise(smooth_motion(log), log)[0] / (JITTER_S * speed) < 2
+
+
+def test_a_few_steps_of_the_encoder_are_no_jitter(tmp_path: Path) -> None:
+    """What a log shows near the Nyquist frequency may be its motion, such as cogging's: the encoder's step stands."""
+    clean = log_of(stage(SPRING, 5.5), tmp_path, "train.csv")
+    step = 2e-6 / np.sqrt(12)
+    for times, believed in ((5, True), (50, False)):
+        noise = times * step * np.random.default_rng(2).standard_normal(clean.positions.shape)
+        log = replace(clean, positions=clean.positions + noise)
+        found = position_noise(smooth_motion(log), log)[0]
+        assert found == pytest.approx(step if believed else times * step, rel=0.3)
 
 
 @pytest.mark.slow
