@@ -64,7 +64,7 @@ def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[s
         **_found(content, at),
     }
     made["states"] |= _held(observer, write)
-    return _text({"name": content["subject"]["name"], "step": observer.integration, **made})
+    return _text({"name": content["subject"]["name"], "step": observer.integration, **made, **_witness(made, places)})
 
 
 def with_solution(proof: str, content: Mapping[str, Any]) -> str:
@@ -125,6 +125,7 @@ def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mappi
         "reversals": [],
         "lyapunov_matrix": content["lyapunov_matrix"],
     }
+    made |= _witness(made, places)
     for share in SLOWER:
         yield _text(made | {"decay_rate": str(share * Fraction(content["decay_rate"]))})
 
@@ -152,6 +153,20 @@ def _errors(
         "states": {write(z): write(text) for z, text in _states(observer).items()},
         "matrix": [[_step_entry(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size],
     }
+
+
+def _witness(made: Mapping[str, Any], places: Mapping[str, str]) -> dict[str, Any]:
+    """A point of domain and box, where there are such: estimates as the truth, and no two velocities are the same."""
+    if not (made["domain"] or made["box"]):
+        return {}
+    free = [e["truth"] for e in made["errors"]] + [x for x in places.values() if x.startswith("inputs.")]
+    unit = "*parameters.slip_speed" if "parameters.slip_speed" in places.values() else ""
+    point = {x: "0" if x in made["positions"] else f"{k + 2}{unit}" for k, x in enumerate(free)}
+    for k, (x, ends) in enumerate(made["box"].items(), len(free) + 1):  # above the middle
+        low, high = map(Fraction, ends)
+        point[x] = str(low + (high - low) * Fraction(k, 2 * len(free) + 1))
+    point |= {e["estimate"]: point[e["truth"]] for e in made["errors"]}
+    return {"witness": point | {z: "0" for z in places.values() if z.startswith("state.") and z not in made["states"]}}
 
 
 def _named(tree: Any, at: Mapping[str, str]) -> Any:

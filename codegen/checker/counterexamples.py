@@ -333,6 +333,7 @@ CASES = (
         "an object in place of a list", "p", '"domain": []', '"domain": {"1": "everywhere"}', "fields are not so named"
     ),
     Case("the box is of no variable", "p", '"box": {}', '"box": {"true.y": ["0", "1"]}', "box of no free variable"),
+    Case("a domain without a point", "p", '"domain": []', '"domain": ["-1"]', "`witness` is not of"),
     Case("a range of three ends", "p", '"box": {}', '"box": {"inputs.w": ["0", "1", "2"]}', "too many values"),
     Case(
         "the box is of an estimate",

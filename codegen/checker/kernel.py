@@ -8,7 +8,7 @@ states whose formula holds no estimate are as it says, the errors e = sign * (tr
 by e[k+1] = matrix e[k] + rest (to first order in e, if it says so; of states without a formula, `aside`, nothing is
 said), and V(matrix e) <= (1 - 2 decay_rate h) V(e), V(e) = e'Pe, over the box, truths in it times their sign.
 Trusted: this file, frame.py, which reads the C, Python, that the machine is yours. Not covered: rounding, faults, turns
-of a sign. theorem.py shows what a proof says of `mass_matrix`, `force` and `reversals`.
+of a sign. theorem.py shows what a proof says of `mass_matrix`, `force` and `reversals`, and that `domain` is not empty.
 """
 
 import ast

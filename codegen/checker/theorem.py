@@ -18,7 +18,7 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import covered, ellipsoid, enclosure, frame, held, kernel
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
-# The form of a proof: an object with just these fields ("rest" may be missing), or with any where the one name is "".
+# The form of a proof: an object with just these fields (OPTIONAL may be missing), or with any where the one name is "".
 FORM: dict[str, Any] = {
     "name": "",
     "step": "",
@@ -37,7 +37,9 @@ FORM: dict[str, Any] = {
     "decay_rate": "",
     "reversals": [{"sign": "", "growth": "", "dwell": ""}],
     "cover": None,
+    "witness": {"": ""},
 }
+OPTIONAL: dict[str, Any] = {"rest": [], "witness": {}}
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
 HELD = "at its start velocities are 0, all else the same whatever is measured; after invalid samples the held estimates"
@@ -54,7 +56,7 @@ def read(text: str | bytes) -> dict[str, Any] | None:
         content = json.loads(text, object_pairs_hook=once)
     except (ValueError, RecursionError):
         return None
-    return content if isinstance(content, dict) and {*content, "rest"} == {*FORM} else None
+    return content if isinstance(content, dict) and {*content, *OPTIONAL} == {*FORM} else None
 
 
 def formed(raw: Any, form: Any) -> bool:
@@ -85,7 +87,7 @@ def instead(raw: Any) -> str:
         return f"an object of the format {json.dumps(form[:40])}"
     kind = "an object with the fields"
     if len({*names} & {*FORM}) > len(FORM) // 2:
-        kind, names = "a proof of the C, but for the fields", sorted({*names, "rest"} ^ {*FORM}) or ["name"]
+        kind, names = "a proof of the C, but for the fields", sorted({*names, *OPTIONAL} ^ {*FORM}) or ["name"]
     shown = [json.dumps(name[:40]) for name in names[:4]] + [f"and {len(names) - 4} more"] * (len(names) > 4)
     return f"{kind} {', '.join(shown)}" if names else "an object without fields"
 
@@ -97,12 +99,13 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
     Args:
         turns: signs of which something is claimed where they turn, besides those of the proof's reversals.
     """
-    enclosure.demand(formed({"rest": []} | proof, FORM), f"{PROOF}: fields are not so named, or no lists")
+    enclosure.demand(formed(OPTIONAL | proof, FORM), f"{PROOF}: fields are not so named, or no lists")
     numbers(proof)
     try:
         texts = {name: text.decode() for name, text in sources.items()}
         shown: dict[str, Any] = kernel.prove(proof, texts)
         machine(proof, shown)
+        met(proof, shown)
         recovery(proof, shown)
         check, degree = shown["check"], max(map(len, shown["check"]), default=0)
         small = 0 < sum(abs(c) for c in check.values()) <= 10**30 and degree <= 20
@@ -125,6 +128,31 @@ def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     kernel.demand(not any(off), "mass * acceleration is not force")
     for A in (mass, *([[p]] for p in covered.divisors(known)[before:])):
         kernel.semidefinite(A, shown["box"], proof["cover"], known, kernel.LEAST)
+
+
+def met(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+    """Raises ValueError where no point of domain and box is shown: a claim that is of none would say nothing.
+
+    `witness` gives each input, truth, estimate and state without a formula a number, over the parameters; every sign is
+    that of what it is of there, over the estimates and over the truths. Without domain and box no such point is needed:
+    a sign is then that of a polynomial that is not constant in names that are free.
+    """
+    if not (proof["domain"] or shown["box"]):
+        return
+    shows = {e["estimate"]: e["truth"] for e in proof["errors"]}
+    given, free = proof.get("witness", {}), {*shown["c"].inputs, *shows, *shows.values(), *shown["aside"]}
+    kernel.demand(given.keys() == free, f"a domain or a box, and `witness` is not of {sorted(free)}")
+    own = kernel.Text({x: p for x, p in shown["names"].items() if x == "" or x.startswith("parameters.")}, {})
+    at = kernel.Text(own.names | {x: own.value(n) for x, n in given.items()}, {})
+    true = kernel.Text(at.names | {y: at.names[t] for y, t in shows.items()}, {})
+    signs = {s: kernel.function("sgn", at.value(of), {}) for s, of in proof["signs"].items()}
+    same = all(signs[s] and signs[s] == kernel.function("sgn", true.value(of), {}) for s, of in proof["signs"].items())
+    at.names |= signs
+    within = same and all(at.value(x).constant() > 0 for x in proof["domain"])
+    along = {e["truth"]: at.names[e["sign"]] for e in proof["errors"]}
+    for x, (low, high) in shown["box"].items():
+        within = within and low <= (along.get(x, at.names[""]) * at.names[x]).constant() <= high
+    kernel.demand(within, "`witness` is no point of domain and box with signs of 1 or -1")
 
 
 def recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:

@@ -11,6 +11,9 @@ from typing import Any
 from codegen.checker import verify
 
 GENERATED = Path(__file__).parents[2] / "generated"
+POINT = {"inputs.x": "0", "inputs.w": "1"} | dict.fromkeys(("true.v", "outputs.v_hat"), "4")
+POINT |= dict.fromkeys(("true.a_rail", "outputs.a_hat_rail"), "40")
+"""A witness for a domain of one_mass."""
 
 
 def sources(name: str) -> dict[str, bytes]:

@@ -26,6 +26,7 @@ from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay.engine import load_twin
 from codegen.spec import parse_spec, read_spec
+from tests.checker.forged import POINT
 
 ROOT = Path(__file__).parents[2]
 GENERATED = ROOT / "generated"
@@ -784,7 +785,7 @@ def test_it_runs_alone_and_prints_no_traceback(tmp_path: Path) -> None:
     for text, status, words in (
         (proof("one_mass"), 0, "proved of one_mass.c itself by the kernel:\n"),
         (
-            proof("one_mass").replace('"domain": []', '"domain": ["inputs.w"]'),
+            proof("one_mass").replace('"domain": []', f'"domain": ["inputs.w"], "witness": {json.dumps(POINT)}'),
             4,
             "proved of one_mass.c itself by the kernel, where the conditions below hold:\n",
         ),

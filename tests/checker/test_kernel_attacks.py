@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from codegen.checker import ellipsoid, kernel, verify
+from tests.checker.forged import POINT
 from tests.in_part import in_part
 
 HERE = Path(__file__).parents[2] / "generated" / "one_mass"
@@ -392,12 +393,12 @@ def test_carriage_returns_are_refused_alone_too(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("field", "value", "words"),
     [
-        ("box", {"true.v": ["0", "1"]}, "ranges"),
+        ("box", {"true.v": ["0", "4"]}, "ranges"),
         ("box", {"inputs.w": ["-5", "5"]}, "ranges"),
     ],
 )
 def test_a_proof_over_less_than_the_certificate_says_is_none_of_it(field: str, value: Any, words: str) -> None:
-    proof = shipped()[0] | {field: value}
+    proof = shipped()[0] | {field: value, "witness": POINT}
     everything = {path.name: path.read_bytes() for path in HERE.iterdir()}
     report = verify.check(
         (HERE / "certificate.json").read_text("utf-8"),
@@ -412,7 +413,6 @@ def test_a_proof_over_less_than_the_certificate_says_is_none_of_it(field: str, v
 
 def test_a_box_is_printed_as_a_condition_and_not_as_every_state() -> None:
     proof, files = shipped()
-    report = verify.check(
-        json.dumps(proof | {"box": {"true.v": ["0", "1"]}}), None, None, {k: v.encode() for k, v in files.items()}
-    )
-    assert "only where v is in [0, 1]" in report.proved and not report.whole
+    bounded = json.dumps(proof | {"box": {"true.v": ["0", "4"]}, "witness": POINT})
+    report = verify.check(bounded, None, None, {k: v.encode() for k, v in files.items()})
+    assert "only where v is in [0, 4]" in report.proved and not report.whole
