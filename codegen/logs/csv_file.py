@@ -18,10 +18,12 @@ from codegen.logs.table import (
     COMMENT,
     END,
     EXPECTED,
+    HEX,
     LONGEST_LINE,
     MINUS,
     MISSING,
     NUMBER,
+    WORDS,
     Layout,
     fields,
     find_layout,
@@ -172,6 +174,8 @@ class CsvSource(LogFile):
             return float(plain)
         if text.lower() in MISSING:
             return float("nan")
+        if text.lower() in WORDS or HEX.match(text):
+            return WORDS[text.lower()] if text.lower() in WORDS else float(int(text, 16))
         begun = dict(self.layout.started).get(index)
         at = None if begun is None else stamp(text)
         if begun is not None and at is not None:

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from itertools import islice, product
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
@@ -34,12 +35,14 @@ MISSING |= {f"{sign}{word}" for sign in ("", "-") for word in ("nan(ind)", "1.#i
 NUMBER = re.compile(
     r"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|inf|infinity|nan)\Z", re.ASCII | re.IGNORECASE
 )
+HEX = re.compile(r"0[xX][0-9a-fA-F]+\Z", re.ASCII)
+WORDS = {"true": 1.0, "false": 0.0}
 _DIGITS = re.compile(r"[+-]?(\d+|[.,]\d+)([.,]\d+)*(e[+-]?\d+)?\Z", re.ASCII | re.IGNORECASE)
 """A number in whichever way decimals and thousands are written."""
 _DECIMAL_COMMA = r"(\d*,(\d{1,2}|\d{4,})|0?,\d{3}|\d{4,},\d{3}|\d+,\d+[eE][+-]?\d+)"
 """A comma that cannot group thousands."""
-_STAMP = re.compile(r"(\d{4}-\d\d-\d\d[T ])?\d\d?:\d\d:\d\d([.,]\d+)?(Z|[+-]\d\d:?\d\d)?\Z", re.ASCII)
-"""Date and time of day by ISO 8601, or a time of day."""
+_STAMP = re.compile(r"(\d{4}-\d\d-\d\d[T ])?\d\d?:\d\d:\d\d([.,;]\d+)?(Z|[+-]\d\d:?\d\d)?\Z", re.ASCII)
+"""Date and time of day by ISO 8601, or a time of day; some trends have a semicolon before the milliseconds."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +126,7 @@ def stamp(text: str) -> datetime | None:
         return None
     day = "" if "-" in text[:6] else "2000-01-01T0" if text[1] == ":" else "2000-01-01T"
     try:
-        at = datetime.fromisoformat(day + text)
+        at = datetime.fromisoformat(day + text.replace(";", "."))
     except ValueError:
         return None
     return at if at.tzinfo else at.replace(tzinfo=UTC)
@@ -206,12 +209,20 @@ def _significant(lines: Sequence[str]) -> Iterator[int]:
 
 def _is_number(text: str) -> bool:
     plain = text.strip().replace(MINUS, "-")
-    return (NUMBER.match(plain) or _DIGITS.match(plain)) is not None
+    return (NUMBER.match(plain) or HEX.match(plain) or _DIGITS.match(plain)) is not None
 
 
 def _is_row(texts: Sequence[str]) -> bool:
-    known = (_is_number(t) or t.strip().lower() in MISSING or stamp(t) is not None for t in texts)
+    words = MISSING | WORDS.keys()
+    known = (_is_number(t) or t.strip().lower() in words or stamp(t) is not None for t in texts)
     return any(map(_is_number, texts)) and all(known)
+
+
+def _is_another(texts: Sequence[str], row: Sequence[str]) -> bool:
+    """Whether a line is a row as well: it has a number, or a missing one, wherever a row has a number."""
+    pairs = [t for t, r in zip(texts, row, strict=False) if _is_number(r)]
+    missing = all(_is_number(t) or t.strip().lower() in MISSING for t in pairs)
+    return len(texts) == len(row) and any(map(_is_number, pairs)) and missing
 
 
 def _split(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
@@ -238,9 +249,10 @@ def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
         expected = f"{EXPECTED}; at most {LONGEST_LINE} a line"
         raise BadInput(place, f"a line of {len(line)} characters", expected, code="LOG010")
     delimiter = _delimiter(line)
-    texts = fields(line, delimiter, place)
-    if not all(_is_number(t) for t in texts):
-        return Layout(_named(_split(line, delimiter) or texts), index + 1, index + 1, delimiter)
+    texts = _split(line, delimiter) or fields(line, delimiter, place)
+    behind = next((_split(lines[index + 1 + i], delimiter) for i in _significant(lines[index + 1 :])), [])
+    if not (all(map(_is_number, texts)) or _is_another(texts, behind)):
+        return Layout(_named(texts), index + 1, index + 1, delimiter)
     comment = next((i for i in range(index - 1, -1, -1) if COMMENT.match(lines[i])), None)
     if comment is not None:
         names = fields(lines[comment].strip().lstrip("#%/"), delimiter, Place(file, comment + 1))
@@ -255,32 +267,34 @@ def _delimiter(header: str) -> str:
 
 
 def _is_table(lines: Sequence[str], layout: Layout) -> bool:
-    """Whether the line behind a header has a number for it and as many fields; true for no line."""
-    for i in _significant(lines[layout.first :]):
+    """Whether the two lines behind a header have a number each and as many fields; true for no line."""
+    for i in islice(_significant(lines[layout.first :]), 2):
         texts = _split(lines[layout.first + i], layout.delimiter)
-        return len(layout.names) > 1 and len(texts) == len(layout.names) and any(map(_is_number, texts))
+        if len(layout.names) == 1 or len(texts) != len(layout.names) or not any(map(_is_number, texts)):
+            return False
     return True
 
 
 def _find_rows(file: str, lines: Sequence[str]) -> _Rows | None:
-    places = []
-    for i in _significant(lines):
-        places.append(i)
-        if len(places) == LINES_SEARCHED:
-            break
-    for wrapped in (False, True):
-        for delimiter in (*SEPARATORS, ""):
-            alike: list[int] = []
-            width = 0
-            for i in places:
-                texts = _split(lines[i], delimiter, wrapped)
-                if len(texts) < 2 or not _is_row(texts):
-                    alike = []
-                    continue
-                alike = [*alike, i] if alike and len(texts) == width else [i]
-                width = len(texts)
-                if len(alike) == ROWS_ALIKE or (len(alike) == 2 and i == places[-1]):
-                    return _Rows(alike[0], delimiter, wrapped, width)
+    """The first rows: of numbers, times and missing values alone; else of numbers and texts in the same columns."""
+    places = list(islice(_significant(lines), LINES_SEARCHED))
+    for texts_too, wrapped, delimiter in product((False, True), (False, True), (*SEPARATORS, "")):
+        alike: list[int] = []
+        last: list[str] = []
+        for i in places:
+            texts = _split(lines[i], delimiter, wrapped)
+            row = sum(map(_is_number, texts)) > 1 if texts_too else _is_row(texts)
+            if len(texts) < 2 or not row:
+                alike = []
+                continue
+            again = _is_another(texts, last) if texts_too else len(texts) == len(last)
+            alike = [*alike, i] if alike and again else [i]
+            last = texts
+            if len(alike) == ROWS_ALIKE or (len(alike) == 2 and i == places[-1]):
+                above = [_split(lines[k], delimiter, wrapped) for k in places[: places.index(alike[0])]]
+                while above and _is_another(above[-1], last):  # rows with a text beside them, as oscilloscopes begin
+                    above.pop()
+                return _Rows(places[len(above)], delimiter, wrapped, len(last))
     return None
 
 

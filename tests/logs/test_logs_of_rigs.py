@@ -1,0 +1,108 @@
+"""Files as test rigs, robots and loggers write them: layouts that were met in public repositories, with made numbers.
+
+Each is read to the numbers of a slider's log in closed form, with the description of a few lines that its user would
+write.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from slider_log import rows
+
+from codegen.logs import read_log
+
+MADE = rows(duration=4.0)
+T, X, V, W = (MADE[name] for name in ("t", "x", "v", "w"))
+STEP = 0.002
+COUNT = 1e-5
+
+
+def lines(form: str, pick: slice = slice(None)) -> str:
+    """A line for each sample by a format of k, t, x, v, w, ms (s and f in two parts), and ns since 1970."""
+    out = []
+    for k in range(len(T))[pick]:
+        ms = 2 * k
+        ns = 1_600_000_000_000_000_000 + 1_000_000 * ms
+        out.append(form.format(k=k, t=T[k], ms=ms, s=ms // 1000, f=ms % 1000, x=X[k], v=V[k], w=W[k], ns=ns))
+    return "".join(f"{line}\n" for line in out)
+
+
+def counts(values: np.ndarray, step: float) -> list[int]:
+    """Signed 16-bit numbers as if they were unsigned."""
+    return [int(n) & 0xFFFF for n in np.round(values / step)]
+
+
+TEKTRONIX = ("Record Length,2.5e+03,,", "Sample Interval,2e-03,,", ",,,", "Source,CH1,,", "Vertical Units,V,,")
+TREND = 'Controller Name:,"PLC"\nTrend Tags:,2\nSample Period:,2 ms\nHeader:,"Date","Time","Axis.Pos","Axis.Force"\n'
+
+READ = {
+    # name: files, the log first, and its meta.yaml
+    "rostopic echo -p": (
+        {
+            "a.csv": "%time,field.header.seq,field.header.frame_id,field.name0,field.position0,field.effort0\n"
+            + lines("{ns},{k},base,joint1,{x:.9f},{w:.9f}")
+        },
+        "columns: {x: field.position0, w: field.effort0}\n",
+    ),
+    "a table between blanks with words in it": (
+        {"a.csv": "timestamp actual_q_0 force moving\n" + lines("{t:.4f} {x:.9f} {w:.9f} True")},
+        "columns: {x: actual_q_0, w: force}\n",
+    ),
+    "a preamble above rows with words": (
+        {
+            "a.csv": "Friction sweep,rig 3\nOperator,me\n\nt_s,phase,on,x,w\n"
+            + lines("{t:.4f},ramp,TRUE,{x:.9f},{w:.9f}")
+        },
+        "",
+    ),
+    "no header, and a comma behind each row": (
+        {"a.csv": lines("{x:.9f},0.1,{w:.9f},")},
+        "columns: {x: 1, w: 3}\nsample_time: 0.002\n",
+    ),
+    "an oscilloscope's settings beside its first rows": (
+        {
+            "a.CSV": "".join(
+                f"{TEKTRONIX[k] if k < len(TEKTRONIX) else ',,,'}{T[k]:018.12f},{X[k]:.9f},\n" for k in range(len(T))
+            ),
+            "ch2.csv": lines(",,,{t:018.12f},{w:.9f},"),
+        },
+        "columns: {t: 4, x: 5, w: c2.5}\nbeside: {c2: ch2.csv}\n",
+    ),
+    "a trend of a controller": (
+        {"a.csv": TREND + lines('Data,"3/4/2026","10:15:{s:02d};{f:03d}",{x:.9f},{w:.9f}')},
+        "columns: {x: Axis.Pos, w: Axis.Force}\n",
+    ),
+    "hexadecimal counters": (
+        {
+            "a.csv": "t,x,w,on\n"
+            + "".join(
+                f"{t:.3f},0x{x:04X},0x{w:04x},true\n"
+                for t, x, w in zip(T, counts(X, COUNT), counts(W, 1e-3), strict=True)
+            )
+        },
+        "columns: {x: x*on, w: w}\nsigned16: [x, w]\nscale: {x: 1.0e-5, w: 0.001}\n",
+    ),
+}
+
+
+def put(folder: Path, case: str) -> Path:
+    """The files of a case, and the log's path."""
+    files, meta = READ[case]
+    for name, content in files.items():
+        (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    if meta:
+        (folder / "meta.yaml").write_text(meta)
+    return folder / next(iter(files))
+
+
+@pytest.mark.parametrize("case", READ)
+def test_read_to_the_same_numbers(tmp_path, spec, case):
+    log = read_log(put(tmp_path, case), spec)
+    assert log.sample_time == pytest.approx(STEP, rel=1e-6)
+    assert log.size == len(T)
+    near = COUNT if "counter" in case else 3e-6  # time since 1970 in ns is known to 0.3 us
+    assert np.allclose(log.positions[:, 0], X, atol=near)
+    assert np.allclose(log.inputs[:, 0], W, atol=1e-3)
