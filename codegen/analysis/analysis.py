@@ -10,19 +10,11 @@ from typing import Any
 import numpy as np
 
 from codegen.analysis.conditions import Condition, Factor, factor_conditions
-from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
+from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.modes import Modes, find_modes
-from codegen.analysis.operating_points import (
-    OperatingPoints,
-    distinct_points,
-    evaluate,
-    operating_points,
-    rates_for_neighbours,
-)
-from codegen.base.errors import BadInput
+from codegen.analysis.operating_points import OperatingPoints, dynamics_over_envelope
 from codegen.base.exact_numbers import eigenvalues, first_largest
 from codegen.base.shown import Shown
-from codegen.observers.coulomb import refuse_infinite_slope
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
@@ -136,23 +128,9 @@ def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis
     Raises:
         BadInput: where the error dynamics are not finite somewhere in the envelope.
     """
-    refuse_infinite_slope(spec)
-    dynamics = rates_for_neighbours(derive_error_dynamics(observer), spec.envelope)
-    points = operating_points(dynamics, spec)
+    at = dynamics_over_envelope(spec, observer)
+    dynamics, points, continuous, sampled, index = at.dynamics, at.points, at.continuous, at.sampled, at.index
     h = float(observer.sample_time)
-    psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
-    distinct, index = distinct_points(dynamics, points, psi, step)
-    continuous, sampled = evaluate(dynamics, psi, distinct), evaluate(dynamics, step, distinct)
-    finite = np.isfinite(continuous).all(axis=(1, 2)) & np.isfinite(sampled).all(axis=(1, 2))
-    if not finite.all():
-        at = ", ".join(f"{s} = {v:.4g}" for s, v in zip(points.variables, distinct.values[~finite][0], strict=True))
-        found = f"the error dynamics are not finite at {at or 'every point'}"
-        raise BadInput(
-            spec.place("envelope"),
-            found,
-            "a force and gains whose slopes are finite in the whole envelope",
-            code="SPEC033",
-        )
     of_psi, of_step = np.linalg.eigvals(continuous), np.linalg.eigvals(sampled)
     largest = np.abs(dynamics.multipliers(of_step, h)).max(axis=1)
     radii = np.array([float(f"{r:.10g}") for r in largest])[index]

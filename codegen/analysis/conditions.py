@@ -11,7 +11,7 @@ import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
+from sympy.utilities.iterables import strongly_connected_components
 
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.polynomials import characteristic_polynomial, jury, routh_hurwitz
@@ -128,11 +128,8 @@ class Factor:
 def independent_blocks(*matrices: Matrix) -> list[list[int]]:
     """Index sets of the strongly connected components of the errors, over all matrices, in order of first index."""
     m = matrices[0].rows
-    pattern = np.zeros((m, m), dtype=int)
-    for place in (place for a in matrices for place in a.todok()):
-        pattern[place] = 1
-    count, label = connected_components(pattern, directed=True, connection="strong")
-    return sorted([int(i) for i in np.flatnonzero(label == k)] for k in range(count))
+    edges = {place for a in matrices for place in a.todok()}
+    return sorted(sorted(block) for block in strongly_connected_components((range(m), edges)))
 
 
 def factor_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any, h: float) -> tuple[Factor, ...]:

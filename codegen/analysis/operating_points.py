@@ -11,13 +11,17 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.analysis.error_dynamics import ErrorDynamics
+from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
 from codegen.analysis.polynomials import expand_products
+from codegen.base.errors import BadInput
 from codegen.base.exact_numbers import powers_of_ten
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import Matrix
+from codegen.observers.coulomb import refuse_infinite_slope
+from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
+from codegen.spec.numerics import numerical
 
 Array = NDArray[np.float64]
 RANDOM_POINTS = 400
@@ -37,6 +41,44 @@ class OperatingPoints:
     values: Array
     ranges: dict[sympy.Symbol, tuple[Any, Any]]
     missing: tuple[sympy.Symbol, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class OverEnvelope:
+    """The error dynamics of an observer and their matrices at sampled points of the envelope.
+
+    Attributes:
+        continuous, sampled: Ψ and A in force errors, by m by m, at the distinct points: those at which they can differ.
+        index: for each of ``points`` the distinct one.
+    """
+
+    dynamics: ErrorDynamics
+    points: OperatingPoints
+    continuous: Array
+    sampled: Array
+    index: NDArray[np.intp]
+
+
+@numerical("the error dynamics over the envelope")
+def dynamics_over_envelope(spec: Spec, observer: Observer) -> OverEnvelope:
+    """Derive the error dynamics and evaluate them over the envelope.
+
+    Raises:
+        BadInput: where they are not finite somewhere in it.
+    """
+    refuse_infinite_slope(spec)
+    dynamics = rates_for_neighbours(derive_error_dynamics(observer), spec.envelope)
+    points = operating_points(dynamics, spec)
+    psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
+    distinct, index = distinct_points(dynamics, points, psi, step)
+    continuous, sampled = evaluate(dynamics, psi, distinct), evaluate(dynamics, step, distinct)
+    finite = np.isfinite(continuous).all(axis=(1, 2)) & np.isfinite(sampled).all(axis=(1, 2))
+    if not finite.all():
+        at = ", ".join(f"{s} = {v:.4g}" for s, v in zip(points.variables, distinct.values[~finite][0], strict=True))
+        found = f"the error dynamics are not finite at {at or 'every point'}"
+        expected = "a force and gains whose slopes are finite in the whole envelope"
+        raise BadInput(spec.place("envelope"), found, expected, code="SPEC033")
+    return OverEnvelope(dynamics, points, continuous, sampled, index)
 
 
 def _variables(dynamics: ErrorDynamics, *matrices: Matrix) -> set[sympy.Symbol]:

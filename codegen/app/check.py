@@ -6,13 +6,13 @@ from typing import Any
 
 import sympy
 
+from codegen.analysis.operating_points import dynamics_over_envelope
 from codegen.app.derived import Derived, Source, derived_from
 from codegen.base.border import verb
 from codegen.base.text import render
 from codegen.certify.size import beyond_checker
 from codegen.emit.c import c_language
 from codegen.observers import Observer
-from codegen.observers.coulomb import refuse_infinite_slope
 from codegen.program import Program, lower
 from codegen.simulate.simulable import refuse_unrunnable
 from codegen.spec.free_gains import free_entries
@@ -100,7 +100,7 @@ def refuse_ungenerable(machine: Derived) -> None:
     program = machine.program
     assert machine.header
     _refuse_unprintable(machine.spec, program)
-    refuse_infinite_slope(machine.spec)
+    dynamics_over_envelope(machine.spec, machine.observer)
 
 
 @numerical("the generated step")

@@ -50,6 +50,13 @@ FAULTS = {
         changed(("  velocity: estimated", "  h: sqrt(s) + s\n  velocity: estimated")),
         "s.yaml:21: observer.h: h(s) = sqrt(s) + s, whose slope",
     ),
+    "slopes without end in the force": (
+        changed(
+            ("  - w\n", "  - w - b*sqrt(r + v)\n"),
+            (PARAMETER, f"{PARAMETER}  b: {{value: 1, unit: kg*m^0.5/s^1.5}}\n  r: {{value: 5, unit: m/s}}\n"),
+        ),
+        "s.yaml:26: envelope: the error dynamics are not finite at",
+    ),
     "the example's name": (
         changed(("name: one_mass", "name: example_main")),
         "s.yaml:2: name: the name `example_main`",
