@@ -18,9 +18,9 @@ from codegen.base.files import sha256
 from codegen.base.shown import Shown
 from codegen.effects.declare import system_of
 from codegen.mechanics.system import System
-from codegen.observers import Observer, build_observer
+from codegen.observers import Observer, observer_of
 from codegen.spec import Spec, read_spec
-from codegen.spec.free_gains import at_middle, refuse_free_gains
+from codegen.spec.free_gains import at_middle
 from codegen.spec.model import CancellationChoice, CodeChoice
 from codegen.spec.numerics import numerical
 from codegen.spec.places import placed
@@ -133,8 +133,7 @@ class Derived(Shown):
     @cached_property
     def observer(self) -> Observer:
         """The observer's equations. Raises BadInput for a spec without one, or with free gains."""
-        refuse_free_gains(self.spec)
-        return build_observer(self.spec, self.system)
+        return observer_of(self.spec, self.system)
 
     @cached_property
     def analysis(self) -> Analysis:

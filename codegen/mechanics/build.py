@@ -10,7 +10,7 @@ import sympy
 
 from codegen.base.errors import BadInput, Faults
 from codegen.mechanics.base_parameters import LinkParameter
-from codegen.mechanics.contacts import build_contacts, refuse_dependent_contacts
+from codegen.mechanics.contacts import build_contacts
 from codegen.mechanics.motion import equation_of_motion, form_key
 from codegen.mechanics.sampling import numbers_over, position_range
 from codegen.mechanics.system import Matrix, System
@@ -34,8 +34,7 @@ def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
 
     Raises:
         BadInput: for an unknown law, a law parameter missing, unknown or out of range, or a mass matrix that is not
-            symmetric, or not positive definite somewhere in the envelope; contacts that slide dependently under an
-            observer of each of them; and what ``equation_of_motion`` refuses.
+            symmetric, or not positive definite somewhere in the envelope; and what ``equation_of_motion`` refuses.
     """
     values: dict[sympy.Symbol, Any] = {symbol(p.name): p.value for p in spec.parameters}
     units = {symbol(p.name): coherent_name(p.unit, spec.place(f"parameters.{p.name}.unit")) for p in spec.parameters}
@@ -64,7 +63,6 @@ def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
         units=units | law_units,
     )
     check_mass_matrix(system, spec)
-    refuse_dependent_contacts(spec, system.distribution)
     return system
 
 

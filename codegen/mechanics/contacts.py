@@ -1,4 +1,4 @@
-"""The contacts of a spec: laws looked up, parameters checked and named as symbols, dependent contacts refused."""
+"""The contacts of a spec: laws looked up, parameters checked and named as symbols."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import sympy
 
 from codegen.base.errors import BadInput, nearest_name, refuse_unknown
 from codegen.friction import ALSO_CALLED, LAWS, FrictionLaw, LawParameter
-from codegen.mechanics.sampling import rank, sampled_values
 from codegen.mechanics.system import ContactFriction, Matrix
 from codegen.spec.model import Contact, Spec, symbol
 from codegen.spec.quantity import refuse_other_unit
@@ -16,8 +15,6 @@ from codegen.spec.units import dimension, parse_unit
 
 Values = dict[sympy.Symbol, Any]
 Units = dict[sympy.Symbol, str]
-BY_COORDINATE = ("to", "gto")
-"""Observers of the force on each coordinate; every other estimates each contact by itself."""
 
 
 def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFriction, ...], Values, Units]:
@@ -111,41 +108,3 @@ def admissible(p: LawParameter) -> str:
     if p.lowest == 0:
         return "a positive number" if p.positive else "zero or a positive number"
     return f"a number above {p.lowest}" if p.positive else f"a number of at least {p.lowest}"
-
-
-def dependent_contacts(spec: Spec, distribution: Matrix) -> tuple[str, ...]:
-    """The first contact whose column of U depends on those before it everywhere in the envelope, with these.
-
-    Returns:
-        Names of the contacts, the dependent one last; () where U has full column rank at almost every position.
-    """
-    points = sampled_values(spec)
-    if rank(distribution, points) == distribution.cols:
-        return ()
-    first = next(k for k in range(distribution.cols) if rank(distribution[:, : k + 1], points) <= k)
-    # Those without which the rest would be independent are the ones that take part.
-    others = {j: [i for i in range(first + 1) if i != j] for j in range(first)}
-    part = [j for j, rest in others.items() if rank(distribution[:, rest], points) == first]
-    return tuple(spec.contacts[j].name for j in (*part, first))
-
-
-def refuse_dependent_contacts(spec: Spec, distribution: Matrix) -> None:
-    """Raise BadInput where an observer of each contact would act on contacts that slide dependently.
-
-    Its error decays at K_F U'M⁻¹U (4.19), which is singular when the rank of U is below the number of contacts: a
-    combination of levels that gives no force never shows in the motion. An observer of the force on each coordinate
-    (GTO) does not need to tell contacts apart.
-    """
-    if spec.observer is None or spec.observer.kind in BY_COORDINATE:
-        return
-    names = dependent_contacts(spec, distribution)
-    if not names:
-        return
-    count, motions = len(spec.contacts), rank(distribution, sampled_values(spec))
-    found = (
-        f"{spec.observer.kind} on {count} contacts that slide in {motions} independent ways: the slip of "
-        f"{names[-1]} follows from that of {' and '.join(names[:-1])}, so U'M^-1 U is singular and no gain tells "
-        "their friction apart"
-    )
-    expected = "contacts that slide independently, or gto"
-    raise BadInput(spec.place("observer.kind"), found, expected, "gto", code="SPEC019")

@@ -10,6 +10,7 @@ from codegen.mechanics.system import System
 from codegen.observers.coulomb import coulomb_friction_observer
 from codegen.observers.dynamic import dynamic_friction_observer
 from codegen.observers.equations import Equation, ErrorVariable, Observer
+from codegen.observers.independent import refuse_dependent_contacts
 from codegen.observers.tracking import tracking_observer
 from codegen.observers.velocity import refuse_integration
 from codegen.spec.free_gains import refuse_free_gains
@@ -29,14 +30,16 @@ OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {
 SINGLE = {"cfo": "gcfo", "to": "gto", "dfo": "gdfo"}
 
 
-def observer_of(spec: Spec) -> Observer:
-    """The observer of a spec on the spec's own system, declared effects included.
+def observer_of(spec: Spec, system: System | None = None) -> Observer:
+    """The observer of a spec, on the spec's own system with declared effects unless another is given.
 
     Raises:
-        BadInput: for a spec without one, or with free gains.
+        BadInput: for a spec without one, with free gains, or with contacts that it cannot tell apart.
     """
     refuse_free_gains(spec)
-    return build_observer(spec, system_of(spec))
+    observer = build_observer(spec, system_of(spec) if system is None else system)
+    refuse_dependent_contacts(spec, observer)
+    return observer
 
 
 @numerical("the observer")

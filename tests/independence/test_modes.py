@@ -14,7 +14,7 @@ import pytest
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.mechanics import build_system
-from codegen.observers import build_observer
+from codegen.observers import build_observer, observer_of
 from codegen.spec import parse_spec
 from tests.in_part import in_part
 from tests.told import refused
@@ -115,7 +115,7 @@ envelope: {{{ranges}}}
 
 def analysed(text: str) -> Analysis:
     spec = parse_spec(text, Path("chain.yaml"))
-    return analyse(spec, build_observer(spec, build_system(spec)))
+    return analyse(spec, observer_of(spec))
 
 
 @pytest.mark.parametrize("velocity", ["measured", "estimated"])

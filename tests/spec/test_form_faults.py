@@ -8,6 +8,7 @@ import pytest
 
 from codegen.base.errors import BadInput
 from codegen.mechanics import build_system
+from codegen.observers import observer_of
 from codegen.spec import parse_spec
 from tests.told import refused, tells
 
@@ -39,12 +40,12 @@ def test_fault(fault: str) -> None:
 REDUNDANT = "    - {name: side, bodies: top, a: 1, unit: N}\n" + OBSERVER
 
 
-@pytest.mark.parametrize("kind", ["gcfo", "mgto"])
-def test_more_contacts_than_motions(kind: str) -> None:
+@pytest.mark.parametrize(("kind", "gain"), [("gcfo", "K_F: 5"), ("mgto", "K_2: [[5, 1], [1, 5], [2, 1]]")])
+def test_more_contacts_than_motions(kind: str, gain: str) -> None:
     """top on bottom, bottom on the floor, and top on a wall: three levels, two accelerations."""
-    text = TOPOLOGY.replace(OBSERVER, REDUNDANT).replace("gcfo", kind)
+    text = TOPOLOGY.replace(OBSERVER, REDUNDANT).replace("gcfo, gains: {K_F: 5", f"{kind}, gains: {{{gain}")
     with pytest.raises(BadInput) as told:
-        build_system(parse_spec(text, Path("m.yaml")))
+        observer_of(parse_spec(text, Path("m.yaml")))
     assert f"{kind} on 3 contacts that slide in 2 independent ways" in str(told.value)
     assert "the slip of side follows from that of between and floor, so U'M^-1 U is singular" in str(told.value)
     assert told.value.nearest == "gto" and told.value.place.key == "observer.kind"
@@ -52,22 +53,22 @@ def test_more_contacts_than_motions(kind: str) -> None:
 
 def test_more_contacts_than_motions_under_an_observer_of_coordinates() -> None:
     text = TOPOLOGY.replace(OBSERVER, REDUNDANT).replace("gcfo, gains: {K_F: 5}", "gto, gains: {K_2: -5}")
-    assert build_system(parse_spec(text, Path("m.yaml"))).distribution.shape == (2, 3)
+    assert observer_of(parse_spec(text, Path("m.yaml"))).system.distribution.shape == (2, 3)
     build_system(parse_spec(TOPOLOGY.replace(OBSERVER, REDUNDANT.replace(OBSERVER, "")), Path("m.yaml")))
 
 
 def test_two_contacts_of_one_slip_on_enough_motions() -> None:
     text = TOPOLOGY.replace("[bottom]", "[bottom, top]")
     with refused("SPEC019 gcfo 2 1 floor between"):
-        build_system(parse_spec(text, Path("m.yaml")))
+        observer_of(parse_spec(text, Path("m.yaml")))
 
 
 def test_a_rank_that_falls_at_single_positions_only_is_no_fault() -> None:
     """U = [[1, cos], [0, sin]]-like columns are parallel at x2 = 0 alone."""
     text = LAGRANGIAN.replace("[[1, 0], [-1, 1]]", "[[1, 1], [0, x2/l]]")
-    build_system(parse_spec(text, Path("m.yaml")))
+    observer_of(parse_spec(text, Path("m.yaml")))
     with refused("SPEC019 gcfo 2 1"):
-        build_system(parse_spec(LAGRANGIAN.replace("[[1, 0], [-1, 1]]", "[[1, x2/l], [0, 0]]"), Path("m.yaml")))
+        observer_of(parse_spec(LAGRANGIAN.replace("[[1, 0], [-1, 1]]", "[[1, x2/l], [0, 0]]"), Path("m.yaml")))
 
 
 def test_a_distribution_beside_the_bodies_gives_the_signs() -> None:
