@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from itertools import repeat
 from typing import Any
 
 import casadi
@@ -37,121 +38,146 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
     Raises:
         BadInput: if two quantities would have one name in the generated code, or a delay is longer than 1000 samples.
     """
-    system = observer.system
-    names: dict[sympy.Symbol, Any] = {}
-    parameters = _parameters(observer, names)
-    period = Field("sample_time", "s", "sample time", float(observer.sample_time))
-    measured = list(zip(system.positions, system.position_units, strict=True))
-    inputs = [_field(names, x, unit, "measured position") for x, unit in measured]
-    if observer.velocity == "measured":
-        inputs += [
-            _field(names, v, f"{unit}/s", "measured velocity")
-            for v, unit in zip(system.velocities, system.position_units, strict=True)
-        ]
-    commands = [_field(names, w, unit, "input") for w, unit in zip(system.inputs, system.input_units, strict=True)]
-    own = [
-        _field(names, z, unit, "observer state") for z, unit in zip(observer.states, observer.state_units, strict=True)
-    ]
-
-    blocks: list[Block] = true_positions(system, names)
-    corrected = [(block.symbols, block.expression) for block in blocks]
-    clock = _field(names, TIME, "s", "time since the first sample")
-    signals: list[State] = []
-    for k, command in enumerate(commands):
-        chain, behind = effective_input(observer, k, command, period, names)
-        blocks, signals = blocks + chain, signals + behind
-    taken = {s.name for s in names} | {s.name for e in observer.equations for s in e.symbols}
-    names[SAMPLE_TIME] = period.symbol
-    following: list[Any] = []
+    step = _Step(observer)
+    step.take_signals()
     if observer.integration == "implicit":
-        signals += [held_input(observer, k, f, names) for k, f in enumerate(commands)]
-        blocks += implicit_blocks(observer, names, own, period.symbol, taken)
-        following = casadi.vertsplit(blocks[-1].symbols)
-        names.update(zip(observer.states, following, strict=True))
-    guard = Guard(observer, observer.domain, names) if observer.domain is not None else None
-    for equation in observer.equations:
-        if guard is not None and equation.name == "friction_level":
-            blocks += guard.level(equation)
-            continue
-        expression = to_casadi(equation.expression, names)
-        if equation.form == "mass_solve":
-            solve = MassSolve(taken, equation.source)
-            expression = solve.solve(to_casadi(system.mass_matrix, names), expression)
-            blocks += solve.blocks
-        elements = tuple(s.name for s in equation.symbols)
-        blocks.append(Block(equation.name, elements, expression, equation.units, equation.source, equation.output))
-        names.update(zip(equation.symbols, casadi.vertsplit(blocks[-1].symbols), strict=True))
+        step.integrate_implicitly()
+    step.compute_equations()
+    step.advance_states()
+    return step.program(choice or CodeChoice())
 
-    rates = to_casadi(observer.rates, names)
-    following = following or [field.symbol + period.symbol * rates[i] for i, field in enumerate(own)]
-    initial = casadi.vertsplit(to_casadi(observer.initial, names))
-    most, resumed = most_lost(observer), resumed_states(observer, names, period.symbol)
-    change = carried_states(observer, names, period.symbol) if most > 1 and observer.velocity == "estimated" else {}
-    states = [
-        State(field, following[i], initial[i], field.symbol + change.get(z, 0), resumed[z])
-        for i, (z, field) in enumerate(zip(observer.states, own, strict=True))
-    ]
-    if guard is not None:
-        blocks += guard.verdict(period)
-        level = next(e for e in observer.equations if e.name == "friction_level")
-        assert level.state is not None
-        at = list(observer.states).index(level.state[0])
-        states[at] = replace(
-            states[at], following=guard.next_level(level, rates[at], period), resumed=guard.resumed_level(level)
+
+class _Step:
+    """A program in the making: the SX of every symbol so far, and the fields, blocks and states that it has."""
+
+    def __init__(self, observer: Observer) -> None:
+        self.observer, self.system = observer, observer.system
+        self.names: dict[sympy.Symbol, Any] = {}
+        self.blocks: list[Block] = []
+        self.states: list[State] = []
+        self.signals: list[State] = []
+        self.following: list[Any] = []
+        """The observer's states at this sample, where an implicit step has computed them."""
+        self.parameters = self._parameters()
+        self.period = Field("sample_time", "s", "sample time", float(observer.sample_time))
+        units = self.system.position_units
+        self.inputs = self._fields(self.system.positions, units, "measured position")
+        if observer.velocity == "measured":
+            rates = [f"{unit}/s" for unit in units]
+            self.inputs += self._fields(self.system.velocities, rates, "measured velocity")
+        self.commands = self._fields(self.system.inputs, self.system.input_units, "input")
+        self.own = self._fields(observer.states, observer.state_units, "observer state")
+
+    def take_signals(self) -> None:
+        """True positions behind sensor errors, and effective inputs behind actuator chains."""
+        self.blocks = true_positions(self.system, self.names)
+        self.corrected = [(block.symbols, block.expression) for block in self.blocks]
+        self.clock = self._fields([TIME], ["s"], "time since the first sample")[0]
+        for k, command in enumerate(self.commands):
+            chain, behind = effective_input(self.observer, k, command, self.period, self.names)
+            self.blocks, self.signals = self.blocks + chain, self.signals + behind
+        self.taken = {s.name for s in self.names} | {s.name for e in self.observer.equations for s in e.symbols}
+        self.names[SAMPLE_TIME] = self.period.symbol
+
+    def integrate_implicitly(self) -> None:
+        """The observer's states at this sample by backward Euler, with the inputs held since the last one."""
+        self.signals += [held_input(self.observer, k, f, self.names) for k, f in enumerate(self.commands)]
+        self.blocks += implicit_blocks(self.observer, self.names, self.own, self.period.symbol, self.taken)
+        self.following = casadi.vertsplit(self.blocks[-1].symbols)
+        self.names.update(zip(self.observer.states, self.following, strict=True))
+
+    def compute_equations(self) -> None:
+        """A block for each equation of the observer; M a = r becomes the blocks of its solution."""
+        domain = self.observer.domain
+        self.guard = None if domain is None else Guard(self.observer, domain, self.names)
+        for equation in self.observer.equations:
+            if self.guard is not None and equation.name == "friction_level":
+                self.blocks += self.guard.level(equation)
+                continue
+            expression = to_casadi(equation.expression, self.names)
+            if equation.form == "mass_solve":
+                solve = MassSolve(self.taken, equation.source)
+                expression = solve.solve(to_casadi(self.system.mass_matrix, self.names), expression)
+                self.blocks += solve.blocks
+            elements = tuple(s.name for s in equation.symbols)
+            block = Block(equation.name, elements, expression, equation.units, equation.source, equation.output)
+            self.blocks.append(block)
+            self.names.update(zip(equation.symbols, casadi.vertsplit(block.symbols), strict=True))
+
+    def advance_states(self) -> None:
+        """Next, first, carried and resumed values of the states."""
+        observer, names, h = self.observer, self.names, self.period.symbol
+        rates = to_casadi(observer.rates, names)
+        following = self.following or [field.symbol + h * rates[i] for i, field in enumerate(self.own)]
+        initial = casadi.vertsplit(to_casadi(observer.initial, names))
+        self.most_lost, resumed = most_lost(observer), resumed_states(observer, names, h)
+        carried = self.most_lost > 1 and observer.velocity == "estimated"
+        change = carried_states(observer, names, h) if carried else {}
+        self.states = [
+            State(field, following[i], initial[i], field.symbol + change.get(z, 0), resumed[z])
+            for i, (z, field) in enumerate(zip(observer.states, self.own, strict=True))
+        ]
+        if self.guard is not None:
+            self.blocks += self.guard.verdict(self.period)
+            self.parameters += self.guard.parameters
+            self.states = self.guard.guarded(self.states, rates, self.period)
+        self.states = [_written_out(state, self.corrected) for state in self.states] + self.signals
+        self.blocks = _needed(self.blocks, [s.following for s in self.states])
+        if self.clock.name in _used(self.blocks, [s.following for s in self.states]):
+            later = self.clock.symbol + h
+            self.states.append(State(self.clock, later, casadi.SX(0), later, later))
+
+    def program(self, choice: CodeChoice) -> Program:
+        """The parameters that are used, the states and the blocks, with numbered ones in arrays."""
+        states, inputs = self.states, (*self.inputs, *self.commands)
+        used = _used(self.blocks, [s.following for s in states], [s.initial for s in states])
+        kept = [p for p in self.parameters if p.name in used]
+        fields = tuple(s.field for s in states)
+        arrays = _arrays([[f.name for f in group] for group in (kept, fields, inputs)], self.blocks)
+        order = {name: k for k, name in enumerate(gathered([p.name for p in kept], arrays))}
+        kept.sort(key=lambda p: order[p.name])
+        program = Program(
+            name=self.system.name,
+            kind=self.observer.kind,
+            velocity=self.observer.velocity,
+            parameters=(*kept, self.period),
+            states=fields,
+            inputs=inputs,
+            blocks=tuple(self.blocks),
+            next_state=tuple(s.following for s in states),
+            initial_state=tuple(s.initial for s in states),
+            carried_state=tuple(s.carried for s in states),
+            resumed_state=tuple(s.initial if s.resumed is None else s.resumed for s in states),
+            most_lost=self.most_lost,
+            precision=choice.precision,
+            fault=choice.fault,
+            integration=INTEGRATIONS[self.observer.integration],
+            arrays=arrays,
         )
-        parameters += guard.parameters
-        states += guard.states
-    states = [_written_out(state, corrected) for state in states] + signals
-    blocks = _needed(blocks, [s.following for s in states])
-    if clock.name in _used(blocks, [s.following for s in states]):
-        later = clock.symbol + period.symbol
-        states.append(State(clock, later, casadi.SX(0), later, later))
-    used = _used(blocks, [s.following for s in states], [s.initial for s in states])
-    choice = choice or CodeChoice()
-    kept = [p for p in parameters if p.name in used]
-    fields = [s.field for s in states]
-    arrays = _arrays(kept, fields, [*inputs, *commands], blocks)
-    order = {name: k for k, name in enumerate(gathered([p.name for p in kept], arrays))}
-    kept.sort(key=lambda p: order[p.name])
-    program = Program(
-        name=system.name,
-        kind=observer.kind,
-        velocity=observer.velocity,
-        parameters=(*kept, period),
-        states=tuple(fields),
-        inputs=(*inputs, *commands),
-        blocks=tuple(blocks),
-        next_state=tuple(s.following for s in states),
-        initial_state=tuple(s.initial for s in states),
-        carried_state=tuple(s.carried for s in states),
-        resumed_state=tuple(s.initial if s.resumed is None else s.resumed for s in states),
-        most_lost=most,
-        precision=choice.precision,
-        fault=choice.fault,
-        integration=INTEGRATIONS[observer.integration],
-        arrays=arrays,
-    )
-    _refuse_shared_names(program)
-    return program
+        _refuse_shared_names(program)
+        return program
 
+    def _fields(
+        self, symbols: Iterable[sympy.Symbol], units: Iterable[str], meaning: str, values: Iterable[Any] | None = None
+    ) -> list[Field]:
+        """A field for each symbol; ``names`` has its SX."""
+        numbers = repeat(None) if values is None else map(float, values)
+        fields = [Field(s.name, u, meaning, v) for s, u, v in zip(symbols, units, numbers, strict=False)]
+        self.names.update({s: f.symbol for s, f in zip(symbols, fields, strict=True)})
+        return fields
 
-def _field(
-    names: dict[sympy.Symbol, Any], s: sympy.Symbol, unit: str, meaning: str, value: float | None = None
-) -> Field:
-    field = Field(s.name, unit, meaning, value)
-    names[s] = field.symbol
-    return field
-
-
-def _parameters(observer: Observer, names: dict[sympy.Symbol, Any]) -> list[Field]:
-    system = observer.system
-    fields = [_field(names, s, system.units[s], "model parameter", float(value)) for s, value in system.values.items()]
-    fields += [
-        _field(names, s, observer.assumed_units[s], "assumed by the observer", float(value))
-        for s, value in observer.assumed.items()
-    ]
-    gains = observer.gains.items()
-    return fields + [_field(names, s, observer.gain_units[s], "observer gain", float(value)) for s, value in gains]
+    def _parameters(self) -> list[Field]:
+        observer, system = self.observer, self.system
+        groups = (
+            (system.values, system.units, "model parameter"),
+            (observer.assumed, observer.assumed_units, "assumed by the observer"),
+            (observer.gains, observer.gain_units, "observer gain"),
+        )
+        return [
+            field
+            for values, units, meaning in groups
+            for field in self._fields(values, [units[s] for s in values], meaning, values.values())
+        ]
 
 
 def _written_out(state: State, blocks: list[tuple[Any, Any]]) -> State:
@@ -184,20 +210,19 @@ def _used(blocks: list[Block], *more: list[Any]) -> set[str]:
     return {s.name() for e in expressions for s in casadi.symvar(casadi.SX(e))}
 
 
-def _arrays(
-    parameters: list[Field], states: list[Field], inputs: list[Field], blocks: list[Block]
-) -> dict[str, Element]:
-    """Places of the numbered fields and of the numbered elements of each block."""
-    fields = [[f.name for f in group] for group in (parameters, states, inputs)]
+def _arrays(fields: list[list[str]], blocks: list[Block]) -> dict[str, Element]:
+    """Places of the numbered fields and of the numbered elements of each block.
+
+    Args:
+        fields: names of the parameters, of the states and of the inputs.
+    """
     together: dict[str, list[str]] = {}
     for block in blocks:
         together.setdefault(block.name, []).extend(block.elements)
     groups = [*fields, *together.values()]
     taken = Names({name for group in groups for name in group} | WORDS)
     places: dict[str, Element] = {}
-    visible = {f.name for group in (states, inputs) for f in group} | {
-        e for b in blocks if b.output for e in b.elements
-    }
+    visible = {*fields[1], *fields[2], *(e for b in blocks if b.output for e in b.elements)}
     for group in groups:
         found = elements(group, taken)
         if not visible.issuperset(group) or gathered(group, found) == group:

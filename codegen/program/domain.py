@@ -12,6 +12,7 @@ range. Only abs and sgn are used, which every output language has.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import casadi
@@ -96,14 +97,20 @@ class Guard:
         source = "1 where the certificate's bound holds, if its assumptions do"
         return [*blocks, self._block("in_domain", symbol("in_domain"), inside * settled, "1", source, True)]
 
-    def next_level(self, equation: Equation, rate: Any, period: Field) -> Any:
-        """z_F one sample later."""
-        learnt = to_casadi(self.gain * Magnitude(self.slip), self.names) + period.symbol * rate
-        return self.names[equation.symbols[0]] + self.names[symbol("learning")] * learnt
+    def guarded(self, states: list[State], rates: Any, period: Field) -> list[State]:
+        """The observer's states with the guarded level among them, and those of the guard.
 
-    def resumed_level(self, equation: Equation) -> Any:
-        """z_F in that case, without direction (d = 0)."""
-        return held(equation.symbols)[equation.symbols[0]]
+        Args:
+            rates: SX of dz/dt, a row a state.
+        """
+        level = next(e for e in self.observer.equations if e.name == "friction_level")
+        assert level.state is not None
+        at = list(self.observer.states).index(level.state[0])
+        learnt = to_casadi(self.gain * Magnitude(self.slip), self.names) + period.symbol * rates[at]
+        following = self.names[level.symbols[0]] + self.names[symbol("learning")] * learnt
+        resumed = held(level.symbols)[level.symbols[0]]  # without direction (d = 0)
+        changed = replace(states[at], following=following, resumed=resumed)
+        return [*states[:at], changed, *states[at + 1 :], *self.states]
 
     def _field(self, name: str, unit: str, meaning: str, value: Any = None) -> Field:
         field = Field(name, unit, meaning, None if value is None else float(value))

@@ -40,7 +40,9 @@ def test_fault(fault: str) -> None:
 REDUNDANT = "    - {name: side, bodies: top, a: 1, unit: N}\n" + OBSERVER
 
 
-@pytest.mark.parametrize(("kind", "gain"), [("gcfo", "K_F: 5"), ("mgto", "K_2: [[5, 1], [1, 5], [2, 1]]")])
+@pytest.mark.parametrize(
+    ("kind", "gain"), [("gcfo", "K_F: 5"), ("mgto", "K_1: [[1, 0], [0, 1], [1, 1]], K_2: [[5, 1], [1, 5], [2, 1]]")]
+)
 def test_more_contacts_than_motions(kind: str, gain: str) -> None:
     """top on bottom, bottom on the floor, and top on a wall: three levels, two accelerations."""
     text = TOPOLOGY.replace(OBSERVER, REDUNDANT).replace("gcfo, gains: {K_F: 5", f"{kind}, gains: {{{gain}")
