@@ -15,6 +15,7 @@ from codegen.base.user_text import shown
 from codegen.logs.bag_file import BagFolder, Db3Storage, is_bag
 from codegen.logs.binding import Binding, bind
 from codegen.logs.cleaning import Clean, clean
+from codegen.logs.content import is_text, other_format
 from codegen.logs.counters import counter_findings, mended, repeats, require_columns, smallest_step
 from codegen.logs.csv_file import open_csv
 from codegen.logs.description import ZERO_ORDER, LogDescription, read_description
@@ -61,7 +62,7 @@ FORMATS: Mapping[str, Opener] = {
     ".ulg": UlogFile,
     ".tdms": TdmsFile,
 }
-"""Ending of a file → what opens it."""
+"""Ending of a file → what opens it. A file with another ending is a table if it is text."""
 
 
 def read_logs(
@@ -204,7 +205,10 @@ def _format(path: Path) -> Opener:
     reader = FORMATS.get(path.suffix.lower())
     if reader is not None:
         return reader
-    place, expected = Place(shown(str(path), 200)), f"a log file ending in {', '.join(FORMATS)}, or a ROS 2 bag folder"
+    place, expected = (
+        Place(shown(str(path), 200)),
+        f"text, a log file ending in {', '.join(FORMATS)}, or a ROS 2 bag folder",
+    )
     if "\0" not in str(path):
         if is_there(path) and path.is_dir():
             if is_bag(path):
@@ -212,6 +216,11 @@ def _format(path: Path) -> Opener:
             raise BadInput(place, "a folder", expected, code="FILE001")
         if not is_there(path):
             raise BadInput(place, "no such file", expected, code="FILE001")
+        if is_text(path, expected):
+            return open_csv
+        other = other_format(path, expected)
+        if other is not None:
+            raise BadInput(place, *other, code="LOG002")
     found = f"the ending `{shown(path.suffix)}`"
     raise BadInput(place, found, expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002")
 

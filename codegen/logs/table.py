@@ -403,7 +403,8 @@ def _are_units(texts: Sequence[str]) -> bool:
 
 
 def _bare(text: str) -> str:
-    return text.strip().strip("[](){}").strip()
+    """A unit without brackets around it, or a word in brackets behind it, as in ``deg (Angle)``."""
+    return re.sub(r"(?<=\S)\s+\([A-Za-z ]+\)$", "", text.strip()).strip("[](){}").strip()
 
 
 def _at(file: str, lines: Sequence[str], header: int) -> Layout:

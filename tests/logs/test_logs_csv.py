@@ -95,7 +95,7 @@ def test_files_that_are_none(tmp_path, spec):
     (tmp_path / "d.csv").mkdir()
     with refused("FILE001 d.csv"):
         read_log(tmp_path / "d.csv", spec)
-    (tmp_path / "a.cvs").write_text("t")
+    (tmp_path / "a.cvs").write_bytes(b"t\0")
     with refused("LOG002 `.cvs` '.csv'?"):
         read_log(tmp_path / "a.cvs", spec)
     (tmp_path / "b.csv").write_bytes(b"t,x,w\n0,1,\x81\n")

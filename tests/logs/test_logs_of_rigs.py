@@ -12,21 +12,23 @@ import numpy as np
 import pytest
 from slider_log import rows
 
+from codegen.base.errors import BadInput
 from codegen.logs import read_log
+from tests.told import tells
 
 MADE = rows(duration=4.0)
-T, X, V, W = (MADE[name] for name in ("t", "x", "v", "w"))
+T, X, W = (MADE[name] for name in ("t", "x", "w"))
 STEP = 0.002
 COUNT = 1e-5
 
 
 def lines(form: str, pick: slice = slice(None)) -> str:
-    """A line for each sample by a format of k, t, x, v, w, ms (s and f in two parts), and ns since 1970."""
+    """A line for each sample by a format of k, t, x, mm, w, ms (s and f in two parts), and ns since 1970."""
     out = []
     for k in range(len(T))[pick]:
         ms = 2 * k
         ns = 1_600_000_000_000_000_000 + 1_000_000 * ms
-        out.append(form.format(k=k, t=T[k], ms=ms, s=ms // 1000, f=ms % 1000, x=X[k], v=V[k], w=W[k], ns=ns))
+        out.append(form.format(k=k, t=T[k], ms=ms, s=ms // 1000, f=ms % 1000, x=X[k], mm=1e3 * X[k], w=W[k], ns=ns))
     return "".join(f"{line}\n" for line in out)
 
 
@@ -75,6 +77,26 @@ READ = {
         {"a.csv": TREND + lines('Data,"3/4/2026","10:15:{s:02d};{f:03d}",{x:.9f},{w:.9f}')},
         "columns: {x: Axis.Pos, w: Axis.Force}\n",
     ),
+    "a signal a file, and an ending of their own": (
+        {"pos.t": lines("{t:7.4f}\t{x:12.9f}"), "force.t": lines("{t:7.4f}\t{w:12.9f}")},
+        "columns: {t: 1, x: 2, w: force.2}\nbeside: {force: force.t}\n",
+    ),
+    "a port's dump": (
+        {"data.log": lines("{k} 14677990{s:02d}.{f:03d}000 {x:.9f} {w:.9f}")},
+        "columns: {t: 2, x: 3, w: 4}\n",
+    ),
+    "a logger without an ending": ({"LOG0001": "t x w\n" + lines("{t:.4e} {x:.9e} {w:.9e}")}, ""),
+    "a scope's units with their quantities": (
+        {
+            "a.csv": "Name\tScope YT\n\nName\tAxis.Pos\tName\tAxis.Force\nSampleTime[ms]\t2\tSampleTime[ms]\t2\n"
+            "Unit\tmm (Length)\tUnit\tN (Force)\n\n" + lines("{ms}\t{mm:.6f}\t{ms}\t{w:.9f}") + "EOF\n"
+        },
+        "columns: {x: Axis.Pos, w: Axis.Force}\n",
+    ),
+    "__time": (
+        {"a.csv": "__time,/axis/position,/axis/effort\n" + lines("16000000{s:02d}.{f:03d},{x:.9f},{w:.9f}")},
+        "columns: {x: /axis/position, w: /axis/effort}\n",
+    ),
     "hexadecimal counters": (
         {
             "a.csv": "t,x,w,on\n"
@@ -106,3 +128,25 @@ def test_read_to_the_same_numbers(tmp_path, spec, case):
     near = COUNT if "counter" in case else 3e-6  # time since 1970 in ns is known to 0.3 us
     assert np.allclose(log.positions[:, 0], X, atol=near)
     assert np.allclose(log.inputs[:, 0], W, atol=1e-3)
+
+
+REFUSED = {
+    # name and first bytes of a file, what the message says
+    "a.xlsx": (b"PK\x03\x04\x14\0\6\0", "LOG002 Excel CSV"),
+    "a.pkl": (b"\x80\x04\x95\x10\0\0\0", "LOG002 pickle numpy.savez"),
+    "a.csv.gz": (b"\x1f\x8b\x08\0\0", "LOG002 compressed unpacked"),
+    "a.bag": (b"#ROSBAG V2.0\n\0", "LOG002 rosbags-convert"),
+    "candump.log": (b"(1600000000.002000) can0 141#0000FF\n", "LOG002 candump DBC"),
+    "flight.log": (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\nMOT, 1, 2\n", "LOG002 ArduPilot mavlogdump"),
+    "a.xyz": (b"\1\2\3", "LOG002 `.xyz` .csv"),
+    "empty.log": (b"", "LOG002 `.log`"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused_by_what_it_is(tmp_path, spec, name):
+    content, words = REFUSED[name]
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / name, spec)
+    assert tells(told.value, words), told.value
