@@ -74,6 +74,11 @@ class CsvSource(LogFile):
         if self.layout.wrapped:
             kept = ((i, unwrapped(line)[1]) for i, line in enumerate(self.lines) if i >= self.first)
             behind = [f"`{shown(text)}` behind line {self.before + i + 1} is not read" for i, text in kept if text]
+        if self.layout.plain is not None:
+            texts = [i for i, line in enumerate(self.lines) if line.strip() and not self.layout.plain(line)]
+            if texts:
+                more = f", {len(texts)} such lines in all" if len(texts) > 1 else ""
+                behind.append(f"line {self.before + texts[0] + 1} is no row and is not read{more}")
         again = [i for i in range(self.first, len(self.lines)) if self.lines[i] in self.layout.head - {END}]
         if again:
             more = f", {len(again)} such lines in all" if len(again) > 1 else ""
@@ -97,6 +102,8 @@ class CsvSource(LogFile):
         indices = [self.names.index(name) if name in self.names else int(name) - 1 for name in wanted]
         body = self.lines[self.first :]
         head = self.layout.head
+        if self.layout.plain is not None:
+            body = [line if line in head else self.layout.plain(line) for line in body]
         kept = [
             i
             for i, line in enumerate(body)

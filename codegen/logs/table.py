@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from itertools import islice, product
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
+from codegen.logs.row_forms import list_rows, named_rows
 from codegen.logs.source import listing
 from codegen.spec.units import is_unit
 
@@ -62,6 +63,7 @@ class Layout:
         decimal_said: whether a description says so.
         head: the header and the lines between it and the rows.
         started: column, counted from 0, that holds dates or times of day → that of the first row.
+        plain: brings a line to plain fields, empty for none; None where lines hold them already.
     """
 
     names: tuple[str, ...]
@@ -75,6 +77,7 @@ class Layout:
     decimal_said: bool = False
     head: frozenset[str] = frozenset()
     started: tuple[tuple[int, datetime], ...] = ()
+    plain: Callable[[str], str] | None = None
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,22 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
     Raises:
         BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
     """
+    if header is None and not named:
+        form = named_rows(lines)
+        if form is not None:
+            words = f"each row names its numbers ({listing(form.names)})"
+            return Layout(
+                form.names, form.index + 1, form.index, "\t", notes=(words,), decimal_said=True, plain=form.plain
+            )
+    lists = list_rows(lines, _delimiter)
+    original = lines
+    if lists is not None:
+        lines = [lists.plain(line) for line in lines]
+        if lists.header is not None and header in (None, lists.header[0] + 1):
+            lines[lists.header[0]] = lists.header[1]
     found = _with_units_above(_table(file, lines, header, named), lines)
+    if lists is not None:
+        found = replace(found, plain=lists.plain)
     sign = decimal or _decimal(lines[found.first :], found.delimiter)
     notes = [*found.notes]
     if sign == ",":
@@ -112,7 +130,7 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
             started.append((k, at))
             what = "date and time of day" if "-" in text[:6] else "time of day"
             notes.append(f"column `{shown(found.names[k])}` is {what}: read as seconds from the first row")
-    head = frozenset(line for line in lines[found.line - 1 : found.first] if line.strip()) | {END}
+    head = frozenset(line for line in original[found.line - 1 : found.first] if line.strip()) | {END}
     return replace(
         found, notes=tuple(notes), decimal=sign, decimal_said=bool(decimal), head=head, started=tuple(started)
     )

@@ -14,6 +14,7 @@ from slider_log import rows
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
+from codegen.logs.stream import open_stream
 from tests.told import tells
 
 MADE = rows(duration=4.0)
@@ -97,6 +98,30 @@ READ = {
         {"a.csv": "__time,/axis/position,/axis/effort\n" + lines("16000000{s:02d}.{f:03d},{x:.9f},{w:.9f}")},
         "columns: {x: /axis/position, w: /axis/effort}\n",
     ),
+    "a saved oscilloscope of LinuxCNC": (
+        {
+            "halscope.log": "Sampling period is 2000000 nSec \n\n"
+            + lines("joint.0.pos-fb {x:+.14f} arc-ok +0.000 arc-ok +0.000 joint.0.force {w:+.14f} ")
+        },
+        "columns: {x: joint.0.pos-fb, w: joint.0.force}\nsample_time: 2 ms\n",
+    ),
+    "the same with decimal commas": (
+        {"halscope.log": lines("pos {x:+.14f} arc-ok +0.000 force {w:+.14f} ").replace(".", ",")},
+        "columns: {x: pos, w: force}\nsample_time: 2 ms\n",
+    ),
+    "a serial plotter": (
+        {"a.txt": "MOT: align sensor\n" + lines("time:{ms},target:1.00,angle:{x:.9f},force:{w:.9f}")},
+        "columns: {t: time, x: angle, w: force}\nunits: {t: ms}\n",
+    ),
+    "names and signs of equality": ({"a.log": lines("t = {t:.3f}; x = {x:.9f}; w = {w:.9f}")}, ""),
+    "lists in quotes": (
+        {"a.csv": "stamp,name,position,effort\n" + lines('{t:.3f},"[\'a\', \'b\']","[{x:.9f}, 0.1]","[{w:.9f}, 0.2]"')},
+        "columns: {t: stamp, x: 'position[0]', w: 'effort[0]'}\n",
+    ),
+    "arrays as numpy prints them": (
+        {"a.csv": "t;position;effort;units [-]\n" + lines("{t:.3f};[{x:.9f} 0.1];(0.2, {w:.9f});1")},
+        "columns: {x: 'position[0]', w: 'effort[1]'}\n",
+    ),
     "hexadecimal counters": (
         {
             "a.csv": "t,x,w,on\n"
@@ -141,6 +166,14 @@ REFUSED = {
     "a.xyz": (b"\1\2\3", "LOG002 `.xyz` .csv"),
     "empty.log": (b"", "LOG002 `.log`"),
 }
+
+
+def test_named_rows_and_lists_are_read_in_blocks_too(tmp_path, spec, monkeypatch):
+    monkeypatch.setattr("codegen.logs.stream.CHARACTERS", 5000)
+    for case, column in (("a serial plotter", "angle"), ("lists in quotes", "position[0]")):
+        (tmp_path / case).mkdir()
+        parts = [block.values[:, 0] for block in open_stream(put(tmp_path / case, case)).blocks([column])]
+        assert len(parts) > 3 and np.allclose(np.concatenate(parts), X, atol=1e-8)
 
 
 @pytest.mark.parametrize("name", REFUSED)

@@ -1,0 +1,122 @@
+"""Rows of text that are more than fields between separators: a name before each number, or lists in a field.
+
+Each is brought to plain fields line by line, so that what reads a table need not know of it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+ROWS = 3
+LINES_SEARCHED = 1000
+_NUMBER = r"[+-]?(?:\d+,\d+(?=\s|$)|\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?=[\s,;]|$)|[+-]?(?:nan|inf)(?=[\s,;]|$)"
+_NAMED = re.compile(rf"\s*([A-Za-z_][\w.\-/\[\]]*)(?:\s*[:=]\s*|\s+)({_NUMBER})[\s,;]*", re.ASCII | re.IGNORECASE)
+"""``name:0.1``, ``name = 0.1`` or ``name 0,1``, and what separates it from the next."""
+_LIST = re.compile(r'"?[\[(]\s*([^][()"]*?)\s*[\])]"?')
+"""``[0.1, 0.2]``, ``(0.1, 0.2)`` or ``[0.1 0.2]``, in quotes or not."""
+_SEPARATED = re.compile(r"\s*[,;\s]\s*")
+_ELEMENT = re.compile(r"[+-]?(\d|\.\d|nan|inf)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class NamedRows:
+    """Rows such as ``angle:0.1,torque:0.2``.
+
+    Attributes:
+        names: before the numbers, in their order.
+        index: of the first row among the lines.
+    """
+
+    names: tuple[str, ...]
+    index: int
+
+    def plain(self, line: str) -> str:
+        """The numbers of a row with a tab between; empty for a line that is no such row."""
+        pairs = _pairs(line)
+        return "\t".join(n.replace(",", ".") for _, n in pairs) if self.names == tuple(a for a, _ in pairs) else ""
+
+
+def named_rows(lines: Sequence[str]) -> NamedRows | None:
+    """The first rows that name each of at least two numbers; None where the first lines have none."""
+    alike, names = 0, tuple[str, ...]()
+    for i, line in enumerate(islice(lines, LINES_SEARCHED)):
+        found = tuple(name for name, _ in _pairs(line))
+        if not line.strip():
+            continue
+        alike = alike + 1 if len(found) > 1 and found == names else int(len(found) > 1)
+        names = found
+        if alike == ROWS:
+            first = next(k for k in range(i + 1) if tuple(name for name, _ in _pairs(lines[k])) == names)
+            return NamedRows(names, first)
+    return None
+
+
+def _pairs(line: str) -> list[tuple[str, str]]:
+    """The names and numbers of a line that holds nothing else; empty for another."""
+    pairs, at = [], 0
+    while at < len(line):
+        found = _NAMED.match(line, at)
+        if found is None:
+            return []
+        pairs.append((found[1], found[2]))
+        at = found.end()
+    return pairs
+
+
+@dataclass(frozen=True)
+class ListRows:
+    """Rows with lists of numbers in some fields.
+
+    Attributes:
+        header: index of the line with the names, and that line with a name for each element, ``q[0]``, ``q[1]``; None
+            where no line has a name for each field.
+        delimiter: between the fields.
+    """
+
+    header: tuple[int, str] | None
+    delimiter: str
+
+    def plain(self, line: str) -> str:
+        """A row with its elements as fields."""
+        return _LIST.sub(lambda found: (self.delimiter or " ").join(_elements(found[1])), line)
+
+
+def list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> ListRows | None:
+    """The first rows with lists of numbers in some fields; None where the first lines have none."""
+    places = [i for i, line in enumerate(islice(lines, LINES_SEARCHED)) if line.strip()]
+    run: list[int] = []
+    for i in places:
+        held = [len(_elements(found[1])) for found in _LIST.finditer(lines[i]) if _ELEMENT.match(found[1])]
+        run = [*run, i] if any(n > 1 for n in held) else []
+        if len(run) == ROWS:
+            break
+    if len(run) < ROWS:
+        return None
+    row, above = lines[run[0]], [i for i in places if i < run[0]]
+    masked = _LIST.sub("_", row)
+    delimiter = delimiter_of(masked)
+    rows = ListRows(None, delimiter)
+    if not above:
+        return rows
+    names = _fields(lines[above[-1]].strip().lstrip("#%/"), delimiter)
+    lengths = [len(_elements(found[1])) for found in _LIST.finditer(row)]
+    fields = _fields(masked, delimiter)
+    if len(names) != len(fields):
+        return rows
+    of = iter(lengths)
+    given = [
+        [name] if field != "_" else [f"{name}[{k}]" for k in range(next(of))]
+        for name, field in zip(names, fields, strict=True)
+    ]
+    return ListRows((above[-1], (delimiter or " ").join(name for part in given for name in part)), delimiter)
+
+
+def _fields(line: str, delimiter: str) -> list[str]:
+    return [text.strip().strip('"') for text in (line.split(delimiter) if delimiter else line.split())]
+
+
+def _elements(text: str) -> list[str]:
+    return [part.strip("'") for part in _SEPARATED.split(text.strip()) if part]
