@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
+from codegen.logs.series import Signal, at_common_times, together
 from codegen.logs.source import Allowance, Columns, File, LogFile, listing
 from codegen.logs.table import (
     COMMENT,
@@ -53,14 +54,22 @@ class CsvSource(LogFile):
         first: index into ``lines`` of the first line after the header.
         before: lines of the file before ``lines``, for messages.
         encoding: what there is to say of the file's letters.
+        description: what is said of the log.
     """
 
     expected = EXPECTED
 
     def __init__(
-        self, file: str, layout: Layout, lines: list[str], first: int, before: int = 0, encoding: Sequence[str] = ()
+        self,
+        file: str,
+        layout: Layout,
+        lines: list[str],
+        first: int,
+        before: int = 0,
+        encoding: Sequence[str] = (),
+        description: LogDescription | None = None,
     ) -> None:
-        super().__init__(Path(file))
+        super().__init__(Path(file), None, description)
         self.file, self.layout, self.lines, self.first, self.before = file, layout, lines, first, before
         self.names, self.units, self.said = layout.names, dict(layout.units), [*encoding, *layout.notes]
 
@@ -100,6 +109,24 @@ class CsvSource(LogFile):
                 expected = f"a name that occurs once, or the number of the column, one of {', '.join(map(str, twice))}"
                 raise BadInput(self.place, f"{len(twice)} columns called `{shown(name)}`", expected, code="LOG004")
         indices = [self.names.index(name) if name in self.names else int(name) - 1 for name in wanted]
+        return self._at_one_time(wanted, indices) if self.layout.times else self._columns(wanted, indices)
+
+    def _at_one_time(self, wanted: Sequence[str], indices: list[int]) -> Columns:
+        """The wanted columns of channels with times of their own; the first column is their common time in s."""
+        own = {name: k for name, k in zip(wanted, indices, strict=True) if k or len(indices) == 1}
+        names = [str(j) for k in own.values() for j in (k, self.layout.times[k])]
+        read = dict(zip(names, self._columns(names, list(map(int, names))).values.T, strict=True))
+        began = min(read[str(self.layout.times[k])][0] for k in own.values())
+        signals = {}
+        for name, k in own.items():
+            time = read[str(self.layout.times[k])]
+            there = np.isfinite(time)
+            signals[name] = Signal(self.names[k], self.layout.tick * (time[there] - began), read[str(k)][there])
+        common, columns, notes = at_common_times(self.file, together(signals), self.description)
+        self.said += [note for note in notes if note not in self.said]
+        return Columns(self.file, tuple(wanted), np.column_stack([columns.get(name, common) for name in wanted]))
+
+    def _columns(self, wanted: Sequence[str], indices: list[int]) -> Columns:
         body = self.lines[self.first :]
         head = self.layout.head
         if self.layout.plain is not None:
@@ -163,6 +190,8 @@ class CsvSource(LogFile):
             found = fields(_BEHIND.sub("", text) if "#" in text else text, self.layout.delimiter, place)
             while len(found) > width and not found[-1].strip():
                 found.pop()
+            if self.layout.times:
+                found += [""] * (width - len(found))
             if len(found) != width:
                 words = f"{len(found)} {'value' if len(found) == 1 else 'values'} in the row"
                 expected = f"{width}, one for each of {listing(self.names)}"
@@ -280,4 +309,4 @@ def open_lines(file: str, lines: list[str], description: LogDescription, encodin
     """
     named = tuple(description.columns) if description.listed else ()
     layout = find_layout(file, lines, description.header, named, description.decimal)
-    return CsvSource(file, layout, lines, layout.first, encoding=encoding)
+    return CsvSource(file, layout, lines, layout.first, encoding=encoding, description=description)

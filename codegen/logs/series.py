@@ -81,7 +81,7 @@ class SignalFile(LogFile):
         self.take(16 * sum(self.lengths[name] for name in names))
         with self.reading():
             signals = self.signals(names)
-        columns, words = joined(str(self.path), _together(signals), wanted, self.description)
+        columns, words = joined(str(self.path), together(signals), wanted, self.description)
         self.said += words
         return columns
 
@@ -89,6 +89,15 @@ class SignalFile(LogFile):
 def joined(
     file: str, series: Sequence[Series], wanted: Sequence[str], description: LogDescription
 ) -> tuple[Columns, tuple[str, ...]]:
+    """The wanted columns at common times; see ``at_common_times``. The column ``t`` is the time, from the first row."""
+    time, columns, notes = at_common_times(file, series, description)
+    columns[TIME] = time - time[0]
+    return Columns(file, tuple(wanted), np.column_stack([columns[name] for name in wanted])), notes
+
+
+def at_common_times(
+    file: str, series: Sequence[Series], description: LogDescription
+) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
     """One row for each time of the series with the most samples in the span that all have.
 
     The others stand at these times by the line between their neighbours, or, under ``hold`` of the description, by the
@@ -96,11 +105,10 @@ def joined(
 
     Args:
         file: for messages.
-        series: that hold the wanted columns; no column twice.
-        wanted: the columns; ``t`` is the time, in s from the first row.
+        series: no column twice.
 
     Returns:
-        the columns, and what was done in plain words.
+        (N,) the times, column → (N,), and what was done in plain words.
 
     Raises:
         BadInput: for a series without samples, whose time runs backwards or is not finite, or no common span.
@@ -132,11 +140,10 @@ def joined(
     if not kept.any():
         found, expected = "every row lies in a gap of some topic", "topics that were logged at the same time"
         raise BadInput(Place(file), found, expected, code="LOG008")
-    columns[TIME] = time - time[0]
-    return Columns(file, tuple(wanted), np.column_stack([columns[name] for name in wanted])[kept]), tuple(notes)
+    return time[kept], {name: values[kept] for name, values in columns.items()}, tuple(notes)
 
 
-def _together(signals: Mapping[str, Signal]) -> list[Series]:
+def together(signals: Mapping[str, Signal]) -> list[Series]:
     """Signals grouped by times that are the same."""
     groups: list[dict[str, Signal]] = []
     for column, signal in signals.items():

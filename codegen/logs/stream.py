@@ -13,7 +13,6 @@ from codegen.logs.description import LogDescription
 from codegen.logs.numpy_file import NpyFile
 from codegen.logs.parquet_file import ParquetFile
 from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, LogFile
-from codegen.logs.table import COMMENT
 
 CHARACTERS = 1 << 22
 
@@ -39,6 +38,8 @@ class CsvStream(LogFile):
         if not text.strip():
             raise NotStreamed
         self._head = open_lines(str(path), text.split("\n"), self.description)
+        if self._head.layout.times:
+            raise NotStreamed
         self.names, self.units, self.said = self._head.names, self._head.units, [*self._head.layout.notes]
 
     @property
@@ -53,7 +54,7 @@ class CsvStream(LogFile):
                 if not lines[-1]:
                     lines.pop()
                 first = max(0, head.first - before)
-                if any(line and not line.isspace() and not COMMENT.match(line) for line in lines[first:]):
+                if any(map(head.layout.is_row, lines[first:])):
                     yield CsvSource(head.file, head.layout, lines, first, before).load(wanted)
                 before += len(lines)
 

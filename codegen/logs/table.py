@@ -64,6 +64,8 @@ class Layout:
         head: the header and the lines between it and the rows.
         started: column, counted from 0, that holds dates or times of day → that of the first row.
         plain: brings a line to plain fields, empty for none; None where lines hold them already.
+        times: column → column of its time, both counted from 0; empty where one column of time is all columns'.
+        tick: s that one stands for in ``times``; brought to s they are the first column.
     """
 
     names: tuple[str, ...]
@@ -78,6 +80,12 @@ class Layout:
     head: frozenset[str] = frozenset()
     started: tuple[tuple[int, datetime], ...] = ()
     plain: Callable[[str], str] | None = None
+    times: tuple[int, ...] = ()
+    tick: float = 1.0
+
+    def is_row(self, line: str) -> bool:
+        """Whether a line can be a row: no blank one, no comment, and not one that ``plain`` leaves nothing of."""
+        return bool(line.strip() and not COMMENT.match(line) and (self.plain is None or self.plain(line)))
 
 
 @dataclass(frozen=True)
@@ -186,7 +194,7 @@ def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[
         if plain is not None:
             return plain
         raise BadInput(Place(file), f"no rows of numbers in its first {LINES_SEARCHED} lines", EXPECTED, code="LOG001")
-    scope = None if header == 0 else _scope(file, lines, rows)
+    scope = None if header == 0 else _scope(lines, rows)
     if scope is not None:
         return scope
     above = None if header == 0 else _above(file, lines, rows)
@@ -337,40 +345,44 @@ def _above(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
 
 
 _SAMPLE_TIME = "sampletime[ms]"
+_NAME = ("name", "channel name", "channel")
 
 
-def _scope(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
-    """The export of a TwinCAT scope: lines ``KEY;value;value;KEY;value`` with a KEY in each column of time.
+def _scope(lines: Sequence[str], rows: _Rows) -> Layout | None:
+    """The export of a scope: lines ``KEY;value;value;KEY;value`` with a KEY in each column of time.
 
-    Raises:
-        BadInput: for channels with times of their own, whose rows do not belong together.
+    That of TwinCAT has its times in ms, or as Windows' FILETIME; of another one the names must stand behind KEYs.
     """
     about: dict[str, tuple[int, list[str]]] = {}
     for i, line in enumerate(lines[: rows.index]):
         texts = [text.strip() for text in _split(line, rows.delimiter, rows.wrapped)]
         if texts and len(texts) <= rows.width:
             about[texts[0].lower()] = i, texts + [""] * (rows.width - len(texts))
-    if "name" not in about or _SAMPLE_TIME not in about or about["name"][0] > about[_SAMPLE_TIME][0]:
+    key = next((key for key in _NAME if key in about), "")
+    if not key:
         return None
-    at, names = about["name"]
+    at, names = about[key]
     times = [k for k, text in enumerate(names) if text == names[0]]
-    for i in [*_significant(lines[rows.index :])][:LINES_SEARCHED]:
+    if (_SAMPLE_TIME not in about and len(times) < 2) or at > about.get(_SAMPLE_TIME, (at,))[0]:
+        return None
+    own = False
+    for i in islice(_significant(lines[rows.index :]), LINES_SEARCHED):
         texts = _split(lines[rows.index + i], rows.delimiter, rows.wrapped)
-        if len(texts) == rows.width and len({texts[k] for k in times}) > 1:
-            found = f"channels with times of their own, {' and '.join(texts[k].strip() for k in times[:2])} in one row"
-            expected = f"one column of time; or `header: {at + 1}` in a log description, and the columns of one time"
-            raise BadInput(Place(file, rows.index + i + 1), found, expected, code="LOG011")
+        own = own or (len(texts) == rows.width and len({texts[k] for k in times}) > 1)
     called = [str(k + 1) if k in times else name for k, name in enumerate(names)]
     called[0] = "Time"
     first = _split(lines[rows.index], rows.delimiter, rows.wrapped)[0].strip()
-    units = {"Time": "ms"} if len(first.split(",")[0].split(".")[0]) < 15 else {}
+    in_ms = _SAMPLE_TIME in about and len(first.split(",")[0].split(".")[0]) < 15
+    units = {"Time": "ms"} if in_ms and not own else {}
     given = about.get("unit", (0, [""] * rows.width))[1]
     bare = {name: _bare(u) for k, (name, u) in enumerate(zip(called, given, strict=True)) if k not in times}
     units |= {name: unit for name, unit in bare.items() if unit.lower() not in ("", "none")}
     table = Layout(_named(called), at + 1, rows.index, rows.delimiter, rows.wrapped, tuple(units.items()))
-    words = "the file is a scope's export, its times in ms" if "Time" in units else "the file is a scope's export"
+    words = f"the file is a scope's export{', its times in ms' if in_ms else ''}"
     said = _told(lines, table)
-    return replace(said, notes=(words, *said.notes))
+    before = tuple(max(j for j in times if j <= k) for k in range(rows.width)) if own else ()
+    tick = (1e-3 if in_ms else 1e-7) if _SAMPLE_TIME in about else 1.0
+    return replace(said, notes=(words, *said.notes), times=before, tick=tick)
 
 
 def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:

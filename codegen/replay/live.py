@@ -177,6 +177,9 @@ def live_blocks(
         rows = [line for line in waiting if line.strip() and not COMMENT.match(line)]
         if len(rows) > ROWS_ALIKE:  # the table is found by its first rows
             head = open_lines(file, waiting, described, said)
+            if head.layout.times:
+                found, expected = "channels with times of their own", "one column of time, in a log that is watched"
+                raise BadInput(head.place, found, expected, code="LOG011")
             table = _Table(spec, program, period, head, described, columns)
             if notes is not None:
                 notes += [*table.head.notes, *table.notes]
@@ -217,7 +220,7 @@ class _Table:
 
     def blocks(self, lines: list[str], first: int) -> Iterator[Block]:
         """The samples in further lines, from index ``first`` on."""
-        kept = any(line and not line.isspace() and not COMMENT.match(line) for line in lines[first:])
+        kept = any(map(self.head.layout.is_row, lines[first:]))
         source = CsvSource(self.head.file, self.head.layout, lines, first, self._read)
         self._read += len(lines)
         if not kept:

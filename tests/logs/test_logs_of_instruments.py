@@ -207,11 +207,6 @@ REFUSED = {
         "",
         "LOG005 a.csv:4 x `300.000` `0` thousands `decimal: point`",
     ),
-    "channels with times of their own": (
-        TWINCAT + TWINCAT_ROWS.replace("\n2,000000;", "\n4,000000;"),
-        "columns: {x: Axis 1.ActPos, w: Axis 1.ActForce}\n",
-        "LOG011 a.csv:13 `header:",
-    ),
     "two columns of time": ("Time,timestamp,x,w\n0,0,1,2\n1,1,3,4\n", "", "LOG003 `Time` `timestamp` columns:"),
     "two times of one name": (TWINCAT + TWINCAT_ROWS, "header: 5\n", "LOG003 a.csv:5"),
     "nan words in front": ("t,x,w\n0,1,2\n#N/A,1,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),

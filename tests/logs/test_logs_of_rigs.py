@@ -94,6 +94,14 @@ READ = {
         },
         "columns: {x: Axis.Pos, w: Axis.Force}\n",
     ),
+    "a DAQ with a block of lines for each channel": (
+        {
+            "a.csv": "Timestamp,2020-03-16 17:04:51,Timestamp,2020-03-16 17:04:51\nInterval,0.002,Interval,0.002\n"
+            'Channel name,"Force",Channel name,"Input 1"\nUnit,"N",Unit,"m"\n'
+            + lines("{t:.3f},{w:.9f},{t:.3f},{x:.9f}")
+        },
+        "columns: {x: Input 1, w: Force}\n",
+    ),
     "__time": (
         {"a.csv": "__time,/axis/position,/axis/effort\n" + lines("16000000{s:02d}.{f:03d},{x:.9f},{w:.9f}")},
         "columns: {x: /axis/position, w: /axis/effort}\n",
@@ -166,6 +174,29 @@ REFUSED = {
     "a.xyz": (b"\1\2\3", "LOG002 `.xyz` .csv"),
     "empty.log": (b"", "LOG002 `.log`"),
 }
+
+
+SCOPE = (
+    "Name;Scope YT;\n\nName;Axis.Pos;Name;Axis.Force\nSampleTime[ms];2;SampleTime[ms];4\n"
+    "Unit;mm (Length);Unit;(None)\n\n"
+)
+
+
+@pytest.mark.parametrize("began", [0, 132959733843760000], ids=["ms", "FILETIME"])
+def test_channels_of_a_scope_at_rates_of_their_own(tmp_path, spec, began):
+    tick = 10_000 if began else 1
+    slow = [f"{began + 4 * tick * k};{W[2 * k]:.9f}" for k in range(len(T) // 2)] + [";"] * (len(T) // 2)
+    rows = [f"{began + 2 * tick * k};{1e3 * X[k]:.6f};{slow[k]}" for k in range(len(T))]
+    (tmp_path / "a.csv").write_text((SCOPE + "\n".join(rows) + "\nEOF\n").replace(".", ",").replace("Axis,", "Axis."))
+    log = read_log(tmp_path / "a.csv", spec, columns={"x": "Axis.Pos", "w": "Axis.Force"})
+    assert log.sample_time == pytest.approx(STEP, rel=1e-6) and log.size == len(T) - 1
+    assert np.allclose(log.positions[:, 0], X[:-1], atol=2e-9)
+    assert np.allclose(log.inputs[::2, 0], W[:-1:2], atol=2e-6)
+    assert any("`Axis.Force` (250 Hz) stands at the times of `Axis.Pos` (500 Hz)" in note for note in log.notes)
+    held = "columns: {x: Axis.Pos, w: Axis.Force}\nhold: Axis.Force\n"
+    (tmp_path / "meta.yaml").write_text(held)
+    log = read_log(tmp_path / "a.csv", spec)
+    assert np.allclose(log.inputs[1::2, 0], W[:-2:2], atol=2e-6)
 
 
 def test_named_rows_and_lists_are_read_in_blocks_too(tmp_path, spec, monkeypatch):
