@@ -15,7 +15,7 @@ from codegen.observers import build_observer
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs, measured
+from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Array, Reading, after, friction_error, ratio, rms
 from codegen.thesis.gallery.runs import Gains, watch
 from codegen.thesis.gallery.setting import Setting
@@ -84,22 +84,3 @@ def draw(figure: Any, runs: Runs) -> None:
     growth.fill_between(run.time[::STRIDE], 0, rates, where=rates > 0, color=d.OTHER, alpha=0.5, linewidth=0)
     d.frame(growth, d.TIME, "max Re λ(Ψ) in 1/s", "frozen error dynamics: unstable above 0")
     d.legend(figure, grid[0, 0], speeds)
-
-
-PLOTS = {
-    "4.7": Plot(
-        watched,
-        draw,
-        2,
-        measured(finds_friction, unstable_share, top_speed),
-        (
-            Setting("no noise", noise=0.0),
-            Setting("noise 0.5 as printed", noise=0.5),
-            Setting("sample time 0.1 ms, no noise", noise=0.0, step=1e-4),
-            Setting("sample time 5 ms", step=5e-3),
-            Setting("an input of a tenth", inputs={"w1": "0.1*sin(2*t)"}),
-            Setting("an input of twice as much", inputs={"w1": "2*sin(2*t)"}),
-        ),
-        cost=4,
-    ),
-}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -13,13 +13,14 @@ from codegen.base.resources import resource_folder
 from codegen.report.style import png
 from codegen.spec import Spec, read_spec
 from codegen.thesis.gallery import arm, cancelling, drawing, hysteresis, laws, rig, servo, two_mass
-from codegen.thesis.gallery.figure import AS_DRAWN, Plot
+from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Reading
 from codegen.thesis.gallery.runs import Gains
-from codegen.thesis.gallery.setting import Setting
+from codegen.thesis.gallery.setting import AS_DRAWN, Setting
 from codegen.thesis.gallery.statement import FigureText, Statement, read_figures
 
 FOLDER = "gallery"
+MODULES = {m.__name__.rpartition(".")[2]: m for m in (arm, cancelling, hysteresis, laws, rig, servo, two_mass)}
 
 
 @dataclass(frozen=True)
@@ -73,30 +74,27 @@ def run_gallery(
     for number in numbers:
         refuse_unknown(number, figure_numbers(), "--only", "", "a figure's number", code="CALL001")
     # The slow ones first, so that none is left alone at the end.
-    order = sorted(numbers, key=lambda n: -PLOTS[n].cost)
+    made = {number: text.entry.made for number, text in read_figures().items()}
+    order = sorted(numbers, key=lambda n: -made[n].cost)
     found: dict[str, GalleryResult] = {}
     count, tell = workers or os.cpu_count() or 1, progress or (lambda share: None)
     if count == 1 or len(order) == 1:
-        for number in sorted(order, key=lambda n: PLOTS[n].pid_of in order):
-            found[number] = make_figure(number, _pid_of(number, found))
+        for number in sorted(order, key=lambda n: made[n].pid_of in order):
+            tuned = found.get(made[number].pid_of)
+            found[number] = make_figure(number, None if tuned is None else tuned.pid)
             tell(len(found) / len(order))
     else:
         with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-            waiting = {pool.submit(make_figure, n): n for n in order if PLOTS[n].pid_of not in order}
+            waiting = {pool.submit(make_figure, n): n for n in order if made[n].pid_of not in order}
             while waiting:
                 for done in wait(waiting, return_when=FIRST_COMPLETED).done:
                     number = waiting.pop(done)
                     found[number] = done.result()
                     waiting |= {
-                        pool.submit(make_figure, n, found[number].pid): n for n in order if PLOTS[n].pid_of == number
+                        pool.submit(make_figure, n, found[number].pid): n for n in order if made[n].pid_of == number
                     }
                     tell(len(found) / len(order))
     return tuple(found[number] for number in numbers)
-
-
-def _pid_of(number: str, found: Mapping[str, GalleryResult]) -> Gains | None:
-    other = PLOTS[number].pid_of
-    return found[other].pid if other is not None and other in found else None
 
 
 def make_figure(number: str, pid: Gains | None = None) -> GalleryResult:
@@ -105,18 +103,20 @@ def make_figure(number: str, pid: Gains | None = None) -> GalleryResult:
     Args:
         pid: gains that are tuned already for its machine, servo and sensors.
     """
-    text, plot = read_figures()[number], PLOTS[number]
-    specs = figure_specs(text)
-    drawn = plot.run(specs, AS_DRAWN, pid)
-    size = (drawing.WIDTH_IN, drawing.ROW_IN * plot.rows + drawing.LEGEND_IN)
-    picture = png(lambda figure: plot.draw(figure, drawn), size, drawing.DPI, **drawing.STYLE)
-    settings = (AS_DRAWN, *plot.settings)
+    text = read_figures()[number]
+    made, specs = text.entry.made, figure_specs(text)
+    module = MODULES[made.module]
+    run, draw = getattr(module, made.runs), getattr(module, made.draws)
+    drawn: Runs = run(specs, AS_DRAWN, pid)
+    size = (drawing.WIDTH_IN, drawing.ROW_IN * made.rows + drawing.LEGEND_IN)
+    picture = png(lambda figure: draw(figure, drawn), size, drawing.DPI, **drawing.STYLE)
+    settings = (AS_DRAWN, *text.settings)
     readings: list[list[Reading]] = [[] for _ in text.statements]
     for setting in settings if text.statements else ():
-        runs = drawn if setting is AS_DRAWN else plot.run(specs, setting, drawn.pid)
+        runs = drawn if setting is AS_DRAWN else run(specs, setting, drawn.pid)
         for row, statement in zip(readings, text.statements, strict=True):
             if setting is AS_DRAWN or not statement.entry.closed_form:
-                row.append(plot.measures[statement.entry.measure](runs))
+                row.append(getattr(module, statement.entry.measure)(runs))
     verdicts = [Verdict(s, settings[: len(row)], tuple(row)) for s, row in zip(text.statements, readings, strict=True)]
     return GalleryResult(text, picture, drawn.pid, tuple(verdicts))
 
@@ -125,14 +125,3 @@ def figure_specs(text: FigureText) -> tuple[Spec, ...]:
     """The shipped specs of a figure."""
     folder = resource_folder("specs") / FOLDER
     return tuple(read_spec(folder / f"{name}.yaml") for name in text.entry.specs)
-
-
-PLOTS: dict[str, Plot] = {
-    **laws.PLOTS,
-    **servo.PLOTS,
-    **two_mass.PLOTS,
-    **arm.PLOTS,
-    **cancelling.PLOTS,
-    **hysteresis.PLOTS,
-    **rig.PLOTS,
-}

@@ -16,7 +16,7 @@ from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs, measured
+from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Reading, ratio, rms
 from codegen.thesis.gallery.runs import Gains, closed_loop, sample_count
 from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
@@ -85,23 +85,3 @@ def draw(figure: Any, runs: Runs) -> None:
             d.line(row[2], run.time, (run.true_positions - ideal.true_positions)[:, 1], colour, label)
         d.frame(row[2], d.TIME if prefix else "", "distance in m", "(c) lower mass")
     d.legend(figure, grid[0, 0], grid[0, 2])
-
-
-PLOTS = {
-    "5.1": Plot(
-        with_and_without,
-        draw,
-        2,
-        measured(closer_to_ideal, closer_when_pushed),
-        (
-            Setting("no noise", noise=0.0),
-            Setting("noise 0.1 as printed", noise=0.1),
-            Setting("noise 0.001", noise=0.001),
-            Setting("input of 30 N", inputs={"w": "30*sin(2*t)"}),
-            Setting("sample time 0.2 ms", step=2e-4),
-            Setting("sample time 5 ms", step=5e-3),
-            Setting("another noise", seed=1),
-        ),
-        cost=4,
-    ),
-}

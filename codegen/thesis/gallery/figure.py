@@ -1,18 +1,14 @@
-"""A figure as the gallery makes it: how it is run, drawn and measured, and in which settings."""
+"""The runs of a figure: what it is drawn from and measured on."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
-from codegen.thesis.gallery.measures import Reading
 from codegen.thesis.gallery.runs import Gains
 from codegen.thesis.gallery.setting import Setting
-
-AS_DRAWN = Setting("as drawn")
 
 
 @dataclass(frozen=True)
@@ -35,35 +31,3 @@ class Runs:
 
     def __getitem__(self, name: str) -> LoopRun:
         return self.loops[name]
-
-
-Measure = Callable[[Runs], Reading]
-"""A number of a statement."""
-
-
-def measured(*measures: Measure) -> dict[str, Measure]:
-    """Measures by the names of their functions, as the claims call them."""
-    return {measure.__name__: measure for measure in measures}
-
-
-@dataclass(frozen=True)
-class Plot:
-    """How one figure is made.
-
-    Attributes:
-        run: specs, a setting and the PID's gains, if it is tuned already → runs.
-        draw: puts the runs as drawn on a matplotlib figure.
-        rows: of panels, for the height.
-        measures: name → number of a statement.
-        settings: beside ``AS_DRAWN``, in which the statements are checked again.
-        cost: how long it takes, roughly, beside the others.
-        pid_of: the figure whose tuned PID this one has too, since machine, servo and sensors are the same.
-    """
-
-    run: Callable[[Sequence[Spec], Setting, Gains | None], Runs]
-    draw: Callable[[Any, Runs], None]
-    rows: float
-    measures: Mapping[str, Measure] = field(default_factory=dict)
-    settings: Sequence[Setting] = ()
-    cost: float = 1.0
-    pid_of: str | None = None

@@ -11,7 +11,7 @@ import numpy as np
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs, measured
+from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Mask, Reading, after, friction_error, position_error, ratio, ripple, rms
 from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
 from codegen.thesis.gallery.servo import draw_motions
@@ -108,28 +108,3 @@ def draw(figure: Any, runs: Runs) -> None:
         d.frame(error, d.TIME if last else "", "distance in m")
         d.frame(friction, "velocity in m/s" if last else "", "friction in N")
     d.legend(figure, grid[0, 0], grid[0, 2])
-
-
-PLOTS = {
-    "6.1": Plot(
-        three_observers,
-        draw,
-        3,
-        measured(
-            dfo_is_best,
-            to_has_hysteresis,
-            cfo_is_noisiest,
-            cfo_misses_hysteresis,
-            cfo_finds_level,
-            better_than_pid,
-            dfo_runs_on_the_rig,
-        ),
-        (
-            Setting("no noise", noise=0.0),
-            Setting("noise 0.1 as printed", noise=0.1),
-            Setting("noise 0.01", noise=0.01),
-            Setting("another noise", seed=1),
-        ),
-        cost=20,
-    ),
-}

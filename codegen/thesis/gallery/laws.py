@@ -10,7 +10,7 @@ import numpy as np
 from codegen.effects.declare import system_of
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs, measured
+from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Array, Reading, after, ratio
 from codegen.thesis.gallery.runs import Gains, watch
 from codegen.thesis.gallery.setting import Setting
@@ -95,24 +95,3 @@ def draw_hysteresis(figure: Any, runs: Runs) -> None:
     d.frame(loop, "velocity in m/s", "friction in N", "hysteresis at zero velocity")
     d.frame(time, d.TIME, "friction, velocity")
     d.legend(figure, time)
-
-
-PLOTS = {
-    "1.1": Plot(
-        levels_of,
-        draw_laws,
-        1.2,
-        measured(coulomb_is_constant, breakaway_is_higher, viscous_part_rises, stribeck_dips),
-    ),
-    "1.2": Plot(
-        driven,
-        draw_hysteresis,
-        1.3,
-        measured(hysteresis_width),
-        (
-            Setting("sample time 0.1 ms", step=1e-4),
-            Setting("driven at 5 Hz", inputs={"w": "150*sin(10*pi*t)"}),
-            Setting("driven harder", inputs={"w": "300*sin(2*pi*t)"}),
-        ),
-    ),
-}

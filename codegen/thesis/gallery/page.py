@@ -15,7 +15,7 @@ from codegen.base.errors import BadInput
 from codegen.base.files import write_all
 from codegen.base.text import render
 from codegen.report.wording import number, unit_text, with_unit
-from codegen.thesis.gallery.build import FOLDER, PLOTS, GalleryResult, Verdict
+from codegen.thesis.gallery.build import FOLDER, GalleryResult, Verdict
 from codegen.thesis.gallery.measures import Reading
 from codegen.thesis.gallery.statement import FigureText, StatementEntry, read_figures
 
@@ -59,7 +59,7 @@ def is_of(kept: Kept, text: FigureText) -> bool:
 
 
 def _setting_names(text: FigureText) -> list[str]:
-    return [s.name for s in PLOTS[text.entry.figure].settings] if text.statements else []
+    return text.entry.settings if text.statements else []
 
 
 def _kept_row(verdict: Verdict) -> Kept:

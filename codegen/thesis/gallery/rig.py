@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import combinations
 from typing import Any
 
@@ -19,13 +18,12 @@ from codegen.simulate.loop_run import LoopRun
 from codegen.spec.functions import Sgn
 from codegen.spec.model import Spec, symbol
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs, measured
+from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Array, Mask, Reading, hang_off, ratio, rms, sliding
 from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, reference_of, servo_run, tuned_pid
 from codegen.thesis.gallery.setting import Setting, from_zero, observer_choice, simulation_of, with_observer
 
 NAMES = ("CFO", "TO", "DFOa", "DFOb")
-FIGURES = ("8.3", "8.4", "8.5", "8.6")
 RAISED = "plates"
 HALF_PERIOD = 2.0
 AMPLITUDE = 0.8727
@@ -40,8 +38,9 @@ def target_of(runs: Runs) -> Array:
     return reference_of(runs.setting.applied(runs.specs[0]), len(runs["ideal"].time))
 
 
-def draw(name: str, figure: Any, runs: Runs) -> None:
+def draw(figure: Any, runs: Runs) -> None:
     """Left without, right with cancellation: position, distance, friction over time and over velocity."""
+    name = name_of(runs.specs[1])
     grid = figure.subplots(4, 2)
     pid = runs["pid"]
     target = target_of(runs)
@@ -76,7 +75,8 @@ def draw(name: str, figure: Any, runs: Runs) -> None:
 def rig_runs(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
     """NAME and NAME_off, with and without cancellation, of each observer; servo without any; pid and ideal.
 
-    The first spec is the rig, the others are observers in the order of ``NAMES``, or one of them alone.
+    The first spec is the rig, the others are observers in the order of ``NAMES``, or one of them alone. The second one
+    is the figure's own.
     """
     rig = setting.applied(specs[0])
     machine, simulation = raised_half_way(rig, setting.levels), simulation_of(rig)
@@ -135,12 +135,14 @@ def _force_error(runs: Runs, name: str) -> float:
     return rms((run.friction - run.friction_estimate)[sliding(run) & (before | late), 0])
 
 
-def grows_with_friction(name: str, runs: Runs) -> Reading:
+def grows_with_friction(runs: Runs) -> Reading:
+    name = name_of(runs.specs[1])
     before, after = hang_offs(runs, f"{name}_off")
     return Reading(ratio(after, before), (("before", before * DEGREES), ("after", after * DEGREES)), "°")
 
 
-def eliminated(name: str, runs: Runs) -> Reading:
+def eliminated(runs: Runs) -> Reading:
+    name = name_of(runs.specs[1])
     without, left = hang_offs(runs, f"{name}_off"), hang_offs(runs, name)
     parts = (
         ("before, not cancelled", without[0]),
@@ -152,7 +154,8 @@ def eliminated(name: str, runs: Runs) -> Reading:
     return Reading(worst, tuple((label, value * DEGREES) for label, value in parts), "°")
 
 
-def no_worse_than_pid(name: str, runs: Runs) -> Reading:
+def no_worse_than_pid(runs: Runs) -> Reading:
+    name = name_of(runs.specs[1])
     errors = list(_distances(runs, (name, "pid")).values())
     left = [max(hang_offs(runs, key)) * DEGREES for key in (name, "pid")]
     parts = ((name, errors[0]), ("PID", errors[1]), ("hang-off", left[0]), ("of the PID", left[1]))
@@ -215,7 +218,19 @@ def loop_stays(runs: Runs) -> Reading:
     return Reading(max(abs(grown - 1) for _, grown in parts), tuple(parts), "times")
 
 
-def similar(names: Sequence[str], runs: Runs) -> Reading:
+def cfo_like_to(runs: Runs) -> Reading:
+    return _similar(runs, ("CFO", "TO"))
+
+
+def dfoa_like_dfob(runs: Runs) -> Reading:
+    return _similar(runs, ("DFOa", "DFOb"))
+
+
+def to_like_dfos_off(runs: Runs) -> Reading:
+    return _similar(runs, ("TO_off", "DFOa_off", "DFOb_off"))
+
+
+def _similar(runs: Runs, names: Sequence[str]) -> Reading:
     motions = [runs[name].true_positions for name in names]
     apart = max(rms((a - b).ravel()) for a, b in combinations(motions, 2))
     return Reading(apart / AMPLITUDE, (("RMS apart", apart * DEGREES),), "°")
@@ -246,54 +261,3 @@ def grows_at_chapter_3_gains(runs: Runs) -> Reading:
 
 def _tracking(runs: Runs) -> Spec:
     return next(spec for spec in runs.specs[1:] if name_of(spec) == "TO")
-
-
-def _measures(name: str) -> dict[str, Any]:
-    own = {measure.__name__: partial(measure, name) for measure in (grows_with_friction, eliminated, no_worse_than_pid)}
-    of_all = (proportional, cfo_estimates_best, cfo_compensates_best, to_overcompensates, to_lies_between, loop_stays)
-    alike = {
-        "cfo_like_to": ("CFO", "TO"),
-        "dfoa_like_dfob": ("DFOa", "DFOb"),
-        "to_like_dfos_off": ("TO_off", "DFOa_off", "DFOb_off"),
-    }
-    compared = {key: partial(similar, names) for key, names in alike.items()}
-    return own | measured(*of_all, on_the_boundary, grows_at_chapter_3_gains) | compared
-
-
-SETTINGS = (
-    Setting("estimate one sample old", delay=1),
-    Setting("half the friction", levels=0.5),
-    Setting("twice the friction", levels=2.0),
-    Setting("half K_F, K₂ and K_a", factors={"K_F": 0.5, "K_2": 0.5, "K_a": 0.5}),
-    Setting("twice K_F, K₂ and K_a", factors={"K_F": 2.0, "K_2": 2.0, "K_a": 2.0}),
-    Setting("K_v of 20", factors={"K_v": 0.4}),
-    Setting("K_v of 80", factors={"K_v": 1.6}),
-    Setting("assumed c halved", factors={"c": 0.5}),
-    Setting("assumed c half as much again", factors={"c": 1.5}),
-    Setting("J of 0.5 kg m²", factors={"J": 0.5}),
-    Setting("J of 2 kg m²", factors={"J": 2.0}),
-    Setting("period of 2 s", slower=0.5),
-    Setting("period of 8 s", slower=2.0),
-    Setting("sampled at 1 kHz", step=0.001),
-    Setting("noise of 0.5 pulses", noise=0.0016),
-)
-LAWS = ("assumed c halved", "assumed c half as much again")
-"""Settings that only the DFOs know of."""
-
-
-def _settings(name: str) -> tuple[Setting, ...]:
-    return tuple(s for s in SETTINGS if s.name not in LAWS or not name.endswith("TO"))
-
-
-PLOTS = {
-    number: Plot(
-        rig_runs,
-        partial(draw, name),
-        4,
-        _measures(name),
-        _settings(name),
-        cost=10 if name == NAMES[0] else 4,
-        pid_of=None if name == NAMES[0] else FIGURES[0],
-    )
-    for number, name in zip(FIGURES, NAMES, strict=True)
-}

@@ -12,7 +12,7 @@ from codegen.effects.declare import system_of
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs, measured
+from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import (
     Reading,
     after,
@@ -32,15 +32,6 @@ HALF_PERIOD = 1.0
 """s between jumps of the reference."""
 TRANSIENT, SETTLED = 0.4, 0.7
 """s after a jump: end of the transient, and from when on the mass should be at rest."""
-SETTINGS = (
-    Setting("no noise", noise=0.0),
-    Setting("noise 0.1 as printed, white at 1 kHz", noise=0.1),
-    Setting("noise 0.1 in 44 Hz", noise=0.1, hold=0.01),
-    Setting("noise 0.01", noise=0.01),
-    Setting("sample time 0.5 ms", step=5e-4),
-    Setting("sample time 5 ms", step=5e-3),
-    Setting("another noise", seed=1),
-)
 
 
 def cancelled(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
@@ -257,27 +248,3 @@ def _friction(axes: Any, spec: Spec, run: LoopRun) -> None:
     level = [float(contact.law_level.subs({**system.values, contact.slip: float(s)})) for s in speed]
     both = np.concatenate([-speed[::-1], speed]), np.concatenate([-np.array(level[::-1]), level])
     d.line(axes, *both, d.TRUE, "true friction", width=1.6)
-
-
-CANCELLING = measured(velocity_observer_is_free, cancels, better_than_pid, noise_passed)
-PLOTS = {
-    "2.3": Plot(uncancelled, draw_responses, 1.1, measured(hang_off_without), SETTINGS),
-    "2.4": Plot(
-        cancelled,
-        draw_cancelled,
-        4,
-        measured(improves_with_k_F, mu_helps, gain_shortens_transient, gain_costs_rest, better_than_pid),
-        SETTINGS,
-    ),
-    "2.5": Plot(
-        cancelled,
-        draw_cancelled,
-        2,
-        measured(improves_with_k_2, both_satisfy, cfo_shows_more_detail, better_than_pid),
-        SETTINGS,
-        pid_of="2.4",
-    ),
-    "3.2": Plot(uncancelled, draw_friction, 1.3, measured(law_is_met), SETTINGS[-3:]),
-    "3.3": Plot(without_tachometer, draw_cancelled, 2, CANCELLING, SETTINGS),
-    "3.4": Plot(without_tachometer, draw_cancelled, 2, CANCELLING, SETTINGS, pid_of="3.3"),
-}

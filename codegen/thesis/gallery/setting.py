@@ -98,6 +98,9 @@ class Setting:
         return HeldNoise(rms, step, rms if tachometer else np.zeros_like(rms), tachometer, held)
 
 
+AS_DRAWN = Setting("as drawn")
+
+
 @dataclass(frozen=True)
 class HeldNoise(Sensors):
     """Sensors whose noise changes once in ``held`` samples: white noise of less bandwidth and the same RMS."""

@@ -6,15 +6,19 @@ import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from pydantic import BaseModel, ConfigDict
 
-from codegen.base.errors import BadInput, Place
+from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.base.input_files import read_text
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_mapping, plain
+from codegen.thesis.gallery.setting import Setting
 
 CLAIMS = Path(__file__).parent / "claims"
+SETTINGS = Path(__file__).parent / "settings.yaml"
+Model = TypeVar("Model", bound=BaseModel)
 _CONDITION = re.compile(r"([<>]) (-?\d+(?:\.\d+)?(?:e-?\d+)?)")
 
 
@@ -43,6 +47,26 @@ class StatementEntry(BaseModel):
     closed_form: bool = False
 
 
+class Making(BaseModel):
+    """How a figure is made, by names of functions in one of the gallery's modules, where its measures are too.
+
+    Attributes:
+        runs: specs, a setting and the PID's gains, if it is tuned already → Runs.
+        draws: puts the runs as drawn on a matplotlib figure.
+        rows: of panels, for the height.
+        cost: how long it takes, roughly, beside the others.
+        pid_of: the figure whose tuned PID this one has too, since machine, servo and sensors are the same.
+    """
+
+    model_config = ConfigDict(extra="forbid")
+    module: str
+    runs: str
+    draws: str
+    rows: float
+    cost: float = 1.0
+    pid_of: str = ""
+
+
 class FigureEntry(BaseModel):
     """A figure of the thesis.
 
@@ -50,6 +74,7 @@ class FigureEntry(BaseModel):
         figure: its number, "2.4".
         title: what it shows.
         specs: files in specs/gallery/, first those that are drawn.
+        settings: names in settings.yaml: beside the one as drawn, those in which the statements are checked again.
         open: what the text does not state or states inconsistently, and what we assumed.
     """
 
@@ -57,8 +82,17 @@ class FigureEntry(BaseModel):
     figure: str
     title: str
     specs: list[str]
+    made: Making
+    settings: list[str] = []
     open: str = ""
     statements: list[StatementEntry] = []
+
+
+class SettingsFile(BaseModel):
+    """All settings."""
+
+    model_config = ConfigDict(extra="forbid")
+    settings: list[Setting]
 
 
 class ChapterFile(BaseModel):
@@ -84,23 +118,29 @@ class Statement:
 
 @dataclass(frozen=True)
 class FigureText:
-    """A figure with its statements."""
+    """A figure with its statements, and the settings in which they are checked again."""
 
     entry: FigureEntry
     statements: tuple[Statement, ...]
+    settings: tuple[Setting, ...]
 
 
 def read_figures(folder: Path = CLAIMS) -> dict[str, FigureText]:
     """Every figure by its number, in the order of the thesis. Raises BadInput for a file that is not a claims file."""
-    return {text.entry.figure: text for path in sorted(folder.glob("*.yaml")) for text in _figures_of(path)}
+    settings = {s.name: s for s in _read(SETTINGS, SettingsFile).settings}
+    found = {}
+    for path in sorted(folder.glob("*.yaml")):
+        for entry in _read(path, ChapterFile).figures:
+            for name in entry.settings:
+                refuse_unknown(name, settings, Place(path.name), "unknown setting", code="SPEC008")
+            statements = tuple(_statement(s, Place(path.name)) for s in entry.statements)
+            found[entry.figure] = FigureText(entry, statements, tuple(settings[name] for name in entry.settings))
+    return found
 
 
-def _figures_of(path: Path) -> list[FigureText]:
+def _read(path: Path, model: type[Model]) -> Model:
     document, places = load_mapping(read_text(path, "a claims file (YAML)"), path.name)
-    read = validate(ChapterFile, plain(document), places, path.name)
-    return [
-        FigureText(figure, tuple(_statement(s, Place(path.name)) for s in figure.statements)) for figure in read.figures
-    ]
+    return validate(model, plain(document), places, path.name)
 
 
 def _statement(entry: StatementEntry, place: Place) -> Statement:

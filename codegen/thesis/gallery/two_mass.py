@@ -11,7 +11,7 @@ import numpy as np
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Plot, Runs, measured
+from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Array, Reading, after, overshoot, ratio, rms
 from codegen.thesis.gallery.runs import Gains, watch
 from codegen.thesis.gallery.setting import Setting, observer_choice, with_observer
@@ -22,17 +22,6 @@ PRINTED_NOISE = 0.1
 HOLD = 1e-3
 FORCES = ("F₁", "F₁ + F₂")
 PRESLIDING = 0.98
-AT_PI_HERTZ = {"w": "300*sin(2*pi*pi*t)"}
-SETTINGS = (
-    Setting("no noise", noise=0.0),
-    Setting("noise 0.1 as printed", noise=0.1),
-    Setting("noise 0.001", noise=0.001),
-    Setting("input at π Hz", inputs=AT_PI_HERTZ),
-    Setting("half the input", inputs={"w": "150*sin(pi*t)"}),
-    Setting("sample time 0.2 ms", step=2e-4),
-    Setting("sample time 5 ms", step=5e-3),
-    Setting("another noise", seed=1),
-)
 
 
 def watched(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
@@ -164,27 +153,3 @@ def draw_watched(figure: Any, runs: Runs) -> None:
             where = "between the masses" if k == 0 else "on the ground"
             d.frame(axes, d.TIME if letter == "b" else "", f"{FORCES[k]} in N", f"({letter}) {kind}, {where}")
     d.legend(figure, grid[0, 0])
-
-
-STATIC = measured(model_is_better, overshoots, needs_gain, excellent_in_noise, noise_passed)
-PLOTS = {
-    "4.3": Plot(motion, draw_motion, 1.6),
-    "4.4": Plot(watched, draw_watched, 2, STATIC, SETTINGS, cost=3),
-    "4.5": Plot(watched, draw_watched, 2, STATIC, SETTINGS, cost=3),
-    "7.1": Plot(motion, draw_motion, 1.6),
-    "7.2": Plot(
-        watched,
-        draw_watched,
-        2,
-        measured(
-            model_is_better,
-            overshoots,
-            gto_misses_hysteresis,
-            gto_has_hysteresis,
-            gdfo_has_hysteresis,
-            gto_finds_levels,
-        ),
-        (SETTINGS[0], SETTINGS[1], SETTINGS[3]),
-        cost=15,
-    ),
-}

@@ -15,14 +15,14 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from codegen.simulate.loop_run import LoopRun
-from codegen.thesis.gallery import runs
-from codegen.thesis.gallery.build import PLOTS, figure_numbers, figure_specs, make_figure, run_gallery
-from codegen.thesis.gallery.figure import AS_DRAWN, Runs
+from codegen.thesis.gallery import rig, runs, servo
+from codegen.thesis.gallery.build import MODULES, figure_numbers, figure_specs, make_figure, run_gallery
+from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import hang_off
 from codegen.thesis.gallery.page import KEPT, PAGE, gallery_page, is_of, read_kept, write_gallery
 from codegen.thesis.gallery.rig import CHAPTER_3, NAMES
 from codegen.thesis.gallery.runs import ideal_run, reference_of, servo_run
-from codegen.thesis.gallery.setting import Setting, simulation_of, with_observer, without_friction
+from codegen.thesis.gallery.setting import AS_DRAWN, Setting, simulation_of, with_observer, without_friction
 from codegen.thesis.gallery.statement import read_figures
 from tests.told import refused
 
@@ -46,7 +46,9 @@ def test_every_figure_has_specs_a_picture_and_a_measure_for_each_statement():
     folder = ROOT / "docs" / "gallery"
     for number, text in read_figures().items():
         assert specs_of(number)
-        assert {s.entry.measure for s in text.statements} <= set(PLOTS[number].measures), number
+        module, made = MODULES[text.entry.made.module], text.entry.made
+        named = (made.runs, made.draws, *(s.entry.measure for s in text.statements))
+        assert all(callable(getattr(module, name)) for name in named), number
         assert (folder / f"figure_{number.replace('.', '_')}.png").is_file()
     rows = [r for r in (folder / "README.md").read_text(encoding="utf-8").splitlines() if r.startswith("| [")]
     assert len(rows) == sum(len(text.statements) for text in read_figures().values())
@@ -76,7 +78,7 @@ def test_the_mass_sticks_where_an_event_integrator_lets_it():
     run = servo_run(specs_of("2.3")[0], QUIET, cancel=None)
     assert run.true_positions[990, 0] == pytest.approx(x, abs=3e-3)
     runs = Runs(specs_of("2.3"), QUIET, {"a": run, "ideal": ideal_run(specs_of("2.3")[0], QUIET)})
-    assert PLOTS["2.3"].measures["hang_off_without"](runs).value == pytest.approx(1 - x, abs=6e-3)
+    assert servo.hang_off_without(runs).value == pytest.approx(1 - x, abs=6e-3)
 
 
 def cfo_by_hand(run: LoopRun, k_F: float, mu: int, h: float):
@@ -113,7 +115,7 @@ def test_the_printed_gains_lie_on_the_stability_boundary_of_the_rig():
     h, k_2, k_v = 0.01, -100.0, 100.0
     update = np.eye(2) + h * np.array([[-k_v - k_2, -1.0], [k_2 * k_2, k_2]])
     assert np.abs(np.linalg.eigvals(update)) == pytest.approx([1, 1], abs=1e-12)
-    reading = PLOTS["8.4"].measures["on_the_boundary"](Runs(specs_of("8.4"), AS_DRAWN))
+    reading = rig.on_the_boundary(Runs(specs_of("8.4"), AS_DRAWN))
     assert dict(reading.parts)["spectral radius"] == pytest.approx(1, abs=1e-12)
 
 
@@ -221,7 +223,7 @@ def test_figures_that_share_a_pid_have_one_machine_servo_and_sensors():
             frictionless.contacts,
         )
 
-    pairs = [(number, plot.pid_of) for number, plot in PLOTS.items() if plot.pid_of is not None]
+    pairs = [(number, text.entry.made.pid_of) for number, text in read_figures().items() if text.entry.made.pid_of]
     assert pairs == [("2.5", "2.4"), ("3.4", "3.3"), ("8.4", "8.3"), ("8.5", "8.3"), ("8.6", "8.3")]
     for number, other in pairs:
         assert tuned_for(number) == tuned_for(other)
@@ -247,7 +249,7 @@ def test_overcompensation_is_weighed_by_the_force_and_leaves_out_the_start():
     def estimate(t, v):
         return np.where(np.mod(t, 8) < 4, 0, 1.2 * 10 * np.sign(v))
 
-    found = PLOTS["8.3"].measures["to_overcompensates"](rig_of(lambda t, v: 10 * np.sign(v), estimate))
+    found = rig.to_overcompensates(rig_of(lambda t, v: 10 * np.sign(v), estimate))
     assert found.value == pytest.approx(0.2, abs=1e-3)
 
 
@@ -259,7 +261,7 @@ def test_the_area_of_the_loop_does_not_know_of_the_level(width: float, change: f
         late = t >= 8
         return np.where(late, 30, 10) * np.sign(v) + np.where(late, width, 1) * np.cos(np.pi * (t + 0.005) / 2)
 
-    found = PLOTS["8.3"].measures["loop_stays"](rig_of(lambda t, v: v, estimate))
+    found = rig.loop_stays(rig_of(lambda t, v: v, estimate))
     assert found.value == pytest.approx(change, abs=0.02)
 
 
