@@ -124,6 +124,8 @@ def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
         expected = f"at most {SHARE_NOT_FINITE:.0%} of them missing"
     else:
         return
+    if column and count > SHARE_NOT_FINITE * len(bad):
+        expected += "; or `missing: join` where columns were logged at times of their own"
     raise BadInput(raw.place(at, column), found + which, expected, code="LOG006")
 
 

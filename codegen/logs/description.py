@@ -37,6 +37,7 @@ class LogDescription:
         decimal: the sign before the decimals of a text table; empty where nobody said.
         records: the key of a JSON file under which the rows stand; empty where nobody said.
         beside: name → file in the log's folder whose rows belong to those of the log.
+        beside_time: name → column of that file with times of its own, of the clock of the log's.
         signed: column → bits of the signed numbers that it holds, stored as if they were unsigned.
         unwrap: column → amount after which its numbers start anew.
         rows: column → number that it has in the rows of this log; the others are left out.
@@ -44,6 +45,7 @@ class LogDescription:
         cutoff_hz: Hz, from ``cutoff_hz`` or else ``evaluation.cutoff_hz``.
         tolerance: relative uncertainty of the declared parameters.
         fill_missing: whether isolated values that are not finite may be filled in (``missing: fill``); else refused.
+        join_missing: whether each column was logged at times of its own, at which the others are empty.
         sample_rate_hz: nominal rate.
         input_hold, input_is: as written.
         encoder_step, position_noise: one number a coordinate (a single one stands for all), m or rad; zero for none.
@@ -63,6 +65,7 @@ class LogDescription:
     decimal: str = ""
     records: str = ""
     beside: Mapping[str, str] = field(default_factory=dict)
+    beside_time: Mapping[str, str] = field(default_factory=dict)
     signed: Mapping[str, int] = field(default_factory=dict)
     unwrap: Mapping[str, float] = field(default_factory=dict)
     rows: Mapping[str, float] = field(default_factory=dict)
@@ -78,6 +81,7 @@ class LogDescription:
     trim_s: float | None = None
     restart_s: float | None = None
     fill_missing: bool = False
+    join_missing: bool = False
     written_units: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     places: Mapping[str, Place] = field(default_factory=dict)
 
@@ -169,6 +173,10 @@ def _names(value: object) -> list[str]:
     return [str(v) for v in given]
 
 
+def _beside(value: object) -> object:
+    return {"file": value} if isinstance(value, str) else value
+
+
 def _period(value: object) -> float:
     """A positive number, or an expression of numbers such as ``2*pi``."""
     if not isinstance(value, (str, int, float)) or isinstance(value, bool):
@@ -184,6 +192,15 @@ Names = Annotated[list[str], BeforeValidator(_names)]
 Positive = Annotated[str | None, BeforeValidator(_with_unit(_positive))]
 NotNegative = Annotated[str | None, BeforeValidator(_with_unit(_not_negative))]
 Quantities = Annotated[list[str] | None, BeforeValidator(_quantities)]
+
+
+class BesideSection(BaseModel):
+    """A file beside the log, and its column of times; none for rows that belong to those of the log by number."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    file: str
+    time: Annotated[str, BeforeValidator(str)] = ""
 
 
 class EvaluationSection(BaseModel):
@@ -208,14 +225,14 @@ class DescriptionDocument(BaseModel):
     header: Annotated[int | None, BeforeValidator(_header)] = None
     decimal: Literal["", "point", "comma"] = ""
     records: str = ""
-    beside: Texts = {}
+    beside: dict[str, Annotated[BesideSection, BeforeValidator(_beside)]] = {}
     signed16: Names = []
     signed32: Names = []
     unwrap: dict[str, Annotated[float, BeforeValidator(_period)]] = {}
     rows: dict[str, Annotated[float, BeforeValidator(_number)]] = {}
     hold: Names = []
     cutoff_hz: Positive = None
-    missing: Literal["refuse", "fill"] = "refuse"
+    missing: Literal["refuse", "fill", "join"] = "refuse"
     parameter_tolerance: Annotated[float | None, BeforeValidator(_share)] = None
     sample_rate_hz: Positive = None
     sample_time: Positive = None
@@ -258,7 +275,8 @@ def read_description(path: str | Path) -> LogDescription:
         header=d.header,
         decimal={"": "", "point": ".", "comma": ","}[d.decimal],
         records=d.records,
-        beside=d.beside,
+        beside={name: beside.file for name, beside in d.beside.items()},
+        beside_time={name: beside.time for name, beside in d.beside.items() if beside.time},
         signed={**dict.fromkeys(d.signed16, 16), **dict.fromkeys(d.signed32, 32)},
         unwrap=d.unwrap,
         rows=d.rows,
@@ -266,6 +284,7 @@ def read_description(path: str | Path) -> LogDescription:
         cutoff_hz=cutoff,
         tolerance=d.parameter_tolerance,
         fill_missing=d.missing == "fill",
+        join_missing=d.missing == "join",
         sample_rate_hz=1 / period if period else rate,
         input_hold=d.input_hold,
         input_is=d.input_is,

@@ -13,7 +13,8 @@ from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import identity, is_there
 from codegen.base.user_text import shown
 from codegen.logs.bag_file import BagFolder, Db3Storage, is_bag
-from codegen.logs.binding import Binding, bind
+from codegen.logs.beside import SideBySide
+from codegen.logs.binding import Binding, bind, time_columns
 from codegen.logs.cleaning import Clean, clean
 from codegen.logs.content import is_text, other_format
 from codegen.logs.counters import counter_findings, mended, repeats, require_columns, smallest_step
@@ -29,9 +30,10 @@ from codegen.logs.mdf_file import MdfFile
 from codegen.logs.numpy_file import NpyFile, NpzFile
 from codegen.logs.parquet_file import ParquetFile
 from codegen.logs.ros_log import RosFile, Storage
-from codegen.logs.source import Allowance, Columns, LogFile, SideBySide
+from codegen.logs.series import at_rates_of_their_own
+from codegen.logs.source import Allowance, Columns, LogFile, listing
 from codegen.logs.tdms_file import TdmsFile
-from codegen.logs.term import columns_of, compute
+from codegen.logs.term import columns_of, compute, find_term
 from codegen.logs.ulog_file import UlogFile
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
@@ -134,9 +136,14 @@ def _read(
     require_columns(source.names, described)
     raw = mended(_loaded(source, columns_of(binding.terms), described), described)
     binding = since_epoch(binding, raw, described, spec)
+    said = tuple(source.notes)
+    if described.join_missing and "t" in binding.terms:
+        time = compute(raw, {"t": binding.terms["t"]}).values[:, 0] * binding.scale["t"]
+        raw, words = at_rates_of_their_own(raw, time, binding.terms["t"].columns, described)
+        said = (*said, *words)
     found = counter_findings(raw, binding.terms)
     cleaned = _cleaned(compute(raw, binding.terms), source.place, binding, spec, described)
-    return _log(path, spec, described, source.notes, binding, cleaned, found, step)
+    return _log(path, spec, described, said, binding, cleaned, found, step)
 
 
 _CLOCKS = {
@@ -198,7 +205,28 @@ def _with_others(path: Path, log: LogFile, description: LogDescription, allowanc
             found = f"`{shown(file)}`, the log itself"
             raise BadInput(description.place(f"beside.{name}"), found, "another file", code="LOG014")
         others[name] = _format(beside)(beside, allowance, plain)
-    return SideBySide(log, others)
+    times = {}
+    for name, text in description.beside_time.items():
+        own = description.columns.get("t") or next(iter(time_columns(log.names)), "t")
+        pair = (
+            _column(log, own, description.place("columns.t")),
+            _column(others[name], text, description.place(f"beside.{name}.time")),
+        )
+        times[name] = pair
+    return SideBySide(log, others, times, description)
+
+
+def _column(source: LogFile, text: str, place: Place) -> str:
+    """The column of a time that a text means.
+
+    Raises:
+        BadInput: for none, or an expression of several.
+    """
+    term = find_term(text, source.names, place)
+    if term is None or term.expression is not None:
+        expected = f"one of the columns {listing(source.names)} of {source.path.name}, with its times"
+        raise BadInput(place, f"`{shown(text)}`", expected, nearest_name(text, source.names), code="LOG003")
+    return term.columns[0]
 
 
 def _format(path: Path) -> Opener:

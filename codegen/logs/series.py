@@ -96,7 +96,7 @@ def joined(
 
 
 def at_common_times(
-    file: str, series: Sequence[Series], description: LogDescription
+    file: str, series: Sequence[Series], description: LogDescription, in_seconds: bool = True
 ) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
     """One row for each time of the series with the most samples in the span that all have.
 
@@ -106,6 +106,7 @@ def at_common_times(
     Args:
         file: for messages.
         series: no column twice.
+        in_seconds: whether times are known to be in s; else rates are told by the number of samples.
 
     Returns:
         (N,) the times, column → (N,), and what was done in plain words.
@@ -136,11 +137,38 @@ def at_common_times(
         held = [c for c in one.columns if any(_of(c, name) for name in description.hold)]
         for column, values in zip(one.columns, one.values.T, strict=True):
             columns[column] = values[before] if column in held else np.interp(time, one.time, values)
-        notes.append(_words(one, base, len(held), int(gap.sum())))
+        notes.append(_words(one, base, len(held), int(gap.sum()), in_seconds))
     if not kept.any():
         found, expected = "every row lies in a gap of some topic", "topics that were logged at the same time"
         raise BadInput(Place(file), found, expected, code="LOG008")
     return time[kept], {name: values[kept] for name, values in columns.items()}, tuple(notes)
+
+
+def at_rates_of_their_own(
+    raw: Columns, time: Array, of_time: Sequence[str], description: LogDescription
+) -> tuple[Columns, tuple[str, ...]]:
+    """A table whose rows hold some of the columns each, with the others at the times of the one with most values.
+
+    Args:
+        time: (N,) s, of the rows.
+        of_time: the columns that it was computed from.
+
+    Raises:
+        BadInput: as ``at_common_times``.
+    """
+    there = np.isfinite(raw.values) & np.isfinite(time)[:, None]
+    others = [j for j, name in enumerate(raw.names) if name not in of_time]
+    order = np.argsort(time, kind="stable")
+    signals = {}
+    for j in others:
+        own = order[there[order, j]]
+        signals[raw.names[j]] = Signal(raw.names[j], time[own], raw.values[own, j])
+    common, columns, notes = at_common_times(raw.file, together(signals), description)
+    rows = order[np.searchsorted(time[order], common)]
+    values = raw.values[rows]
+    for j in others:
+        values[:, j] = columns[raw.names[j]]
+    return Columns(raw.file, raw.names, values, None if raw.lines is None else raw.lines[rows]), notes
 
 
 def together(signals: Mapping[str, Signal]) -> list[Series]:
@@ -189,14 +217,13 @@ def _in_gap(one: Series, time: Array, before: Array) -> Flags:
     return np.asarray((apart > GAP_STEPS * np.median(steps)) & (time > one.time[before]), dtype=bool)
 
 
-def _words(one: Series, base: Series, held: int, gap: int) -> str:
+def _words(one: Series, base: Series, held: int, gap: int, in_seconds: bool) -> str:
     how = "the value before" if held == len(one.columns) else "the line between neighbours"
     if 0 < held < len(one.columns):
         how = f"the line between neighbours, {held} of its columns by the value before"
     left = f"; {gap} rows in its gaps left out" if gap else ""
-    return (
-        f"`{shown(one.name)}` ({_rate(one)}) stands at the times of `{shown(base.name)}` ({_rate(base)}) by {how}{left}"
-    )
+    rate, of = (_rate(s) if in_seconds else f"{len(s.time)} samples" for s in (one, base))
+    return f"`{shown(one.name)}` ({rate}) stands at the times of `{shown(base.name)}` ({of}) by {how}{left}"
 
 
 def _rate(one: Series) -> str:

@@ -178,56 +178,6 @@ class BlockFile(LogFile):
         return Columns(str(self.path), tuple(wanted), values)
 
 
-class SideBySide(LogFile):
-    """A log and the files beside it, whose rows belong to its rows by number.
-
-    A column of one of these is called NAME.COLUMN.
-
-    Args:
-        others: name → file.
-    """
-
-    def __init__(self, log: LogFile, others: Mapping[str, LogFile]) -> None:
-        super().__init__(log.path)
-        self.log, self.others = log, others
-        self.unread, self.asked = log.unread, log.asked
-        self.names = (*log.names, *(f"{name}.{c}" for name, other in others.items() for c in other.names))
-        beside = {f"{name}.{c}": u for name, other in others.items() for c, u in other.units.items()}
-        self.units = {**beside, **log.units}
-
-    @property
-    def place(self) -> Place:
-        return self.log.place
-
-    @property
-    def notes(self) -> Sequence[str]:
-        beside = [f"beside it as {name}: {note}" for name, other in self.others.items() for note in other.notes]
-        return (*self.log.notes, *beside)
-
-    def load(self, wanted: Sequence[str]) -> Columns:
-        own = [name for name in wanted if self._owner(name) is None]
-        parts = [self.log.load(own)] if own else []
-        for name, other in self.others.items():
-            columns = [c.removeprefix(f"{name}.") for c in wanted if self._owner(c) == name]
-            if columns:
-                part = other.load(columns)
-                parts.append(Columns(part.file, tuple(f"{name}.{c}" for c in columns), part.values, part.lines))
-        first = parts[0]
-        for part in parts[1:]:
-            if len(part.values) != len(first.values):
-                rows = f"{len(first.values)} rows, as in {first.file}"
-                expected = f"{rows}: its rows belong to those of the log by number"
-                raise BadInput(Place(part.file), f"{len(part.values)} rows", expected, code="LOG011")
-        found = {name: part.values[:, k] for part in parts for k, name in enumerate(part.names)}
-        return Columns(first.file, tuple(wanted), np.column_stack([found[name] for name in wanted]), first.lines)
-
-    def _owner(self, column: str) -> str | None:
-        """The name of the file beside the log that a column is from; None for the log's own."""
-        if column in self.log.names:
-            return None
-        return next((name for name in self.others if column.startswith(f"{name}.")), None)
-
-
 def listing(names: Sequence[str], most: int = 20) -> str:
     """Names for a message, the first twenty of them."""
     words = ", ".join(shown(n) or "(no name)" for n in names[:most])

@@ -91,7 +91,8 @@ class Samples:
         described = log_description(self._path, self._given)
         stream = open_stream(self._path, described)
         binding = bind(stream, self._spec, described, self._columns)
-        if described.beside or described.unwrap or described.rows or set(binding.integrated) & set(self._inputs):
+        apart = described.beside or described.join_missing
+        if apart or described.unwrap or described.rows or set(binding.integrated) & set(self._inputs):
             raise NotStreamed  # rows depend on other rows
         require_columns(stream.names, described)
         self._require_inputs(binding.terms, stream.place)

@@ -163,6 +163,55 @@ def test_read_to_the_same_numbers(tmp_path, spec, case):
     assert np.allclose(log.inputs[:, 0], W, atol=1e-3)
 
 
+TWO_TOPICS = "__time,/axis/pos,/drive/force\n" + lines("16000{s:05d}.{f:03d},{x:.9f},\n16000{s:05d}.{f:03d}7,,{w:.9f}")
+SLOWER = T[::2] + 0.0007
+FILES = {
+    "rows of one topic each": {"a.csv": TWO_TOPICS},
+    "a file for each topic": {
+        "a.csv": "%time,position\n" + lines("{t:.4f},{x:.9f}"),
+        "b.csv": "stamp;w\n" + "".join(f"{t:.4f};{np.interp(t, T, W):.9f}\n" for t in SLOWER),
+    },
+}
+META = {
+    "rows of one topic each": "columns: {x: /axis/pos, w: /drive/force}\nmissing: join\n",
+    "a file for each topic": "columns: {x: position, w: f.w}\nbeside: {f: {file: b.csv, time: stamp}}\n",
+}
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_signals_with_times_of_their_own_are_joined(tmp_path, spec, case):
+    for name, content in FILES[case].items():
+        (tmp_path / name).write_text(content)
+    (tmp_path / "meta.yaml").write_text(META[case])
+    log = read_log(tmp_path / "a.csv", spec)
+    at = log.time - log.time[0] + STEP  # the first force comes after the first position
+    assert log.sample_time == pytest.approx(STEP, rel=1e-4)
+    assert np.allclose(log.positions[:, 0], np.interp(at, T, X), atol=2e-6)
+    smooth = np.abs(np.interp(at + 0.004, T, W) - np.interp(at - 0.004, T, W)) < 1  # a jump becomes a line
+    assert smooth.mean() > 0.98 and np.allclose(log.inputs[smooth, 0], np.interp(at, T, W)[smooth], atol=0.02)
+    assert any("stands at the times of" in note for note in log.notes), log.notes
+
+
+def test_what_keeps_signals_from_being_joined_says_how(tmp_path, spec):
+    (tmp_path / "a.csv").write_text(TWO_TOPICS)
+    where = {"x": "/axis/pos", "w": "/drive/force"}
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / "a.csv", spec, columns=where)
+    assert tells(told.value, "LOG006 a.csv:3 `missing: join`")
+    for name, content in FILES["a file for each topic"].items():
+        (tmp_path / name).write_text(content)
+    for meta, words in (
+        ("beside: {f: b.csv}\n", "LOG011 b.csv 1000 `time: COLUMN`"),
+        ("beside: {f: {file: b.csv, time: stmp}}\n", "LOG003 `stmp` stamp"),
+        ("beside: {f: {file: b.csv, at: stamp}}\n", "SPEC004 meta.yaml:2 `at` file time"),
+        ("beside: [b.csv]\n", "SPEC006 meta.yaml:2"),
+    ):
+        (tmp_path / "meta.yaml").write_text("columns: {x: position, w: f.w}\n" + meta)
+        with pytest.raises(BadInput) as told:
+            read_log(tmp_path / "a.csv", spec)
+        assert tells(told.value, words), told.value
+
+
 REFUSED = {
     # name and first bytes of a file, what the message says
     "a.xlsx": (b"PK\x03\x04\x14\0\6\0", "LOG002 Excel CSV"),
