@@ -13,7 +13,7 @@ from codegen.base.input_files import is_there, read_text
 from codegen.base.user_text import shown
 from codegen.logs.mcap_file import McapStorage
 from codegen.logs.ros_log import Message, Storage, Topic
-from codegen.spec.yaml_text import load_mapping, plain
+from codegen.spec.yaml_text import load_plain
 
 METADATA = "metadata.yaml"
 LARGEST_MESSAGE = 64_000_000
@@ -127,8 +127,8 @@ class BagFolder(Storage):
         super().__init__(path)
         metadata = path / METADATA
         text = read_text(metadata, self.expected)
-        document, _ = load_mapping(text, str(metadata), "rosbag2_bagfile_information: …")
-        section = plain(document).get("rosbag2_bagfile_information")
+        document, _ = load_plain(text, str(metadata), "rosbag2_bagfile_information: …")
+        section = document.get("rosbag2_bagfile_information")
         names = section.get("relative_file_paths") if isinstance(section, dict) else None
         if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
             raise self._metadata("no list of files under rosbag2_bagfile_information")

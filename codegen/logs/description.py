@@ -14,7 +14,7 @@ from codegen.base.input_files import read_text
 from codegen.spec.expression import parse_expression
 from codegen.spec.quantity import read_quantity, split_quantity, with_any_unit
 from codegen.spec.validation import validate
-from codegen.spec.yaml_text import load_mapping, plain
+from codegen.spec.yaml_text import load_plain
 
 LARGEST_FACTOR = 1e30
 ZERO_ORDER = ("zero-order", "zero order", "zoh")
@@ -251,8 +251,8 @@ def read_description(path: str | Path) -> LogDescription:
         BadInput: if it cannot be read, is not a YAML mapping, holds an unknown key, or one with what cannot be used.
     """
     path = Path(path)
-    document, places = load_mapping(read_text(path, "a log description (YAML)"), str(path), "columns: {x: qm}")
-    d = validate(DescriptionDocument, plain(document), places, str(path))
+    document, places = load_plain(read_text(path, "a log description (YAML)"), str(path), "columns: {x: qm}")
+    d = validate(DescriptionDocument, document, places, str(path))
     listed = isinstance(d.columns, list)
 
     def place(key: str) -> Place:

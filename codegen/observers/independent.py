@@ -6,8 +6,10 @@ from codegen.base.errors import BadInput
 from codegen.mechanics.sampling import rank, sampled_values
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
+from codegen.spec.numerics import numerical
 
 
+@numerical("where friction acts")
 def refuse_dependent_contacts(spec: Spec, observer: Observer) -> None:
     """Raise BadInput where an observer of each contact would act on contacts that slide dependently.
 

@@ -32,7 +32,7 @@ from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import require_coherent, si_factor, unit_name
 from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import nearest_place, validate
-from codegen.spec.yaml_text import load_mapping, plain
+from codegen.spec.yaml_text import load_plain
 
 TOLERANCE = "tolerance"
 """The key of a parameter that contacts do not have."""
@@ -77,8 +77,8 @@ class _Reading:
 
     def __init__(self, text: str, path: Path) -> None:
         self.text, self.path = text, path
-        document, self.places = load_mapping(text, str(path))
-        filled, self.tree = expand_robot(plain(document), path, self.place)
+        document, self.places = load_plain(text, str(path))
+        filled, self.tree = expand_robot(document, path, self.place)
         self.document = validate(SpecDocument, filled, self.places, str(path))
 
     def place(self, key: str) -> Place:

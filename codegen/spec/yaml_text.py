@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from difflib import SequenceMatcher
-from functools import partial
+from functools import lru_cache, partial
 from io import StringIO
 from typing import Any
 
@@ -107,6 +107,15 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
         document = expanded(document, file)
     _collect(document, "", file, places)
     return document, places
+
+
+@lru_cache(maxsize=64)
+def load_plain(text: str, file: str, example: str = "name: one_mass") -> tuple[Any, Mapping[str, Place]]:
+    """As ``load_mapping``, with the document as ``plain``, not to be changed: a text is parsed once, since that takes
+    most of a reading.
+    """
+    document, places = load_mapping(text, file, example)
+    return plain(document), places
 
 
 def _refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:

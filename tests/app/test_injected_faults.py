@@ -31,6 +31,7 @@ from sympy.matrices.matrixbase import MatrixBase
 import codegen.analysis.analysis
 import codegen.analysis.conditions
 import codegen.base.text
+import codegen.spec.yaml_text
 from codegen.base.errors import InternalError
 from stiction import derive
 
@@ -117,7 +118,8 @@ def users(owner: Any, name: str) -> list[tuple[Any, str]]:
 
 @contextmanager
 def replaced(owner: Any, name: str, by: Callable[..., Any]) -> Iterator[None]:
-    codegen.analysis.conditions._reduced.cache_clear()  # what was computed before meets no fault
+    for kept in (codegen.analysis.conditions._reduced, codegen.spec.yaml_text.load_plain):
+        kept.cache_clear()  # what was computed before meets no fault
     with pytest.MonkeyPatch.context() as patch:
         for user, key in users(owner, name):
             patch.setattr(user, key, by)

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict
 from codegen.base.errors import Place
 from codegen.base.input_files import read_text
 from codegen.spec.validation import validate
-from codegen.spec.yaml_text import load_mapping, plain
+from codegen.spec.yaml_text import load_plain
 
 CLAIMS = Path(__file__).parent / "claims"
 Test = Literal["equal", "hurwitz", "negative_definite", "inequality", "implies", "definition"]
@@ -75,8 +75,8 @@ def read_claims(folder: Path = CLAIMS) -> list[Claim]:
 
 
 def _claims_of(path: Path) -> Iterator[Claim]:
-    document, places = load_mapping(read_text(path, "a claims file (YAML)"), path.name)
-    read = validate(ClaimsFile, plain(document), places, path.name)
+    document, places = load_plain(read_text(path, "a claims file (YAML)"), path.name)
+    read = validate(ClaimsFile, document, places, path.name)
     for index, entry in enumerate(read.claims):
         yield Claim(read.chapter, entry, places.get(f"claims[{index}]", Place(path.name)))
 

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict
 from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.base.input_files import read_text
 from codegen.spec.validation import validate
-from codegen.spec.yaml_text import load_mapping, plain
+from codegen.spec.yaml_text import load_plain
 from codegen.thesis.gallery.setting import Setting
 
 CLAIMS = Path(__file__).parent / "claims"
@@ -139,8 +139,8 @@ def read_figures(folder: Path = CLAIMS) -> dict[str, FigureText]:
 
 
 def _read(path: Path, model: type[Model]) -> Model:
-    document, places = load_mapping(read_text(path, "a claims file (YAML)"), path.name)
-    return validate(model, plain(document), places, path.name)
+    document, places = load_plain(read_text(path, "a claims file (YAML)"), path.name)
+    return validate(model, document, places, path.name)
 
 
 def _statement(entry: StatementEntry, place: Place) -> Statement:
