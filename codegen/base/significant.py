@@ -1,9 +1,11 @@
-"""Significant digits of an estimate by its 95 % interval: down to the second digit of the interval's half width."""
+"""Significant digits: of an estimate by its 95 % interval, and of a bound, which is rounded outwards."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import floor, isfinite, log10
+from decimal import Context, Decimal
+from fractions import Fraction
+from math import floor, inf, isfinite, log10, nextafter
 
 OF_WIDTH = 2
 MOST = 12
@@ -26,3 +28,23 @@ def significant_digits(value: float, interval: Sequence[float], most: int = MOST
 def with_deserved_digits(value: float, interval: Sequence[float], most: int = 4) -> str:
     """The value with at most so many digits, and no more than its interval lets it have."""
     return f"{value:.{significant_digits(value, interval, most)}g}"
+
+
+def rounded_to(value: float | Fraction | str, digits: int, rounding: str) -> str:
+    """A number to so many digits, rounded in one direction: a bound is to remain one, also as it is printed.
+
+    Args:
+        value: a float stands for the shortest decimal that is read as it; a text is an exact rational.
+        rounding: of ``decimal``: ROUND_CEILING, ROUND_FLOOR.
+    """
+    if isinstance(value, Fraction | str):
+        top, bottom = map(Decimal, Fraction(value).as_integer_ratio())
+    else:
+        top, bottom = Decimal(repr(float(value))), Decimal(1)
+    return f"{float(Context(digits, rounding).divide(top, bottom)):.{digits}g}"
+
+
+def float_above(x: Fraction) -> float:
+    """The least float whose shortest decimal is no less."""
+    near = float(x)
+    return near if Fraction(repr(near)) >= x else nextafter(near, inf)

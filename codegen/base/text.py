@@ -7,9 +7,8 @@ user by that language's one function in ``codegen.base.user_text``, so a templat
 from __future__ import annotations
 
 from collections.abc import Callable
-from decimal import ROUND_CEILING, Context
-from fractions import Fraction
-from functools import cache
+from decimal import ROUND_CEILING, ROUND_FLOOR
+from functools import cache, partial
 from numbers import Number
 from typing import Any
 
@@ -17,7 +16,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Undefined
 from markupsafe import Markup
 
 from codegen.base.resources import resource_folder
-from codegen.base.significant import with_deserved_digits
+from codegen.base.significant import rounded_to, with_deserved_digits
 from codegen.base.user_text import PRINTED, UserText, comment_text, terminal_text
 
 LANGUAGES = {
@@ -62,8 +61,8 @@ def environment(language: str = WORDS) -> Environment:
     made.filters["column_widths"] = lambda rows: [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     made.filters["by_interval"] = with_deserved_digits
     made.filters["comment"] = lambda line: Markup(comment_text(line))
-    made.filters["up"] = lambda x: f"{Context(prec=5, rounding=ROUND_CEILING).create_decimal(x).normalize():g}"
-    made.filters["decimal"] = lambda exact: f"{float(Fraction(exact)):.6g}"
+    made.filters["up"] = partial(rounded_to, rounding=ROUND_CEILING)
+    made.filters["down"] = partial(rounded_to, rounding=ROUND_FLOOR)
     return made
 
 

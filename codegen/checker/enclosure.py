@@ -6,6 +6,7 @@ Standard library only; part of the checker (verify.py).
 import math
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
+from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
 from functools import lru_cache, reduce
 from itertools import accumulate
@@ -36,9 +37,29 @@ def rational(raw: Any, where: str) -> Fraction:
     return Fraction(raw)
 
 
-def show(x: Fraction) -> str:
-    size = x.numerator.bit_length() - x.denominator.bit_length()
-    return f"{float(x):.9g}" if abs(size) < 1000 else f"{'-' * (x < 0)}2^{size} or so"
+def show(x: Fraction, rounding: str = ROUND_HALF_EVEN) -> str:
+    """Nine digits; a power of two, on that side, of what is too large or small for that."""
+    size = x.numerator.bit_length() - x.denominator.bit_length()  # 2^(size - 1) < |x| < 2^(size + 1)
+    if abs(size) < 1000:
+        return f"{float(Context(9, rounding).divide(*map(Decimal, x.as_integer_ratio()))):.9g}"
+    further = {ROUND_CEILING: 1, ROUND_FLOOR: -1}.get(rounding, 0)
+    return f"{'-' * (x < 0)}2^{size + (-further if x < 0 else further)}{' or so' * (not further)}"
+
+
+def most(x: Fraction) -> str:
+    """A bound, as it is printed: never below it."""
+    return show(x, ROUND_CEILING)
+
+
+def least(x: Fraction) -> str:
+    """What a claim is sure of, as it is printed: never above it."""
+    return show(x, ROUND_FLOOR)
+
+
+def exact(x: Fraction) -> str:
+    """A decimal of at most 17 digits, where x is one, or the quotient that it is."""
+    decimal = Context(17).divide(*map(Decimal, x.as_integer_ratio()))
+    return f"{decimal:g}" if Fraction(decimal) == x else str(x)
 
 
 def widen(low: Fraction, high: Fraction, digits: int = DIGITS) -> Interval:

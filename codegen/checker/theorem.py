@@ -230,35 +230,35 @@ def long_run(proof: dict[str, Any], sources: dict[str, bytes], text: bytes) -> l
 def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
     """What noise and drift can do, in lines, if the claim of ellipsoid.json follows; or enclosure.Refused."""
     claim, found = kept(proof, shown, text)
-    show, number, plain = enclosure.show, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
+    most, number, plain = enclosure.most, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
     besides = "all else is measured exactly and moves as the machine above"
     lines = [f"{ASSUMED}{disturbed(proof, shown, claim)}; {besides} (whatever these do, without any turn):"]
     for ball, bounds in zip(claim["sets"], found, strict=True):
         known = iter(bounds)
         for *c, _ in ball["rows"]:
-            lines.append(f"  {combined(c, proof, shown)} is in the long run at most {show(next(known))}")
+            lines.append(f"  {combined(c, proof, shown)} is in the long run at most {most(next(known))}")
         for after in ball.get("after", []):
             errors = zip(proof["errors"], after["start"], strict=True)
-            begun = ", ".join(f"|{lag(e, plain)}| <= {show(number(s))}" for e, s in errors)
-            later = ", ".join(f"{show(next(known))} {n} samples later" for n, _ in after["bounds"])
+            begun = ", ".join(f"|{lag(e, plain)}| <= {enclosure.least(number(s))}" for e, s in errors)
+            later = ", ".join(f"{most(next(known))} {n} samples later" for n, _ in after["bounds"])
             lines.append(f"  {combined(after['row'], proof, shown)} is at most {later}, from any sample with {begun}")
     return lines
 
 
 def combined(row: list[str], proof: dict[str, Any], shown: dict[str, Any]) -> str:
     """|A sum of errors|, and its unit."""
-    show, plain = enclosure.show, partial(without_kinds, twice=ambiguous(proof, shown))
+    exact, plain = enclosure.exact, partial(without_kinds, twice=ambiguous(proof, shown))
     entries = [(ellipsoid.number(x), e, u) for x, e, u in zip(row, proof["errors"], shown["units"], strict=True)]
     used = [(x, lag(e, plain), unit) for x, e, unit in entries if x]
-    parts = " + ".join(of if x == 1 else f"{show(x)}*({of})" for x, of, _ in used)
+    parts = " + ".join(of if x == 1 else f"{exact(x)}*({of})" for x, of, _ in used)
     return f"|{parts}|{f' [{used[0][2]}]' if len({unit for *_, unit in used}) == 1 else ''}"
 
 
 def disturbed(proof: dict[str, Any], shown: dict[str, Any], claim: dict[str, Any]) -> str:
     """The sizes of noise and drift that a claim of ellipsoid.json, which is accepted, rests on."""
-    show, number, plain = enclosure.show, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
-    noise = [f"{plain(x)} is measured within {show(number(d))}" for x, d in claim["noise"].items()]
-    drift = [f"{plain(x)} moves in a sample by at most {show(number(d))} more" for x, d in claim["drift"].items()]
+    least, number, plain = enclosure.least, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
+    noise = [f"{plain(x)} is measured within {least(number(d))}" for x, d in claim["noise"].items()]
+    drift = [f"{plain(x)} moves in a sample by at most {least(number(d))} more" for x, d in claim["drift"].items()]
     return ", ".join([*noise, *drift])
 
 
@@ -308,8 +308,8 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
 
     fall: whether what it says of its V too, or of the matrix alone.
     """
-    show, c, plain = enclosure.show, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, shown))
-    h = show(shown["values"]["parameters.sample_time"])
+    exact, c, plain = enclosure.exact, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, shown))
+    h = exact(shown["values"]["parameters.sample_time"])
     turns = ", ".join(plain(s) for s in proof["signs"])
     pushed = [
         f"{left(row, proof, plain)} = {plain(f)}" for row, f in zip(proof["mass_matrix"], proof["force"], strict=True)
@@ -326,7 +326,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     besides = f" but {', '.join(map(plain, shown['aside']))}, of which nothing is said" if shown["aside"] else ""
     first = ", to first order in them" if shown["first order"] else ""
     stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
-    values = ", ".join(f"{plain(p)} = {show(x)}" for p, x in shown["values"].items())
+    values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["values"].items())
     return [
         f"machine: {'; '.join(pushed)}; {free} constant, whatever the value",
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
@@ -337,7 +337,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         f"in a sample of {h} s of {c} they become a matrix times what they were{first}: an identity in state, inputs,"
         f" {free}{stays}",
         *left_over,
-        *(falling(proof, show(shown["fall"]), plain) if fall else ()),
+        *(falling(proof, enclosure.most(shown["fall"]), plain) if fall else ()),
         f"with the values of {proof['name']}.h: {values}",
         *(() if proof["domain"] else (HELD,)),
         f"in exact arithmetic; not covered: {OUT.format(SIZED if sized else WITHIN)}",
@@ -347,9 +347,9 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
 def falling(proof: dict[str, Any], factor: str, plain: Callable[[str], str]) -> list[str]:
     """What a proof says of its V."""
     known, alone = numbers(proof), ", but for that," * any(r != "0" for r in proof.get("rest", []))
-    rate = f"V = e'Pe is afterwards{alone} at most {factor} times what it was ({enclosure.show(known['rate'])} 1/s)"
+    rate = f"V = e'Pe is afterwards{alone} at most {factor} times what it was ({enclosure.least(known['rate'])} 1/s)"
     return [rate] + [
-        f"where {plain(sign)} turns V grows at most by the factor {enclosure.show(growth)}; after"
+        f"where {plain(sign)} turns V grows at most by the factor {enclosure.most(growth)}; after"
         f" {dwell} samples in which none turns it is{alone} not above what it was"
         for sign, (growth, dwell) in known["turns"].items()
     ]

@@ -167,7 +167,7 @@ def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
     gap = [[(a - b * turn[i] * turn[j]) * p for j, p in enumerate(row)] for i, row in enumerate(whole)]
     positive_pivots(gap, b * scale, f"{where}: V may grow by more than {show(growth)}")
     after = enclosure.decayed(growth, fall, left)
-    fact = f"{where}: V grows at most {show(growth)}-fold, and {left} samples later"
+    fact = f"{where}: V grows at most {enclosure.most(growth)}-fold, and {left} samples later"
     demand(after <= 1, f"{fact} may still be {show(after)} times its value before")
     return f"{fact} is not above its value before"
 
@@ -210,7 +210,8 @@ def verify(top: dict[str, Any]) -> list[str]:
     who = "no V with P > 0" if along else "V"
     facts = ["P is not positive definite" if along else f"P is positive definite: {n} positive pivots"]
     word = "falls by at least" if fall < 1 else "grows by at most"
-    facts += [f"{seen}: {who} {word} the factor {law} = {show(fall)} a sample"]
+    factor = enclosure.least(fall) if along else enclosure.most(fall)  # that no V falls to less is the weaker claim
+    facts += [f"{seen}: {who} {word} the factor {law} = {factor} a sample"]
     facts += [reversal(entry, P, fall) for entry in top["reversals"]]
     own = all([top["error"][i]["name"] for i in e["flips"]] == [f"e_a_{e['contact']}"] for e in top["reversals"])
     demand(own, "reversals: flips are not the error e_a_CONTACT of their contact")

@@ -1,4 +1,4 @@
-"""Proofs whose domain and box hold at no point, so that they say nothing, are refused; a point of theirs is asked for."""
+"""A proof whose domain and box hold at no point, so that it says nothing, is refused: a point of them is asked for."""
 
 from __future__ import annotations
 

@@ -18,6 +18,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.base.significant import float_above
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_response import Response, Sizes, disturbances, dot
 from codegen.certify.kernel_form import Writer
@@ -87,7 +88,7 @@ def with_ellipsoid(
     except checker.Refused:
         return certificate
     reached = [
-        (row, samples, begun, float(x))
+        (row, samples, begun, float_above(x))
         for ball, each in zip(json.loads(text)["sets"], found, strict=True)
         for (row, samples, begun), x in zip(ellipsoid.asked(ball), each, strict=True)
     ]

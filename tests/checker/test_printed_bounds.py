@@ -1,0 +1,91 @@
+"""A proved number remains one as it is printed: bounds are rounded up, decreases down, sizes that are assumed down."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+from decimal import ROUND_CEILING, ROUND_FLOOR
+from fractions import Fraction
+
+import pytest
+
+from codegen.app.certify import certified_text, certify
+from codegen.base.significant import float_above, rounded_to
+from codegen.checker import enclosure, theorem, verify
+from tests.app.command import SPECS
+from tests.checker.forged import certificate, check, sources
+
+DICE = random.Random(7)
+NUMBERS = [Fraction(DICE.randrange(-(10**9), 10**9), DICE.randrange(1, 10**9) * 4**k) for k in range(60)]
+NUMBERS += [1 / x for x in NUMBERS] + [Fraction(1, 3), Fraction(-2, 3), Fraction(0), Fraction(7, 8), Fraction(10**9)]
+HUGE = [Fraction(3) ** 1000, -(Fraction(3) ** 1000), Fraction(1, 3**1000), Fraction(-97, 3**1500)]
+
+
+def read(text: str) -> Fraction:
+    power = re.fullmatch(r"(-?)2\^(-?\d+)", text)
+    return Fraction(text) if power is None else (-1 if power[1] else 1) * Fraction(2) ** int(power[2])
+
+
+@pytest.mark.parametrize("digits", [2, 4, 9])
+def test_exact_fractions(digits: int) -> None:
+    for x in NUMBERS:
+        above, below = (Fraction(rounded_to(x, digits, way)) for way in (ROUND_CEILING, ROUND_FLOOR))
+        assert below <= x <= above
+        assert above - below <= abs(x) * Fraction(10) ** (1 - digits)
+        assert (above == below) == (x in (above, below))
+        assert Fraction(repr(float_above(x))) >= x
+
+
+def test_exact_fractions_of_the_checker() -> None:
+    for x in [*NUMBERS, *HUGE]:
+        assert read(enclosure.least(x)) <= x <= read(enclosure.most(x))
+        assert Fraction(enclosure.exact(x)) == x
+
+
+@pytest.mark.parametrize("name", ["one_mass", "one_mass_domain", "two_mass"])
+def test_what_verify_prints_of_the_c(name: str) -> None:
+    """Against the exact numbers of proof.json and ellipsoid.json, which have no short decimals here."""
+    files, proof, claim = sources(name), certificate(name, "proof.json"), certificate(name, "ellipsoid.json")
+    more = 1 + Fraction(1, 3 * 10**6)
+    proof["decay_rate"] = str(Fraction(proof["decay_rate"]) / more)
+    for turn in proof["reversals"]:
+        turn.update(growth=str(Fraction(turn["growth"]) * more), dwell=str(int(turn["dwell"]) + 1))
+    for ball in claim["sets"]:
+        for bound in (*ball["rows"], *(b for after in ball.get("after", []) for b in after["bounds"])):
+            bound[-1] = str(Fraction(bound[-1]) * more)
+    files["ellipsoid.json"] = json.dumps(claim).encode()
+    said = "\n".join(verify.check(json.dumps(proof), sources=files).proved)
+    rate, h = Fraction(proof["decay_rate"]), theorem.proved(proof, files)["values"]["parameters.sample_time"]
+    fall, slow = re.search(r"at most (\S+) times what it was \((\S+) 1/s\)", said).groups()  # type: ignore[union-attr]
+    assert Fraction(fall) > 1 - 2 * rate * h and Fraction(slow) < rate
+    grown = [Fraction(x) for x in re.findall(r"grows at most by the factor ([^;]+);", said)]
+    assert all(x > Fraction(turn["growth"]) for x, turn in zip(grown, proof["reversals"], strict=True))
+    bounds = [x for ball in theorem.long_run(proof, files, files["ellipsoid.json"]) for x in ball]
+    pairs = re.findall(r"in the long run at most (\S+)|(\S+) \d+ samples later", said)
+    assert all(Fraction(a or b) > x for (a, b), x in zip(pairs, bounds, strict=True))
+
+
+@pytest.mark.parametrize("kind", ["certificate.json", "limit.json"])
+def test_what_verify_prints_of_the_matrices(kind: str) -> None:
+    """A refutation is of a fall that is no smaller than the one printed."""
+    content = certificate("two_mass", kind)
+    (fact,) = (fact for fact in check(content, {}).facts if "the factor" in fact)
+    exact = 1 - 2 * Fraction(content["decay_rate"]) * Fraction(content["sample_time"])
+    printed = Fraction(re.search(r"= (\S+) a sample", fact)[1])  # type: ignore[index]
+    assert printed >= exact if kind == "certificate.json" else printed <= exact
+
+
+def test_what_certify_prints() -> None:
+    found = certify(SPECS / "one_mass_domain.yaml")
+    text = certified_text(found, None)
+    (bound,), rounding = found.bounds, found.rounding
+    assert not isinstance(rounding, str) and not isinstance(bound, str) and bound.of_code is not None
+    steady, of_code = (float(x) for x in re.findall(r"\|e_a_rail\| <= (\S+) N (?:long|in the long)", text))
+    assert steady >= bound.steady and of_code >= bound.of_code
+    assert float(re.search(r"where slip is faster than (\S+)", text)[1]) >= bound.slip_speed  # type: ignore[index]
+    added = [float(x) for x in re.findall(r"(\S+) N in (?:double|single) precision", text)]
+    assert all(a >= r.adds for a, r in zip(added, rounding.values(), strict=True))
+    share = [float(x) for x in re.findall(r"[a-z] (\S+) %", text.split("stands up to")[1].split("\n")[0])]
+    assert all(100 * s >= x for s, x in zip(bound.stands.values(), share, strict=True))
+    assert float(re.search(r"certified rate (\S+)", text)[1]) <= found.outcome.decay_rate  # type: ignore[index, union-attr]
