@@ -55,6 +55,8 @@ FORMATS: Mapping[str, Opener] = {
     ".npy": NpyFile,
     ".npz": NpzFile,
     ".json": JsonFile,
+    ".jsonl": JsonFile,
+    ".ndjson": JsonFile,
     ".mcap": _of_messages(McapStorage),
     ".db3": _of_messages(Db3Storage),
     ".parquet": ParquetFile,

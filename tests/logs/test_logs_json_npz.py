@@ -31,6 +31,19 @@ TABLES = {
     "an object of lists under a key": ({"mass": 2, "data": LISTS}, ""),
     "a list of rows": ([list(r.values()) for r in RECORDS], "columns: {t: 1, x: 2, v: 3, w: 4}\n"),
     "one of two tables": ({"a": RECORDS[:5], "b": RECORDS}, "records: b\n"),
+    "records in records": (
+        [{"t": r["t"], "axis": {"x": r["x"], "v": [0, r["v"]]}, "w": [[r["w"]]], "mode": "run"} for r in RECORDS],
+        "columns: {x: axis.x, v: 'axis.v[1]', w: 'w[0][0]'}\n",
+    ),
+    "an object of lists of lists": (
+        {
+            "names": ["a", "b"],
+            "t": LISTS["t"],
+            "q": [[x, 0] for x in LISTS["x"]],
+            "drive": {"w": LISTS["w"], "v": LISTS["v"]},
+        },
+        "columns: {x: 'q[0]', v: drive.v, w: drive.w}\n",
+    ),
 }
 
 
@@ -42,6 +55,18 @@ def test_json(tmp_path, spec, case):
     log = read_log(tmp_path / "a.json", spec)
     assert np.array_equal(log.positions[:, 0], MADE["x"]) and np.array_equal(log.inputs[:, 0], MADE["w"])
     assert np.array_equal(log.velocities[:, 0], MADE["v"])
+
+
+@pytest.mark.parametrize("name", ["a.jsonl", "a.ndjson", "a.json"])
+def test_a_record_a_line(tmp_path, spec, name):
+    text = "".join(json.dumps(record) + "\n" for record in RECORDS)
+    (tmp_path / name).write_text(text + '\n{"t": 0.4, "x": ')
+    log = read_log(tmp_path / name, spec)
+    assert np.array_equal(log.positions[:, 0], MADE["x"]) and np.array_equal(log.inputs[:, 0], MADE["w"])
+    assert "line 202, the last one, is cut off and not read" in log.notes
+    (tmp_path / name).write_text('{"t": 0}\n{"t": 1, x}\n{"t": 2}\n')
+    with refused(f"LOG001 {name}:2 JSON"):
+        read_log(tmp_path / name, spec)
 
 
 def test_json_words_for_numbers(tmp_path, spec):
@@ -65,7 +90,7 @@ REFUSED = {
     '[{"t": 0}, 3]': "LOG005 1 `3`",
     "[[1, 2], [1]]": "LOG005 1 `[1]` 2",
     '{"a": [{"t": 0}], "b": [{"t": 0}]}': "LOG001 2 `records KEY`",
-    '{"t": [0, 1], "x": [1]}': "LOG011 1 2 `t`",
+    '{"t": [0, 1], "x": [1], "w": [1, 2]}': "LOG011 1 2 `t`",
     '[{"t": 0, "x": "abc", "w": 1}, {"t": 1, "x": 2, "w": 1}]': 'LOG005 [0].x `"abc"`',
     '[{"t": 0, "w": 1}, {"t": 1, "w": 1}]': "LOG003 `x`",
     '[{"t": 0, "x": 1e999, "w": 1}, {"t": 1, "x": 0, "w": 1}]': "LOG006",
