@@ -57,6 +57,7 @@ def clean(
             repeat a time stamp, or time that is not in seconds.
     """
     notes: list[str] = []
+    raw = _without_padding(raw, notes)
     rows = len(raw.values)
     if rows == 1:
         raise BadInput(raw.place(0), "a single row", "rows at two or more times", code="LOG009")
@@ -75,6 +76,23 @@ def clean(
 
 def _bad(values: Array) -> Flags:
     return ~(np.abs(values) < LARGEST_VALUE)
+
+
+def _without_padding(raw: Columns, notes: list[str]) -> Columns:
+    """Without the rows of zeros, time too, of a buffer that was not filled at its end, or not yet at its start."""
+    used = np.flatnonzero((raw.values != 0).any(axis=1))
+    if not len(used) or raw.values[used[-1], 0] <= 0:
+        return raw
+    start = int(used[0]) if used[0] > 1 else 0
+    stop = int(used[-1]) + 1
+    left = len(raw.values) - stop + start
+    if not left:
+        return raw
+    first = raw.place(0 if start else stop)
+    notes.append(f"{_count(left, 'row')} of zeros, time too, at the ends left out (first: {first})")
+    keep = np.zeros(len(raw.values), dtype=bool)
+    keep[start:stop] = True
+    return raw.rows(keep)
 
 
 def _finite_time(raw: Columns, fill: bool, notes: list[str]) -> Columns:
@@ -148,7 +166,9 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
         count = int((steps < 0).sum())
         found = f"time runs backwards, from {float(time[k])!r} to {float(time[k + 1])!r}"
         more = f" ({count} times in the file, the first here)" if count > 1 else ""
-        raise BadInput(raw.place(k + 1, 0), found + more, "rows in the order of time", code="LOG007")
+        raise BadInput(
+            raw.place(k + 1, 0), found + more, "rows in the order of time; a file for each record", code="LOG007"
+        )
     repeats = np.concatenate(([False], steps == 0))
     if not repeats.any():
         return ~repeats

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
+from codegen.logs.row_forms import upright
 from codegen.logs.series import Signal, at_common_times, together
 from codegen.logs.source import Allowance, Columns, File, LogFile, listing
 from codegen.logs.table import (
@@ -40,6 +41,7 @@ _NUMBERS = frozenset("0123456789+-.")
 """How a line begins that is no comment and no header."""
 _BEHIND = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
 """A comment behind a row."""
+_WITH_UNIT = re.compile(r"[+-]?[\d.,]+\s*[A-Za-z°µ%][\w°µ%/*^]*")
 _GROUPED = re.compile(r"[+-]?\d{1,3}([.,' \u00a0\u2009\u202f’]\d{3})+([.,]\d+)?", re.ASCII)
 """A number whose thousands are grouped."""
 
@@ -235,6 +237,8 @@ class CsvSource(LogFile):
             return f"a number without a sign between its thousands{may}{also}", None
         if sign == ",":
             return "a number with a decimal comma, as the others in the file (or `decimal: point`, see the docs)", None
+        if _WITH_UNIT.fullmatch(text):
+            return "a number without its unit, which `units:` in a log description states", None
         if nearest:
             grouped = ", or without a sign between thousands" if _GROUPED.fullmatch(text) else ""
             commas = f"; {key} reads decimal commas" if "," in text else ""
@@ -272,7 +276,10 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
         raise file.fault(f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
     text, said = _decoded(str(path), data)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    return open_lines(str(path), lines, description, said)
+    turned = upright(lines) if description.header is None else None
+    if turned is not None:
+        said = (*said, "each line is a signal: the table is turned, and its rows are counted as lines")
+    return open_lines(str(path), turned or lines, description, said)
 
 
 def _decoded(file: str, data: bytes) -> tuple[str, tuple[str, ...]]:

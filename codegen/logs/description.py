@@ -41,6 +41,7 @@ class LogDescription:
         signed: column → bits of the signed numbers that it holds, stored as if they were unsigned.
         unwrap: column → amount after which its numbers start anew.
         rows: column → number that it has in the rows of this log; the others are left out.
+        long: ``name`` and ``value`` → the column of a table with a row for each value; empty for a row for each time.
         hold: topics or columns whose value holds until the next one, where topics of several rates are joined.
         cutoff_hz: Hz, from ``cutoff_hz`` or else ``evaluation.cutoff_hz``.
         tolerance: relative uncertainty of the declared parameters.
@@ -69,6 +70,7 @@ class LogDescription:
     signed: Mapping[str, int] = field(default_factory=dict)
     unwrap: Mapping[str, float] = field(default_factory=dict)
     rows: Mapping[str, float] = field(default_factory=dict)
+    long: Mapping[str, str] = field(default_factory=dict)
     hold: tuple[str, ...] = ()
     cutoff_hz: float | None = None
     tolerance: float | None = None
@@ -203,6 +205,15 @@ class BesideSection(BaseModel):
     time: Annotated[str, BeforeValidator(str)] = ""
 
 
+class LongSection(BaseModel):
+    """The columns of a long table with the name of a signal and its value."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: str
+    value: str
+
+
 class EvaluationSection(BaseModel):
     """How an evaluation filters and cuts."""
 
@@ -230,6 +241,7 @@ class DescriptionDocument(BaseModel):
     signed32: Names = []
     unwrap: dict[str, Annotated[float, BeforeValidator(_period)]] = {}
     rows: dict[str, Annotated[float, BeforeValidator(_number)]] = {}
+    long: LongSection | None = None
     hold: Names = []
     cutoff_hz: Positive = None
     missing: Literal["refuse", "fill", "join"] = "refuse"
@@ -280,6 +292,7 @@ def read_description(path: str | Path) -> LogDescription:
         signed={**dict.fromkeys(d.signed16, 16), **dict.fromkeys(d.signed32, 32)},
         unwrap=d.unwrap,
         rows=d.rows,
+        long=d.long.model_dump() if d.long else {},
         hold=tuple(d.hold),
         cutoff_hz=cutoff,
         tolerance=d.parameter_tolerance,

@@ -18,12 +18,13 @@ from codegen.logs.binding import Binding, bind, time_columns
 from codegen.logs.cleaning import Clean, clean
 from codegen.logs.content import is_text, other_format
 from codegen.logs.counters import counter_findings, mended, repeats, require_columns, smallest_step
-from codegen.logs.csv_file import open_csv
+from codegen.logs.csv_file import CsvSource, open_csv
 from codegen.logs.description import ZERO_ORDER, LogDescription, read_description
 from codegen.logs.hdf5_file import Hdf5File
 from codegen.logs.joined import join_logs
 from codegen.logs.json_file import JsonFile
 from codegen.logs.log import Finding, Intake, Log
+from codegen.logs.long_table import LongTable
 from codegen.logs.mat_file import open_mat
 from codegen.logs.mcap_file import McapStorage
 from codegen.logs.mdf_file import MdfFile
@@ -119,7 +120,7 @@ def log_names(path: str | Path) -> tuple[str, ...]:
         BadInput: as ``read_log``, for a file that cannot be opened.
     """
     path = Path(path)
-    return _format(path)(path, Allowance(), log_description(path, None)).names
+    return _opened(_format(path), path, Allowance(), log_description(path, None)).names
 
 
 def _read(
@@ -133,7 +134,7 @@ def _read(
     path = Path(path)
     reader = _format(path)
     described = log_description(path, description)
-    source = _with_others(path, reader(path, allowance, described), described, allowance)
+    source = _with_others(path, _opened(reader, path, allowance, described), described, allowance)
     binding = bind(source, spec, described, columns)
     require_columns(source.names, described)
     raw = mended(_loaded(source, columns_of(binding.terms), described), described)
@@ -195,11 +196,21 @@ def _loaded(source: LogFile, wanted: Sequence[str], description: LogDescription)
     return part if kept.all() else part.rows(kept)
 
 
+def _opened(reader: Opener, path: Path, allowance: Allowance, description: LogDescription) -> LogFile:
+    """The file, of a long table its signals."""
+    source = reader(path, allowance, description)
+    if not description.long:
+        return source
+    if not isinstance(source, CsvSource):
+        raise BadInput(description.place("long"), f"`long` for {shown(path.name)}", "a text table", code="LOG013")
+    return LongTable(source, description)
+
+
 def _with_others(path: Path, log: LogFile, description: LogDescription, allowance: Allowance) -> LogFile:
     """The log with the files beside it that its description names."""
     if not description.beside:
         return log
-    plain = replace(description, columns={}, listed=False)
+    plain = replace(description, columns={}, listed=False, long={})
     others = {}
     for name, file in description.beside.items():
         beside = path.parent / file

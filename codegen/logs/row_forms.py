@@ -1,6 +1,7 @@
-"""Rows of text that are more than fields between separators: a name before each number, or lists in a field.
+"""Tables of text that are more than fields between separators: a name before each number, lists in a field, or a line
+for each signal.
 
-Each is brought to plain fields line by line, so that what reads a table need not know of it.
+Each is brought to plain rows, so that what reads a table need not know of it.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ from dataclasses import dataclass
 from itertools import islice
 
 ROWS = 3
+MOST_SIGNALS, FEWEST_VALUES = 64, 200
+"""Lines that may be a signal each, and values that each then has at least."""
 LINES_SEARCHED = 1000
 _NUMBER = r"[+-]?(?:\d+,\d+(?=\s|$)|\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?=[\s,;]|$)|[+-]?(?:nan|inf)(?=[\s,;]|$)"
 _NAMED = re.compile(rf"\s*([A-Za-z_][\w.\-/\[\]]*)(?:\s*[:=]\s*|\s+)({_NUMBER})[\s,;]*", re.ASCII | re.IGNORECASE)
@@ -112,6 +115,28 @@ def list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> ListR
         for name, field in zip(names, fields, strict=True)
     ]
     return ListRows((above[-1], (delimiter or " ").join(name for part in given for name in part)), delimiter)
+
+
+def upright(lines: Sequence[str]) -> list[str] | None:
+    """The rows of a table that lies: a line for each signal, its name before the numbers, in a comment, or nowhere.
+
+    Returns:
+        a header, if there are names, and the rows, with tabs between; None for a table that stands.
+    """
+    rows = list(islice((line for line in lines if line.strip()), 2 * MOST_SIGNALS))
+    comments = [line.strip().lstrip("#%/") for line in rows if line.lstrip().startswith(("#", "%", "//"))]
+    rows = [line.strip() for line in rows if not line.lstrip().startswith(("#", "%", "//"))]
+    if not 1 < len(rows) <= MOST_SIGNALS:
+        return None
+    delimiter = next((mark for mark in ";\t|," if mark in rows[0]), "")
+    signals = [_fields(line.strip(delimiter or None), delimiter) for line in rows]
+    width = len(signals[0])
+    if width < FEWEST_VALUES or any(len(texts) != width or not _ELEMENT.match(texts[-1]) for texts in signals):
+        return None
+    given = [texts.pop(0) for texts in signals if not _ELEMENT.match(texts[0])]
+    said = [names for comment in comments if len(names := _fields(comment, delimiter)) == len(signals)]
+    names = given if len(given) == len(signals) else next(iter(said), [])
+    return ["\t".join(row) for row in ([names] if names else []) + list(map(list, zip(*signals, strict=True)))]
 
 
 def _fields(line: str, delimiter: str) -> list[str]:

@@ -12,6 +12,7 @@ from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_lines
 from codegen.logs.description import LogDescription
 from codegen.logs.numpy_file import NpyFile
 from codegen.logs.parquet_file import ParquetFile
+from codegen.logs.row_forms import upright
 from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, LogFile
 
 CHARACTERS = 1 << 22
@@ -37,7 +38,10 @@ class CsvStream(LogFile):
             text = next(_chunks(stream), "")
         if not text.strip():
             raise NotStreamed
-        self._head = open_lines(str(path), text.split("\n"), self.description)
+        lines = text.split("\n")
+        if self.description.long or upright(lines):
+            raise NotStreamed
+        self._head = open_lines(str(path), lines, self.description)
         if self._head.layout.times:
             raise NotStreamed
         self.names, self.units, self.said = self._head.names, self._head.units, [*self._head.layout.notes]

@@ -117,7 +117,7 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
             return Layout(
                 form.names, form.index + 1, form.index, "\t", notes=(words,), decimal_said=True, plain=form.plain
             )
-    lists = list_rows(lines, _delimiter)
+    lists = list_rows(lines, delimiter_of)
     original = lines
     if lists is not None:
         lines = [lists.plain(line) for line in lines]
@@ -274,7 +274,7 @@ def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
     if len(line) > LONGEST_LINE:
         expected = f"{EXPECTED}; at most {LONGEST_LINE} a line"
         raise BadInput(place, f"a line of {len(line)} characters", expected, code="LOG010")
-    delimiter = _delimiter(line)
+    delimiter = delimiter_of(line)
     texts = _split(line, delimiter) or fields(line, delimiter, place)
     behind = next((_split(lines[index + 1 + i], delimiter) for i in _significant(lines[index + 1 :])), [])
     if not (all(map(_is_number, texts)) or _is_another(texts, behind)):
@@ -287,7 +287,7 @@ def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
     return None
 
 
-def _delimiter(header: str) -> str:
+def delimiter_of(header: str) -> str:
     """The most frequent separator in the header; a comma if there is none."""
     return max(SEPARATORS, key=header.count)
 
@@ -446,7 +446,7 @@ def _at(file: str, lines: Sequence[str], header: int) -> Layout:
         raise BadInput(Place(file, min(header, count)), found, expected, code="LOG013")
     rows = _find_rows(file, lines[header:])
     line = lines[header - 1].strip().lstrip("#%/")
-    delimiter, wrapped = (rows.delimiter, rows.wrapped) if rows else (_delimiter(line), False)
+    delimiter, wrapped = (rows.delimiter, rows.wrapped) if rows else (delimiter_of(line), False)
     names = _named(_split(line, delimiter, wrapped))
     first = header
     units: tuple[tuple[str, str], ...] = ()

@@ -29,7 +29,11 @@ def lines(form: str, pick: slice = slice(None)) -> str:
     for k in range(len(T))[pick]:
         ms = 2 * k
         ns = 1_600_000_000_000_000_000 + 1_000_000 * ms
-        out.append(form.format(k=k, t=T[k], ms=ms, s=ms // 1000, f=ms % 1000, x=X[k], mm=1e3 * X[k], w=W[k], ns=ns))
+        out.append(
+            form.format(
+                k=k, t=T[k], ms=ms, ticks=8 * ms + 4000, s=ms // 1000, f=ms % 1000, x=X[k], mm=1e3 * X[k], w=W[k], ns=ns
+            )
+        )
     return "".join(f"{line}\n" for line in out)
 
 
@@ -101,6 +105,34 @@ READ = {
             + lines("{t:.3f},{w:.9f},{t:.3f},{x:.9f}")
         },
         "columns: {x: Input 1, w: Force}\n",
+    ),
+    "a long table": (
+        {
+            "a.csv": "Timestamp,Key,Value\n"
+            + lines("{t:.3f},/Axis/Position,{x:.9f}\n{t:.3f},/Axis/Mode,run\n{t:.3f},/Drive/Force,{w:.9f}")
+        },
+        "columns: {x: /Axis/Position, w: /Drive/Force}\nlong: {name: Key, value: Value}\n",
+    ),
+    "a line for each signal, names in a comment": (
+        {"a.csv": "# t pos force\n" + "".join(" ".join(f"{n:.9e}" for n in signal) + "\n" for signal in (T, X, W))},
+        "columns: {x: pos, w: force}\n",
+    ),
+    "a line for each signal, its name in front": (
+        {
+            "a.txt": "".join(
+                f"{name};{';'.join(f'{n:.9f}' for n in signal)}\n".replace(".", ",")
+                for name, signal in (("t", T), ("x", X), ("w", W))
+            )
+        },
+        "",
+    ),
+    "a line for each signal, without names": (
+        {"a.dat": "".join("\t".join(f"{n:.9f}" for n in signal) + "\n" for signal in (X, W))},
+        "columns: {x: 1, w: 2}\nsample_time: 2 ms\n",
+    ),
+    "a buffer with zeros before and after": (
+        {"a.csv": "0,0,0\n" * 30 + lines("{ticks},{x:.9f},{w:.9f}") + "0,0,0\n" * 50},
+        "columns: {t: 1, x: 2, w: 3}\nscale: {t: 0.000125}\n",
     ),
     "__time": (
         {"a.csv": "__time,/axis/position,/axis/effort\n" + lines("16000000{s:02d}.{f:03d},{x:.9f},{w:.9f}")},
@@ -192,6 +224,23 @@ def test_signals_with_times_of_their_own_are_joined(tmp_path, spec, case):
     assert any("stands at the times of" in note for note in log.notes), log.notes
 
 
+@pytest.mark.parametrize(
+    ("meta", "words"),
+    [
+        ("long: {name: Kye, value: Value}", "LOG003 `Kye` Key"),
+        ("long: {name: Key}", "SPEC003 value"),
+        ("long: {name: Key, value: Value}\ncolumns: {t: Stamp}", "LOG003 `Stamp` Timestamp"),
+        ("long: {name: Key, value: Value}", "LOG005 a.csv:2 `on`"),
+    ],
+)
+def test_long_tables_that_are_refused(tmp_path, spec, meta, words):
+    (tmp_path / "a.csv").write_text("Timestamp,Key,Value\n0,x,on\n0,w,1\n1,x,2\n1,w,1\n")
+    (tmp_path / "meta.yaml").write_text(meta)
+    with pytest.raises(BadInput) as told:
+        read_log(tmp_path / "a.csv", spec)
+    assert tells(told.value, words), (told.value.code, told.value)
+
+
 def test_what_keeps_signals_from_being_joined_says_how(tmp_path, spec):
     (tmp_path / "a.csv").write_text(TWO_TOPICS)
     where = {"x": "/axis/pos", "w": "/drive/force"}
@@ -222,6 +271,8 @@ REFUSED = {
     "flight.log": (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\nMOT, 1, 2\n", "LOG002 ArduPilot mavlogdump"),
     "a.xyz": (b"\1\2\3", "LOG002 `.xyz` .csv"),
     "empty.log": (b"", "LOG002 `.log`"),
+    "units.csv": (b"t,x,w\n0 ms,1 mm,2 N\n2 ms,1 mm,2 N\n4 ms,1 mm,2 N\n", "LOG005 units.csv:2 `units:`"),
+    "records.csv": (b"t,x,w\n0,1,2\n1,1,2\nt,x,w\n0,1,2\n1,1,2\n", "LOG007 records.csv:5 file record"),
 }
 
 

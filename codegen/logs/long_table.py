@@ -1,0 +1,74 @@
+"""A long table: a row for each value, with its time and the name of its signal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.user_text import shown
+from codegen.logs.binding import time_columns
+from codegen.logs.csv_file import CsvSource
+from codegen.logs.description import LogDescription
+from codegen.logs.series import Signal, at_common_times, together
+from codegen.logs.source import Columns, LogFile, listing
+from codegen.logs.table import fields
+from codegen.logs.term import find_term
+
+
+class LongTable(LogFile):
+    """The signals that a column of a text table names, joined at common times.
+
+    Args:
+        table: with a row for each value.
+        description: whose ``long`` names the columns of names and values.
+
+    Raises:
+        BadInput: for a column that is not there, or rows that cannot be split.
+    """
+
+    def __init__(self, table: CsvSource, description: LogDescription) -> None:
+        super().__init__(table.path, None, description)
+        self.table = table
+        stated = description.columns.get("t") or next(iter(time_columns(table.names)), "t")
+        self._time = self._column(stated, description.place("columns.t"))
+        self._value = self._column(description.long["value"], description.place("long.value"))
+        named = self._column(description.long["name"], description.place("long.name"))
+        index = table.names.index(named)
+        self._rows: dict[str, list[int]] = {}
+        for i, line in enumerate(table.lines):
+            if i >= table.first and line not in table.layout.head and table.layout.is_row(line):
+                texts = fields(line, table.layout.delimiter, table.place)
+                self._rows.setdefault(texts[index].strip() if index < len(texts) else "", []).append(i)
+        self.names = (self._time, *self._rows)
+        self.units = {self._time: table.units.get(self._time, "")}
+        self.said = list(table.notes)
+
+    def _column(self, text: str, place: Place) -> str:
+        term = find_term(text, self.table.names, place)
+        if term is None or term.expression is not None:
+            expected = f"one of the columns {listing(self.table.names)}"
+            raise BadInput(
+                place, f"no column `{shown(text)}`", expected, nearest_name(text, self.table.names), code="LOG003"
+            )
+        return term.columns[0]
+
+    @property
+    def place(self) -> Place:
+        return self.table.place
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        signals = {name: self._signal(name) for name in wanted if name != self._time}
+        time, columns, notes = at_common_times(self.table.file, together(signals), self.description, in_seconds=False)
+        self.said += [note for note in notes if note not in self.said]
+        return Columns(self.table.file, tuple(wanted), np.column_stack([columns.get(name, time) for name in wanted]))
+
+    def _signal(self, name: str) -> Signal:
+        """The rows of a signal; the other lines are blank, so that a fault is told at its own."""
+        lines = [""] * len(self.table.lines)
+        for i in self._rows[name]:
+            lines[i] = self.table.lines[i]
+        part = CsvSource(self.table.file, self.table.layout, lines, self.table.first)
+        values = part.load([self._time, self._value]).values
+        return Signal(name, values[:, 0], values[:, 1])
