@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.row_forms import upright
+from codegen.logs.row_forms import upright, whole_lines
 from codegen.logs.series import Signal, at_common_times, together
 from codegen.logs.source import Allowance, Columns, File, LogFile, listing
 from codegen.logs.table import (
@@ -30,13 +30,13 @@ from codegen.logs.table import (
     fields,
     find_layout,
     stamp,
+    starts_anew,
     unwrapped,
 )
 
 __all__ = ["EXPECTED", "LONGEST_LINE", "CsvSource", "open_csv", "open_lines"]
 
 MOST_ROWS = 50_000_000
-A_DAY = 86_400.0
 _NUMBERS = frozenset("0123456789+-.")
 """How a line begins that is no comment and no header."""
 _BEHIND = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
@@ -218,7 +218,7 @@ class CsvSource(LogFile):
         at = None if begun is None else stamp(text)
         if begun is not None and at is not None:
             passed = (at - begun).total_seconds()
-            return passed + A_DAY if passed < 0 and "-" not in text[:6] else passed  # a time of day after midnight
+            return passed + starts_anew(text) if passed < 0 else passed  # a time of day after midnight
         place = Place(self.file, line, shown(self.names[index]))
         raise BadInput(place, f"`{shown(text)}`", *self._wanted(text), code="LOG005")
 
@@ -237,12 +237,12 @@ class CsvSource(LogFile):
             return f"a number without a sign between its thousands{may}{also}", None
         if sign == ",":
             return "a number with a decimal comma, as the others in the file (or `decimal: point`, see the docs)", None
-        if _WITH_UNIT.fullmatch(text):
-            return "a number without its unit, which `units:` in a log description states", None
         if nearest:
             grouped = ", or without a sign between thousands" if _GROUPED.fullmatch(text) else ""
             commas = f"; {key} reads decimal commas" if "," in text else ""
             return f"a number with a decimal point{grouped}{commas}", None if grouped else nearest
+        if _WITH_UNIT.fullmatch(text):
+            return "a number without its unit, which `units:` in a log description states", None
         return "a number with a decimal point", None
 
 
@@ -276,6 +276,7 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
         raise file.fault(f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
     text, said = _decoded(str(path), data)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = whole_lines(lines)
     turned = upright(lines) if description.header is None else None
     if turned is not None:
         said = (*said, "each line is a signal: the table is turned, and its rows are counted as lines")

@@ -10,14 +10,23 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import islice
+from string import ascii_letters
 
 ROWS = 3
 MOST_SIGNALS, FEWEST_VALUES = 64, 200
 """Lines that may be a signal each, and values that each then has at least."""
 LINES_SEARCHED = 1000
-_NUMBER = r"[+-]?(?:\d+,\d+(?=\s|$)|\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?=[\s,;]|$)|[+-]?(?:nan|inf)(?=[\s,;]|$)"
+_NUMBER = r"[+-]?(?:\d+,\d+(?=\s|$)|\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?=[\s,;})\]]|$)|[+-]?(?:nan|inf)(?=[\s,;})\]]|$)"
 _NAMED = re.compile(rf"\s*([A-Za-z_][\w.\-/\[\]]*)(?:\s*[:=]\s*|\s+)({_NUMBER})[\s,;]*", re.ASCII | re.IGNORECASE)
 """``name:0.1``, ``name = 0.1`` or ``name 0,1``, and what separates it from the next."""
+_PAIR = re.compile(rf"""(?<![\w.])([A-Za-z_][\w.\-/\[\]]*)["']?\s*[:=]\s*({_NUMBER})""", re.ASCII | re.IGNORECASE)
+"""``name: 0.1`` among other text."""
+_BEGUN = re.compile(r"\W*(?:[A-Z]+\W+)?(\d{4}-\d\d-\d\d[T ][\d:.,]+|\d\d?:\d\d:\d\d[\d.,]*|\d{9,}\.\d+)\W+", re.ASCII)
+"""How a line of a logger begins: a level, and a time."""
+_ARROW = re.compile(r"(\d\d?:\d\d:\d\d[.,]\d+) -> ")
+"""How the monitor of a serial port marks its lines."""
+STAMP = "stamp"
+"""The column of the times with which lines begin."""
 _LIST = re.compile(r'"?[\[(]\s*([^][()"]*?)\s*[\])]"?')
 """``[0.1, 0.2]``, ``(0.1, 0.2)`` or ``[0.1 0.2]``, in quotes or not."""
 _SEPARATED = re.compile(r"\s*[,;\s]\s*")
@@ -58,15 +67,47 @@ def named_rows(lines: Sequence[str]) -> NamedRows | None:
 
 
 def _pairs(line: str) -> list[tuple[str, str]]:
-    """The names and numbers of a line that holds nothing else; empty for another."""
+    """The names and numbers of a line, the time with which it begins among them; empty where it has other numbers."""
     pairs, at = [], 0
     while at < len(line):
         found = _NAMED.match(line, at)
         if found is None:
-            return []
+            break
         pairs.append((found[1], found[2]))
         at = found.end()
-    return pairs
+    if at == len(line):
+        return pairs
+    begun = _BEGUN.match(line)
+    rest = line[begun.end() :] if begun else line
+    pairs = [(name, number) for name, number in _PAIR.findall(rest)]
+    if not pairs or re.search(r"(?<![\w.])[+-]?\d", _PAIR.sub("", rest)):
+        return []
+    return [(STAMP, begun[1]), *pairs] if begun else pairs
+
+
+def after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Callable[[str], str] | None:
+    """What brings lines such as ``12:00:00.002 -> 0.1,0.2`` to plain fields; None for other lines."""
+    first = list(islice((line for line in lines if line.strip()), ROWS))
+    if len(first) < ROWS or not all(map(_ARROW.match, first)):
+        return None
+    rest = _ARROW.sub("", first[-1])
+    delimiter = delimiter_of(rest)
+    put = rf"\1{delimiter if delimiter in rest else ' '}"
+    return lambda line: _ARROW.sub(put, line)
+
+
+def whole_lines(lines: list[str]) -> list[str]:
+    """The lines, and of a name in quotes that goes over several the whole in the last of them."""
+    made, held = lines, ""
+    for i, line in enumerate(islice(lines, LINES_SEARCHED)):
+        if not held and (line.count('"') % 2 == 0 or not line.lstrip().startswith(('"', *ascii_letters))):
+            continue
+        made = made if made is not lines else list(lines)
+        held = f"{held} {line}" if held else line
+        whole = held.count('"') % 2 == 0
+        made[i] = held if whole else ""
+        held = "" if whole else held
+    return lines if held else made
 
 
 @dataclass(frozen=True)

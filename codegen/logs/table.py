@@ -15,7 +15,7 @@ from itertools import islice, product
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
-from codegen.logs.row_forms import list_rows, named_rows
+from codegen.logs.row_forms import after_arrows, list_rows, named_rows
 from codegen.logs.source import listing
 from codegen.spec.units import is_unit
 
@@ -42,8 +42,13 @@ _DIGITS = re.compile(r"[+-]?(\d+|[.,]\d+)([.,]\d+)*(e[+-]?\d+)?\Z", re.ASCII | r
 """A number in whichever way decimals and thousands are written."""
 _DECIMAL_COMMA = r"(\d*,(\d{1,2}|\d{4,})|0?,\d{3}|\d{4,},\d{3}|\d+,\d+[eE][+-]?\d+)"
 """A comma that cannot group thousands."""
-_STAMP = re.compile(r"(\d{4}-\d\d-\d\d[T ])?\d\d?:\d\d:\d\d([.,;]\d+)?(Z|[+-]\d\d:?\d\d)?\Z", re.ASCII)
-"""Date and time of day by ISO 8601, or a time of day; some trends have a semicolon before the milliseconds."""
+_STAMP = re.compile(
+    r"(?:(?P<day>\d{4}-\d\d-\d\d)[T ]|(?:\d\d?[./-]\d\d?[./-]\d{4}|\d{4}/\d\d?/\d\d?),?[ ])?"
+    r"(?:(?P<hour>\d\d?):)?(?P<minute>\d\d?):(?P<second>\d\d)(?:[.,;:](?P<part>\d+))?[ ]?(?P<half>[AP]M)?"
+    r"(?P<zone>Z|[+-]\d\d:?\d\d)?\Z",
+    re.ASCII | re.IGNORECASE,
+)
+"""Date and time of day by ISO 8601; a time of day, behind a date in another order or not; or minutes and seconds."""
 
 
 @dataclass(frozen=True)
@@ -90,12 +95,13 @@ class Layout:
 
 @dataclass(frozen=True)
 class _Rows:
-    """The first rows of numbers: index of the first one, and how lines are split."""
+    """The first rows of numbers: index of the first one, how lines are split, and whether they are numbered."""
 
     index: int
     delimiter: str
     wrapped: bool
     width: int
+    numbered: bool = False
 
 
 def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequence[str], decimal: str = "") -> Layout:
@@ -110,52 +116,67 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
     Raises:
         BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
     """
-    if header is None and not named:
-        form = named_rows(lines)
-        if form is not None:
-            words = f"each row names its numbers ({listing(form.names)})"
-            return Layout(
-                form.names, form.index + 1, form.index, "\t", notes=(words,), decimal_said=True, plain=form.plain
-            )
-    lists = list_rows(lines, delimiter_of)
-    original = lines
-    if lists is not None:
-        lines = [lists.plain(line) for line in lines]
-        if lists.header is not None and header in (None, lists.header[0] + 1):
-            lines[lists.header[0]] = lists.header[1]
-    found = _with_units_above(_table(file, lines, header, named), lines)
-    if lists is not None:
-        found = replace(found, plain=lists.plain)
-    sign = decimal or _decimal(lines[found.first :], found.delimiter)
+    plain: Callable[[str], str] | None = None
+    form = named_rows(lines) if header is None and not named else None
+    if form is not None:
+        words = f"each row names its numbers ({listing(form.names)})"
+        found = Layout(form.names, form.index + 1, form.index, "\t", notes=(words,), decimal_said=True)
+        plain = form.plain
+        made = [form.plain(line) for line in lines[: form.index + ROWS_ALIKE]]
+    else:
+        lists = list_rows(lines, delimiter_of)
+        plain = lists.plain if lists is not None else after_arrows(lines, delimiter_of)
+        made = list(lines) if plain is None else [plain(line) for line in lines]
+        if lists is not None and lists.header is not None and header in (None, lists.header[0] + 1):
+            made[lists.header[0]] = lists.header[1]
+        found = _with_units_above(_table(file, made, header, named), made)
+    sign = "." if form else decimal or _decimal(made[found.first :], found.delimiter)
     notes = [*found.notes]
     if sign == ",":
         notes.append("the numbers are read with decimal commas" + (", as described" if decimal else ""))
     started = []
-    first = next((lines[found.first + i] for i in _significant(lines[found.first :])), "")
+    first = next((made[found.first + i] for i in _significant(made[found.first :])), "")
     for k, text in enumerate(_split(first, found.delimiter, found.wrapped)):
         at = stamp(text)
         if at is not None and k < len(found.names):
             started.append((k, at))
-            what = "date and time of day" if "-" in text[:6] else "time of day"
+            what = "time of day" if starts_anew(text) else "date and time of day"
             notes.append(f"column `{shown(found.names[k])}` is {what}: read as seconds from the first row")
-    head = frozenset(line for line in original[found.line - 1 : found.first] if line.strip()) | {END}
+    head = frozenset(line for line in lines[found.line - 1 : found.first] if line.strip()) | {END}
     return replace(
-        found, notes=tuple(notes), decimal=sign, decimal_said=bool(decimal), head=head, started=tuple(started)
+        found,
+        notes=tuple(notes),
+        decimal=sign,
+        decimal_said=bool(decimal) or found.decimal_said,
+        head=head,
+        started=tuple(started),
+        plain=plain,
     )
 
 
 def stamp(text: str) -> datetime | None:
     """A date and time of day by ISO 8601 (UTC where no zone is said), or a time of day on a fixed day; None for
-    another text."""
-    text = text.strip()
-    if not _STAMP.match(text):
+    another text. Of a date in another order only the time of day is taken, since 03/04 is two days."""
+    found = _STAMP.match(text.strip())
+    if found is None or (found["hour"] is None and not found["part"]):
         return None
-    day = "" if "-" in text[:6] else "2000-01-01T0" if text[1] == ":" else "2000-01-01T"
+    hour = int(found["hour"] or 0)
+    if found["half"]:
+        hour = hour % 12 + (12 if found["half"].upper() == "PM" else 0)
+    clock = f"{hour:02d}:{int(found['minute']):02d}:{found['second']}.{(found['part'] or '0')[:6]:0<6}"
     try:
-        at = datetime.fromisoformat(day + text.replace(";", "."))
+        at = datetime.fromisoformat(f"{found['day'] or '2000-01-01'}T{clock}{(found['zone'] or '').upper()}")
     except ValueError:
         return None
     return at if at.tzinfo else at.replace(tzinfo=UTC)
+
+
+def starts_anew(text: str) -> float:
+    """Seconds after which a stamp begins again: a day, an hour without hours, 0 with a date by ISO 8601."""
+    found = _STAMP.match(text.strip())
+    if found is None or found["day"]:
+        return 0.0
+    return 86_400.0 if found["hour"] else 3600.0
 
 
 def _decimal(lines: Sequence[str], delimiter: str) -> str:
@@ -221,7 +242,7 @@ def fields(text: str, delimiter: str, place: Place) -> list[str]:
         BadInput: if it cannot be split.
     """
     if not delimiter:
-        return text.split()
+        return [part.strip('"') for part in text.split()]
     try:
         return next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [""])
     except csv.Error as error:
@@ -320,7 +341,8 @@ def _find_rows(file: str, lines: Sequence[str]) -> _Rows | None:
                 above = [_split(lines[k], delimiter, wrapped) for k in places[: places.index(alike[0])]]
                 while above and _is_another(above[-1], last):  # rows with a text beside them, as oscilloscopes begin
                     above.pop()
-                return _Rows(places[len(above)], delimiter, wrapped, len(last))
+                begun = [t for k in places[len(above) :][:2] for t in _split(lines[k], delimiter, wrapped)[:1]]
+                return _Rows(places[len(above)], delimiter, wrapped, len(last), begun in (["1", "2"], ["0", "1"]))
     return None
 
 
@@ -402,8 +424,15 @@ def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
 
 
 def _names_of(line: str, rows: _Rows) -> list[str]:
-    """A line's fields if it can be the header of the rows: as many, one of them a text and none a number."""
+    """A line's fields if it can be the header of the rows: as many, one of them a text and none a number.
+
+    The number of a row may have no name, as in tables of R; a comment may have one that no row has, as in LabVIEW's.
+    """
     texts = _split(line.strip().lstrip("#%/"), rows.delimiter, rows.wrapped)
+    if rows.numbered and len(texts) == rows.width - 1:
+        texts = ["", *texts]
+    if len(texts) == rows.width + 1 and texts[-1].strip().lower() == "comment":
+        texts.pop()
     if len(texts) != rows.width or any(map(_is_number, texts)) or not any(t.strip() for t in texts):
         return []
     return texts

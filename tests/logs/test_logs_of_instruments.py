@@ -141,6 +141,27 @@ READ = {
         "columns: {t: Time, x: Axis 1.ActPos, w: Axis 1.ActForce}\n",
         "FILETIME",
     ),
+    "american dates": (
+        "t,x,w\n" + lines(stamp=lambda k: f"{STARTED + timedelta(seconds=k * STEP):%m/%d/%Y %I:%M:%S.%f %p}"),
+        "",
+        "column `t` is time of day",
+    ),
+    "dates of Excel": (
+        "t;x;w\n"
+        + lines(";", comma=True, stamp=lambda k: f"{STARTED + timedelta(seconds=k * STEP):%d.%m.%Y %H:%M:%S,%f}"),
+        "",
+        "column `t` is time of day",
+    ),
+    "minutes and seconds past the hour": (
+        "t;x;w\n" + lines(";", stamp=lambda k: iso(k)[14:]),
+        "",
+        "column `t` is time of day",
+    ),
+    "a colon before the milliseconds": (
+        "t;x;w\n" + lines(";", stamp=lambda k: iso(k, mark=":")[11:]),
+        "",
+        "column `t` is time of day",
+    ),
     "units below a line": ("t / s;x / mm;w / N\n" + lines(";", comma=True, scale=(1, 1e3, 1)), "", "x is in mm"),
     "units of a comment under the header": (
         "t,x,w\n# units: ms, mm, N\n" + lines(scale=(1e3, 1e3, 1)),
@@ -192,11 +213,6 @@ REFUSED = {
     "grouped by blanks": ("t;x;w\n0,1;1 234,5;1\n0,2;1 234,6;1\n", "", "LOG005 a.csv:2 thousands"),
     "grouped by apostrophes": ("t,x,w\n0.1,1'234.5,1\n0.2,1'234.6,1\n", "", "LOG005 a.csv:2 thousands"),
     "points said": ("t;x;w\n0,1;0,5;1\n0,2;0,7;1\n", "decimal: point\n", "LOG005 a.csv:2 `0,1` comma"),
-    "american dates": (
-        "t,x,w\n03/04/2026 23:59:58.000,1,2\n03/04/2026 23:59:58.002,1,2\n",
-        "",
-        "LOG005 a.csv:2 ISO sample_time",
-    ),
     "whole numbers with points between thousands": (
         "t;x;w\n" + "".join(f"{k};{100 * k:,};1\n".replace(",", ".") for k in range(30)),
         "",
@@ -210,12 +226,8 @@ REFUSED = {
     "two columns of time": ("Time,timestamp,x,w\n0,0,1,2\n1,1,3,4\n", "", "LOG003 `Time` `timestamp` columns:"),
     "two times of one name": (TWINCAT + TWINCAT_ROWS, "header: 5\n", "LOG003 a.csv:5"),
     "nan words in front": ("t,x,w\n0,1,2\n#N/A,1,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),
+    "dates without a time of day": ("t,x,w\n03/04/2026,1,2\n03/04/2026,1,2\n", "", "LOG005 a.csv:2 ISO sample_time"),
     "exponents of Fortran": ("t,x,w\n0.0D0,1,2\n1.0D0,1,2\n", "", "LOG005 a.csv:2 '0.0E0'"),
-    "dates of Excel": (
-        "t;x;w\n04.03.2026 12:00:00,000;0,5;1\n04.03.2026 12:00:00,002;0,5;1\n",
-        "",
-        "LOG005 a.csv:2 ISO sample_time",
-    ),
     "nan words": ("t,x,w\n0,1,2\n1,#N/A,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),
     "nan words of a compiler": ("t,x,w\n0,1,2\n1,-1.#IND,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),
     "decimal commas between commas": ("t,x,w\n0,1,0,5,1,0\n0,2,0,5,1,0\n", "", "LOG005 a.csv:2 6 decimal"),

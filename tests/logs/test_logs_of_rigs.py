@@ -31,7 +31,17 @@ def lines(form: str, pick: slice = slice(None)) -> str:
         ns = 1_600_000_000_000_000_000 + 1_000_000 * ms
         out.append(
             form.format(
-                k=k, t=T[k], ms=ms, ticks=8 * ms + 4000, s=ms // 1000, f=ms % 1000, x=X[k], mm=1e3 * X[k], w=W[k], ns=ns
+                k=k,
+                n=k + 1,
+                t=T[k],
+                ms=ms,
+                ticks=8 * ms + 4000,
+                s=ms // 1000,
+                f=ms % 1000,
+                x=X[k],
+                mm=1e3 * X[k],
+                w=W[k],
+                ns=ns,
             )
         )
     return "".join(f"{line}\n" for line in out)
@@ -154,6 +164,39 @@ READ = {
         "columns: {t: time, x: angle, w: force}\nunits: {t: ms}\n",
     ),
     "names and signs of equality": ({"a.log": lines("t = {t:.3f}; x = {x:.9f}; w = {w:.9f}")}, ""),
+    "the monitor of a serial port": (
+        {"a.txt": lines("12:00:{s:02d}.{f:03d} -> {k},{x:.9f},{w:.9f}")},
+        "columns: {t: 1, x: 3, w: 4}\n",
+    ),
+    "names behind arrows": (
+        {"a.txt": lines("12:00:{s:02d}.{f:03d} -> angle:{x:.9f}, force:{w:.9f}")},
+        "columns: {x: angle, w: force}\n",
+    ),
+    "lines of a logger": (
+        {"a.log": lines("[INFO] [16000{s:05d}.{f:03d}] [axis]: x: {x:.9f} m, w: {w:.9f} N (ok)")},
+        "",
+    ),
+    "dictionaries as Python prints them": (
+        {"a.txt": lines("{{'t': {t:.3f}, 'x': {x:.9f}, 'w': {w:.9f}, 'on': True}}")},
+        "",
+    ),
+    "JSON Lines under another ending": (
+        {"a.txt": lines('{{"t": {t:.3f}, "mode": "run", "x": {x:.9f}, "w": {w:.9f}}}')},
+        "",
+    ),
+    "names that go over two lines": (
+        {"a.csv": '"Time\n[s]","x\n[mm]","w"\n' + lines("{t:.3f},{mm:.6f},{w:.9f}")},
+        "",
+    ),
+    "a measurement file of LabVIEW": (
+        {
+            "a.lvm": "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nChannels\t2\t\n"
+            "Samples\t2000\t2000\t\nX0\t0.0\t0.0\t\nDelta_X\t0.002\t0.002\t\n***End_of_Header***\t\t\t\n"
+            "X_Value\tx\tw\tComment\n" + lines("{t:.6f}\t{x:.9f}\t{w:.9f}")
+        },
+        "columns: {t: X_Value}\n",
+    ),
+    "a table of R with numbered rows": ({"a.txt": '"t" "x" "w"\n' + lines('"{n}" {t:.3f} {x:.9f} {w:.9f}')}, ""),
     "lists in quotes": (
         {"a.csv": "stamp,name,position,effort\n" + lines('{t:.3f},"[\'a\', \'b\']","[{x:.9f}, 0.1]","[{w:.9f}, 0.2]"')},
         "columns: {t: stamp, x: 'position[0]', w: 'effort[0]'}\n",
