@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import casadi
@@ -18,8 +19,9 @@ from codegen.program.normal import normalise
 from codegen.program.roll import roll
 
 
+@lru_cache(maxsize=8)
 def lower(program: Program) -> Code:
-    """The cheaper of two forms of the program: with and without factored sums.
+    """The cheaper of two forms of the program: with and without factored sums. A program is lowered once.
 
     Raises:
         BadInput: if a constant is not finite, or a name cannot be used in the generated code.

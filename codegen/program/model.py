@@ -90,7 +90,7 @@ class Block:
             object.__setattr__(self, "symbols", casadi.vertcat(*[casadi.SX.sym(e) for e in self.elements]))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Program:
     """One observer, ready to print.
 
