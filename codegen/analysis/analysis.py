@@ -12,7 +12,7 @@ import numpy as np
 from codegen.analysis.conditions import Condition, Factor, factor_conditions
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.modes import Modes, find_modes
-from codegen.analysis.operating_points import OperatingPoints, dynamics_over_envelope
+from codegen.analysis.operating_points import OperatingPoints, OverEnvelope, dynamics_over_envelope
 from codegen.base.exact_numbers import eigenvalues, first_largest
 from codegen.base.shown import Shown
 from codegen.observers.equations import Observer
@@ -118,9 +118,8 @@ class Analysis(Shown):
         return self.spectral_radius < 1
 
 
-@numerical("the error dynamics over the envelope")
 def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis:
-    """Derive the error dynamics and evaluate them over the envelope.
+    """Derive the error dynamics, evaluate them over the envelope and judge them.
 
     Args:
         conditions: whether to derive the symbolic gain conditions too, which can take long.
@@ -128,9 +127,14 @@ def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis
     Raises:
         BadInput: where the error dynamics are not finite somewhere in the envelope.
     """
-    at = dynamics_over_envelope(spec, observer)
+    return judge(spec, dynamics_over_envelope(spec, observer), conditions)
+
+
+@numerical("the error dynamics over the envelope")
+def judge(spec: Spec, at: OverEnvelope, conditions: bool = True) -> Analysis:
+    """The same of dynamics that are derived and evaluated; ``spec`` is for messages."""
     dynamics, points, continuous, sampled, index = at.dynamics, at.points, at.continuous, at.sampled, at.index
-    h = float(observer.sample_time)
+    h = float(dynamics.observer.sample_time)
     of_psi, of_step = np.linalg.eigvals(continuous), np.linalg.eigvals(sampled)
     largest = np.abs(dynamics.multipliers(of_step, h)).max(axis=1)
     radii = np.array([float(f"{r:.10g}") for r in largest])[index]

@@ -27,6 +27,7 @@ from codegen.spec.places import placed
 
 if TYPE_CHECKING:
     from codegen.analysis.analysis import Analysis
+    from codegen.analysis.operating_points import OverEnvelope
     from codegen.certify.outcome import Certificate, Refusal
     from codegen.emit.header import Header
     from codegen.export.controller import Controller
@@ -136,11 +137,18 @@ class Derived(Shown):
         return observer_of(self.spec, self.system)
 
     @cached_property
+    def dynamics(self) -> OverEnvelope:
+        """The error dynamics and their values over the envelope. Raises BadInput where these are not finite."""
+        from codegen.analysis.operating_points import dynamics_over_envelope
+
+        return dynamics_over_envelope(self.spec, self.observer)
+
+    @cached_property
     def analysis(self) -> Analysis:
         """Ψ, its characteristic polynomial, gain conditions and margins."""
-        from codegen.analysis.analysis import analyse
+        from codegen.analysis.analysis import judge
 
-        return analyse(self.spec, self.observer)
+        return judge(self.spec, self.dynamics)
 
     @cached_property
     def program(self) -> Program:

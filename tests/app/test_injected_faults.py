@@ -221,7 +221,7 @@ def test_a_fault_of_any_verb_is_told(run, verb, fault):
 
 def test_an_internal_error_is_no_bad_input(made, monkeypatch):
     monkeypatch.chdir(made)
-    with injected(codegen.analysis.analysis, "analyse", TypeError("injected")):
+    with injected(codegen.analysis.analysis, "judge", TypeError("injected")):
         result = stiction("derive", "s.yaml")
         assert result.code == 70 and result.out == ""
         assert result.err.startswith("internal error: `derive` on s.yaml ended in TypeError: injected\n")
@@ -236,7 +236,7 @@ def test_an_internal_error_is_no_bad_input(made, monkeypatch):
 def test_an_interrupt(made, monkeypatch):
     """Ctrl-C is no error: one word, and the exit status of the signal."""
     monkeypatch.chdir(made)
-    with injected(codegen.analysis.analysis, "analyse", KeyboardInterrupt()):
+    with injected(codegen.analysis.analysis, "judge", KeyboardInterrupt()):
         result = stiction("derive", "s.yaml")
     assert (result.code, result.err) == (128 + signal.SIGINT, "interrupted\n")
 
@@ -252,17 +252,17 @@ def test_an_interrupt_that_a_library_turns_into_an_error(made, monkeypatch):
 
     monkeypatch.chdir(made)
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell starts what runs behind it with SIGINT ignored
-    with patch.object(codegen.analysis.analysis, "analyse", turned):
+    with patch.object(codegen.analysis.analysis, "judge", turned):
         result = stiction("derive", "s.yaml")
     assert (result.code, result.err) == (128 + signal.SIGINT, "interrupted\n")
-    with injected(codegen.analysis.analysis, "analyse", NotImplementedError("as ever")):
+    with injected(codegen.analysis.analysis, "judge", NotImplementedError("as ever")):
         assert stiction("derive", "s.yaml").code == 70
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_no_memory(made, monkeypatch):
     monkeypatch.chdir(made)
-    with injected(codegen.analysis.analysis, "analyse", MemoryError()):
+    with injected(codegen.analysis.analysis, "judge", MemoryError()):
         result = stiction("derive", "s.yaml")
     assert result.code == 70 and "MemoryError: there is not enough memory" in result.err and "too small" in result.err
 

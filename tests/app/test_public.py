@@ -192,7 +192,7 @@ def test_what_is_derived_is_derived_once(monkeypatch: pytest.MonkeyPatch) -> Non
     """The system by one call and the observer by one, whatever is asked of a machine, in any order; `gains` tries other
     gains, which are specs of their own.
     """
-    counts = {"system_of": 0, "build_observer": 0, "_program": 0, "_outcome": 0}
+    counts = {"system_of": 0, "observer_of": 0, "_program": 0, "_outcome": 0}
 
     def counted(name: str) -> Any:
         real = getattr(derived, name)

@@ -7,12 +7,12 @@ from pathlib import Path
 import casadi
 import pytest
 
+from codegen.observers import observer_of
 from codegen.program import Program, build_program, lower
 from codegen.program.graph import Graph, Node, reachable, to_graph
 from codegen.program.naming import Names, constant_name
 from codegen.program.normal import normalise
-from codegen.spec.reader import parse_spec
-from stiction import check
+from codegen.spec.reader import parse_spec, read_spec
 
 from .test_program_build import TWO, program_of
 
@@ -102,9 +102,7 @@ def test_every_local_is_assigned_before_it_is_used():
 
 
 def program_of_spec(path: Path) -> Program:
-    observer = check(path).observer
-    assert observer is not None
-    return build_program(observer)
+    return build_program(observer_of(read_spec(path)))
 
 
 def test_names_are_handed_out_once_whatever_their_case():
