@@ -16,10 +16,14 @@ ROWS = 3
 MOST_SIGNALS, FEWEST_VALUES = 64, 200
 """Lines that may be a signal each, and values that each then has at least."""
 LINES_SEARCHED = 1000
-_NUMBER = r"[+-]?(?:\d+,\d+(?=\s|$)|\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?=[\s,;})\]]|$)|[+-]?(?:nan|inf)(?=[\s,;})\]]|$)"
-_NAMED = re.compile(rf"\s*([A-Za-z_][\w.\-/\[\]]*)(?:\s*[:=]\s*|\s+)({_NUMBER})[\s,;]*", re.ASCII | re.IGNORECASE)
+_NUMBER = (
+    r"[+-]?(?:\d++,\d++(?=\s|$)|\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?(?=[\s,;})\]]|$)"
+    r"|[+-]?(?:nan|inf)(?=[\s,;})\]]|$)"
+)
+_NAME = r"[A-Za-z_][\w.\-/]*(?:\[\d+\])?"
+_NAMED = re.compile(rf"\s*({_NAME})(?:\s*[:=]\s*|\s+)({_NUMBER})[\s,;]*", re.ASCII | re.IGNORECASE)
 """``name:0.1``, ``name = 0.1`` or ``name 0,1``, and what separates it from the next."""
-_PAIR = re.compile(rf"""(?<![\w.])([A-Za-z_][\w.\-/\[\]]*)["']?\s*[:=]\s*({_NUMBER})""", re.ASCII | re.IGNORECASE)
+_PAIR = re.compile(rf"""(?<![\w.\-/])({_NAME})["']?\s*[:=]\s*({_NUMBER})""", re.ASCII | re.IGNORECASE)
 """``name: 0.1`` among other text."""
 _BEGUN = re.compile(r"\W*(?:[A-Z]+\W+)?(\d{4}-\d\d-\d\d[T ][\d:.,]+|\d\d?:\d\d:\d\d[\d.,]*|\d{9,}\.\d+)\W+", re.ASCII)
 """How a line of a logger begins: a level, and a time."""
@@ -27,7 +31,7 @@ _ARROW = re.compile(r"(\d\d?:\d\d:\d\d[.,]\d+) -> ")
 """How the monitor of a serial port marks its lines."""
 STAMP = "stamp"
 """The column of the times with which lines begin."""
-_LIST = re.compile(r'"?[\[(]\s*([^][()"]*?)\s*[\])]"?')
+_LIST = re.compile(r'"?[\[(]([^][()"]*)[\])]"?')
 """``[0.1, 0.2]``, ``(0.1, 0.2)`` or ``[0.1 0.2]``, in quotes or not."""
 _SEPARATED = re.compile(r"\s*[,;\s]\s*")
 _ELEMENT = re.compile(r"[+-]?(\d|\.\d|nan|inf)", re.IGNORECASE)
@@ -133,7 +137,7 @@ def list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> ListR
     places = [i for i, line in enumerate(islice(lines, LINES_SEARCHED)) if line.strip()]
     run: list[int] = []
     for i in places:
-        held = [len(_elements(found[1])) for found in _LIST.finditer(lines[i]) if _ELEMENT.match(found[1])]
+        held = [len(_elements(found[1])) for found in _LIST.finditer(lines[i]) if _ELEMENT.match(found[1].lstrip())]
         run = [*run, i] if any(n > 1 for n in held) else []
         if len(run) == ROWS:
             break

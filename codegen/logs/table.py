@@ -34,7 +34,7 @@ MINUS = "\N{MINUS SIGN}"
 MISSING = {"", "na", "n/a", "nan", "null", "none", "-", "---", "#n/a", "#nan", "#nv", "#value!", "#wert!", "#div/0!"}
 MISSING |= {f"{sign}{word}" for sign in ("", "-") for word in ("nan(ind)", "1.#ind", "1.#qnan", "1.#inf")}
 NUMBER = re.compile(
-    r"[+-]?(\d+\.?\d*([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|inf|infinity|nan)\Z", re.ASCII | re.IGNORECASE
+    r"[+-]?(\d++\.?\d*+([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|inf|infinity|nan)\Z", re.ASCII | re.IGNORECASE
 )
 HEX = re.compile(r"0[xX][0-9a-fA-F]+\Z", re.ASCII)
 WORDS = {"true": 1.0, "false": 0.0}
@@ -117,6 +117,7 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
         BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
     """
     plain: Callable[[str], str] | None = None
+    made: Sequence[str]
     form = named_rows(lines) if header is None and not named else None
     if form is not None:
         words = f"each row names its numbers ({listing(form.names)})"
@@ -126,9 +127,12 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
     else:
         lists = list_rows(lines, delimiter_of)
         plain = lists.plain if lists is not None else after_arrows(lines, delimiter_of)
-        made = list(lines) if plain is None else [plain(line) for line in lines]
-        if lists is not None and lists.header is not None and header in (None, lists.header[0] + 1):
-            made[lists.header[0]] = lists.header[1]
+        made = lines
+        if plain is not None:
+            rows = [plain(line) for line in lines]
+            if lists is not None and lists.header is not None and header in (None, lists.header[0] + 1):
+                rows[lists.header[0]] = lists.header[1]
+            made = rows
         found = _with_units_above(_table(file, made, header, named), made)
     sign = "." if form else decimal or _decimal(made[found.first :], found.delimiter)
     notes = [*found.notes]
