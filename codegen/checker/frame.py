@@ -2,7 +2,8 @@
 
 Standard library only; part of the checker. What stands in place of "..." holds no # and no quotes, so that no macro
 changes what a name means. It must be fields that are doubles, numbers, statements (which kernel.Text.run reads), and
-declarations of functions of this NAME. So, in C that compiles:
+declarations of functions of this NAME. C in single precision is read as the same C in doubles, with 1e18 for 1e150: in
+exact arithmetic both compute the same. So, in C that compiles:
 
 - `step` sets fault 0 if the sum `check` is within the limit and the mode is RUNNING, and else fault 1.
 - HOLDING follows 1, 2, 4 or 8 invalid samples in a row. The count is at most 8 and cannot overflow.
@@ -109,6 +110,20 @@ SECONDS = 5.0
 MOST_FIELDS, MOST_ARRAYS, MOST_TEXT = 10_000, 100, 1_000_000
 
 
+class Precision(NamedTuple):
+    """Of a floating-point type: four roundings, the limit of a sum, and the size up to which quantities are to pass."""
+
+    rounding: Fraction
+    limit: int
+    usual: int
+
+
+PRECISIONS = {
+    "double": Precision(Fraction(1, 2**50), 10**150, 10**6),
+    "float": Precision(Fraction(1, 2**21), 10**18, 10**3),
+}
+
+
 Program = list[tuple[str, str]]
 
 
@@ -116,6 +131,7 @@ class C(NamedTuple):
     """What stands in the two files: places such as "state.z_v[3]", and what is assigned to places and locals."""
 
     name: str
+    precision: Precision
     sums: tuple[str, str, str]  # `given`, and `check` of init and of step behind what precedes it
     values: dict[str, Fraction]
     states: list[str]
@@ -163,6 +179,16 @@ def plain(text: str) -> str:
     demand(text.isascii() and not re.search(r"//|%|[\w.]{200}", text), "a comment from // on, % or not ASCII")
     lines = filter(None, (" ".join(line.split()) for line in text.split("\n")))
     return re.sub(r"(?m)^([^#].*)\n(?!#)", r"\1 ", "\n".join(lines))
+
+
+def in_doubles(text: str) -> str:
+    """A plain text of C in single precision as the same in doubles; ValueError where a double stands in it too."""
+    demand(not re.search(r"\bdouble\b", text), "double and single precision in one file")
+    for number in re.findall(rf"(?<![\w.])({DOUBLE})f\b", text):
+        demand(not Fraction(number) or Fraction(1, 10**37) < Fraction(number) < 10**38, f"{number} is no float")
+    text = re.sub(rf"(?<![\w.])({DOUBLE})f\b", r"\1", text)
+    text = re.sub(r"\b(fabs|sin|cos)f(?= ?\()", r"\1", text)
+    return re.sub(r"\bfloat\b", "double", text)
 
 
 def between(form: str, name: str, text: str) -> list[str]:
@@ -216,15 +242,18 @@ def assignments(text: str, sign: str) -> Program:
 def read(name: str, files: dict[str, str]) -> C:
     """What NAME.c and NAME.h (name: text) hold, or ValueError."""
     demand(re.fullmatch("[a-z][a-z0-9_]*", name), "no name")
-    source, form = files[f"{name}.c"], SOURCE
-    if f"{name}_sign" not in plain(source):
-        form = re.sub("static inline .*", "", SOURCE)
+    source, header, form = plain(files[f"{name}.c"]), plain(files[f"{name}.h"]), SOURCE
+    real = "float" if re.search(r"\bfloat\b", header) else "double"
+    if real == "float":
+        source, header, form = in_doubles(source), in_doubles(header), SOURCE.replace("1e+150", "1e+18")
+    if f"{name}_sign" not in source:
+        form = re.sub("static inline .*", "", form)
     prepare, init, begun, reset, predict, most, resume, given, step, commit = between(form, name, source)
     for text in (prepare, init, begun, reset, predict, resume, given, step, commit):
         plain_loops = re.fullmatch(r"[^{}]*+(?:{[^{}]*+}[^{}]*+)*+", text) and f"{name.upper()}_" not in text
         demand(plain_loops, f"{name}.c: {text[:80]!r} holds more than statements")
     demand(most in ("1", "2", "4", "8"), f"{name}.c: {most} invalid samples in a row")
-    fields, values, *others = between(HEADER, name, files[f"{name}.h"])
+    fields, values, *others = between(HEADER, name, header)
     demand(
         all(re.fullmatch(f"(?:{FIELD})*", struct) for struct in (fields, *others)), f"{name}.h: no fields of doubles"
     )
@@ -240,7 +269,7 @@ def read(name: str, files: dict[str, str]) -> C:
     bodies = (prepare, init, reset, predict, resume, step, f"{step} {commit}".strip())
     *programs, before, whole = (assignments(text, f"{name}_sign") for text in bodies)
     programs += [before, whole[len(before) :]]
-    return C(name, (given, begun, step), stated, states, inputs, outputs, *programs)
+    return C(name, PRECISIONS[real], (given, begun, step), stated, states, inputs, outputs, *programs)
 
 
 def detects(c: C) -> None:

@@ -234,7 +234,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     c = frame.read(proof["name"], files)
     # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded.
     made = Text({p: term(x) for p, x in c.values.items()}, {}).run(c.prepare, [*c.values])
-    demand(all(abs(made[p].constant() - x) <= abs(x) / 2**50 for p, x in c.values.items()), "prepare gives others")
+    near = c.precision.rounding
+    demand(all(abs(made[p].constant() - x) <= abs(x) * near for p, x in c.values.items()), "prepare gives others")
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
     hidden, aside = [f"error of {x}" for x in truths], [z for z in c.states if z not in formulas]

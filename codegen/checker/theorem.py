@@ -43,7 +43,7 @@ OPTIONAL: dict[str, Any] = {"rest": [], "witness": {}}
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
 HELD = "at its start velocities are 0, all else the same whatever is measured; after invalid samples the held estimates"
-OUT = "rounding, samples with a fault, {}outputs that are no estimate of an error"
+OUT = "rounding{}, samples with a fault, {}outputs that are no estimate of an error"
 ASSUMED = "where, as is assumed, "
 SIZES = "that noise and drift stay within the sizes assumed (generate and certify demand those of the spec's envelope)"
 UNREAD = f"{SETS}: it rests on the V of a {PROOF} which is not that of the certificate, and its bounds are not counted"
@@ -107,9 +107,9 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         machine(proof, shown)
         met(proof, shown)
         recovery(proof, shown)
-        check, degree = shown["check"], max(map(len, shown["check"]), default=0)
-        small = 0 < sum(abs(c) for c in check.values()) <= 10**30 and degree <= 20
-        kernel.demand(small, "not a sum")  # so `check` is within 1e150 while all that stands in it is below 1e6
+        used, (_, limit, usual) = shown["check"], shown["c"].precision
+        size = sum(abs(c) * usual ** sum(not x.startswith("sign.") for x in m) for m, c in used.items())
+        kernel.demand(0 < size <= limit, "not a sum")  # `check` passes while all that stands in it is of usual size
         held.require(proof, shown)
         steady(proof, shown, sorted({turn["sign"] for turn in proof["reversals"]} | {*turns}))
         return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "fixed": fixed(proof, shown)}
@@ -274,7 +274,7 @@ def unread(lines: list[str], sources: dict[str, bytes]) -> list[str]:
 
 def units(proof: dict[str, Any], header: str) -> list[str]:
     """The unit that the header's comment gives each estimate; KeyError where it gives none; or enclosure.Refused."""
-    pairs = {*re.findall(r"double (\w+)(?:\[\d+\])?; /\* (\S+): ", header)}
+    pairs = {*re.findall(r"(?:double|float) (\w+)(?:\[\d+\])?; /\* (\S+): ", header)}
     shown = [re.split(r"[.[]", error["estimate"])[1] for error in proof["errors"]]
     twice = [field for field in shown if [x for x, _ in pairs].count(field) > 1]
     enclosure.demand(not twice, f"{twice[0]} in {proof['name']}.h has two units" if twice else "")
@@ -327,6 +327,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     first = ", to first order in them" if shown["first order"] else ""
     stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
     values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["values"].items())
+    of_floats = " (of single precision)" * (shown["c"].precision != frame.PRECISIONS["double"])
     return [
         f"machine: {'; '.join(pushed)}; {free} constant, whatever the value",
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
@@ -340,7 +341,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         *(falling(proof, enclosure.most(shown["fall"]), plain) if fall else ()),
         f"with the values of {proof['name']}.h: {values}",
         *(() if proof["domain"] else (HELD,)),
-        f"in exact arithmetic; not covered: {OUT.format(SIZED if sized else WITHIN)}",
+        f"in exact arithmetic; not covered: {OUT.format(of_floats, SIZED if sized else WITHIN)}",
     ]
 
 

@@ -1,0 +1,98 @@
+"""C in single precision: the kernel proves of it what it proves of the same C in doubles, and refuses a mixture."""
+
+from __future__ import annotations
+
+import json
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import stiction
+from codegen.checker import frame, verify
+from tests.checker.forged import GENERATED
+
+SPECS = Path(__file__).parents[2] / "specs"
+STEP = "const float v_hat ="
+
+
+@cache
+def single(name: str) -> dict[str, str]:
+    """The C and header in single precision of a shipped spec."""
+    (path,) = (p for p in (SPECS / f"{name}.yaml", SPECS / "thesis" / f"{name}.yaml") if p.exists())
+    texts = stiction.load(path).with_overrides(stiction.Overrides(precision="single")).sources
+    return {file: texts[file] for file in (f"{name}.c", f"{name}.h")}
+
+
+def checked(name: str, files: dict[str, str]) -> verify.Report:
+    proof = (GENERATED / name / "proof.json").read_text("utf-8")
+    return verify.check(proof, sources={file: text.encode() for file, text in files.items()})
+
+
+@pytest.mark.parametrize("name", ["one_mass", "two_mass_gto", "one_mass_domain", "two_link_arm", "rig_dfoa"])
+def test_a_shipped_proof_is_one_of_the_c_in_single_precision_too(name: str) -> None:
+    files = single(name)
+    double = {file: (GENERATED / name / file).read_text("utf-8") for file in files}
+    assert "double " not in "".join(files.values())
+    of_single, of_double = checked(name, files), checked(name, double)
+    assert of_single.whole == of_double.whole
+    (covered,) = (line for line in of_single.proved if line.startswith("in exact arithmetic"))
+    assert "rounding (of single precision)" in covered
+    same = [line for line in of_double.proved if not line.startswith(("in exact arithmetic", "with the values"))]
+    assert same == [line for line in of_single.proved if not line.startswith(("in exact arithmetic", "with the values"))]
+
+
+FORGED = {
+    "another law": ("c", STEP, f"{STEP} 1e-3f +", "do not show"),
+    "a number in double precision": ("c", STEP, f"{STEP} 0.5 * (double)0.0f +", "double and single"),
+    "a number that is 0 as a float": ("c", STEP, f"{STEP} 1e-50f * 1e+25f * 1e+25f *", "no float"),
+    "a number that is infinite as a float": ("c", STEP, f"{STEP} 1e+50f * 1e-25f * 1e-25f *", "no float"),
+    "the limit of doubles": ("c", "<= 1e+18f && state", "<= 1e+150f && state", "form that is read"),
+    "a field of doubles": ("h", "float z_rail;", "double z_rail;", "double and single"),
+    "a header in doubles": ("h", "float", "double", "form that is read"),
+    "a function of its own": ("c", "fabsf(v_hat)", "fabsff(v_hat)", "C calls fabsff"),
+    "a whole number": ("c", STEP, f"{STEP} 1/2 * 2.0f *", "out of place"),
+    "an f alone": ("c", STEP, f"{STEP} 1f *", "out of place"),
+    "a name with the letter after it": ("c", STEP, f"float fabs = 2.0f; {STEP} fabsf *", "fabsf is nothing that is known"),
+}
+
+
+@pytest.mark.parametrize("kind", FORGED)
+def test_forgeries_are_refused(kind: str) -> None:
+    end, old, new, why = FORGED[kind]
+    files, file = dict(single("one_mass")), f"one_mass.{end}"
+    assert old in files[file]
+    files[file] = files[file].replace(old, new) if kind == "a header in doubles" else files[file].replace(old, new, 1)
+    with pytest.raises(verify.Refused, match=re.escape(why)):
+        checked("one_mass", files)
+
+
+def test_derived_values_may_differ_by_the_rounding_of_floats_alone() -> None:
+    files = dict(single("one_mass"))
+    value = re.search(r"(0\.0100\d+)f /\* h_K_F", files["one_mass.h"])
+    assert value is not None
+    for factor, holds in ((1 + 2**-22, True), (1 + 2**-20, False)):
+        files["one_mass.h"] = single("one_mass")["one_mass.h"].replace(value[1], f"{0.01 * factor:.12f}")
+        if holds:
+            assert checked("one_mass", files).proved
+        else:
+            with pytest.raises(verify.Refused, match="prepare gives others"):
+                checked("one_mass", files)
+
+
+def test_what_is_read_is_the_c_in_doubles_but_for_its_values() -> None:
+    c, d = (frame.read("two_mass_gto", files) for files in (single("two_mass_gto"), {
+        file: (GENERATED / "two_mass_gto" / file).read_text("utf-8") for file in ("two_mass_gto.c", "two_mass_gto.h")
+    }))  # fmt: skip
+    assert c.precision == frame.PRECISIONS["float"] and d.precision == frame.PRECISIONS["double"]
+    assert c._replace(precision=d.precision, values={}) == d._replace(values={})
+    assert all(abs(x - d.values[p]) <= abs(x) / 2**22 for p, x in c.values.items())
+
+
+def test_a_sum_that_quantities_of_usual_size_take_beyond_the_limit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`check` is compared with 1e18: were it beyond in every sample, the step would never run."""
+    large = frame.PRECISIONS["float"]._replace(usual=10**18)
+    monkeypatch.setitem(frame.PRECISIONS, "float", large)
+    with pytest.raises(verify.Refused, match="not a sum"):
+        checked("one_mass", single("one_mass"))
