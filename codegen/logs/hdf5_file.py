@@ -20,21 +20,18 @@ MAGIC = b"\x89HDF\r\n\x1a\n"
 
 @dataclass(frozen=True)
 class _Column:
-    """A column: of a dataset of ``rows`` rows the whole, a field, or one of its columns or (``across``) rows."""
+    """A column: a field of a dataset, or its numbers along the axis of its rows, None in ``at``."""
 
     dataset: str
     rows: int
     field: str = ""
-    index: int | None = None
-    across: bool = False
+    at: tuple[int | None, ...] = (None,)
 
     def values(self, file: Any, part: slice) -> Any:
         dataset = file[self.dataset]
         if self.field:
             return dataset.fields(self.field)[part]
-        if self.index is None:
-            return dataset[part]
-        return dataset[self.index, part] if self.across else dataset[part, self.index]
+        return dataset[tuple(part if index is None else index for index in self.at)]
 
 
 class Hdf5File(BlockFile):
@@ -111,14 +108,20 @@ def _columns(name: str, dataset: Any) -> dict[str, _Column] | str:
         return {f"{name}.{f}": _Column(name, shape[0], field=f) for f in fields} or "it has no field of numbers"
     if kind.kind not in "fiub" or kind.names:
         return f"it holds {shown(str(kind))}, no numbers"
-    if len(shape) == 1:
-        return {name: _Column(name, shape[0])}
-    if len(shape) != 2:
+    axes = [k for k, n in enumerate(shape) if n != 1] or [0]
+    if len(axes) > 2:
         return f"it has {len(shape)} dimensions"
-    if 1 in shape:
-        return {name: _Column(name, max(shape), index=0, across=shape[0] == 1)}
-    across = "MATLAB_class" in dataset.attrs  # MATLAB writes its N × c as c × N
-    rows, count = (shape[1], shape[0]) if across else shape
-    if count > MOST_WIDE:
-        return f"it has {count} columns"
-    return {f"{name}[{k}]": _Column(name, rows, index=k, across=across) for k in range(count)}
+
+    def column(rows: int, index: int = 0) -> _Column:
+        return _Column(
+            name, shape[rows], at=tuple(None if k == rows else index if k in axes else 0 for k in range(len(shape)))
+        )
+
+    if len(axes) == 1:
+        return {name: column(axes[0])}
+    first, last = axes
+    lying = "MATLAB_class" in dataset.attrs and shape[last] >= shape[first]  # MATLAB writes its N × c as c × N
+    rows, others = (last, first) if lying else (first, last)
+    if shape[others] > MOST_WIDE:
+        return f"it has {shape[others]} columns"
+    return {f"{name}[{k}]": column(rows, k) for k in range(shape[others])}

@@ -62,14 +62,15 @@ class Variable:
 
     def lines(self) -> list[Variable]:
         """The columns of a matrix, or its rows where there are fewer of them, as vectors ``NAME.1``, ``NAME.2``, …"""
-        if not self.numeric or len(self.shape) != 2 or not 2 <= min(self.shape) <= MOST_LINES:
+        size = [n for n in self.shape if n != 1]
+        if not self.numeric or len(size) != 2 or not 2 <= min(size) <= MOST_LINES:
             return []
-        rows, columns = self.shape
+        rows, columns = size
         if columns <= rows:
             parts: list[tuple[int, int | None, int]] = [(k * rows, (k + 1) * rows, 1) for k in range(columns)]
         else:
             parts = [(k, None, rows) for k in range(rows)]
-        shape = (max(self.shape), 1)
+        shape = (max(size), 1)
         return [replace(self, name=f"{self.name}.{k + 1}", shape=shape, part=p) for k, p in enumerate(parts)]
 
 

@@ -74,6 +74,19 @@ def test_matlab_7_3(tmp_path: Path, spec: Any) -> None:
         read_log(path, spec, columns={"x": "cell"})
 
 
+@pytest.mark.parametrize("matlab", [True, False])
+def test_joints_by_one_by_samples(tmp_path: Path, spec: Any, matlab: bool) -> None:
+    """MATLAB's joints × 1 × samples, as YARP's telemetry writes them, and the same of another writer."""
+    with h5py.File(tmp_path / "a.mat", "w") as file:
+        for name, values in MADE.items():
+            three = np.stack([0 * values, values, 0 * values], axis=1)[:, None, :]
+            file[f"log/{name}"] = values if name == "t" else three
+            if matlab:
+                file[f"log/{name}"].attrs["MATLAB_class"] = np.bytes_("double")
+    where = {"t": "log/t", "x": "log/x[1]", "v": "log/v[1]", "w": "log/w[1]"}
+    check(read_log(tmp_path / "a.mat", spec, columns=where))
+
+
 def test_nothing_outside_the_file_is_read(tmp_path: Path, spec: Any, monkeypatch: Any) -> None:
     monkeypatch.setattr(pickle, "loads", lambda *a, **k: pytest.fail("unpickled"))
     write(tmp_path / "other.h5", x=MADE["x"])

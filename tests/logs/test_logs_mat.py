@@ -132,3 +132,12 @@ def test_fields_of_structs_and_columns_of_matrices(tmp_path, spec):
         with pytest.raises(BadInput) as told:
             read_log(tmp_path / "a.mat", spec, columns={"t": "log.t", "x": column, "w": "log.w"})
         assert words in str(told.value)
+
+
+def test_joints_by_one_by_samples(tmp_path, spec):
+    made = rows(duration=5.0)
+    three = {name: np.stack([0 * v, v], axis=0)[:, None, :] for name, v in made.items() if name != "t"}
+    savemat(tmp_path / "a.mat", {"log": {**three, "t": made["t"]}})
+    where = {"t": "log.t", "x": "log.x.2", "v": "log.v.2", "w": "log.w.2"}
+    log = read_log(tmp_path / "a.mat", spec, columns=where)
+    assert np.array_equal(log.positions[:, 0], made["x"]) and np.array_equal(log.inputs[:, 0], made["w"])
