@@ -74,6 +74,10 @@ class Variable:
         return [replace(self, name=f"{self.name}.{k + 1}", shape=shape, part=p) for k, p in enumerate(parts)]
 
 
+OBJECT = "object of MATLAB's class"
+_OPAQUE = 17
+
+
 def variables(data: bytes, count: Callable[[int], None]) -> list[Variable]:
     """Every variable of a file.
 
@@ -188,9 +192,12 @@ def _matrix(payload: memoryview, order: str) -> Variable:
     parts = _elements(payload, order)
     head = [next(parts, (0, _EMPTY)) for _ in range(3)]
     (_, flags), (_, dimensions), (_, name) = head
+    (word,) = struct.unpack_from(f"{order}I", flags) if len(flags) == 8 else (0,)
+    if word & 0xFF == _OPAQUE:  # its name stands in place of the dimensions, and its class behind MCOS
+        _, made_of = next(parts, (0, _EMPTY))
+        return Variable(bytes(dimensions).decode("latin-1"), (), f"{OBJECT} {bytes(made_of).decode('latin-1')}")
     if len(flags) != 8 or len(dimensions) % 4:
         return Variable("", (), "object of an unknown kind")
-    (word,) = struct.unpack_from(f"{order}I", flags)
     shape = tuple(int(n) for n in np.frombuffer(dimensions, dtype=f"{order}i4"))
     number, is_complex = word & 0xFF, bool(word & 0x0800)
     kind = _CLASSES[number] if 0 < number < len(_CLASSES) else f"variable of class {number}"

@@ -12,8 +12,10 @@ from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
 from codegen.logs.hdf5_file import MAGIC, Hdf5File
 from codegen.logs.log import Array
-from codegen.logs.mat_elements import variables
+from codegen.logs.mat_elements import OBJECT, variables
 from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, LogFile, listing
+
+UNPACKED = "in MATLAB, of a timeseries `t = ts.Time; q = ts.Data; save log t q`"
 
 
 class MatFile(LogFile):
@@ -31,8 +33,9 @@ class MatFile(LogFile):
         self.names = tuple(self._variables)
         found = self._variables.values()
         if not any(v.numeric and sum(n != 1 for n in v.shape) == 1 for v in found):
-            words = listing([f"{v.name} ({v.kind} {'×'.join(map(str, v.shape))})" for v in found])
-            raise self.fault(f"no vector among the variables {words}" if found else "no variable")
+            words = listing([f"{v.name} ({v.kind} {'×'.join(map(str, v.shape))})".replace(" )", ")") for v in found])
+            expected = f"{self.expected}; {UNPACKED}" if any(v.kind.startswith(OBJECT) for v in found) else ""
+            raise self.fault(f"no vector among the variables {words}" if found else "no variable", expected)
 
     def load(self, wanted: Sequence[str]) -> Columns:
         vectors = {name: self._vector(name) for name in wanted}
@@ -44,6 +47,8 @@ class MatFile(LogFile):
         words = "×".join(map(str, variable.shape))
         if not variable.numeric:
             inside = [other for other in self.names if other.startswith((f"{name}.", f"{name}("))]
+            if variable.kind.startswith(OBJECT):
+                raise self.fault(f"an {variable.kind}", f"a vector of real numbers; {UNPACKED}", name, "LOG005")
             expected = f"a vector of real numbers{f', such as {listing(inside, 5)} in it' if inside else ''}"
             raise self.fault(f"a {variable.kind} of {words}", expected, name, "LOG005")
         if 0 in variable.shape:

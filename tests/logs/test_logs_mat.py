@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -141,3 +143,22 @@ def test_joints_by_one_by_samples(tmp_path, spec):
     where = {"t": "log.t", "x": "log.x.2", "v": "log.v.2", "w": "log.w.2"}
     log = read_log(tmp_path / "a.mat", spec, columns=where)
     assert np.array_equal(log.positions[:, 0], made["x"]) and np.array_equal(log.inputs[:, 0], made["w"])
+
+
+def element(kind: int, data: bytes) -> bytes:
+    return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+
+@pytest.mark.parametrize("name", ["data", "logsout"])
+def test_objects_of_matlab_say_how_to_save_their_vectors(tmp_path, spec, name):
+    """An opaque variable as MATLAB writes a timeseries: flags, name, MCOS, class, and a reference."""
+    inside = [element(6, struct.pack("<II", 17, 0)), element(1, name.encode()), element(1, b"MCOS")]
+    inside += [element(1, b"timeseries"), element(14, b"")]
+    savemat(tmp_path / "a.mat", {"t": 1.0})
+    (tmp_path / "a.mat").write_bytes((tmp_path / "a.mat").read_bytes() + element(14, b"".join(inside)))
+    with refused(f"LOG001 {name} timeseries ts.Time save"):
+        read_log(tmp_path / "a.mat", spec)
+    savemat(tmp_path / "a.mat", {"t": np.arange(9.0), "w": np.ones(9)})
+    (tmp_path / "a.mat").write_bytes((tmp_path / "a.mat").read_bytes() + element(14, b"".join(inside)))
+    with refused("LOG005 timeseries ts.Time save"):
+        read_log(tmp_path / "a.mat", spec, columns={"x": name})
