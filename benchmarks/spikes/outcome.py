@@ -34,7 +34,8 @@ class Spike:
         accepted: kinds that name it rightly: its own and its exact twins.
         own: what least squares finds of it in the log as it is; None where that was not computed, or where the spec
             declares a parameter for the same force, which least squares finds with it.
-        refitted: parameter of the spec whose refit takes the same force, with `-` before it for the other sign; or "".
+        refitted: parameter of the spec whose refit takes the same force, with `-` before it for the other sign, of a
+            factor for its inverse; or "".
     """
 
     kind: str
@@ -158,6 +159,8 @@ def _taken(spike: Spike, plain: Mapping[str, Any], spiked: Mapping[str, Any]) ->
     values = [d.get("values", {}).get(name, {}).get(_adopted(d)) for d in (plain, spiked)]
     if None in values:
         return False
+    if spike.kind in MULTIPLIES:
+        return abs((values[1] / values[0]) ** sign - spike.size) <= NEAR * spike.strength
     return abs(values[1] - values[0] - sign * spike.size) <= NEAR * spike.strength
 
 

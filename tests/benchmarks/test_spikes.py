@@ -101,6 +101,13 @@ def test_what_a_parameter_with_a_tolerance_takes_needs_no_name(sign: str, moved:
     assert outcome_of(spike, plain, wrong).outcome == WRONG
 
 
+@pytest.mark.parametrize(("moved", "outcome"), [(1 / 1.1, TAKEN), (1.1, "unknown"), (1.0, "unknown")])
+def test_a_gain_divides_the_inertia_that_takes_its_place(moved: float, outcome: str) -> None:
+    gain = Spike("input_gain", "gain", 1.1, frozenset({"input_gain"}), refitted="-J")
+    plain, spiked = diagnosis("unknown", J=2e-4), diagnosis("unknown", J=2e-4 * moved)
+    assert outcome_of(gain, plain, spiked).outcome == outcome
+
+
 def test_a_twin_is_right_and_has_no_parameter_to_compare() -> None:
     spike = Spike("offset", "f0", 5.5, frozenset({"offset", "coulomb_asymmetry"}))
     said = diagnosis("effect", effect("coulomb_asymmetry", "rail", d=-5.5))
