@@ -12,12 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from codegen.diagnosis.adoption import SAME
+from codegen.diagnosis.credit import LEAST_SHARE, TIE_LEVEL, random_signs
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, ParameterError, Verdict
 from codegen.mechanics.system import System
 
 FORCE, RUN = "residual force", "error in free run"
 REFIT_WORSE = 0.05
 """Share by which an effect may increase either error over the refit without it; noise can make that much."""
+FORCE_FALLS = float(np.sqrt(1 - LEAST_SHARE))
+"""Ratio of force errors up to which free runs that are worse by chance do not refuse an effect."""
 
 Measured = Callable[[System], ErrorFigures]
 """Errors of a system on held-out data."""
@@ -87,7 +90,8 @@ def admitted(
 
     Args:
         refit: errors of the model without the effects; an option may exceed them by at most the share ``most``;
-            where that is negative it must be better by so much.
+            where that is negative it must be better by so much. The sum over a few restarted runs also grows by
+            chance: where it may be that, and the force error falls, it refuses nothing.
     """
     refusals: list[str] = []
     tried: list[ErrorFigures] = []
@@ -97,6 +101,9 @@ def admitted(
         worse, model = worsened(figures, declared), "the declared model"
         if not worse and refit is not None:
             worse, model = worsened(figures, refit, most), "the refit without the effect"
+            falls = _over(figures.force_rms_rows, refit.force_rms_rows) <= FORCE_FALLS
+            if set(worse) == {RUN} and most >= 0 and falls and not is_shown_worse(figures, refit):
+                worse = {}
         if not worse:
             return Admitted(option, figures, tuple(refusals))
         refusals.append(f"on held-out data {option[0]} would make {_list(worse)} than with {model}")
@@ -110,6 +117,16 @@ def worsened(figures: ErrorFigures, declared: ErrorFigures, most: float = SAME) 
         RUN: _over(figures.free_run_rmse_rows, declared.free_run_rmse_rows),
     }
     return {name: ratio for name, ratio in ratios.items() if ratio > 1 + most}
+
+
+def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:
+    """Whether the free runs of a model are worse than another's by more than chance, by a sign test on their parts."""
+    if not figures.free_run_parts or not other.free_run_parts:
+        return True
+    parts, others = np.array(figures.free_run_parts), np.array(other.free_run_parts)
+    more = ((parts - others) / np.maximum(others.mean(axis=0), 1e-300)).mean(axis=1)
+    spread = float(np.sqrt((more**2).sum()))
+    return spread > 0 and random_signs(float(more.sum()) / spread) <= TIE_LEVEL
 
 
 def _over(errors: Iterable[float], declared: Iterable[float]) -> float:

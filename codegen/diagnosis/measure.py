@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.diagnosis.credit import SIGNED
 from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.residual import (
     Masks,
@@ -38,9 +39,9 @@ def measure(system: System, motion: Motion, used: Masks, window: slice, restart_
         restart_s: between two restarts of the free run.
     """
     per_row, rms, relative = force_errors(system, motion, used, window)
-    positions = free_run_errors(system, motion, window, restart_s)
+    positions, parts = free_run_errors(system, motion, window, restart_s)
     total = float(np.sqrt(np.mean(np.square(positions))))
-    return ErrorFigures(rms, per_row, relative, total, tuple(positions))
+    return ErrorFigures(rms, per_row, relative, total, tuple(positions), parts)
 
 
 def force_errors(
@@ -73,7 +74,7 @@ def restart_within_reach(system: System, motion: Motion, window: slice) -> float
     """
     restart, least = RESTART_S, SHORTEST_PERIODS / motion.cutoff_hz
     while restart / 2 >= least:
-        error = free_run_errors(system, motion, window, restart)
+        error = free_run_errors(system, motion, window, restart)[0]
         way = np.sqrt(np.mean(_way_since_restart(motion, restart)[window] ** 2, axis=0))
         if np.all(np.asarray(error) <= way):
             break
@@ -90,15 +91,23 @@ def _way_since_restart(motion: Motion, restart_s: float) -> Array:
     return np.asarray(motion.measured - motion.measured[last])
 
 
-def free_run_errors(system: System, motion: Motion, window: slice, restart_s: float = RESTART_S) -> list[float]:
-    """RMS of predicted less raw position on each coordinate, restarted from the low-passed measured state."""
+def free_run_errors(
+    system: System, motion: Motion, window: slice, restart_s: float = RESTART_S
+) -> tuple[list[float], tuple[tuple[float, ...], ...]]:
+    """RMS of predicted less raw position on each coordinate, restarted from the low-passed measured state.
+
+    And the mean squares in ``SIGNED`` parts, or as many as there are restarts.
+    """
     error = free_run_series(system, motion, restart_s)[window]
     usable = motion.usable[window] & ~np.isnan(error).any(axis=1)
     if motion.counted is not None:
         usable &= motion.counted[window]
     if not usable.any() or not np.isfinite(error[usable]).all():
-        return [float("inf")] * error.shape[1]
-    return [float(e) for e in np.sqrt(np.mean(error[usable] ** 2, axis=0))]
+        return [float("inf")] * error.shape[1], ()
+    squares = error[usable] ** 2
+    runs = max(1, round(len(squares) * motion.sample_time / restart_s))
+    parts = tuple(tuple(map(float, part.mean(axis=0))) for part in np.array_split(squares, min(SIGNED, runs)))
+    return [float(e) for e in np.sqrt(np.mean(squares, axis=0))], parts
 
 
 @recent(OF_MODELS)

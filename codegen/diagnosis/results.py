@@ -128,6 +128,7 @@ class ErrorFigures:
         force_rms_rows: for each coordinate.
         relative_force: residual over drive force, both low-passed, in the norm √mean(r' M⁻¹ r).
         free_run_rmse, free_run_rmse_rows: of the position in free run, restarted every so often; inf where it diverges.
+        free_run_parts: (parts, n) mean squares of the same in consecutive parts of the data; empty where not known.
     """
 
     force_rms: float
@@ -135,6 +136,7 @@ class ErrorFigures:
     relative_force: float
     free_run_rmse: float
     free_run_rmse_rows: tuple[float, ...]
+    free_run_parts: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True)

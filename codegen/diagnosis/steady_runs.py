@@ -375,9 +375,8 @@ def figures_of(system: System, means: Means, measured: ErrorFigures) -> ErrorFig
     residual, drive = mean_forces(system, means)
     rows = tuple(float(v) for v in np.sqrt(np.mean(residual**2, axis=0)))
     relative = float(np.linalg.norm(residual) / max(float(np.linalg.norm(drive)), 1e-300))
-    return replace(
-        measured, force_rms=float(np.sqrt(np.mean(residual**2))), force_rms_rows=rows, relative_force=relative
-    )
+    total = float(np.sqrt(np.mean(residual**2)))
+    return replace(measured, force_rms=total, force_rms_rows=rows, relative_force=relative, free_run_parts=())
 
 
 def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:

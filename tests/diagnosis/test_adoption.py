@@ -26,7 +26,7 @@ from codegen.diagnosis.answer import FORCE, RUN, Answer, admitted, worsened
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.estimate import Estimate, covariance, estimate
 from codegen.diagnosis.forward_selection import find_effects
-from codegen.diagnosis.measure import force_errors, free_run_errors
+from codegen.diagnosis.measure import force_errors, free_run_errors, measure
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import Problem, force_rows, independent_samples
@@ -100,7 +100,7 @@ def test_a_refit_is_not_drawn_away_by_a_force_that_no_model_holds(
 
     def errors(values: dict[str, float]) -> tuple[float, float]:
         system = with_values(search.system, values)
-        return force_errors(system, motion, judge.masks, window)[1], free_run_errors(system, motion, window)[0]
+        return force_errors(system, motion, judge.masks, window)[1], free_run_errors(system, motion, window)[0][0]
 
     declared = errors({})
     assert errors(alone)[0] > 1.01 * declared[0]  # what the fit by free runs alone does, and what was written before
@@ -374,6 +374,29 @@ def test_an_effect_is_no_worse_than_the_refit_without_it(force: float, run: floa
     assert (chosen.option is not None) is admissible
     assert admitted([("the effect", system)], declared, lambda _: new).option is not None
     assert admissible or "than with the refit without" in chosen.refusals[0]
+
+
+@pytest.mark.parametrize(
+    ("force", "worse_in", "admissible"),
+    [(0.8, 1, True), (0.8, 12, False), (0.99, 1, False), (1.06, 1, False)],
+)
+def test_free_runs_that_are_worse_by_chance_refuse_no_effect(force: float, worse_in: int, admissible: bool) -> None:
+    """The free-run error is 10 % larger, by one run of twelve or by all; the force error falls or does not."""
+    refit, squares = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,), ((1.0,),) * 12), np.ones(12)
+    squares[:worse_in] += 12 * 0.21 / worse_in
+    run = float(np.sqrt(squares.mean()))
+    new = ErrorFigures(force, (force,), 0.1, run, (run,), tuple((float(s),) for s in squares))
+    declared = ErrorFigures(9.0, (9.0,), 0.1, 9.0, (9.0,))
+    chosen = admitted([("the effect", system_of(stage()))], declared, lambda _: new, refit)
+    assert run == pytest.approx(1.1) and (chosen.option is not None) is admissible
+
+
+def test_the_parts_of_a_free_run_make_up_its_error(rough: tuple[Log, Log]) -> None:
+    motion = smooth_motion(rough[0])
+    found = measure(system_of(stage()), motion, Problem(system_of(stage()), motion, {}).masks, slice(1000, 5000))
+    parts = np.array(found.free_run_parts)
+    assert len(parts) == 16  # 8 s, restarted every half second
+    assert np.sqrt(parts.mean(axis=0)) == pytest.approx(found.free_run_rmse_rows, rel=1e-2)
 
 
 COMPLIANCE = "{kind: compliance, on: x, parameters: {k: 4e4, c: 30, load_fraction: 0.4}}"
