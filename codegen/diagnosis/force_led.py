@@ -19,7 +19,9 @@ from codegen.diagnosis import credit
 from codegen.diagnosis.adoption import adopt_values
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.candidate_fits import CandidateFits, every_part, is_simpler_form
+from codegen.diagnosis.conclusion import named_effects
 from codegen.diagnosis.credit import SIGNED, Evidence, evidence, evidence_of, random_signs
+from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.examination import with_estimate
 from codegen.diagnosis.forward_selection import MOST_EFFECTS, LaterRound, Outcome
 from codegen.diagnosis.output_error import (
@@ -31,11 +33,13 @@ from codegen.diagnosis.output_error import (
     shooting_fit,
 )
 from codegen.diagnosis.ranking import Ranked, hypotheses, is_possible, led_by, matters, relative_size, ties
-from codegen.diagnosis.residual import Problem, residual_at_drive
+from codegen.diagnosis.reservations import objections
+from codegen.diagnosis.residual import Problem, drive_share, residual_at_drive
 from codegen.diagnosis.results import ErrorFigures, Verdict
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.starting_values import ForceStart
-from codegen.diagnosis.trial import Part, Trial, model_of
+from codegen.diagnosis.starting_values import STEP, ForceStart
+from codegen.diagnosis.trial import Part, Trial, model_of, part_of
+from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
@@ -49,8 +53,6 @@ ELSEWHERE = 0.2
 may correct a misfit of their form, and must remove ``credit.FURTHER``."""
 STEPS, DAMPED = 5, 4
 """Most Gauss–Newton steps, and most of a step that are tried with more damping."""
-STEP = 1e-4
-"""Step of a parameter for its slope, over its size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +83,11 @@ class ForceFits:
             float(np.sqrt(np.mean(r[k] ** 2))) if len(k) else 1.0 for r, k in zip(residual.T, self._rows, strict=True)
         ]
         return [max(size, 1e-300) / LEVEL for size in sizes]
+
+    @cached_property
+    def candidates(self) -> CandidateFits:
+        """Every effect, with the range that the log covers at its place."""
+        return CandidateFits(self.search, self.base, tuple(every_part(self.search, ())), lambda share: None)
 
     @cached_property
     def adopted(self) -> Array:
@@ -264,27 +271,45 @@ def selected_by_force(
         base: the refit of the declared structure by free runs. problem: of the log's motion.
     """
     fits = ForceFits(search, problem, base)
-    fit = fits.fit(search.declared_trial, fits.adopted)
-    run = plain = fits.run(fit)
+    fit = plain = fits.fit(search.declared_trial, fits.adopted)
     rounds: list[LaterRound] = []
     for turn in range(MOST_EFFECTS):
         progress = partial(lambda turn, share: report_progress((turn + share) / MOST_EFFECTS), turn)
-        ranked = force_round(fits, fit, run, progress)
+        ranked = force_round(fits, fit, progress)
         rounds.append(LaterRound(fit.trial.parts, tuple(ranked)))
         if not ranked or ranked[0].why_not:
             break
         fit = ranked[0].found
-        run = fits.run(fit)
-    fit, run = confirmed(fits, fit, run)
+    first = rounds[0].ranked
+    fit = with_seen_forms(fits, fit)
+    before = fits.run(plain)
+    fit, run = confirmed(fits, fit, fits.run(fit))
     if not fit.trial.parts:
         return None
-    first = rounds[0].ranked
     leading = [first[0]]
     if first[0].found.part in fit.trial.parts:
         again, leading = first_with_others(fits, fit, [first[0], *ties(search, first)])
         fit, run = (fit, run) if again is fit else confirmed(fits, again, fits.run(again))
     rounds[0] = replace(rounds[0], ranked=tuple(led_by(leading[0], first)))
-    return ForceSelection(fits, fit, run, _evidence_of_blocks(plain, run).share, tuple(rounds), tuple(leading[1:]))
+    return ForceSelection(fits, fit, run, _evidence_of_blocks(before, run).share, tuple(rounds), tuple(leading[1:]))
+
+
+def with_seen_forms(fits: ForceFits, fit: Fit) -> Fit:
+    """The fit with an effect in a simpler form where no interval of a parameter that scales it excludes its absence.
+
+    A form with more parameters than the log determines makes each of them uncertain, also those that the log shows.
+    """
+    trial, (moved, values) = fit.trial, fit.values
+    named = named_effects(trial.parts, estimate(fit), fit.model)
+    for k, (part, found) in enumerate(zip(trial.parts, named, strict=True)):
+        simpler = [form for form in CATALOGUE[part.kind].forms if {p.name for p in form.parameters} < set(part.names)]
+        if not simpler or not objections(found, part, fits.problem):
+            continue
+        parts = [part_of(simpler[-1], p.place, trial.system) if p is part else p for p in trial.parts]
+        kept = {name: values[k][name] for name in parts[k].names}
+        other = replace(trial, parts=tuple(parts))
+        return with_seen_forms(fits, fits.fit(other, other.theta(moved, [*values[:k], kept, *values[k + 1 :]])))
+    return fit
 
 
 def first_with_others(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
@@ -328,18 +353,16 @@ def _evidence_of_blocks(before: Fit, after: Fit) -> Evidence:
     return evidence(segment_losses(before.residual), segment_losses(after.residual), before.residual.shape[1])
 
 
-def force_round(fits: ForceFits, plain: Fit, run: Fit, report_progress: Callable[[float], None]) -> list[Ranked]:
+def force_round(fits: ForceFits, plain: Fit, report_progress: Callable[[float], None]) -> list[Ranked]:
     """Fit the best candidates by linear least squares in addition to a fit, and rank them: the credited ones first.
 
     Of forms of one effect the simplest that is as good stays.
-
-    Args:
-        run: free runs with the values of the fit.
     """
-    parts = every_part(fits.search, plain.trial.parts)
-    tried, start = CandidateFits(fits.search, run, tuple(parts), report_progress), ForceStart(fits.problem, run)
-    starts = [start.best(trial, tried.covered(p)) for p, trial in zip(tried.parts, tried.trials, strict=True)]
-    begun = [(*s, trial) for s, trial in zip(starts, tried.trials, strict=True) if s is not None]
+    taken = {(p.kind, p.on) for p in plain.trial.parts}
+    parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken]
+    start, trials = ForceStart(fits.problem, plain, True), [plain.trial.with_part(p) for p in parts]
+    starts = [start.best(trial, fits.candidates.covered(p)) for p, trial in zip(parts, trials, strict=True)]
+    begun = [(*s, trial) for s, trial in zip(starts, trials, strict=True) if s is not None]
     found: list[Fit] = []
     for _, theta, trial in sorted(begun, key=lambda one: one[0])[:FITTED]:
         report_progress(len(found) / FITTED)
@@ -351,18 +374,25 @@ def force_round(fits: ForceFits, plain: Fit, run: Fit, report_progress: Callable
 
 
 def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
-    """A candidate with its evidence by the force residual over a fit, and why it is not credited."""
+    """A candidate with its evidence by the force residual over a fit, and why it is not credited.
+
+    A stage of the drive that takes force away removes residual in proportion; it must remove its share of what is left.
+    Held-out blocks count by no more than what the fit to all of them removes: the step to a fit without them is linear.
+    """
     before_it = {p.effect.seen_over for p in plain.trial.parts}
     least = credit.LEAST_SHARE if not before_it else ELSEWHERE
     least = credit.FURTHER if found.part.effect.seen_over in before_it else least
+    ratio = float(np.sqrt(found.by_segment.sum() / plain.by_segment.sum()))
+    acting = drive_share(found.model, plain.model, fits.problem.motion)
     one = evidence_of(plain, found, floored=False)
     p = min(1.0, candidates * random_signs(one.t))
     why_not = ""
-    if one.share < least:
-        why_not = f"removes {100 * one.share:.2g} % of the squared force residual on held-out blocks"
+    share = min(one.share, 1 - ratio**2)
+    if 1 - share > (1 - least) * acting**2:
+        why_not = f"removes {100 * share:.2g} % of the squared force residual on held-out blocks"
+        why_not += f" and leaves {100 * acting:.2g} % of the drive force" if acting < 0.99 else ""
     elif not matters(fits.search, found, plain):
         why_not = "its force is too little to matter"
     elif p > credit.ALPHA:
         why_not = f"fits better by so little that it may be chance (p = {p:.2g} over all candidates)"
-    ratio = float(np.sqrt(found.by_segment.sum() / plain.by_segment.sum()))
     return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, False, p)

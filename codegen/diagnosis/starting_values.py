@@ -32,7 +32,7 @@ from codegen.diagnosis.residual import (
     points,
 )
 from codegen.diagnosis.signals import Motion, low_pass
-from codegen.diagnosis.trial import Runner, Trial
+from codegen.diagnosis.trial import Runner, Trial, model_of
 from codegen.effects.start import Covered
 from codegen.mechanics.casadi_form import over_rows
 from codegen.mechanics.system import Matrix, System
@@ -124,6 +124,8 @@ def _linear_step(base: Fit, residual: Array, columns: Array) -> tuple[Array, flo
 
 DENSE = 10.0
 """Samples in a period of the cutoff: the residual has nothing above it, and a starting value needs no more."""
+STEP = 1e-4
+"""Step of a value for its slope, over its size."""
 SEARCHED, REACH = 16, 2.0
 """Of the bounded search: most evaluations, and half its width about the best of the grid, in the fit's coordinate."""
 
@@ -134,10 +136,12 @@ class ForceStart:
 
     Attributes:
         problem: of the declared system on the log's motion. base: the fit without the candidate.
+        whole: whether all values of the base follow by linear least squares, within their limits; else friction levels.
     """
 
     problem: Problem
     base: Fit
+    whole: bool = False
 
     def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
         """(squared force residual that remains, theta) of the trial with starting values of its last part and levels.
@@ -182,10 +186,8 @@ class ForceStart:
 
         for shape in effect.starts(covered):
             one = effect.probes(shape, covered)
-            columns = np.column_stack([*(change(values) / size for values, size in one), self._levels])
-            scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-            step = np.asarray(np.linalg.lstsq(columns / scale, -residual, rcond=1e-9)[0], dtype=float) / scale
-            rest = residual + columns @ step
+            columns = np.column_stack([*(change(values) / size for values, size in one), self._slopes])
+            step, rest = self._least_squares(columns, residual)
             theta = np.append(self.base.theta, part.inward(effect.weighted(shape, step[: len(one)].tolist())))
             theta[self._places] += step[len(one) :]
             if np.isfinite(theta).all():
@@ -199,12 +201,11 @@ class ForceStart:
         return force_function(system, [Matrix(system.equation_error)], symbols, own)
 
     def _left(self, trial: Trial, inner: float) -> tuple[float, Array]:
-        """(squared residual that remains, steps of the levels) with the part's parameter at this value."""
+        """(squared residual that remains, steps of the base's values) with the part's parameter at this value."""
         change = self._acting(trial, np.append(self.base.theta, inner)) - self._own
         force = np.einsum("jni,nj->ni", self._by_input, change)
         residual = self._rows((self._residual + self.problem.motion.low_pass(force))[:: self._every])
-        step = np.asarray(np.linalg.lstsq(self._levels, -residual, rcond=1e-9)[0], dtype=float)
-        rest = residual + self._levels @ step
+        step, rest = self._least_squares(self._slopes, residual)
         return float(rest @ rest), step
 
     def _acting(self, trial: Trial, theta: Array) -> Array:
@@ -217,6 +218,21 @@ class ForceStart:
         """(R,) forces at the points of all coordinates, away from standstill, over the RMS residual of the base."""
         used = self.problem.masks.rows[:: self._every].T
         return np.concatenate([f[u] / s for f, u, s in zip(forces.T, used, self._sizes, strict=True) if u.any()])
+
+    def _least_squares(self, columns: Array, residual: Array) -> tuple[Array, Array]:
+        """The steps that make a residual least, and what is left of it.
+
+        Args:
+            columns: (R, …) the last of them ``_slopes``.
+        """
+        step = _steps(columns, residual)
+        if self.whole:
+            own, theta = slice(columns.shape[1] - len(self.base.theta), None), self.base.theta
+            held = self.base.prior.clip(theta + step[own]) - theta
+            fixed = np.append(np.zeros(own.start, dtype=bool), held != step[own])
+            step[own] = held
+            step[~fixed] = _steps(columns[:, ~fixed], residual + columns[:, fixed] @ step[fixed])
+        return step, residual + columns @ step
 
     @cached_property
     def _every(self) -> int:
@@ -257,17 +273,31 @@ class ForceStart:
 
     @cached_property
     def _places(self) -> list[int]:
-        """Indices of the friction levels among the refitted values."""
+        """Indices of the values that follow."""
+        if self.whole:
+            return list(range(len(self.base.theta)))
         return [k for k, s in enumerate(self.base.trial.moved) if s in self.problem.levels]
 
     @cached_property
-    def _levels(self) -> Array:
-        """(R, levels) slopes of the residual by the friction levels."""
+    def _slopes(self) -> Array:
+        """(R, p) slopes of the residual by the values that follow."""
+        if self.whole:
+            steps = STEP * np.diag(self.base.prior.size)
+            models = [model_of(self.base.trial, self.base.theta + step) for step in steps]
+            changes = [inverse_dynamics_residual(model, self.problem.motion) - self._residual for model in models]
+            return np.asarray(np.column_stack([self._rows(c[:: self._every]) for c in changes]) / steps.diagonal())
         symbols = [self.base.trial.moved[k] for k in self._places]
         rows = force_rows(self.base.model, self.problem, symbols)
         sizes = [s for s, u in zip(self._sizes, self.problem.masks.rows.T, strict=True) if u.any()]
         used = [r.slopes[r.sample % self._every == 0] for r in rows]
         return np.concatenate([slopes / s for slopes, s in zip(used, sizes, strict=True)])
+
+
+def _steps(columns: Array, residual: Array) -> Array:
+    """The steps that make a residual least."""
+    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    step: Array = np.linalg.lstsq(columns / scale, -residual, rcond=1e-9)[0] / scale
+    return step
 
 
 FREQUENCIES = np.geomspace(0.03, 1.5, 40)

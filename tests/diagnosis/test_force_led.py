@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from benchmarks.real.sets import DATA
+from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.force_led import (
     LEVEL,
     ForceFits,
@@ -19,6 +20,7 @@ from codegen.diagnosis.force_led import (
     first_with_others,
     judged,
     selected_by_force,
+    with_seen_forms,
 )
 from codegen.diagnosis.record import position_noise, record_of
 from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
@@ -161,6 +163,34 @@ def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(
     assert said("viscous", "spring") == ""
     assert said("viscous", "spring", "compliance") == "of which the residual force does not need compliance"
     assert said("quadratic_drag") == "which leaves more of the residual force"
+
+
+def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(
+    of_two: tuple[Search, ForceSelection],
+) -> None:
+    """A friction in proportion to speed, fitted with a slope that falls to another one: neither slope is determined."""
+    search, found = of_two
+    curve = part_of(CATALOGUE["viscous"].forms[-1], 0, search.system)
+    spring = part_of(CATALOGUE["spring"], 0, search.system)
+    trial = search.declared_trial.with_part(spring).with_part(curve)
+    start = trial.theta(found.fits.adopted, [{"k": 30.0}, {"b": 2.0, "v_s": 2.0, "b_inf": 2.0}])
+    fit = with_seen_forms(found.fits, found.fits.fit(trial, start))
+    assert [p.names for p in fit.trial.parts] == [("k",), ("b", "v_s")]
+    assert estimate(fit).effects[1]["b"][1][0] > 0
+
+
+def test_what_takes_the_drive_away_removes_no_residual_by_that(tmp_path: Path) -> None:
+    """Where the mass may be small too, a saturation at a tenth of the commands leaves little force to explain."""
+    lacking = f"[{SPRING[1:-1]}, {{kind: cogging, on: x, parameters: {{amplitude: 3, period: 0.02, phase: 0}}}}]"
+    log = jittered(log_of(stage(lacking, 5.5), tmp_path, "train.csv"), tmp_path)
+    motion, system = smooth_motion(log), system_of(stage())
+    problem = Problem(system, motion, {s: 0.4 for s in system.values if s.name == "m"})
+    search = search_on(problem, lambda share: record_of(motion, log, share))
+    fits = ForceFits(search, problem, search.refit())
+    trial = search.declared_trial.with_part(part_of(CATALOGUE["saturation"], 0, search.system))
+    found = fits.fit(trial, trial.theta(np.array([5.5, 0.8]), [{"limit": 2.0}]))
+    ranked = judged(fits, fits.fit(search.declared_trial, fits.adopted), found, 1)
+    assert ranked.evidence.share > 0.3 and ranked.why_not.endswith("% of the drive force")
 
 
 def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:

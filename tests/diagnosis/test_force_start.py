@@ -48,6 +48,23 @@ def test_the_effect_and_the_levels_are_those_of_the_plant(tmp_path: Path, kind: 
     assert moved[0] == pytest.approx(5.5, rel=0.05)
 
 
+def test_what_was_refitted_in_its_place_follows(tmp_path: Path) -> None:
+    """The refitted mass has taken part of a spring's force; it gives that back, or the spring starts too weak."""
+    log = log_of(stage("[{kind: spring, on: x, parameters: {k: 30}}]", 5.5), tmp_path, "train.csv")
+    system = system_of(stage())
+    problem = Problem(system, smooth_motion(log), {s: 0.4 for s in system.values if s.name == "m"})
+    search = search_on(problem, partial(record_of, problem.motion, log))
+    base, part = search.refit(), part_of(CATALOGUE["spring"], 0, search.system)
+    covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
+    trial = base.trial.with_part(part)
+    off = {}
+    for whole in (False, True):
+        found = ForceStart(search.problem, base, whole).best(trial, covered)
+        assert found is not None
+        off[whole] = abs(trial.split(found[1])[1][0]["k"] / 30 - 1)
+    assert off[True] < 0.05 < off[False]
+
+
 def test_what_adds_states_or_is_no_force_has_no_such_start(tmp_path: Path) -> None:
     search = search_in(log_of(stage(), tmp_path, "train.csv"))
     base = search.refit()
