@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from functools import cache
 from pathlib import Path
@@ -40,7 +39,9 @@ def test_a_shipped_proof_is_one_of_the_c_in_single_precision_too(name: str) -> N
     (covered,) = (line for line in of_single.proved if line.startswith("in exact arithmetic"))
     assert "rounding (of single precision)" in covered
     same = [line for line in of_double.proved if not line.startswith(("in exact arithmetic", "with the values"))]
-    assert same == [line for line in of_single.proved if not line.startswith(("in exact arithmetic", "with the values"))]
+    assert same == [
+        line for line in of_single.proved if not line.startswith(("in exact arithmetic", "with the values"))
+    ]
 
 
 FORGED = {
@@ -54,7 +55,12 @@ FORGED = {
     "a function of its own": ("c", "fabsf(v_hat)", "fabsff(v_hat)", "C calls fabsff"),
     "a whole number": ("c", STEP, f"{STEP} 1/2 * 2.0f *", "out of place"),
     "an f alone": ("c", STEP, f"{STEP} 1f *", "out of place"),
-    "a name with the letter after it": ("c", STEP, f"float fabs = 2.0f; {STEP} fabsf *", "fabsf is nothing that is known"),
+    "a name with the letter after it": (
+        "c",
+        STEP,
+        f"float fabs = 2.0f; {STEP} fabsf *",
+        "fabsf is nothing that is known",
+    ),
 }
 
 

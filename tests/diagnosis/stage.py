@@ -76,19 +76,29 @@ _logged: dict[str, bytes] = {}
 
 
 def diagnosed(
-    effects: str, folder: Path, level: float = 4.5, reference: str = TRAIN, noise: float = 0.0
+    effects: str,
+    folder: Path,
+    level: float = 4.5,
+    reference: str = TRAIN,
+    noise: float = 0.0,
+    kinds: Sequence[str] = (),
 ) -> tuple[Diagnosis, Models]:
-    """Diagnose logs of a plant with these effects and level, against a spec that says 4 and no effect; each once."""
+    """Diagnose logs of a plant with these effects and level, against a spec that says 4 and no effect; each once.
+
+    Args:
+        kinds: of the candidates; all by default.
+    """
     train = log_of(stage(effects, level, reference, noise=noise), folder, "train.csv")
     test = log_of(stage(effects, level, TEST, 10.0, noise), folder, "test.csv")
-    asked = (effects, level, reference, noise)
+    asked = (effects, level, reference, noise, *kinds)
     if asked not in _diagnosed:
         spec = stage()
-        _diagnosed[asked] = diagnose_log(spec, system_of(spec), train, test)
+        with among(*kinds):
+            _diagnosed[asked] = diagnose_log(spec, system_of(spec), train, test)
     return _diagnosed[asked]
 
 
-_diagnosed: dict[tuple[str, float, str, float], tuple[Diagnosis, Models]] = {}
+_diagnosed: dict[tuple[str | float, ...], tuple[Diagnosis, Models]] = {}
 """By what was asked for."""
 
 

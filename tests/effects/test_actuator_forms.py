@@ -120,16 +120,22 @@ def test_wrong_parameters_are_refused(kind: str, parameters: str, told: str) -> 
         machine(kind, parameters)
 
 
+ALL: tuple[str, ...] = ()
+FEW = ("dead_zone", "saturation", "backlash", "actuator_lag", "input_delay", "input_gain", "viscous", "offset")
 FORMS = [
-    ("dead_zone", "threshold", 5.0, "N"),
-    ("actuator_lag", "tau_each", 0.008, "s"),
-    ("dead_zone", "width", 2.0, "N"),
-    ("actuator_lag", "tau", 0.012, "s"),
+    ("dead_zone", "threshold", 5.0, "N", FEW),
+    ("dead_zone", "threshold", 5.0, "N", ALL),
+    ("actuator_lag", "tau_each", 0.008, "s", ALL),
+    ("dead_zone", "width", 2.0, "N", ALL),
+    ("actuator_lag", "tau", 0.012, "s", ALL),
 ]
 
 
-@pytest.mark.parametrize(("kind", "name", "value", "unit"), in_part(FORMS, FORMS[:1], several=True))
-def test_a_diagnosis_finds_each_form(kind: str, name: str, value: float, unit: str, tmp_path: Path) -> None:
-    diagnosis, _ = diagnosed(f"[{{kind: {kind}, on: w, parameters: {{{name}: {value} {unit}}}}}]", tmp_path, noise=1e-6)
+@pytest.mark.parametrize(("kind", "name", "value", "unit", "kinds"), in_part(FORMS, FORMS[:1], several=True))
+def test_a_diagnosis_finds_each_form(
+    kind: str, name: str, value: float, unit: str, kinds: tuple[str, ...], tmp_path: Path
+) -> None:
+    effect = f"[{{kind: {kind}, on: w, parameters: {{{name}: {value} {unit}}}}}]"
+    diagnosis, _ = diagnosed(effect, tmp_path, noise=1e-6, kinds=kinds)
     assert [e.kind for e in diagnosis.effects] == [kind], diagnosis.sentence
     assert diagnosis.effects[0].parameters == pytest.approx({name: value}, rel=0.05)
