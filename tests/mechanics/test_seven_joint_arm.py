@@ -7,12 +7,14 @@ import json
 import subprocess
 import sys
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
+from codegen.analysis.analysis import Analysis
 from codegen.certify.certify import spectral_rate
 from mechanics.robots import SPECS
 from stiction import derive
@@ -22,6 +24,11 @@ SPEC = SPECS / "seven_joint_arm.yaml"
 
 GENERATED = SPECS.parent / "generated" / "seven_joint_arm"
 """As committed; tests/compiled/test_goldens.py sees that it is current."""
+
+
+@cache
+def analysis() -> Analysis:
+    return derive(SPEC)
 
 
 def _load(folder: Path):
@@ -34,10 +41,10 @@ def _load(folder: Path):
 
 
 def test_psi_of_the_arm_is_short_and_stable() -> None:
-    analysis = derive(SPEC)
-    assert analysis.stable and analysis.spectral_abscissa < 0
-    assert max(len(str(entry)) for entry in analysis.dynamics.jacobian) < 400
-    assert not analysis.points.missing
+    found = analysis()
+    assert found.stable and found.spectral_abscissa < 0
+    assert max(len(str(entry)) for entry in found.dynamics.jacobian) < 400
+    assert not found.points.missing
 
 
 def test_a_certificate_by_structure_says_what_it_assumes() -> None:
@@ -47,7 +54,7 @@ def test_a_certificate_by_structure_says_what_it_assumes() -> None:
     assert content["claim"].startswith("By the structure of the observer, for every mass matrix")
     low, high = (float(Fraction(x)) for x in content["variables"]["sigma"])
     assert 1.9 < low < 2.0 and 37 < high < 39  # the roots of 4.2 and 1300 1/s with 10 % added
-    spectral = spectral_rate(derive(SPEC))
+    spectral = spectral_rate(analysis())
     assert 0.5 * spectral < float(Fraction(content["decay_rate"])) < spectral
 
 
@@ -60,7 +67,7 @@ def test_the_python_twin_does_what_the_equations_say() -> None:
     """A step of the GTO written with NumPy on Pinocchio's M and h."""
     twin = _load(GENERATED)
     model = pin.buildModelFromUrdf(str(SPECS / "seven_joint_arm.urdf"))
-    data, dynamics = model.createData(), derive(SPEC).dynamics
+    data, dynamics = model.createData(), analysis().dynamics
     system, gains = dynamics.observer.system, dynamics.observer.gains
     value = {s.name: float(v) for s, v in {**system.values, **gains}.items()}
     joints = [x.name for x in system.positions]
