@@ -16,6 +16,7 @@ OTHERS = (
     (rb"\x80[\x02-\x05]", "a Python pickle, which could run any code", "its arrays saved by `numpy.savez`, or as CSV"),
     (rb"#ROSBAG", "a bag of ROS 1", "a bag of ROS 2, made of it by `rosbags-convert`"),
     (rb"\(\d+\.\d+\) +\S+ +[0-9A-F]+#", "CAN frames of candump", "a column for each signal, decoded by its DBC"),
+    (rb"header: *\r?\n", "messages over several lines, as `ros2 topic echo` prints them", "a bag, or `--csv` with it"),
     (rb"FMT, ?\d+, ?\d+, ?FMT", "an ArduPilot log of several kinds of rows", "one kind as CSV, by `mavlogdump.py`"),
     (rb"MDF ", "an MDF file", "an MDF 4 file ending in .mf4"),
     (rb"\x89HDF", "an HDF5 file", "the ending .h5"),

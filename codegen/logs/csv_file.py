@@ -136,7 +136,11 @@ class CsvSource(LogFile):
         kept = [
             i
             for i, line in enumerate(body)
-            if line and (line[0] in _NUMBERS or not (line.isspace() or COMMENT.match(line) or line in head))
+            if line
+            and (
+                (line[0] in _NUMBERS and line[:3] != "---")
+                or not (line.isspace() or COMMENT.match(line) or line in head)
+            )
         ]
         if not kept:
             raise BadInput(self.place, "a header and no rows", "rows of numbers after it", code="LOG009")
@@ -280,7 +284,18 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
     turned = upright(lines) if description.header is None else None
     if turned is not None:
         said = (*said, "each line is a signal: the table is turned, and its rows are counted as lines")
-    return open_lines(str(path), turned or lines, description, said)
+    return _without_cut_off(open_lines(str(path), turned or lines, description, said))
+
+
+def _without_cut_off(source: CsvSource) -> CsvSource:
+    """Without a last line that neither ends nor has all fields, as a loss of power leaves it."""
+    last, layout = len(source.lines) - 1, source.layout
+    if last > source.first and layout.is_row(source.lines[last]) and not layout.wrapped and not layout.times:
+        line = source.lines[last] if layout.plain is None else layout.plain(source.lines[last])
+        if line.count('"') % 2 or len(fields(line, layout.delimiter, Place(""))) < len(source.names):
+            source.lines = source.lines[:last]
+            source.said.append(f"line {last + 1}, the last one, is cut off and not read")
+    return source
 
 
 def _decoded(file: str, data: bytes) -> tuple[str, tuple[str, ...]]:
@@ -291,16 +306,21 @@ def _decoded(file: str, data: bytes) -> tuple[str, tuple[str, ...]]:
             return data.decode("utf-16"), ("the file is in UTF-16",)
         except UnicodeDecodeError:
             pass
+    said: tuple[str, ...] = ()
+    size = len(data)
+    data = data.rstrip(b"\0")
+    if len(data) < size:
+        said = (f"{size - len(data)} zero bytes at the end, as a loss of power leaves them, are not read",)
     zero = data.find(b"\0")
     if zero >= 0:
         line = data.count(b"\n", 0, zero) + 1
         raise BadInput(Place(file, line), f"byte {zero} is zero: binary data or UTF-16", wanted, code="LOG001")
     try:
-        return data.decode("utf-8-sig"), ()
+        return data.decode("utf-8-sig"), said
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         if is_windows_text(data):
-            return data.decode("cp1252"), (f"line {line} is not UTF-8: the file is read as Windows-1252",)
+            return data.decode("cp1252"), (*said, f"line {line} is not UTF-8: the file is read as Windows-1252")
         raise BadInput(Place(file, line), f"byte {error.start} is not UTF-8", wanted, code="LOG001") from None
 
 

@@ -26,8 +26,10 @@ LINES_SEARCHED = 1000
 ROWS_ALIKE = 3
 SEPARATORS = (",", ";", "\t", "|")
 LONGEST_UNIT = 24
-COMMENT = re.compile(r"\s*(#(?!(n/a|nan|nv|value!|wert!|div/0!))|%|//)", re.IGNORECASE)
-"""How a line begins that is a comment, and no row whose first value is missing."""
+COMMENT = re.compile(
+    r"\s*(#(?!(n/a|nan|nv|value!|wert!|div/0!))|%|//|(?=[^|+]*[|+])(?=.*---)[\s|+:=-]++$)", re.IGNORECASE
+)
+"""How a line begins that is a comment, and no row whose first value is missing; or a rule such as ``|---|---|``."""
 END = "EOF"
 """A line that ends a table."""
 MINUS = "\N{MINUS SIGN}"
@@ -466,8 +468,10 @@ def _are_units(texts: Sequence[str]) -> bool:
 
 
 def _bare(text: str) -> str:
-    """A unit without brackets around it, or a word in brackets behind it, as in ``deg (Angle)``."""
-    return re.sub(r"(?<=\S)\s+\([A-Za-z ]+\)$", "", text.strip()).strip("[](){}").strip()
+    """A unit without brackets around it, or a word in brackets behind it, as in ``deg (Angle)``; ``Sec`` is ``sec``."""
+    unit = re.sub(r"(?<=\S)\s+\([A-Za-z ]+\)$", "", text.strip()).strip("[](){}").strip()
+    word = unit.lower()
+    return word if 2 < len(word) <= LONGEST_UNIT and not is_unit(unit) and is_unit(word) else unit
 
 
 def _at(file: str, lines: Sequence[str], header: int) -> Layout:

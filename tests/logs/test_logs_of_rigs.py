@@ -197,6 +197,23 @@ READ = {
         "columns: {t: X_Value}\n",
     ),
     "a table of R with numbered rows": ({"a.txt": '"t" "x" "w"\n' + lines('"{n}" {t:.3f} {x:.9f} {w:.9f}')}, ""),
+    "a table between bars, with a rule": (
+        {"a.md": "| t | x | w |\n|---|---|---|\n" + lines("| {t:.3f} | {x:.9f} | {w:.9f} |")},
+        "",
+    ),
+    "a rule below the header": (
+        {"a.txt": "  t  |  x  |  w\n-----+-----+-----\n" + lines(" {t:.3f} | {x:.9f} | {w:.9f}")},
+        "",
+    ),
+    "a testing machine's units": (
+        {
+            "a.txt": '"MTS|1|2"\n\n"Data","Time: 4 Sec"\n"x","w","Running Time"\n"mm","N","Sec"\n'
+            + lines('"{mm:.6f}","{w:.9f}","{t:.3f}"')
+        },
+        "columns: {t: Running Time}\n",
+    ),
+    "zero bytes behind a loss of power": ({"a.csv": "t,x,w\n" + lines("{t:.3f},{x:.9f},{w:.9f}") + "\0" * 700}, ""),
+    "a last row that is cut off": ({"a.csv": "t,x,w\n" + lines("{t:.3f},{x:.9f},{w:.9f}") + "4.000,0.0"}, ""),
     "lists in quotes": (
         {"a.csv": "stamp,name,position,effort\n" + lines('{t:.3f},"[\'a\', \'b\']","[{x:.9f}, 0.1]","[{w:.9f}, 0.2]"')},
         "columns: {t: stamp, x: 'position[0]', w: 'effort[0]'}\n",
@@ -312,6 +329,7 @@ REFUSED = {
     "a.bag": (b"#ROSBAG V2.0\n\0", "LOG002 rosbags-convert"),
     "candump.log": (b"(1600000000.002000) can0 141#0000FF\n", "LOG002 candump DBC"),
     "flight.log": (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\nMOT, 1, 2\n", "LOG002 ArduPilot mavlogdump"),
+    "echo.yaml": (b"header:\n  stamp:\n    sec: 1\nposition:\n- 0.1\n---\n", "LOG002 --csv bag"),
     "a.xyz": (b"\1\2\3", "LOG002 `.xyz` .csv"),
     "empty.log": (b"", "LOG002 `.log`"),
     "units.csv": (b"t,x,w\n0 ms,1 mm,2 N\n2 ms,1 mm,2 N\n4 ms,1 mm,2 N\n", "LOG005 units.csv:2 `units:`"),
