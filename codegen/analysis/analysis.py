@@ -118,16 +118,19 @@ class Analysis(Shown):
         return self.spectral_radius < 1
 
 
-def analyse(spec: Spec, observer: Observer, conditions: bool = True) -> Analysis:
+def analyse(
+    spec: Spec, observer: Observer, conditions: bool = True, differential: ErrorDynamics | None = None
+) -> Analysis:
     """Derive the error dynamics, evaluate them over the envelope and judge them.
 
     Args:
         conditions: whether to derive the symbolic gain conditions too, which can take long.
+        differential: as of ``derive_error_dynamics``.
 
     Raises:
         BadInput: where the error dynamics are not finite somewhere in the envelope.
     """
-    return judge(spec, dynamics_over_envelope(spec, observer), conditions)
+    return judge(spec, dynamics_over_envelope(spec, observer, differential), conditions)
 
 
 @numerical("the error dynamics over the envelope")

@@ -58,6 +58,12 @@ class ErrorDynamics:
         """h in the condition A'P + PA + hA'PA < 0 of a V = e'Pe that falls, s: 0 where the step is implicit."""
         return 0.0 if self.implicit else float(self.observer.sample_time)
 
+    def at(self, sample_time: Any) -> ErrorDynamics:
+        """The same at another sample time, exact, s."""
+        other = replace(self, observer=replace(self.observer, sample_time=sample_time))
+        other.__dict__["_in_force"] = self._in_force  # h is a symbol there
+        return other
+
     def multipliers(self, eigenvalues: Any, h: Any) -> Any:
         """Eigenvalues of the step over one sample, from those of A (array) and h in s."""
         return 1 / (1 - h * eigenvalues) if self.implicit else 1 + h * eigenvalues
@@ -119,16 +125,19 @@ def inverse_mass_symbols(system: System) -> tuple[Matrix, dict[sympy.Symbol, tup
     return Matrix(inverse), names
 
 
-def derive_error_dynamics(observer: Observer, longest: int = SHORT) -> ErrorDynamics:
+def derive_error_dynamics(
+    observer: Observer, longest: int = SHORT, differential: ErrorDynamics | None = None
+) -> ErrorDynamics:
     """Derive Ψ from an observer's differential equations, and the sampled matrix from its step.
 
     Args:
         longest: most operations of a law's value or slope that is inserted; longer ones stay symbols.
+        differential: of the same equations with an explicit step, where these are known.
     """
-    stepped = _derive(observer, longest)
-    if observer.euler is None or stepped.implicit:
-        return stepped
-    differential = _derive(observer.euler, longest)
+    if differential is None and (observer.euler is None or observer.integration == "implicit"):
+        return _derive(observer, longest)
+    stepped = derive_step(observer, longest)
+    differential = differential or _derive(observer.euler or observer, longest, step=False)
     return replace(
         stepped,
         jacobian=differential.jacobian,
@@ -137,7 +146,13 @@ def derive_error_dynamics(observer: Observer, longest: int = SHORT) -> ErrorDyna
     )
 
 
-def _derive(observer: Observer, longest: int) -> ErrorDynamics:
+def derive_step(observer: Observer, longest: int = SHORT) -> ErrorDynamics:
+    """The sampled matrix alone, with zeros for Ψ; ``longest`` as of ``derive_error_dynamics``."""
+    return _derive(observer, longest, psi=False)
+
+
+def _derive(observer: Observer, longest: int, psi: bool = True, step: bool = True) -> ErrorDynamics:
+    """Both matrices, or zeros in place of one that is not asked for."""
     system = observer.system
     inverse_mass, inverse_names = inverse_mass_symbols(system)
     e = [error.symbol for error in observer.errors]
@@ -186,7 +201,8 @@ def _derive(observer: Observer, longest: int) -> ErrorDynamics:
     moved = {**position_rate, **velocity_rate}
     flow = jacobian(estimates, observer.states) * Matrix(rate_values)
     flow += jacobian(estimates, list(moved)) * Matrix(list(moved.values()))
-    slope_of_flow = -jacobian(flow.xreplace(at_truth), e).xreplace(zero)
+    none = Matrix(sympy.zeros(len(e)))
+    slope_of_flow = -jacobian(flow.xreplace(at_truth), e).xreplace(zero) if psi else none
 
     # Sampled: one step of the states, and the plant's own motion to first order in h.
     rate_of = _true_state_rates(observer, values, zero) if observer.integration == "implicit" else {}
@@ -212,17 +228,17 @@ def _derive(observer: Observer, longest: int) -> ErrorDynamics:
             stepped |= dict(zip(observer.states, held, strict=False))
         stepped |= {v: name for name, v in later.items()}
         next_estimates = estimates.xreplace(stepped)
-        sampled = (-jacobian(next_estimates, e).xreplace(zero) - sympy.eye(len(e))) / h
+        sampled = (-jacobian(next_estimates, e).xreplace(zero) - sympy.eye(len(e))) / h if step else none
         to_next = {a: (n - v) / h for a, (n, v) in zip(accelerations, later.items(), strict=True)}
     sampled = sampled.xreplace(carried).xreplace(to_next)
     slips = {**signs_of_slip, **_slip_signs(observer, {v: n for n, v in later.items()})}
-    psi = each(slope_of_flow.xreplace(carried), lambda x: _tidy(x, slips, observer.signs))
-    step = each(sampled, lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs))
-    in_step = step.free_symbols
-    either = psi.free_symbols | in_step
+    flowing = each(slope_of_flow.xreplace(carried), lambda x: _tidy(x, slips, observer.signs))
+    stepping = each(sampled, lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs))
+    in_step = stepping.free_symbols
+    either = flowing.free_symbols | in_step
     used = {s: ij for s, ij in inverse_names.items() if s in either}
     slopes = {s: e for s, e in slopes.items() if s in either}
-    return ErrorDynamics(observer, psi, step, used, {n: v for n, v in later.items() if n in in_step}, slopes)
+    return ErrorDynamics(observer, flowing, stepping, used, {n: v for n, v in later.items() if n in in_step}, slopes)
 
 
 def _true_state_rates(observer: Observer, values: Mapping[sympy.Symbol, Any], zero: Any) -> dict[sympy.Symbol, Any]:

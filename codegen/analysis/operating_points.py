@@ -60,14 +60,17 @@ class OverEnvelope:
 
 
 @numerical("the error dynamics over the envelope")
-def dynamics_over_envelope(spec: Spec, observer: Observer) -> OverEnvelope:
+def dynamics_over_envelope(spec: Spec, observer: Observer, differential: ErrorDynamics | None = None) -> OverEnvelope:
     """Derive the error dynamics and evaluate them over the envelope.
+
+    Args:
+        differential: as of ``derive_error_dynamics``.
 
     Raises:
         BadInput: where they are not finite somewhere in it.
     """
     refuse_infinite_slope(spec)
-    dynamics = rates_for_neighbours(derive_error_dynamics(observer), spec.envelope)
+    dynamics = rates_for_neighbours(derive_error_dynamics(observer, differential=differential), spec.envelope)
     points = operating_points(dynamics, spec)
     psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
     distinct, index = distinct_points(dynamics, points, psi, step)

@@ -16,7 +16,7 @@ from typing import Any
 import sympy
 
 from codegen.analysis.analysis import Analysis
-from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
+from codegen.analysis.error_dynamics import ErrorDynamics, derive_step
 from codegen.analysis.polynomials import expand_products
 from codegen.certify.family import Family, build_family
 from codegen.mechanics.system import Matrix
@@ -72,8 +72,7 @@ class AlongFriction:
 
     def at(self, sample_time: Any) -> AlongFriction:
         """The same at another sample time, exact, s."""
-        observer = replace(self.dynamics.observer, sample_time=sample_time)
-        return replace(self, dynamics=replace(self.dynamics, observer=observer), _known={})
+        return replace(self, dynamics=self.dynamics.at(sample_time), _known={})
 
     def over(self, observer: Observer) -> AlongFriction:
         """The same for an observer with other ranges of the same levels; families are written once for both."""
@@ -146,7 +145,7 @@ def along_friction(analysis: Analysis) -> AlongFriction | None:
     if not observer.truth_ranges or analysis.dynamics.implicit or free or not square or distribution.det() == 0:
         return None
     axes = tuple(_axes(analysis, k) for k in range(len(system.contacts)))
-    plain = derive_error_dynamics(observer, longest=0)
+    plain = derive_step(observer, longest=0)
     dynamics = _in_axes(plain, axes, distribution.T.inv())
     known = {v for axis in axes for v in axis.symbols} | {sympy.Symbol("h", real=True)}
     known |= {*dynamics.slopes, *dynamics.inverse_mass, *observer.signs, *observer.values, *observer.level_ranges}

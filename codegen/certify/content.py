@@ -95,13 +95,18 @@ Part = tuple[Mapping[str, Any], Family, Found]
 """The certificate's fields that do not depend on the proof (``frame``), the family and the proposal."""
 
 
-def proved(part: Part, analysis: Analysis, turning: bool = False) -> tuple[dict[str, Any], verify.Report]:
+def proved(
+    part: Part, analysis: Analysis, turning: bool = False, reversals: bool = True
+) -> tuple[dict[str, Any], verify.Report]:
     """The certificate with the fewest digits that the checker accepts, and its report.
+
+    Args:
+        reversals: whether it states what one costs.
 
     Raises:
         codegen.checker.verify.Refused: if it accepts none.
     """
-    return proved_alike([part], analysis, lambda _, content: content, turning)[0]
+    return proved_alike([part], analysis, lambda _, content: content, turning, reversals)[0]
 
 
 def proved_alike(
@@ -109,6 +114,7 @@ def proved_alike(
     analysis: Analysis,
     finish: Callable[[int, dict[str, Any]], dict[str, Any]],
     turning: bool = False,
+    reversals: bool = True,
 ) -> list[tuple[dict[str, Any], verify.Report]]:
     """Certificates that the checker accepts all with the same digits: a proposal with a common P keeps it.
 
@@ -120,7 +126,7 @@ def proved_alike(
     """
 
     def attempt(digits: int) -> list[tuple[dict[str, Any], verify.Report]]:
-        made = [_content(part, analysis, digits, turning) for part in parts]
+        made = [_content(part, analysis, digits, turning, reversals) for part in parts]
         contents = [finish(k, content) for k, content in enumerate(made)]
         return [(content, verify.check(json.dumps(content))) for content in contents]
 
@@ -130,14 +136,14 @@ def proved_alike(
     return attempt(DIGITS[-1])
 
 
-def _content(part: Part, analysis: Analysis, digits: int, turning: bool) -> dict[str, Any]:
+def _content(part: Part, analysis: Analysis, digits: int, turning: bool, turns: bool) -> dict[str, Any]:
     (base, family, found), observer = part, analysis.dynamics.observer
     h = observer.sample_time
     exact = rounded_matrix(found.p, digits, np.sqrt(np.diag(found.p)))
     rate = rounded(found.alpha - abs(found.alpha) * 10.0 ** (1 - digits), 4)
     fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
     reversals = []
-    for contact in range(len(observer.signs)) if observer.level_errors else ():
+    for contact in range(len(observer.signs)) if observer.level_errors and turns else ():
         if flips := [k for k, e in enumerate(observer.errors) if e.contact == contact]:
             with suppress(np.linalg.LinAlgError, OverflowError):  # P is nearly singular: nothing is said of a reversal
                 reversals.append(turn_cost(exact, observer.system.contacts[contact].name, flips, fall))

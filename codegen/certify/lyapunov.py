@@ -132,7 +132,8 @@ def common_at(groups: Sequence[Group], h: float) -> Array | None:
     scaled = [
         (_in(scale, extreme(list(matrices)) if len(matrices) <= FEW else matrices), rate) for matrices, rate in groups
     ]
-    p = _feasible(scaled, h, first=FIRST)
+    alone = len(groups) == len(scaled[0][0]) == 1
+    p = _of_one(scaled[0][0][0], h, scaled[0][1]) if alone else _feasible(scaled, h, first=FIRST)
     if p is None:
         return None
     p = p / scale[None, :] / scale[:, None]
@@ -260,18 +261,24 @@ def extreme(matrices: Sequence[Array]) -> list[Array]:
 
 
 def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
-    """For one matrix: the discrete Lyapunov equation of Φ/ρ with ρ a little above the spectral radius."""
-    unit = np.eye(len(a))
+    """For one matrix: P at a rate a little below the limit."""
     for share in (0.998, 0.99, 0.95, 0.8, 0.5, 0.1):
         alpha = share * limit
-        if h == 0:
-            p = solve_continuous_lyapunov(a.T + alpha * unit, -unit)
-        else:
-            p = solve_discrete_lyapunov((unit + h * a).T / np.sqrt(1 - 2 * alpha * h), unit * h)
-        p = (p + p.T) / 2
-        if np.linalg.eigvalsh(p)[0] > 0 and np.linalg.cond(p) < WELL:
+        p = _of_one(a, h, alpha)
+        if p is not None and np.linalg.cond(p) < WELL:
             return p / np.abs(p).max(), alpha * 0.999
     return None
+
+
+def _of_one(a: Array, h: float, alpha: float) -> Array | None:
+    """For one matrix: the Lyapunov equation at a rate below its limit, discrete or of the implicit step."""
+    unit = np.eye(len(a))
+    if h == 0:
+        p = solve_continuous_lyapunov(a.T + alpha * unit, -unit)
+    else:
+        p = solve_discrete_lyapunov((unit + h * a).T / np.sqrt(1 - 2 * alpha * h), unit * h)
+    p = (p + p.T) / 2
+    return p if np.linalg.eigvalsh(p)[0] > 0 else None
 
 
 def gentle(matrix: Array, h: float, turned: Sequence[Sequence[int]], largest: int = 8) -> Array | None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import reduce
+from operator import mul
 from typing import Any
 
 import sympy
@@ -25,9 +27,18 @@ def jacobian(expressions: Sequence[Any], variables: Sequence[sympy.Symbol]) -> M
     for i, expression in enumerate(expressions):
         for term in sympy.Add.make_args(sympy.sympify(expression)):
             for x in term.free_symbols & column.keys():
-                terms.setdefault((i, column[x]), []).append(sympy.diff(term, x))
+                terms.setdefault((i, column[x]), []).append(_slope(term, x))
     entries = {place: sympy.Add(*slopes) for place, slopes in terms.items()}
     return sparse(len(expressions), len(variables), entries)
+
+
+def _slope(term: Any, x: sympy.Symbol) -> Any:
+    """∂term/∂x: of a product in which x is one factor the others, multiplied in the order in which SymPy does it."""
+    factors = sympy.Mul.make_args(term)
+    others = [f for f in factors if x not in f.free_symbols]
+    if x in factors and len(others) == len(factors) - 1:
+        return reduce(mul, others, sympy.S.One)
+    return sympy.diff(term, x)
 
 
 def sparse(rows: int, columns: int, entries: dict[tuple[int, int], Any]) -> Matrix:

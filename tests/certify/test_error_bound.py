@@ -303,7 +303,8 @@ def test_a_bound_that_is_of_little_use_is_told_from_one_that_is() -> None:
         said = render("text/certified.txt.j2", certificate=found, **more)
         assert "inputs are held from sample to sample" in said
         assert ("of little use: |e_a_rail| <= 30 N" in said) == (given[0].steady >= 30)
-        assert f"where slip is faster than {given[0].slip_speed:.3g} m/s\n" in said
+        shown = float(said.split("where slip is faster than ")[1].split()[0])
+        assert given[0].slip_speed <= shown <= 1.01 * given[0].slip_speed
         assert given[0].parts[given[0].largest_part] == max(given[0].parts.values())
         loud = replace(given[0], parts={"noise": 31.0, "velocity": 1.0}, steady=32.0)
         said = render("text/certified.txt.j2", certificate=found, **(more | {"bounds": (loud,)}))

@@ -220,20 +220,23 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
     floats = [np.array([float(x) for x in row]) @ last for row in rows]
     shares = [rounded(largest**2 + (1 - largest**2) * k / SHARES, DIGITS) for k in range(1, SHARES)]
 
-    def reach(target: Array, f: float) -> float:
-        return float(size @ _gains(step, columns, target, f)) / math.sqrt(1 - f)
+    doubled = {f: _doubled(step.T / np.sqrt(float(f))) for f in shares}
 
-    own = [min(reach(np.outer(row, row), float(f)) for f in shares) for row in floats] if len(rows) > 1 else [1.0]
+    def reach(target: Array, f: Any) -> float:
+        return float(size @ _gains(doubled[f], columns, target)) / math.sqrt(1 - float(f))
+
+    own = [min(reach(np.outer(row, row), f) for f in shares) for row in floats] if len(rows) > 1 else [1.0]
     target: Array = np.sum([np.outer(row, row) / b**2 for row, b in zip(floats, own, strict=True)], axis=0)
-    share = min(shares, key=lambda f: reach(target, float(f)))
+    share = min(shares, key=lambda f: reach(target, f))
     f = float(share)
-    gains = _gains(step, columns, target, f)
+    gains = _gains(doubled[share], columns, target)
     gains = np.maximum(gains, 1e-6 * float(size @ gains) / size.sum())
     weights = [upwards(w, DIGITS) for w in size * float(size @ gains) / ((1 - f) * gains) * (1 + 10.0 ** (1 - DIGITS))]
     pushed = (columns * np.array([float(w) for w in weights])) @ columns.T
-    matrix = _summed(step / np.sqrt(f), pushed)
+    doubled_step = _doubled(step / np.sqrt(f))
+    matrix = _summed(doubled_step, pushed)
     scale = np.diag(np.diag(matrix))
-    more = _summed(step / np.sqrt(f), scale)
+    more = _summed(doubled_step, scale)
     matrix = matrix + SPARE / float(np.max(np.diag(more) / np.diag(scale))) * more
     exact = rounded_matrix((matrix + matrix.T) / 2, DIGITS, np.sqrt(np.diag(matrix)))
     bounds = [_bound(np.array(row, dtype=float), step, columns * size, samples, exact) for row in rows]
@@ -295,14 +298,22 @@ def _bound(row: Array, step: Array, columns: Array, samples: int, matrix: Any) -
     return upwards((total + left) * (1 + NEAR), DIGITS)
 
 
-def _gains(step: Array, columns: Array, target: Array, f: float) -> Array:
-    """√(b_j'Xb_j) with X = Φ'XΦ/f + the target."""
-    x = _summed(step.T / np.sqrt(f), target)
+def _gains(doubled: Sequence[Array], columns: Array, target: Array) -> Array:
+    """√(b_j'Xb_j) with X = Φ'XΦ/f + the target, of ``_doubled`` Φ'/√f."""
+    x = _summed(doubled, target)
     return np.asarray(np.sqrt(np.maximum(np.sum(columns * (x @ columns), axis=0), 0.0)))
 
 
-def _summed(step: Array, start: Array) -> Array:
-    """Σ_k A^k C A'^k of a stable A, by doubling."""
-    for _ in range(DOUBLINGS):
-        start, step = start + step @ start @ step.T, step @ step
+def _doubled(step: Array) -> list[Array]:
+    """A, A², A⁴, …"""
+    found = [step]
+    for _ in range(DOUBLINGS - 1):
+        found.append(found[-1] @ found[-1])
+    return found
+
+
+def _summed(doubled: Sequence[Array], start: Array) -> Array:
+    """Σ_k A^k C A'^k of a stable A."""
+    for step in doubled:
+        start = start + step @ start @ step.T
     return start

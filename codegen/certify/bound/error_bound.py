@@ -25,6 +25,7 @@ from codegen.certify.bound.error_response import (
     ModelError,
     Response,
     Sizes,
+    Sliding,
     disturbances,
     dot,
     error_response,
@@ -176,7 +177,8 @@ def error_bounds(
     guarded = observer.domain
     speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(n)) for c in range(slips.cols))
     speed += 0.0 if guarded is None else float(guarded.slip_speed)  # below it a guard learns nothing
-    speed = max(speed, *(float(s.speed) for c in system.contacts if (s := sliding(observer, c)) is not None))
+    slides = [sliding(observer, contact) for contact in system.contacts]
+    speed = max(speed, *(float(s.speed) for s in slides if s is not None))
     domain, stands = None, {}
     if guarded is not None:
         _, gamma, seen, scale = lyapunov_tail(certificate)
@@ -189,7 +191,7 @@ def error_bounds(
         domain = inside(sizes)
         stands = {cause: _stands(spec, observer, response, OFF[cause], inside) for cause in off_by}
     powers = _powers(response, h, certificate.decay_rate)
-    jumps = {j: _jump(observer, error) for j, error in list(enumerate(observer.errors))[n:]}
+    jumps = {j: _jump(observer, error, slides) for j, error in list(enumerate(observer.errors))[n:]}
     together = [j for j in jumps if observer.errors[j].contact is None]  # a contact may act on several coordinates
     result = []
     for i, error in list(enumerate(observer.errors))[n:]:
@@ -210,7 +212,7 @@ def error_bounds(
                 domain=domain,
                 percent={cause: b[i].bound - steady[i] for cause, b in more.items()},
                 stands=stands,
-                largest=_largest(spec, observer, error),
+                largest=_largest(spec, observer, error, slides),
             )
         )
     return tuple(result)
@@ -297,21 +299,19 @@ def _powers(response: Response, h: float, rate: float) -> list[tuple[int, Any]]:
     return [(k, np.linalg.matrix_power(step, k)) for k in counts]
 
 
-def _jump(observer: Observer, error: ErrorVariable) -> float:
+def _jump(observer: Observer, error: ErrorVariable, slides: Sequence[Sliding | None]) -> float:
     """How far the friction itself jumps at a reversal: twice the declared level at rest, or that on a coordinate."""
-    slides = [sliding(observer, contact) for contact in observer.system.contacts]
     return 2 * _of_levels(observer, error, [float(s.level) if s is not None else 0.0 for s in slides])
 
 
-def _largest(spec: Spec, observer: Observer, error: ErrorVariable) -> float | None:
+def _largest(spec: Spec, observer: Observer, error: ErrorVariable, slides: Sequence[Sliding | None]) -> float | None:
     """The largest |friction| that the error is about; None where the envelope and the law are silent on a level."""
     levels = []
-    for contact in observer.system.contacts:
+    for contact, one in zip(observer.system.contacts, slides, strict=True):
         ends = spec.envelope.get(f"a_{contact.name}")
-        slides = sliding(observer, contact)
-        if slides is None or (ends is None and contact.level_at_rest is None):
+        if one is None or (ends is None and contact.level_at_rest is None):
             return None
-        levels.append(max(abs(float(e)) for e in ends or (slides.level,)))
+        levels.append(max(abs(float(e)) for e in ends or (one.level,)))
     return _of_levels(observer, error, levels)
 
 

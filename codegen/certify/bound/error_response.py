@@ -20,6 +20,7 @@ import sympy
 
 from codegen.certify.prefix import upwards
 from codegen.friction.law import DynamicLaw
+from codegen.mechanics.sparse import jacobian, scaled
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
@@ -74,10 +75,10 @@ def error_response(observer: Observer) -> Response | str:
         return "the step is implicit, and a bound is known for euler and semi_implicit"
     if observer.kind in ("dfo", "gdfo"):
         return "the friction state of a DFO is no linear error"
-    mass = system.mass_matrix.subs(numbers)
+    mass = system.mass_matrix.xreplace(numbers)
     if varying := _names(mass):
         return f"M depends on {varying}, and a bound is known for a constant M"
-    if varying := _names(system.distribution.subs(numbers)):
+    if varying := _names(system.distribution.xreplace(numbers)):
         return f"the friction distribution U depends on {varying}, and a bound is known for a constant U"
     inverse = mass.inv()
     signs = dict(zip(_slips(observer), observer.signs, strict=True))
@@ -86,7 +87,7 @@ def error_response(observer: Observer) -> Response | str:
     model = sympy.zeros(mass.rows, 1)
     estimates: list[Any] = []
     for equation in observer.equations:
-        expression = equation.expression.subs(numbers)
+        expression = equation.expression.xreplace(numbers)
         expression = expression.replace(Sgn, lambda u: signs.get(u, Sgn(u)))
         expression = expression.replace(Magnitude, lambda u: signs[u] * u if u in signs else Magnitude(u))
         expression = expression.xreplace(values)
@@ -95,29 +96,27 @@ def error_response(observer: Observer) -> Response | str:
         values.update(zip(equation.symbols, expression, strict=True))
         estimates += list(expression) if equation.state is not None else []
     known = dict(zip(a, model, strict=True))
-    found, rates = sympy.Matrix(estimates), observer.rates.subs(numbers).xreplace(values)
+    found, rates = sympy.Matrix(estimates), observer.rates.xreplace(numbers).xreplace(values)
     z, x, h = sympy.Matrix(observer.states), sympy.Matrix(system.positions), observer.sample_time
     stepped = rates.xreplace(known)
 
-    turn = sympy.diag(
-        *[1 if e.contact is None or not observer.level_errors else observer.signs[e.contact] for e in observer.errors]
-    )
-    from_state, from_position = found.jacobian(z), found.jacobian(x)
+    turn = [1 if e.contact is None or not observer.level_errors else observer.signs[e.contact] for e in observer.errors]
+    from_state, from_position = jacobian(found, z), jacobian(found, x)
     n, m = mass.rows, len(estimates)
-    direct_acceleration = sympy.zeros(m, n)
-    direct_acceleration[:n, :] = h * sympy.eye(n)
+    direct_acceleration = h * sympy.eye(m)[:, :n]
+    plain, to_state, by_state = [1] * max(m, n), from_state.inv(), jacobian(model, z)
     # The truth as a state: v̂ = v and ẽ = 0, so z = v − (the rest of the estimate); only slopes in a count here.
     matrices = {
-        "step": turn * from_state * (sympy.eye(m) + h * stepped.jacobian(z)) * from_state.inv() * turn,
-        "noise": -h * turn * from_state * stepped.jacobian(x),
-        "direct": turn * from_position,
-        "displacement": -turn * from_position,
-        "acceleration": turn * (direct_acceleration - h * from_state * rates.jacobian(a)),
-        "by_position": (model.jacobian(x) - model.jacobian(z) * from_state.inv() * from_position),
-        "by_velocity": (model.jacobian(z) * from_state.inv())[:, :n],
+        "step": scaled(turn, from_state * (sympy.eye(m) + h * jacobian(stepped, z)) * to_state, turn),
+        "noise": scaled(turn, -h * from_state * jacobian(stepped, x), plain),
+        "direct": scaled(turn, from_position, plain),
+        "displacement": scaled(turn, -from_position, plain),
+        "acceleration": scaled(turn, direct_acceleration - h * from_state * jacobian(rates, a), plain),
+        "by_position": jacobian(model, x) - by_state * to_state * from_position,
+        "by_velocity": (by_state * to_state)[:, :n],
         "by_force": -inverse,
         "by_state": from_state.subs(dict.fromkeys(observer.signs, 1)).applyfunc(abs),
-        "by_input": model.jacobian(sympy.Matrix(system.inputs)) if system.inputs else sympy.zeros(n, 0),
+        "by_input": jacobian(model, system.inputs) if system.inputs else sympy.zeros(n, 0),
     }
     tidy = {
         name: Matrix(matrix.applyfunc(lambda e: _signs_gone(e, observer.signs))) for name, matrix in matrices.items()
@@ -258,7 +257,7 @@ def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
         return None
     slope = found[1] if found[1].is_Rational else upwards(float(found[1]) * (1 + 1e-12), DIGITS)
     begun = law.level(found[0], values) if isinstance(law, DynamicLaw) else contact.level_at_rest or sympy.Integer(0)
-    level = abs(begun.subs(observer.values))
+    level = abs(begun.xreplace(observer.values))
     exact = level if level.is_Rational else sympy.Rational(float(level) * (1 + 1e-12))
     return Sliding(fraction(slope), fraction(exact), fraction(found[0]))
 

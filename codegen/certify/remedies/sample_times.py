@@ -14,6 +14,7 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.analysis.analysis import Analysis, analyse
+from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.operating_points import evaluate_columns, matrix_function
 from codegen.base.errors import BadInput
 from codegen.certify.along_friction import Box, along_friction
@@ -56,6 +57,7 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
     """
     assert spec.observer is not None
     found: dict[str, float] = {}
+    euler: ErrorDynamics | None = None
     system = own.dynamics.observer.system
     if beyond_checker(own.dynamics.observer) or system.mass_matrix.has(ComputedEntry):
         return found  # no A that a certificate can state
@@ -71,12 +73,15 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
         chosen = replace(spec, observer=replace(spec.observer, integration=integration, domain=None))
         with suppress(BadInput, NotEnclosable, TypeError):
             same = integration == spec.observer.integration and spec.observer.domain is None
-            analysis = own if same else analyse(chosen, build_observer(chosen, system), conditions=False)
-            if analysis.points.missing:
-                continue
-            if sliding is not None:
+            observer = build_observer(chosen, system)
+            if sliding is not None:  # over the ranges of the spec's own step
+                analysis = replace(own, dynamics=replace(own.dynamics, observer=observer))
                 largest = _largest_sliding(chosen, analysis, sliding)
             else:
+                analysis = own if same else analyse(chosen, observer, conditions=False, differential=euler)
+                euler = analysis.dynamics if integration == "euler" else euler
+                if analysis.points.missing:
+                    continue
                 largest = _largest(chosen, levels_of(analysis, content))
             if largest is not None:
                 found[integration] = largest
@@ -160,8 +165,7 @@ class _Proofs:
         What was taken at operating points is the spec's own.
         """
         dynamics = self.analysis.dynamics
-        observer = replace(dynamics.observer, sample_time=sympy.Rational(Fraction(f"{h:.12g}")))
-        at = replace(self.analysis, dynamics=replace(dynamics, observer=observer))
+        at = replace(self.analysis, dynamics=dynamics.at(sympy.Rational(Fraction(f"{h:.12g}"))))
         try:
             family, cells = self.cells_at(at)
         except verify.Refused:
@@ -181,7 +185,8 @@ class _Proofs:
             return False
         at, family, p = proposal
         with suppress(verify.Refused):
-            return bool(proved((frame(self.spec, {}, "certify", at, family), family, p), at)[1].facts)
+            part = frame(self.spec, {}, "certify", at, family), family, p
+            return bool(proved(part, at, reversals=False)[1].facts)
         return False
 
 
