@@ -205,7 +205,7 @@ def position_noise(motion: Motion, log: Log) -> Array:
     above = np.std((motion.measured - motion.positions)[motion.usable], axis=0)
     seen = above / np.sqrt(max(0.05, 1 - 2 * motion.fine_hz * motion.sample_time))
     step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * len(seen)) / np.sqrt(12)
-    stated = np.hypot(step, np.array(log.description.position_noise or (0.0,) * len(seen)))
+    stated = np.hypot(step, np.array(log.description.position_noise_rms or (0.0,) * len(seen)))
     fastest = _fastest_noise(motion.measured)
     stated = np.where(fastest > JITTERS * stated, fastest, stated) * (stated > 0)
     size = np.ptp(motion.measured, axis=0)

@@ -230,7 +230,7 @@ def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
     """Positions as this log's sensors would read them: with its resolution and noise."""
     n = positions.shape[1]
     step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * n)
-    stated = np.array(log.description.position_noise or (0.0,) * n)
+    stated = np.array(log.description.position_noise_rms or (0.0,) * n)
     noise = np.where((step > 0) | (stated > 0), stated, search.record.noise)
     sensors = Sensors(np.broadcast_to(noise, n), np.broadcast_to(step, n))
     return sensors.encoded(positions, sensors.noise(len(positions), n, seed)[0])

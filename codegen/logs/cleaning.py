@@ -61,8 +61,9 @@ def clean(
     rows = len(raw.values)
     if rows == 1:
         raise BadInput(raw.place(0), "a single row", "rows at two or more times", code="LOG009")
-    timed = _finite_time(raw, description.fill_missing, notes)
-    values, repaired = _finite(timed, symbols, held, description.fill_missing, notes)
+    fill = description.missing == "fill"
+    timed = _finite_time(raw, fill, notes)
+    values, repaired = _finite(timed, symbols, held, fill, notes)
     kept = _rising(timed, values, notes)
     timed, values = timed.rows(kept), values[kept]
     if len(values) < 2:

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, PrivateAttr, ValidationInfo
 
-from codegen.base.errors import BadInput, Place
+from codegen.base.errors import BadInput, Faults, Place
 from codegen.base.input_files import read_text
 from codegen.spec.expression import parse_expression
 from codegen.spec.quantity import read_quantity, split_quantity, with_any_unit
@@ -17,84 +17,11 @@ from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_plain
 
 LARGEST_FACTOR = 1e30
+DECIMALS = {"": "", "point": ".", "comma": ","}
 ZERO_ORDER = ("zero-order", "zero order", "zoh")
 """Beginnings of ``input_hold`` for commands that are held from row to row."""
 LINEAR = ("linear", "first-order", "first order", "foh")
 """Beginnings of ``input_hold`` for inputs that were measured, such as a current."""
-
-
-@dataclass(frozen=True)
-class LogDescription:
-    """What a description file says.
-
-    Attributes:
-        file: its name, empty where there is none.
-        columns: ``t``, coordinate, velocity or input → the column's name or number in the log, or an expression.
-        listed: whether ``columns`` was a plain list of names.
-        scale: ``t``, coordinate, velocity or input → factor from the column to SI, beside that of its unit.
-        units: ``t``, coordinate, velocity or input → the column's unit.
-        header: line of a text table's header counted from 1, 0 for none; None where nobody said.
-        decimal: the sign before the decimals of a text table; empty where nobody said.
-        records: the key of a JSON file under which the rows stand; empty where nobody said.
-        beside: name → file in the log's folder whose rows belong to those of the log.
-        beside_time: name → column of that file with times of its own, of the clock of the log's.
-        signed: column → bits of the signed numbers that it holds, stored as if they were unsigned.
-        unwrap: column → amount after which its numbers start anew.
-        rows: column → number that it has in the rows of this log; the others are left out.
-        long: ``name`` and ``value`` → the column of a table with a row for each value; empty for a row for each time.
-        hold: topics or columns whose value holds until the next one, where topics of several rates are joined.
-        cutoff_hz: Hz, from ``cutoff_hz`` or else ``evaluation.cutoff_hz``.
-        tolerance: relative uncertainty of the declared parameters.
-        fill_missing: whether isolated values that are not finite may be filled in (``missing: fill``); else refused.
-        join_missing: whether each column was logged at times of its own, at which the others are empty.
-        sample_rate_hz: nominal rate.
-        input_hold, input_is: as written.
-        encoder_step, position_noise: one number a coordinate (a single one stands for all), m or rad; zero for none.
-        written_units: ``encoder_step`` and ``position_noise_rms`` → the unit that each number was written with, empty
-            where it has none.
-        trim_s: seconds to leave out at both ends of an evaluation.
-        restart_s: seconds between restarts of a free-run simulation.
-        places: key → its file and line.
-    """
-
-    file: str = ""
-    columns: Mapping[str, str] = field(default_factory=dict)
-    listed: bool = False
-    scale: Mapping[str, float] = field(default_factory=dict)
-    units: Mapping[str, str] = field(default_factory=dict)
-    header: int | None = None
-    decimal: str = ""
-    records: str = ""
-    beside: Mapping[str, str] = field(default_factory=dict)
-    beside_time: Mapping[str, str] = field(default_factory=dict)
-    signed: Mapping[str, int] = field(default_factory=dict)
-    unwrap: Mapping[str, float] = field(default_factory=dict)
-    rows: Mapping[str, float] = field(default_factory=dict)
-    long: Mapping[str, str] = field(default_factory=dict)
-    hold: tuple[str, ...] = ()
-    cutoff_hz: float | None = None
-    tolerance: float | None = None
-    sample_rate_hz: float | None = None
-    input_hold: str = ""
-    input_is: str = ""
-    velocity_columns: bool | None = None
-    encoder_step: tuple[float, ...] | None = None
-    position_noise: tuple[float, ...] | None = None
-    trim_s: float | None = None
-    restart_s: float | None = None
-    fill_missing: bool = False
-    join_missing: bool = False
-    written_units: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    places: Mapping[str, Place] = field(default_factory=dict)
-
-    @property
-    def measured_inputs(self) -> bool:
-        """Whether a row's input was measured at its time, and is not a command held until the next row."""
-        return self.input_hold.lower().startswith(LINEAR)
-
-    def place(self, key: str) -> Place:
-        """File and line of a key; the file alone if it has no line."""
-        return self.places.get(key, Place(self.file, None, key))
 
 
 def _number(value: object) -> float:
@@ -132,19 +59,52 @@ def _share(value: object) -> float:
     return number
 
 
-def _with_unit(check: Callable[[object], float]) -> Callable[[object], str]:
-    """A validator of a number, or of one with its unit such as 1 um, which is brought to SI later, with its place."""
+@dataclass(frozen=True)
+class _Reading:
+    """What validators of quantities need besides the value: the places of keys, and a list for faults of units."""
 
-    def checked(value: object) -> str:
+    file: str
+    places: Mapping[str, Place]
+    faults: Faults = field(default_factory=Faults)
+
+    def place(self, key: str) -> Place:
+        return self.places.get(key, Place(self.file, None, key))
+
+
+def _quantity(check: Callable[[object], float], unit: str, section: str = "") -> Any:
+    """A validator of a number, or of one with its unit such as 1 ms, which is brought to SI."""
+
+    def read(value: object, info: ValidationInfo) -> float:
         parts = split_quantity(value) if isinstance(value, str) else None
         number = check(value if parts is None else parts[0])
-        return repr(number) if parts is None else f"{value}"
+        reading: Any = info.context
+        if parts is not None:
+            with reading.faults.noting():
+                return float(read_quantity(str(value), unit, reading.place(f"{section}{info.field_name}")))
+        return number
 
-    return checked
+    return BeforeValidator(read)
 
 
-def _quantities(value: object) -> list[str]:
-    return [_with_unit(_not_negative)(v) for v in (value if isinstance(value, list) else [value])]
+class Lengths(tuple[float, ...]):
+    """Numbers in SI with the units that they were written with, empty where they have none."""
+
+    units: tuple[str, ...] = ()
+
+
+def _lengths(value: object, info: ValidationInfo) -> Lengths:
+    reading: Any = info.context
+    read: list[tuple[Any, str]] = []
+    for one in value if isinstance(value, list) else [value]:
+        parts = split_quantity(one) if isinstance(one, str) else None
+        number = _not_negative(one if parts is None else parts[0])
+        read.append((number, ""))
+        if parts is not None:
+            with reading.faults.noting():
+                read[-1] = with_any_unit(str(one), reading.place(str(info.field_name)))
+    lengths = Lengths(float(number) for number, _ in read)
+    lengths.units = tuple(unit for _, unit in read)
+    return lengths
 
 
 def _texts(value: object, expected: str = "a mapping of names to text") -> dict[str, str]:
@@ -153,9 +113,13 @@ def _texts(value: object, expected: str = "a mapping of names to text") -> dict[
     raise ValueError(f"expected {expected}")
 
 
-def _columns(value: object) -> list[str] | dict[str, str]:
+class Listed(dict[str, str]):
+    """Columns that were given as a plain list of names, each by itself."""
+
+
+def _columns(value: object) -> dict[str, str]:
     if isinstance(value, list) and all(isinstance(v, str) for v in value):
-        return value
+        return Listed(zip(value, value, strict=True))
     return _texts(value, "a list of column names, or a mapping such as {t: time, x: position}")
 
 
@@ -191,9 +155,7 @@ def _period(value: object) -> float:
 
 Texts = Annotated[dict[str, str], BeforeValidator(lambda value: _texts(value))]
 Names = Annotated[list[str], BeforeValidator(_names)]
-Positive = Annotated[str | None, BeforeValidator(_with_unit(_positive))]
-NotNegative = Annotated[str | None, BeforeValidator(_with_unit(_not_negative))]
-Quantities = Annotated[list[str] | None, BeforeValidator(_quantities)]
+Positive = Annotated[float | None, _quantity(_positive, "1/s")]
 
 
 class BesideSection(BaseModel):
@@ -215,18 +177,40 @@ class LongSection(BaseModel):
 
 
 class EvaluationSection(BaseModel):
-    """How an evaluation filters and cuts."""
+    """How an evaluation filters and cuts: seconds to leave out at both ends, and between restarts of a free run."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     filter: str = ""
-    cutoff_hz: Positive = None
-    trim_s: NotNegative = None
-    restart_s: Positive = None
+    cutoff_hz: Annotated[float | None, _quantity(_positive, "1/s", "evaluation.")] = None
+    trim_s: Annotated[float | None, _quantity(_not_negative, "s", "evaluation.")] = None
+    restart_s: Annotated[float | None, _quantity(_positive, "s", "evaluation.")] = None
 
 
-class DescriptionDocument(BaseModel):
-    """The file's shape."""
+class LogDescription(BaseModel):
+    """What a description file says, key by key; quantities in SI.
+
+    Attributes:
+        columns: ``t``, coordinate, velocity or input → the column's name or number in the log, or an expression.
+        scale: ``t``, coordinate, velocity or input → factor from the column to SI, beside that of its unit.
+        units: ``t``, coordinate, velocity or input → the column's unit.
+        header: line of a text table's header counted from 1, 0 for none; None where nobody said.
+        decimal: the sign before the decimals of a text table; empty where nobody said.
+        records: the key of a JSON file under which the rows stand; empty where nobody said.
+        beside: name → file in the log's folder, and its column of times.
+        signed16, signed32: columns of signed numbers of so many bits, stored as if they were unsigned.
+        unwrap: column → amount after which its numbers start anew.
+        rows: column → number that it has in the rows of this log; the others are left out.
+        long: columns of a table with a row for each value; None for a row for each time.
+        hold: topics or columns whose value holds until the next one, where topics of several rates are joined.
+        cutoff_hz: Hz; where it is absent that of ``evaluation``.
+        missing: ``fill`` for isolated values that are not finite; ``join`` where each column was logged at times of its
+            own, at which the others are empty.
+        parameter_tolerance: relative uncertainty of the declared parameters.
+        sample_rate_hz: nominal rate; ``sample_time`` goes before.
+        input_hold, input_is: as written.
+        encoder_step, position_noise_rms: one number a coordinate (a single one stands for all), m or rad; zero: none.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -234,7 +218,7 @@ class DescriptionDocument(BaseModel):
     scale: dict[str, Annotated[float, BeforeValidator(_factor)]] = {}
     units: Texts = {}
     header: Annotated[int | None, BeforeValidator(_header)] = None
-    decimal: Literal["", "point", "comma"] = ""
+    decimal: Annotated[Literal["", "point", "comma"], AfterValidator(lambda word: DECIMALS[word])] = ""
     records: str = ""
     beside: dict[str, Annotated[BesideSection, BeforeValidator(_beside)]] = {}
     signed16: Names = []
@@ -247,13 +231,43 @@ class DescriptionDocument(BaseModel):
     missing: Literal["refuse", "fill", "join"] = "refuse"
     parameter_tolerance: Annotated[float | None, BeforeValidator(_share)] = None
     sample_rate_hz: Positive = None
-    sample_time: Positive = None
+    sample_time: Annotated[float | None, _quantity(_positive, "s")] = None
     input_hold: str = ""
     input_is: str = ""
     velocity_columns: bool | None = None
-    encoder_step: Quantities = None
-    position_noise_rms: Quantities = None
+    encoder_step: Annotated[Any, BeforeValidator(_lengths)] = None
+    position_noise_rms: Annotated[Any, BeforeValidator(_lengths)] = None
     evaluation: EvaluationSection = EvaluationSection()
+    _reading: _Reading = PrivateAttr(_Reading("", {}))
+
+    @property
+    def file(self) -> str:
+        """Its name, empty where there is none."""
+        return self._reading.file
+
+    @property
+    def places(self) -> Mapping[str, Place]:
+        """Key → its file and line."""
+        return self._reading.places
+
+    @property
+    def listed(self) -> bool:
+        """Whether ``columns`` was a plain list of names."""
+        return isinstance(self.columns, Listed)
+
+    @property
+    def signed(self) -> dict[str, int]:
+        """Column → bits of its signed numbers."""
+        return {**dict.fromkeys(self.signed16, 16), **dict.fromkeys(self.signed32, 32)}
+
+    @property
+    def measured_inputs(self) -> bool:
+        """Whether a row's input was measured at its time, and is not a command held until the next row."""
+        return self.input_hold.lower().startswith(LINEAR)
+
+    def place(self, key: str) -> Place:
+        """File and line of a key; the file alone if it has no line."""
+        return self._reading.place(key)
 
 
 def read_description(path: str | Path) -> LogDescription:
@@ -264,48 +278,11 @@ def read_description(path: str | Path) -> LogDescription:
     """
     path = Path(path)
     document, places = load_plain(read_text(path, "a log description (YAML)"), str(path), "columns: {x: qm}")
-    d = validate(DescriptionDocument, document, places, str(path))
-    listed = isinstance(d.columns, list)
-
-    def place(key: str) -> Place:
-        return places.get(key, Place(str(path), None, key))
-
-    def in_si(text: str | None, unit: str, key: str) -> float | None:
-        return None if text is None else float(read_quantity(text, unit, place(key)))
-
-    written = {"encoder_step": d.encoder_step, "position_noise_rms": d.position_noise_rms}
-    lengths = {key: [with_any_unit(text, place(key)) for text in texts] for key, texts in written.items() if texts}
-    values = {key: tuple(float(value) for value, _ in read) for key, read in lengths.items()}
-    cutoff = in_si(d.cutoff_hz, "1/s", "cutoff_hz") or in_si(d.evaluation.cutoff_hz, "1/s", "evaluation.cutoff_hz")
-    rate, period = in_si(d.sample_rate_hz, "1/s", "sample_rate_hz"), in_si(d.sample_time, "s", "sample_time")
-    return LogDescription(
-        file=str(path),
-        columns={name: name for name in d.columns} if listed else d.columns,
-        listed=listed,
-        scale=d.scale,
-        units=d.units,
-        header=d.header,
-        decimal={"": "", "point": ".", "comma": ","}[d.decimal],
-        records=d.records,
-        beside={name: beside.file for name, beside in d.beside.items()},
-        beside_time={name: beside.time for name, beside in d.beside.items() if beside.time},
-        signed={**dict.fromkeys(d.signed16, 16), **dict.fromkeys(d.signed32, 32)},
-        unwrap=d.unwrap,
-        rows=d.rows,
-        long=d.long.model_dump() if d.long else {},
-        hold=tuple(d.hold),
-        cutoff_hz=cutoff,
-        tolerance=d.parameter_tolerance,
-        fill_missing=d.missing == "fill",
-        join_missing=d.missing == "join",
-        sample_rate_hz=1 / period if period else rate,
-        input_hold=d.input_hold,
-        input_is=d.input_is,
-        velocity_columns=d.velocity_columns,
-        encoder_step=values.get("encoder_step"),
-        position_noise=values.get("position_noise_rms"),
-        written_units={key: tuple(unit for _, unit in read) for key, read in lengths.items()},
-        trim_s=in_si(d.evaluation.trim_s, "s", "evaluation.trim_s"),
-        restart_s=in_si(d.evaluation.restart_s, "s", "evaluation.restart_s"),
-        places=places,
-    )
+    reading = _Reading(str(path), places)
+    said = validate(LogDescription, document, places, str(path), reading)
+    reading.faults.raise_noted()
+    rate = 1 / said.sample_time if said.sample_time else said.sample_rate_hz
+    cutoff = said.cutoff_hz or said.evaluation.cutoff_hz
+    said = said.model_copy(update={"sample_rate_hz": rate, "cutoff_hz": cutoff})
+    said._reading = reading
+    return said

@@ -33,8 +33,10 @@ class LongTable(LogFile):
         self.table = table
         stated = description.columns.get("t") or next(iter(time_columns(table.names)), "t")
         self._time = self._column(stated, description.place("columns.t"))
-        self._value = self._column(description.long["value"], description.place("long.value"))
-        named = self._column(description.long["name"], description.place("long.name"))
+        long = description.long
+        assert long is not None
+        self._value = self._column(long.value, description.place("long.value"))
+        named = self._column(long.name, description.place("long.name"))
         index = table.names.index(named)
         self._rows: dict[str, list[int]] = {}
         for i, line in enumerate(table.lines):

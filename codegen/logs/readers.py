@@ -19,7 +19,7 @@ from codegen.logs.cleaning import Clean, clean
 from codegen.logs.content import is_text, other_format
 from codegen.logs.counters import counter_findings, mended, repeats, require_columns, smallest_step
 from codegen.logs.csv_file import CsvSource, open_csv
-from codegen.logs.description import ZERO_ORDER, LogDescription, read_description
+from codegen.logs.description import ZERO_ORDER, Lengths, LogDescription, read_description
 from codegen.logs.hdf5_file import Hdf5File
 from codegen.logs.joined import join_logs
 from codegen.logs.json_file import JsonFile
@@ -140,7 +140,7 @@ def _read(
     raw = mended(_loaded(source, columns_of(binding.terms), described), described)
     binding = since_epoch(binding, raw, described, spec)
     said = tuple(source.notes)
-    if described.join_missing and "t" in binding.terms:
+    if described.missing == "join" and "t" in binding.terms:
         time = compute(raw, {"t": binding.terms["t"]}).values[:, 0] * binding.scale["t"]
         raw, words = at_rates_of_their_own(raw, time, binding.terms["t"].columns, described)
         said = (*said, *words)
@@ -210,20 +210,22 @@ def _with_others(path: Path, log: LogFile, description: LogDescription, allowanc
     """The log with the files beside it that its description names."""
     if not description.beside:
         return log
-    plain = replace(description, columns={}, listed=False, long={})
+    plain = description.model_copy(update={"columns": {}, "long": None})
     others = {}
-    for name, file in description.beside.items():
-        beside = path.parent / file
+    for name, section in description.beside.items():
+        beside = path.parent / section.file
         if identity(beside) == identity(path):
-            found = f"`{shown(file)}`, the log itself"
+            found = f"`{shown(section.file)}`, the log itself"
             raise BadInput(description.place(f"beside.{name}"), found, "another file", code="LOG014")
         others[name] = _format(beside)(beside, allowance, plain)
     times = {}
-    for name, text in description.beside_time.items():
+    for name, section in description.beside.items():
+        if not section.time:
+            continue
         own = description.columns.get("t") or next(iter(time_columns(log.names)), "t")
         pair = (
             _column(log, own, description.place("columns.t")),
-            _column(others[name], text, description.place(f"beside.{name}.time")),
+            _column(others[name], section.time, description.place(f"beside.{name}.time")),
         )
         times[name] = pair
     return SideBySide(log, others, times, description)
@@ -319,7 +321,7 @@ def _log(
         inputs = 0.5 * (inputs + np.vstack([inputs[1:], inputs[-1:]]))
     grid = uniform(cleaned.time, cleaned.data[:, :split], inputs, cleaned.source, step)
     encoder = _per_coordinate(description.encoder_step, spec, description, "encoder_step")
-    _per_coordinate(description.position_noise, spec, description, "position_noise_rms")
+    _per_coordinate(description.position_noise_rms, spec, description, "position_noise_rms")
     steps = tuple(
         0.0 if name in binding.integrated else smallest_step(cleaned.data[:, j])
         for j, name in enumerate(spec.positions)  # an integral has steps of its own making
@@ -349,7 +351,7 @@ def _log(
         inputs=grid.held,
         sample_time=grid.step,
         cutoff_hz=_cutoff(spec, description, grid),
-        tolerance=description.tolerance,
+        tolerance=description.parameter_tolerance,
         encoder_step=encoder,
         notes=(*said, *binding.notes, *_hold_note(description), *cleaned.notes, *grid.notes),
         gaps=grid.gaps,
@@ -359,14 +361,14 @@ def _log(
 
 
 def _per_coordinate(
-    values: tuple[float, ...] | None, spec: Spec, description: LogDescription, key: str
+    values: Lengths | None, spec: Spec, description: LogDescription, key: str
 ) -> tuple[float, ...] | None:
     n = len(spec.coordinates)
     if values is None or len(values) in (1, n):
-        units = description.written_units.get(key, ())
+        units = () if values is None else values.units
         for c, given in zip(spec.coordinates, units * (n if len(units) == 1 else 1), strict=False):
             refuse_other_unit(given, c.unit, f"a number in {given} for {c.name}", description.place(key))
-        return values if values is None or len(values) == n else values * n
+        return values if values is None or len(values) == n else tuple(values) * n
     expected = f"{n}, one for each of {', '.join(spec.positions)}"
     raise BadInput(description.place(key), f"{len(values)} numbers", expected, code="LOG013")
 

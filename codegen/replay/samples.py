@@ -91,7 +91,7 @@ class Samples:
         described = log_description(self._path, self._given)
         stream = open_stream(self._path, described)
         binding = bind(stream, self._spec, described, self._columns)
-        apart = described.beside or described.join_missing
+        apart = described.beside or described.missing == "join"
         if apart or described.unwrap or described.rows or set(binding.integrated) & set(self._inputs):
             raise NotStreamed  # rows depend on other rows
         require_columns(stream.names, described)
@@ -159,7 +159,7 @@ class Samples:
         return [int(k) + first for k in np.flatnonzero(gaps)]
 
     def _require_finite(self, columns: Columns, rows: Array, described: LogDescription, timed: bool) -> None:
-        if self._holds and not described.fill_missing:
+        if self._holds and described.missing != "fill":
             return
         wrong = ~np.isfinite(rows)
         if wrong.any():

@@ -27,14 +27,14 @@ _EXPECTED = {
 }
 
 
-def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: str) -> Model:
-    """Read ``data`` as ``model``.
+def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: str, context: object = None) -> Model:
+    """Read ``data`` as ``model``, whose validators are given ``context``.
 
     Raises:
         BadInput: for what does not fit: a missing key, an unknown key, a wrong type; ``others`` holds the further ones.
     """
     try:
-        return model.model_validate(data)
+        return model.model_validate(data, context=context)
     except ValidationError as error:
         found = error.errors()
         first, *others = [_explain(fault, found, model, places, file) for fault in _distinct(found, model)]

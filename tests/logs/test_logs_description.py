@@ -31,8 +31,13 @@ def test_every_key(tmp_path):
         )
     )
     assert d.columns == {"t": "zeit", "x": "weg"} and d.scale == {"t": 1e-3, "x": 0.5}
-    assert (d.tolerance, d.sample_rate_hz, d.encoder_step, d.position_noise) == (0.01, 500, (1e-5,), (0.1,))
-    assert (d.cutoff_hz, d.trim_s, d.restart_s, d.velocity_columns) == (15, 1, 0.5, False)
+    assert (d.parameter_tolerance, d.sample_rate_hz, d.encoder_step, d.position_noise_rms) == (
+        0.01,
+        500,
+        (1e-5,),
+        (0.1,),
+    )
+    assert (d.cutoff_hz, d.evaluation.trim_s, d.evaluation.restart_s, d.velocity_columns) == (15, 1, 0.5, False)
 
 
 def test_a_number_may_have_its_unit(tmp_path):
@@ -42,8 +47,8 @@ def test_a_number_may_have_its_unit(tmp_path):
         "evaluation: {cutoff_hz: 0.015 kHz, trim_s: 100 ms, restart_s: 0.5 s}\n"
     )
     d = read_description(described(tmp_path, text))
-    assert (d.sample_rate_hz, d.encoder_step, d.position_noise) == (500, (1e-6,), (5e-4,))
-    assert (d.cutoff_hz, d.trim_s, d.restart_s) == (15, 0.1, 0.5)
+    assert (d.sample_rate_hz, d.encoder_step, d.position_noise_rms) == (500, (1e-6,), (5e-4,))
+    assert (d.cutoff_hz, d.evaluation.trim_s, d.evaluation.restart_s) == (15, 0.1, 0.5)
     assert read_description(described(tmp_path, "sample_rate_hz: 2 kHz\ncutoff_hz: 9 Hz\n")).sample_rate_hz == 2000
 
 

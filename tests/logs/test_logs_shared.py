@@ -31,7 +31,8 @@ def test_practice_logs(tier):
         assert np.array_equal(log.inputs, table[:, [header.index(i.name) for i in spec.inputs]])
         assert (log.velocities is not None) == (spec.velocities[0] in header)
         assert not log.notes and not log.gaps and not log.intake.resampled
-        assert log.cutoff_hz and log.description.trim_s == 1.0 and log.description.restart_s == 0.5
+        evaluation = log.description.evaluation
+        assert log.cutoff_hz and (evaluation.trim_s, evaluation.restart_s) == (1.0, 0.5)
         assert log.tolerance == (0.01 if tier == "hard" else None)
         truth = json.loads((case / "truth.json").read_text())
         steps = truth["noise"]["encoder_step"]
