@@ -282,7 +282,7 @@ def _with_kernel_proof(certificate: Certificate, machine: Derived, sources: Mapp
 
     observer, places = machine.observer, machine.program.places
     try:
-        proof = proof_text(observer, places, certificate.content)
+        proof = proof_text(observer, places, certificate.content, machine.program.precision)
         content = checker.parsed(certificate.text)
         _, unproved, _ = checker.by_kernel(content, {**sources, checker.PROOF: proof.encode()})
     except (NotCovered, checker.Refused) as error:

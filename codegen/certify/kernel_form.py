@@ -12,6 +12,7 @@ from fractions import Fraction
 from itertools import product
 from typing import Any
 
+import numpy as np
 import sympy
 
 from codegen.mechanics import System
@@ -21,32 +22,38 @@ from codegen.spec.model import symbol
 
 SLOWER = (Fraction(1), Fraction(999, 1000), Fraction(99, 100), Fraction(9, 10))
 """Shares of the rate of sliding.json that are tried: a cell in place of its cells may lose some."""
+FUNCTIONS = {sympy.cos: "cos", sympy.sin: "sin", Magnitude: "fabs", Sgn: "sgn"}
+"""Those that are the same in machine and code, where they are of what is measured."""
 
 
 class NotCovered(Exception):
     """The kernel has no words for this certificate; the message says for what."""
 
 
-def proof_text(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> str:
+def proof_text(
+    observer: Observer, places: Mapping[str, str], content: Mapping[str, Any], precision: str = "double"
+) -> str:
     """The proof as JSON.
 
     Args:
         places: parameter, state, input or output of the observer's code → its place there, such as outputs.v_hat[3].
+        precision: of the code, to whose digits it prints a multiple of π.
         content: the certificate's JSON object.
 
     Raises:
         NotCovered: for what the kernel cannot say.
     """
-    system, write = observer.system, Writer(observer, places)
+    system, write = observer.system, Writer(observer, places, precision)
     if content["along"]:
         raise NotCovered("a refutation")
     if observer.integration not in ("euler", "semi_implicit"):
         raise NotCovered(f"the step {observer.integration}")
     if len(content["error"]) != len(observer.errors):
         raise NotCovered("a proof by structure")
-    if system.actuators or system.sensor_errors or system.transmissions:
-        raise NotCovered("effects on inputs or sensors, or loads behind springs")
-    force = system.modelled_force - observer.true_friction
+    if system.sensor_errors or any(a.lag is not None or a.delay != 0 for a in system.actuators.values()):
+        raise NotCovered("a delay or lag of an input, or a sensor that reads wrong")
+    effective = {w: a.static(w) for w, a in system.actuators.items()}
+    force = (system.modelled_force - observer.true_friction).xreplace(effective)
     acceleration = _inverse(system) * force
     at = {name: write(symbol(name)) for name in content["variables"]}
     signs = [
@@ -236,8 +243,9 @@ class Writer:
         slips: the estimated slip velocities over the estimates.
     """
 
-    def __init__(self, observer: Observer, places: Mapping[str, str]) -> None:
-        system = observer.system
+    def __init__(self, observer: Observer, places: Mapping[str, str], precision: str = "double") -> None:
+        system, self._precision = observer.system, precision
+        self._positions = {*system.positions}
         shown = observer.equations[0].symbols if observer.velocity == "estimated" else system.velocities
         velocity = dict(zip(system.velocities, shown, strict=True))
         self.slips = [u.xreplace(velocity) for u in system.slip_velocity]
@@ -251,15 +259,14 @@ class Writer:
     def __call__(self, e: Any) -> str:
         """The expression; slips by their estimates, and in place of signs and magnitudes the signs of the slips."""
         e = sympy.sympify(e)
-        e = e.replace(Sgn, self._sign).replace(Magnitude, lambda u: self._sign(u) * u)
+        e = e.replace(Sgn, lambda u: self._signs.get(str(u), Sgn(u)))
+        e = e.replace(Magnitude, lambda u: self._signs[str(u)] * u if str(u) in self._signs else Magnitude(u))
         e = e.xreplace({s: self._slips[s.name] for s in e.free_symbols if s.name in self._slips})
-        return self._sum(e.replace(_of_a_sum, sympy.expand_trig))  # the code knows those of single angles
+        return self._sum(e.replace(self._of_angles, sympy.expand_trig))  # the code knows those of single angles
 
-    def _sign(self, u: Any) -> Any:
-        """The symbol of a slip's sign."""
-        if str(u) not in self._signs:
-            raise NotCovered(f"the sign of {u}, which is no slip")
-        return self._signs[str(u)]
+    def _of_angles(self, e: Any) -> bool:
+        """Whether it is a sine or cosine of a sum of coordinates."""
+        return e.func in (sympy.cos, sympy.sin) and e.args[0].is_Add and e.free_symbols <= self._positions
 
     def _sum(self, e: Any) -> str:
         written = ""
@@ -271,7 +278,13 @@ class Writer:
 
     def _product(self, e: Any) -> str:
         above, below = sympy.fraction(e)
-        text = "*".join(self._factor(f) for f in sympy.Mul.make_args(above))
+        factors = sympy.Mul.make_args(above)
+        if any(f.is_NumberSymbol for f in factors):  # the code has one decimal in place of all its numbers
+            number = float(sympy.Mul(*(f for f in factors if f.is_number)))
+            digits = str(np.float32(number)) if self._precision == "single" else repr(number)
+            text = "*".join([digits, *(self._factor(f) for f in factors if not f.is_number)])
+        else:
+            text = "*".join(self._factor(f) for f in factors)
         return "/".join([text, *(self._divisor(f) for f in sympy.Mul.make_args(below) if f != 1)])
 
     def _divisor(self, e: Any) -> str:
@@ -288,16 +301,11 @@ class Writer:
             return str(self._places[name])
         if e.is_Pow and e.exp.is_Integer and e.exp > 0:
             return "*".join([self._factor(e.base)] * int(e.exp))
-        if e.func in (sympy.cos, sympy.sin):
-            return f"{e.func}({self._sum(e.args[0])})"
+        if e.func in FUNCTIONS:
+            return f"{FUNCTIONS[e.func]}({self._sum(e.args[0])})"
         if e.is_Add or e.is_Mul or e.is_Number:
             return f"({self._sum(e)})"
-        where = "in the equations, as in a force that repeats with position"
-        raise NotCovered(f"the number {e} {where}" if e.is_NumberSymbol else f"the function {e.func}")
-
-
-def _of_a_sum(e: Any) -> bool:
-    return e.func in (sympy.cos, sympy.sin) and not e.args[0].is_Symbol
+        raise NotCovered(f"the number {e}" if e.is_NumberSymbol else f"the function {e.func}")
 
 
 def estimates_of(observer: Observer) -> list[Any]:

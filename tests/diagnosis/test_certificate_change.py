@@ -28,8 +28,8 @@ def machine(effects: str) -> Derived:
     ("effects", "words"),
     [
         ("[]", ()),
-        (DELAY, ("effects on inputs", "it rests on proof.json")),
-        (COGGING, ("the slope of g in x is no constant", "the number pi")),
+        (DELAY, ("a delay or lag of an input", "it rests on proof.json")),
+        (COGGING, ("the slope of g in x is no constant",)),
         (UNSTABLE, ("no certificate",)),
     ],
 )
