@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from codegen.base.user_text import shown
 from codegen.logs.binding import time_columns
+from codegen.logs.column_names import COMMANDED, words_of
 from codegen.logs.series import TIME
 from codegen.logs.source import listing
 from codegen.logs.term import identifier
@@ -19,7 +19,6 @@ QUANTITIES: Mapping[str, frozenset[str]] = {
     "effort": frozenset({"effort", "efforts", "torque", "torques", "tau", "trq", "force", "w"}),
     "current": frozenset({"current", "currents", "amps", "iq", "cur"}),
 }
-COMMANDED = frozenset({"command", "commands", "cmd", "desired", "target", "reference", "setpoint", "goal", "action"})
 
 
 @dataclass(frozen=True)
@@ -44,12 +43,12 @@ def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
     found: dict[str, list[str]] = {}
     commanded: list[str] = []
     for name in names:
-        words = _words(name)
+        words = words_of(name)
         joint = _joint(words, joints)
         if joint is None:
             commanded += [name] * bool(COMMANDED & set(words))
             continue
-        rest = [word for word in words if word not in _words(joints[joint])]
+        rest = [word for word in words if word not in words_of(joints[joint])]
         if COMMANDED & set(rest):
             commanded.append(name)
             continue
@@ -95,16 +94,10 @@ def _of_commands(commanded: Sequence[str], without: Sequence[str]) -> list[str]:
     return said
 
 
-def _words(name: str) -> list[str]:
-    """Lower-case words and numbers, with camelCase split."""
-    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
-    return [word for word in re.split(r"[^a-z0-9]+", split.lower()) if word]
-
-
 def _joint(words: Sequence[str], joints: Mapping[str, str]) -> str | None:
     """The joint whose name is one of the words; the longest of several."""
-    there = [joint for joint, label in joints.items() if _within(_words(label), words)]
-    return max(there, key=lambda joint: len(_words(joints[joint])), default=None)
+    there = [joint for joint, label in joints.items() if _within(words_of(label), words)]
+    return max(there, key=lambda joint: len(words_of(joints[joint])), default=None)
 
 
 def _within(part: Sequence[str], words: Sequence[str]) -> bool:

@@ -33,7 +33,9 @@ USUAL = {
     "N*m": frozenset({"torque", "trq", "tau", "moment", "effort"}),
 }
 """Unit → what columns of such a quantity are usually called."""
-NOT_MEASURED = frozenset({"command", "cmd", "desired", "target", "reference", "ref", "setpoint", "goal"})
+COMMANDED = frozenset(
+    {"command", "commands", "cmd", "desired", "target", "reference", "ref", "setpoint", "goal", "action"}
+)
 """Words that keep a column from being taken for a measured position."""
 
 
@@ -144,12 +146,17 @@ def _called(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool
 
 
 def _asked(symbol: str, name: str, spec: Spec) -> bool:
-    return symbol in spec.positions and bool(NOT_MEASURED & _words(name))
+    return symbol in spec.positions and bool(COMMANDED & _words(name))
+
+
+def words_of(name: str) -> list[str]:
+    """Lower-case words and numbers, with camelCase split."""
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
+    return [word for word in re.split(r"[^a-z0-9]+", split.lower()) if word]
 
 
 def _words(name: str) -> set[str]:
-    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", _plain(name))
-    return {word for word in re.split(r"[^a-z0-9]+", split.lower()) if word}
+    return set(words_of(_plain(name)))
 
 
 def _plain(name: str) -> str:
