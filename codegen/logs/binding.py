@@ -64,6 +64,29 @@ def time_columns(names: Sequence[str]) -> list[str]:
     return found
 
 
+def time_of(source: LogFile, description: LogDescription) -> str:
+    """The column of time of a log that holds its values elsewhere: as described, or by its name.
+
+    Raises:
+        BadInput: as ``column_of``.
+    """
+    text = description.columns.get("t") or next(iter(time_columns(source.names)), "t")
+    return column_of(source, text, description.place("columns.t"))
+
+
+def column_of(source: LogFile, text: str, place: Place) -> str:
+    """The one column that a text of a description means.
+
+    Raises:
+        BadInput: for none, or an expression of several.
+    """
+    term = find_term(text, source.names, place)
+    if term is None or term.expression is not None:
+        expected = f"one of the columns {listing(source.names)} of {source.path.name}"
+        raise BadInput(place, f"no column `{shown(text)}`", expected, nearest_name(text, source.names), code="LOG003")
+    return term.columns[0]
+
+
 class _Search:
     """The search for the columns of one file, and what is found so far; see ``Binding``."""
 

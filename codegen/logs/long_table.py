@@ -6,15 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from codegen.base.errors import BadInput, Place, nearest_name
-from codegen.base.user_text import shown
-from codegen.logs.binding import time_columns
+from codegen.base.errors import Place
+from codegen.logs.binding import column_of, time_of
 from codegen.logs.csv_file import CsvSource
 from codegen.logs.description import LogDescription
 from codegen.logs.series import Signal, at_common_times, together
-from codegen.logs.source import Columns, LogFile, listing
+from codegen.logs.source import Columns, LogFile
 from codegen.logs.table import fields
-from codegen.logs.term import find_term
 
 
 class LongTable(LogFile):
@@ -31,12 +29,11 @@ class LongTable(LogFile):
     def __init__(self, table: CsvSource, description: LogDescription) -> None:
         super().__init__(table.path, None, description)
         self.table = table
-        stated = description.columns.get("t") or next(iter(time_columns(table.names)), "t")
-        self._time = self._column(stated, description.place("columns.t"))
+        self._time = time_of(table, description)
         long = description.long
         assert long is not None
-        self._value = self._column(long.value, description.place("long.value"))
-        named = self._column(long.name, description.place("long.name"))
+        self._value = column_of(table, long.value, description.place("long.value"))
+        named = column_of(table, long.name, description.place("long.name"))
         index = table.names.index(named)
         self._rows: dict[str, list[int]] = {}
         for i, line in enumerate(table.lines):
@@ -46,15 +43,6 @@ class LongTable(LogFile):
         self.names = (self._time, *self._rows)
         self.units = {self._time: table.units.get(self._time, "")}
         self.said = list(table.notes)
-
-    def _column(self, text: str, place: Place) -> str:
-        term = find_term(text, self.table.names, place)
-        if term is None or term.expression is not None:
-            expected = f"one of the columns {listing(self.table.names)}"
-            raise BadInput(
-                place, f"no column `{shown(text)}`", expected, nearest_name(text, self.table.names), code="LOG003"
-            )
-        return term.columns[0]
 
     @property
     def place(self) -> Place:

@@ -145,9 +145,7 @@ class NpyFile(BlockFile):
 
     expected = "an .npy log: a structured array with a field of numbers for each column, or an array N × columns"
 
-    def __init__(
-        self, path: Path, allowance: Allowance | None = None, description: LogDescription | None = None
-    ) -> None:
+    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
         super().__init__(path, allowance, description)
         with self.opened() as stream:
             try:

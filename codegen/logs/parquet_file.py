@@ -25,9 +25,7 @@ class ParquetFile(BlockFile):
 
     expected = "a Parquet log with a row a sample: columns of numbers, or of lists of equally many"
 
-    def __init__(
-        self, path: Path, allowance: Allowance | None = None, description: LogDescription | None = None
-    ) -> None:
+    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
         super().__init__(path, allowance, description)
         self.library("pyarrow.parquet", "parquet")
         self._columns: dict[str, tuple[str, int | None]] = {}

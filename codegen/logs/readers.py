@@ -14,7 +14,7 @@ from codegen.base.input_files import identity, is_there
 from codegen.base.user_text import shown
 from codegen.logs.bag_file import BagFolder, Db3Storage, is_bag
 from codegen.logs.beside import SideBySide
-from codegen.logs.binding import Binding, bind, time_columns
+from codegen.logs.binding import Binding, bind, column_of, time_of
 from codegen.logs.cleaning import Clean, clean
 from codegen.logs.content import is_text, other_format
 from codegen.logs.counters import counter_findings, mended, repeats, require_columns, smallest_step
@@ -32,9 +32,9 @@ from codegen.logs.numpy_file import NpyFile, NpzFile
 from codegen.logs.parquet_file import ParquetFile
 from codegen.logs.ros_log import RosFile, Storage
 from codegen.logs.series import at_rates_of_their_own
-from codegen.logs.source import Allowance, Columns, LogFile, listing
+from codegen.logs.source import Allowance, Columns, LogFile
 from codegen.logs.tdms_file import TdmsFile
-from codegen.logs.term import columns_of, compute, find_term
+from codegen.logs.term import columns_of, compute
 from codegen.logs.ulog_file import UlogFile
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
@@ -120,7 +120,7 @@ def log_names(path: str | Path) -> tuple[str, ...]:
         BadInput: as ``read_log``, for a file that cannot be opened.
     """
     path = Path(path)
-    return _opened(_format(path), path, Allowance(), log_description(path, None)).names
+    return _opened(format_of(path), path, Allowance(), log_description(path, None)).names
 
 
 def _read(
@@ -132,7 +132,7 @@ def _read(
     step: float | None,
 ) -> Log:
     path = Path(path)
-    reader = _format(path)
+    reader = format_of(path)
     described = log_description(path, description)
     source = _with_others(path, _opened(reader, path, allowance, described), described, allowance)
     binding = bind(source, spec, described, columns)
@@ -217,34 +217,20 @@ def _with_others(path: Path, log: LogFile, description: LogDescription, allowanc
         if identity(beside) == identity(path):
             found = f"`{shown(section.file)}`, the log itself"
             raise BadInput(description.place(f"beside.{name}"), found, "another file", code="LOG014")
-        others[name] = _format(beside)(beside, allowance, plain)
+        others[name] = format_of(beside)(beside, allowance, plain)
     times = {}
-    for name, section in description.beside.items():
-        if not section.time:
-            continue
-        own = description.columns.get("t") or next(iter(time_columns(log.names)), "t")
-        pair = (
-            _column(log, own, description.place("columns.t")),
-            _column(others[name], section.time, description.place(f"beside.{name}.time")),
-        )
-        times[name] = pair
+    for name, section in [(name, section) for name, section in description.beside.items() if section.time]:
+        theirs = column_of(others[name], section.time, description.place(f"beside.{name}.time"))
+        times[name] = time_of(log, description), theirs
     return SideBySide(log, others, times, description)
 
 
-def _column(source: LogFile, text: str, place: Place) -> str:
-    """The column of a time that a text means.
+def format_of(path: Path) -> Opener:
+    """What opens a file, by its ending, or else by its first bytes.
 
     Raises:
-        BadInput: for none, or an expression of several.
+        BadInput: for a file that is not there, or of a format that is not read.
     """
-    term = find_term(text, source.names, place)
-    if term is None or term.expression is not None:
-        expected = f"one of the columns {listing(source.names)} of {source.path.name}, with its times"
-        raise BadInput(place, f"`{shown(text)}`", expected, nearest_name(text, source.names), code="LOG003")
-    return term.columns[0]
-
-
-def _format(path: Path) -> Opener:
     reader = FORMATS.get(path.suffix.lower())
     if reader is not None:
         return reader

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from io import TextIOWrapper
 from pathlib import Path
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import opened
-from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_lines
+from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_csv, open_lines
 from codegen.logs.description import LogDescription
-from codegen.logs.numpy_file import NpyFile
-from codegen.logs.parquet_file import ParquetFile
+from codegen.logs.readers import format_of
 from codegen.logs.row_forms import upright
-from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, LogFile
+from codegen.logs.source import LARGEST_STREAM, Allowance, BlockFile, Columns, LogFile
 
 CHARACTERS = 1 << 22
 
@@ -30,10 +29,8 @@ class CsvStream(LogFile):
         NotStreamed: if it cannot be opened as text.
     """
 
-    def __init__(
-        self, path: Path, allowance: Allowance | None = None, description: LogDescription | None = None
-    ) -> None:
-        super().__init__(path, allowance, description)
+    def __init__(self, path: Path, description: LogDescription) -> None:
+        super().__init__(path, None, description)
         with _opened(path) as stream:
             text = next(_chunks(stream), "")
         if not text.strip():
@@ -63,16 +60,6 @@ class CsvStream(LogFile):
                 before += len(lines)
 
 
-STREAMS: Mapping[str, type[CsvStream | NpyFile | ParquetFile]] = {
-    ".csv": CsvStream,
-    ".tsv": CsvStream,
-    ".txt": CsvStream,
-    ".npy": NpyFile,
-    ".parquet": ParquetFile,
-}
-"""Endings of the formats that can be read in blocks; the others are read whole."""
-
-
 def open_stream(path: Path, description: LogDescription | None = None) -> LogFile:
     """Open a log to be read in blocks.
 
@@ -80,10 +67,12 @@ def open_stream(path: Path, description: LogDescription | None = None) -> LogFil
         BadInput: for a file that cannot be used.
         NotStreamed: for a format that is read whole, or a file that is no text.
     """
-    opener = STREAMS.get(path.suffix.lower())
-    if opener is None:
-        raise NotStreamed
-    return opener(path, None, description)
+    opener, described = format_of(path), description or LogDescription()
+    if opener is open_csv:
+        return CsvStream(path, described)
+    if isinstance(opener, type) and issubclass(opener, BlockFile):
+        return opener(path, Allowance(), described)
+    raise NotStreamed
 
 
 def _opened(path: Path) -> TextIOWrapper:
