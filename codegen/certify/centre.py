@@ -124,11 +124,12 @@ def centred(groups: Sequence[Group], h: float, start: Array, where: Pattern | No
     trace = spread.T @ np.eye(size).ravel()
     x = start[rows, columns][free]
     x = x * (len(blocks) * size / (trace @ x))  # its trace at the minimum
-    at = _barrier(blocks @ x)
-    if at is None:
+    height = _barrier(blocks @ x)
+    if height is None:
         return None
-    further, (height, inverses) = 0, at
+    further = 0
     for _ in range(STEPS):
+        inverses = _inverses(blocks @ x)
         slope = trace - np.tensordot(inverses, blocks, axes=([0, 1, 2], [0, 1, 2]))
         turned = (inverses @ blocks.reshape(len(blocks), size, -1)).reshape(blocks.shape)
         bend = np.tensordot(turned, turned.transpose(0, 2, 1, 3), axes=([0, 1, 2], [0, 1, 2]))
@@ -137,14 +138,12 @@ def centred(groups: Sequence[Group], h: float, start: Array, where: Pattern | No
         if not np.isfinite(left):
             return None
         share, following = 1.0, _barrier(blocks @ (x + step))
-        while left > SURE and (
-            following is None or following[0] + trace @ (share * step) > height - 0.1 * share * left
-        ):
+        while left > SURE and (following is None or following + trace @ (share * step) > height - 0.1 * share * left):
             share /= 2  # 1 / (1 + sqrt(left)) would do, and no search is longer than to there
             following = _barrier(blocks @ (x + share * step))
         if following is None:
             return None
-        x, (height, inverses) = x + share * step, following
+        x, height = x + share * step, following
         further += left < SETTLED
         if further == MORE:
             break
@@ -155,12 +154,16 @@ def centred(groups: Sequence[Group], h: float, start: Array, where: Pattern | No
     return np.asarray(p + np.tril(p, -1).T)
 
 
-def _barrier(matrices: Array) -> tuple[float, Array] | None:
-    """(−Σ log det, the inverses) of a stack of symmetric matrices; None where one is not positive definite."""
+def _barrier(matrices: Array) -> float | None:
+    """−Σ log det of a stack of symmetric matrices; None where one is not positive definite."""
     try:
         factors = np.linalg.cholesky((matrices + matrices.transpose(0, 2, 1)) / 2)
-        found = np.linalg.inv(matrices)
     except np.linalg.LinAlgError:
         return None
-    height = -2 * float(np.log(np.diagonal(factors, axis1=1, axis2=2)).sum())
-    return height, np.asarray((found + found.transpose(0, 2, 1)) / 2)
+    return -2 * float(np.log(np.diagonal(factors, axis1=1, axis2=2)).sum())
+
+
+def _inverses(matrices: Array) -> Array:
+    """Of a stack of symmetric matrices."""
+    found = np.linalg.inv(matrices)
+    return np.asarray((found + found.transpose(0, 2, 1)) / 2)

@@ -19,6 +19,8 @@ from scipy.spatial import ConvexHull
 
 from codegen.certify.centre import Array, Group, Pattern, centred, climbed, half, slower_until
 
+Worst = list[list[int]]
+"""Of each group of matrices the indices of those that P has to serve."""
 LARGEST_HULL = 4
 LARGEST, SLACK = 1e6, 1e-3
 """I ≤ P ≤ 10⁶ I, and how far from its edge an inequality is asked for."""
@@ -32,6 +34,8 @@ NEAR = 2e-5
 NEARER = (0.75, 0.5, 0.25)
 MOST = 4096
 """Of more matrices than these the centre would take minutes: P is then where the solver stopped."""
+SETTLED = 2048
+"""So many beside a growth leave Newton's method far from the centre after all its steps, seconds later."""
 
 
 def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
@@ -91,12 +95,13 @@ def fastest(matrices: Sequence[Array], h: float, near: float = NEAR) -> tuple[Ar
         return None
     if len(matrices) > MOST:
         return _bisected(matrices, h, limit)
-    first = slower_until(lambda alpha: common_at([(matrices, alpha)], h), limit)
+    worst: Worst = []
+    first = slower_until(lambda alpha: common_at([(matrices, alpha)], h, worst), limit)
     if first is None:
         return None
     for share in NEARER:  # the climb is slow where there are many matrices: it begins as near as a P is found
         alpha = first[1] + share * (limit - first[1])
-        if (p := common_at([(matrices, alpha)], h)) is not None:
+        if (p := common_at([(matrices, alpha)], h, worst)) is not None:
             first = p, alpha
             break
     scale = balance(matrices)
@@ -122,18 +127,19 @@ def _bisected(matrices: Sequence[Array], h: float, limit: float, steps: int = 8)
     return best
 
 
-def common_at(groups: Sequence[Group], h: float) -> Array | None:
+def common_at(groups: Sequence[Group], h: float, worst: Worst | None = None) -> Array | None:
     """A common P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group, at its own α; None if none is found.
 
     Args:
         groups: (matrices m by m, α in 1/s) each; where α is below zero V may grow.
+        worst: of each group, those that decided for a like question; it is kept up to date.
     """
     scale = _scale(groups)
     scaled = [
         (_in(scale, extreme(list(matrices)) if len(matrices) <= FEW else matrices), rate) for matrices, rate in groups
     ]
     alone = len(groups) == len(scaled[0][0]) == 1
-    p = _of_one(scaled[0][0][0], h, scaled[0][1]) if alone else _feasible(scaled, h, first=FIRST)
+    p = _of_one(scaled[0][0][0], h, scaled[0][1]) if alone else _feasible(scaled, h, first=FIRST, worst=worst)
     if p is None:
         return None
     p = p / scale[None, :] / scale[:, None]
@@ -141,9 +147,9 @@ def common_at(groups: Sequence[Group], h: float) -> Array | None:
 
 
 def middle_at(groups: Sequence[Group], h: float) -> Array | None:
-    """As ``common_at``; of all such P the one in the middle, the same on every machine, up to ``MOST`` matrices."""
+    """As ``common_at``; of all such P the one in the middle, the same on every machine, up to ``SETTLED`` matrices."""
     p = common_at(groups, h)
-    if p is None or sum(len(matrices) for matrices, _ in groups) > MOST:
+    if p is None or sum(len(matrices) for matrices, _ in groups) > SETTLED:
         return p
     scale = _scale(groups)
     scaled = [(_in(scale, matrices), rate) for matrices, rate in groups]
@@ -152,7 +158,11 @@ def middle_at(groups: Sequence[Group], h: float) -> Array | None:
 
 
 def _feasible(
-    groups: Sequence[Group], h: float, structure: Pattern | None = None, first: int | None = None
+    groups: Sequence[Group],
+    h: float,
+    structure: Pattern | None = None,
+    first: int | None = None,
+    worst: Worst | None = None,
 ) -> Array | None:
     """``common_at`` for matrices in scales in which their entries are alike.
 
@@ -160,10 +170,16 @@ def _feasible(
 
     Args:
         first: how many of each group are taken first; None: all.
+        worst: as of ``common_at``.
     """
     stacks = [np.asarray(stack) for stack, _ in groups]
     largest = max(1.0, *(float(np.abs(stack).max()) for stack in stacks))
-    used = [sorted({*np.linspace(0, len(s) - 1, min(first or len(s), len(s))).astype(int)}) for s in stacks]
+    worst = [[] for _ in stacks] if worst is None else worst
+    worst += [[] for _ in stacks[len(worst) :]]
+    used = [
+        sorted({*map(int, np.linspace(0, len(s) - 1, min(first or len(s), len(s)))), *(k for k in known if k < len(s))})
+        for s, known in zip(stacks, worst, strict=True)
+    ]
     for _ in range(ROUNDS):
         asked = [
             _fall(stack[k], h, rate) / largest
@@ -174,13 +190,14 @@ def _feasible(
         if p is None or np.linalg.eigvalsh(p)[0] <= 0:
             return None
         missing = False
-        for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True):
+        for stack, (_, rate), chosen, known in zip(stacks, groups, used, worst, strict=True):
             shown = shown_rates(p, stack, h)
-            worst = [int(k) for k in np.argsort(shown)[:ADDED] if shown[k] < rate]
-            missing |= bool(worst)
-            if set(worst) & set(chosen):
+            slow = [int(k) for k in np.argsort(shown)[:ADDED] if shown[k] < rate]
+            missing |= bool(slow)
+            if set(slow) & set(chosen):
                 return None  # the solver does not reach what was asked of it
-            chosen += worst
+            chosen += slow
+            known += slow
         if not missing:
             return p
     return None

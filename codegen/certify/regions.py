@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from codegen.certify.along_friction import AlongFriction, Box, ContactAxes
 from codegen.certify.centre import Group
 from codegen.certify.enclosure import Enclosure, cells_of, exact_ranges
 from codegen.certify.family import Family
-from codegen.certify.lyapunov import common_at, decay_rate_limit, fastest, middle_at, shown_rates
+from codegen.certify.lyapunov import Worst, common_at, decay_rate_limit, fastest, middle_at, shown_rates
 
 Array = NDArray[np.float64]
 KEPT, KEPT_BESIDE = 0.5, 0.4
@@ -102,18 +103,21 @@ class RegionSearch:
 
         stack, whole = both(0.0)
         growth = self._growth([(stack, KEPT * rate)], whole)
+        worst: Worst = []
 
         def holds(w: float) -> bool:
             stack, whole = both(w)
-            return common_at([(stack, KEPT * rate), (whole, -DEARER * growth)], self.h) is not None
+            return common_at([(stack, KEPT * rate), (whole, -DEARER * growth)], self.h, worst) is not None
 
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
     def _growth(self, groups: Sequence[Group], whole: list[Array]) -> float:
         """The least rate of growth, 1/s, of a P that serves ``groups`` too."""
+        worst: Worst = []
 
+        @cache
         def holds(rate: float) -> bool:
-            return common_at([*groups, (whole, -rate)], self.h) is not None
+            return common_at([*groups, (whole, -rate)], self.h, worst) is not None
 
         least = 1.0
         while not holds(least) and least < FASTEST / self.h:
@@ -167,10 +171,13 @@ class RegionSearch:
             states = [_exact(np.ceil(share * float(top) * 1e4) / 1e4) for top in tops]
             return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
 
+        worst: Worst = []
+
+        @cache
         def holds(share: float, t: float) -> bool:
             stack = self._family(box(share, t))[1]
             limit = decay_rate_limit(stack, self.h)
-            return limit > 0 and common_at([(stack, PRESLIDING * limit)], self.h) is not None
+            return limit > 0 and common_at([(stack, PRESLIDING * limit)], self.h, worst) is not None
 
         slow = 1e-3 if low < 0 < high else 0.02
         if not holds(THIN, slow):  # nor then with less left out
