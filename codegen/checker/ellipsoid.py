@@ -1,7 +1,7 @@
 """Whether noise and drift keep the errors of a kernel's proof below the bounds of a claim.
 
 Standard library only: python3 ellipsoid.py FOLDER < ellipsoid.json, with proof.json and the C in the folder; uses
-kernel.py and files.py, which must be beside it.
+kernel.py, enclosure.py and files.py, which must be beside it.
 
 THEOREM. Let all be as in the kernel's theorem of the proof, but for this: a position x is measured as x + noise, and x,
 v and the rest of `truth` move in a sample by what is said there and a drift, |noise| and |drift| at most as the claim
@@ -103,7 +103,7 @@ def root(x: Fraction) -> Fraction:
 
 
 class Motion:
-    """Row -> row * Phi * by, and row -> row * push * over with each disturbance at its size, in whole numbers."""
+    """Row -> row * Phi * by, then row * push * over with each disturbance at its size, in whole numbers."""
 
     def __init__(self, matrix: Polys, push: Polys, most: list[Fraction]) -> None:
         self.size = len(matrix)
@@ -115,10 +115,7 @@ class Motion:
         self.by, self.over = (lcm(*(x.denominator for row in rows for x in row)) for rows in (numbers, columns))
         across, entering = ([[x.numerator * (n // x.denominator) for x in column] for column in rows]
                             for rows, n in ((zip(*numbers, strict=True), self.by), (columns, self.over)))  # fmt: skip
-        self.across, self.entering = from_left(across), from_left(entering)
-        entries = [x for column in (*across, *entering) for x in column if x]
-        longest = max((x.bit_length() for x in entries), default=0)
-        self.work = (self.size + len(entries)) * (1 + longest // 500)  # of a sample
+        self.both = from_left([*across, *entering])
 
 
 def carried(c: list[Fraction], motion: Motion, counts: set[int], Q: Any) -> dict[int, tuple[Any, Fraction]]:
@@ -135,8 +132,9 @@ def carried(c: list[Fraction], motion: Motion, counts: set[int], Q: Any) -> dict
         kernel.demand(True, "")  # within the time
         if n in counts:
             found[n] = [Fraction(x, GRID) for x in row], Fraction(total, motion.over * GRID) + (n + 1) * left_out
-        total += sum(map(abs, motion.entering(row)))
-        row = [x // motion.by for x in motion.across(row)]
+        moved = motion.both(row)
+        total += sum(map(abs, moved[motion.size :]))
+        row = [x // motion.by for x in moved[: motion.size]]
     return found
 
 
@@ -147,8 +145,8 @@ def from_left(columns: list[list[int]]) -> Callable[[list[int]], list[int]]:
     places = [*pairwise(accumulate(map(len, entries), initial=0))]
 
     def times(row: list[int]) -> list[int]:
-        products = [*map(mul, pick(row)[2:], factors)]  # two more, of which it makes a tuple
-        return [sum(products[a:b]) for a, b in places]
+        sums = [0, *accumulate(map(mul, pick(row)[2:], factors))]  # two more, of which it makes a tuple
+        return [sums[b] - sums[a] for a, b in places]
 
     return times
 
@@ -271,7 +269,9 @@ def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    folder, read = Path(sys.argv[1]), runpy.run_path(str(Path(__file__).with_name("files.py")))["read"]
+    folder = Path(sys.argv[1])
+    read, most = (runpy.run_path(str(Path(__file__).with_name(f"{of}.py")))[name]
+                  for of, name in (("files", "read"), ("enclosure", "most")))  # fmt: skip
     try:
         given = json.loads(sys.stdin.read(10**7), object_pairs_hook=once)
         paths = [folder / name for name in ("proof.json", f"{given['name']}.c", f"{given['name']}.h")]
@@ -279,7 +279,7 @@ if __name__ == "__main__":
         files = dict(zip((path.name for path in paths[1:]), sources, strict=True))
         found = prove(json.loads(proof, object_pairs_hook=once), given, files)
         lines = [
-            f"at most {float(bound):.7g}{f' {samples} samples after the start' * (begun is not None)}: {' '.join(c)}"
+            f"at most {most(bound)}{f' {samples} samples after the start' * (begun is not None)}: {' '.join(c)}"
             for ball, bounds in zip(given["sets"], found, strict=True)
             for ((*c, _), samples, begun), bound in zip(asked(ball), bounds, strict=True)
         ]

@@ -1,18 +1,17 @@
 """Quadratic forms with rational coefficients, on whole numbers: whether one is positive, and how far it may be off.
 
-Standard library only; part of the checker (verify.py), which hands ``enclosure`` in. Steps are matrices by columns;
-the upper half of a symmetric matrix is its rows from the diagonal on.
+Standard library only; part of the checker (verify.py), which hands ``enclosure`` and ``kernel`` in. Steps are matrices
+by columns.
 """
 
 import math
-from fractions import Fraction
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import enclosure
+    from codegen.checker import enclosure, kernel
 
-MOST_BITS = 1 << 14  # of an entry, times the rows: the pivots grow to it. Of the shipped ones it is below 10 000
+MOST_BITS = 1 << 14  # of an entry, times the rows: the entries grow to it. Of the shipped ones it is below 10 000
 Matrix = list[list[Any]]
 Rows = list[list[int]]
 
@@ -24,23 +23,11 @@ def integers(rows: Matrix) -> tuple[Rows, int]:
     return [[x.numerator * (common // x.denominator) for x in row] for row in rows], common
 
 
-def positive_pivots(matrix: Rows, scale: int, fault: str) -> int:
-    """How many pivots of the symmetric matrix / scale are positive; refused if it is not positive semidefinite."""
+def require(matrix: Rows, fault: str, definite: bool = False) -> None:
+    """Refused if the symmetric matrix is not positive semidefinite, or definite; or its numbers are too long."""
     longest = max((x.bit_length() for row in matrix for x in row), default=0)
     enclosure.demand(longest * len(matrix) <= MOST_BITS, "the numbers are too long for so many errors")
-    rest = [row[k:] for k, row in enumerate(matrix)]  # the upper half
-    # LDL' on whole numbers (Bareiss): rest is the Schur complement times the last positive pivot, the division exact.
-    last, count, size = 1, 0, len(rest)
-    while rest:
-        (pivot, *row), *rest = rest
-        if pivot < 0 or (pivot == 0 and any(row)):
-            at, size_of_it = size - len(rest), enclosure.show(Fraction(pivot, last * scale))
-            raise enclosure.Refused(f"{fault}: pivot {at} is {size_of_it}")
-        if pivot > 0:
-            for i, x in enumerate(row):
-                rest[i] = [(pivot * z - x * y) // last for z, y in zip(rest[i], row[i:], strict=True)]
-            last, count = pivot, count + 1
-    return count
+    enclosure.demand(kernel.positive(matrix, definite), fault)
 
 
 def added(*matrices: Matrix) -> Matrix:

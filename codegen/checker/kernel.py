@@ -73,13 +73,13 @@ def times(A: Any, B: Any, zero: Any) -> Matrix:
 
 
 # LEMMA 2. Let p be the first diagonal entry of a symmetric A, r the rest of its row, B what is left without both. If
-# p > 0, A is positive semidefinite just if B - r r'/p is; if p = 0, just if r = 0 and B is; if p < 0, never. Times p
-# and over the last p, entries that are whole stay whole (Bareiss).
-def positive(A: Any) -> bool:
+# p > 0, A is positive semidefinite just if B - r r'/p is; if p = 0, just if r = 0 and B is; if p < 0, never. Definite
+# just if all p > 0. Times p and over the last p, entries that are whole stay whole (Bareiss).
+def positive(A: Any, definite: bool = False) -> bool:
     rest, last = [row[k:] for k, row in enumerate(A)], 1  # the upper half is all
     while rest:
         (p, *r), *rest = rest
-        if p < 0 or (p == 0 and any(r)):
+        if p < 0 or (p == 0 and (definite or any(r))):
             return False
         for k, a in enumerate(r if p else ()):
             demand(True, "")

@@ -231,32 +231,32 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     """What noise and drift can do, in lines, if the claim of ellipsoid.json follows; or enclosure.Refused."""
     claim, found = kept(proof, shown, text)
     most, number, plain = enclosure.most, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
+    errors = [lag(e, plain) for e in proof["errors"]]
     besides = "all else is measured exactly and moves as the machine above"
-    lines = [f"{ASSUMED}{disturbed(proof, shown, claim)}; {besides} (whatever these do, without any turn):"]
+    lines = [f"{ASSUMED}{disturbed(claim, plain)}; {besides} (whatever these do, without any turn):"]
     for ball, bounds in zip(claim["sets"], found, strict=True):
         known = iter(bounds)
         for *c, _ in ball["rows"]:
-            lines.append(f"  {combined(c, proof, shown)} is in the long run at most {most(next(known))}")
+            lines.append(f"  {combined(c, errors, shown)} is in the long run at most {most(next(known))}")
         for after in ball.get("after", []):
-            errors = zip(proof["errors"], after["start"], strict=True)
-            begun = ", ".join(f"|{lag(e, plain)}| <= {enclosure.least(number(s))}" for e, s in errors)
+            start = zip(errors, after["start"], strict=True)
+            begun = ", ".join(f"|{e}| <= {enclosure.least(number(s))}" for e, s in start)
             later = ", ".join(f"{most(next(known))} {n} samples later" for n, _ in after["bounds"])
-            lines.append(f"  {combined(after['row'], proof, shown)} is at most {later}, from any sample with {begun}")
+            lines.append(f"  {combined(after['row'], errors, shown)} is at most {later}, from any sample with {begun}")
     return lines
 
 
-def combined(row: list[str], proof: dict[str, Any], shown: dict[str, Any]) -> str:
+def combined(row: list[str], errors: list[str], shown: dict[str, Any]) -> str:
     """|A sum of errors|, and its unit."""
-    exact, plain = enclosure.exact, partial(without_kinds, twice=ambiguous(proof, shown))
-    entries = [(ellipsoid.number(x), e, u) for x, e, u in zip(row, proof["errors"], shown["units"], strict=True)]
-    used = [(x, lag(e, plain), unit) for x, e, unit in entries if x]
-    parts = " + ".join(of if x == 1 else f"{exact(x)}*({of})" for x, of, _ in used)
+    entries = zip(map(ellipsoid.number, row), errors, shown["units"], strict=True)
+    used = [entry for entry in entries if entry[0]]
+    parts = " + ".join(of if x == 1 else f"{enclosure.exact(x)}*({of})" for x, of, _ in used)
     return f"|{parts}|{f' [{used[0][2]}]' if len({unit for *_, unit in used}) == 1 else ''}"
 
 
-def disturbed(proof: dict[str, Any], shown: dict[str, Any], claim: dict[str, Any]) -> str:
+def disturbed(claim: dict[str, Any], plain: Callable[[str], str]) -> str:
     """The sizes of noise and drift that a claim of ellipsoid.json, which is accepted, rests on."""
-    least, number, plain = enclosure.least, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
+    least, number = enclosure.least, ellipsoid.number
     noise = [f"{plain(x)} is measured within {least(number(d))}" for x, d in claim["noise"].items()]
     drift = [f"{plain(x)} moves in a sample by at most {least(number(d))} more" for x, d in claim["drift"].items()]
     return ", ".join([*noise, *drift])

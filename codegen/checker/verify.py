@@ -33,9 +33,9 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import covered, enclosure, files, forms, theorem
 else:
     enclosure, files = beside("enclosure"), beside("files")
-    forms = beside("forms", enclosure=enclosure)
     frame = beside("frame")
     kernel = beside("kernel", frame=frame)
+    forms = beside("forms", enclosure=enclosure, kernel=kernel)
     by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel) for name in ("ellipsoid", "held")}}
     covered = beside("covered", enclosure=enclosure, frame=frame, kernel=kernel)
     theorem = beside("theorem", enclosure=enclosure, covered=covered, frame=frame, **by_c)
@@ -43,7 +43,7 @@ Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 PROOF, SETS, by_kernel, long_run = theorem.PROOF, theorem.SETS, theorem.bound, theorem.long_run
 by_kernel_alone = theorem.proved
-integers, positive_pivots = forms.integers, forms.positive_pivots
+integers, require = forms.integers, forms.require
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, MAX_FILES, FINE = 5_000_000, 32, 4096, 200_000, 1000, 2**128
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
@@ -97,8 +97,8 @@ def conform(raw: Any, schema: Any, where: str) -> Any:
 def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fraction) -> str:
     """At how many vertices a F'PF + b (F'P + PF) + c P is positive semidefinite: all, or refused. F = I + hA."""
     thetas = {entry["name"]: parse(entry["expression"], axes, entry["name"])[1] for entry in top["parameters"]}
-    ((a, b, c),), d = integers([[*factors]])
-    (P, scale), size = integers(top["lyapunov_matrix"]), range(len(top["error"]))
+    ((a, b, c),), _ = integers([[*factors]])
+    (P, _), size = integers(top["lyapunov_matrix"]), range(len(top["error"]))
     demand((cells := math.prod(map(len, axes.values()))) <= MAX_TOTAL, f"{cells} cells, more than {MAX_TOTAL}")
     A = [[parse(top["matrix"][i][j], thetas, f"matrix[{i}][{j}]", True) for j in size] for i in size]
     used = sorted({name for row in A for names, _ in row for name in names})
@@ -125,10 +125,10 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors
             for i, j in upper:
                 gap[i][j] = c * e * e * P[i][j] + b * e * (PF[i][j] + PF[j][i]) + (a and a * sum(map(mul, F[i], PF[j])))
             try:
-                positive_pivots(gap, d * e * e * scale, "")
+                require(gap, "")
             except Refused as why:
                 at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
-                raise Refused(f"V may not fall{''.join(at)}{why}") from None
+                raise Refused(f"V may not fall{''.join(at)}{f': {why}' if str(why) else ''}") from None
     return f"at {sum(counts)} corner matrices, of {cells} part{'s' * (cells > 1)} of the operating region"
 
 
@@ -142,8 +142,8 @@ def refuted(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fr
     demand(all(len(cells) == 1 for cells in axes.values()), "a refutation is of one point: no splits")
     thetas = {e["name"]: parse(e["expression"], axes, e["name"])[1] for e in top["parameters"]}
     box = {name: widen(*value({v: cells[0] for v, cells in axes.items()})) for name, value in thetas.items()}
-    ((a, b, c),), d = integers([[*factors]])
-    (P, scale), size = integers(top["lyapunov_matrix"]), range(len(top["error"]))
+    ((a, b, c),), _ = integers([[*factors]])
+    (P, _), size = integers(top["lyapunov_matrix"]), range(len(top["error"]))
     A = [[parse(top["matrix"][i][j], thetas, f"matrix[{i}][{j}]", True)[1](box) for i in size] for j in size]
     F = [[math.floor(FINE * ((i == j) + h * low)) for i, (low, _) in enumerate(A[j])] for j in size]  # by columns
     off = [[math.ceil(FINE * abs(h) * (high - low)) + 1 for low, high in column] for column in A]  # F is at most so far
@@ -153,7 +153,7 @@ def refuted(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fr
     gap = [[c * FINE**2 * P[i][j] + b * FINE * (PF[i][j] + PF[j][i]) - (i == j) * D[i] for j in size] for i in size]
     gap = forms.added(gap, forms.scaled(a, forms.inner(F, PF)))
     fault = "that no V with P > 0 falls so fast is not shown"
-    demand(positive_pivots(gap, d * FINE**2 * scale, fault) == len(P), f"{fault}: a pivot is 0")
+    require(gap, fault, definite=True)
     return "at one point"
 
 
@@ -163,9 +163,9 @@ def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
     where, size, (a, b) = f"reversal of {where}", range(len(P)), growth.as_integer_ratio()
     demand(growth >= 1, f"{where}: growth {show(growth)} is below 1")
     demand(sorted({*flips} & {*size}) == sorted(flips), f"{where}: flips {brief(flips)} twice or not below {len(size)}")
-    (whole, scale), turn = integers(P), [-1 if i in flips else 1 for i in size]
+    (whole, _), turn = integers(P), [-1 if i in flips else 1 for i in size]
     gap = [[(a - b * turn[i] * turn[j]) * p for j, p in enumerate(row)] for i, row in enumerate(whole)]
-    positive_pivots(gap, b * scale, f"{where}: V may grow by more than {show(growth)}")
+    require(gap, f"{where}: V may grow by more than {show(growth)}")
     after = enclosure.decayed(growth, fall, left)
     fact = f"{where}: V grows at most {enclosure.most(growth)}-fold, and {left} samples later"
     demand(after <= 1, f"{fact} may still be {show(after)} times its value before")
@@ -196,8 +196,8 @@ def verify(top: dict[str, Any]) -> list[str]:
         demand(rise and len(at) > 1 and at[:1] + at[-1:] == ends, f"{name}: no [low, high], or splits not so ordered")
         axes[name] = list(pairwise(at))
     demand(all(P[i][j] == P[j][i] for i in range(n) for j in range(i)), "lyapunov_matrix is not symmetric")
-    fault = "P is not positive definite"
-    demand(bool(along) or positive_pivots(*integers(P), fault) == n, f"{fault}: a pivot is 0")
+    if not along:
+        require(integers(P)[0], "P is not positive definite", definite=True)
     if along:  # P would be the sum of Phi'^k gap Phi^k/fall^(k+1) > 0 if the error fell so fast
         demand(len(along) == n and any(along) and not top["reversals"], "along is no direction, or there are reversals")
         value = sum(a * b * P[i][j] for i, a in enumerate(along) for j, b in enumerate(along))

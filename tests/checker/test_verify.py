@@ -28,7 +28,7 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from codegen.checker import enclosure, verify
+from codegen.checker import enclosure, kernel, verify
 from codegen.checker.verify import Refused, check
 
 Cert = dict[str, Any]
@@ -229,10 +229,10 @@ def test_limits_of_the_examples_are_where_the_judge_sees_them() -> None:
     }.items():
         cert = cfo() | dict([edits])
         assert margin(cert) < 0, field
-        with pytest.raises(Refused, match=r"V may not fall.*pivot \d is -"):
+        with pytest.raises(Refused, match="V may not fall"):
             check(text(cert))
     for key, worse, reason in (
-        ("growth", "454/100", "grow by more than 4.54: pivot 2 is -"),
+        ("growth", "454/100", "grow by more than 4.54"),
         ("dwell_samples", 100, "1.0"),
     ):
         cert = cfo()
@@ -562,9 +562,9 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "matrix with a row less": (dig("matrix", [["1", "2"]]), "matrix is not 2 by 2"),
     "P with a row more": (dig("lyapunov_matrix", [["1", "0"]] * 3), "lyapunov_matrix is not 2 by 2"),
     "P not symmetric": (dig("lyapunov_matrix.0.1", "0"), "not symmetric"),
-    "P singular": (dig("lyapunov_matrix", [["1", "1"], ["1", "1"]]), "P is not positive definite: a pivot is 0"),
-    "P indefinite": (dig("lyapunov_matrix", [["1", "2"], ["2", "1"]]), "P is not positive definite: pivot 2 is -3"),
-    "P negative": (dig("lyapunov_matrix", [["-1", "0"], ["0", "-1"]]), "P is not positive definite: pivot 1 is -1"),
+    "P singular": (dig("lyapunov_matrix", [["1", "1"], ["1", "1"]]), "P is not positive definite"),
+    "P indefinite": (dig("lyapunov_matrix", [["1", "2"], ["2", "1"]]), "P is not positive definite"),
+    "P negative": (dig("lyapunov_matrix", [["-1", "0"], ["0", "-1"]]), "P is not positive definite"),
     "P zero": (dig("lyapunov_matrix", [["0", "0"], ["0", "0"]]), "P is not positive definite"),
     "no time": (dig("sample_time", "0"), "not all positive"),
     "time and rate negative": (dig("sample_time", "-1/1000") | {"decay_rate": "-37/10"}, "not all positive"),
@@ -882,13 +882,8 @@ def test_semidefinite_as_all_principal_minors_say(data: st.DataObject) -> None:
         for chosen in itertools.combinations(range(n), size)
     ]
     before = copy.deepcopy(M)
-    try:
-        count = verify.positive_pivots(M, 1, "M")
-    except Refused:
-        assert min(minors) < 0
-    else:
-        assert min(minors) >= 0
-        assert count == np.linalg.matrix_rank(np.array(M, dtype=float))
+    assert kernel.positive(M) == (min(minors) >= 0)
+    assert kernel.positive(M, definite=True) == (min(minors) >= 0 and minors[-1] > 0)
     assert before == M
 
 
