@@ -270,6 +270,10 @@ class LogDescription(BaseModel):
         return self._reading.place(key)
 
 
+SAYS_NOTHING = LogDescription()
+"""Of a log without a description; made once, since every block of rows is a log."""
+
+
 def read_description(path: str | Path) -> LogDescription:
     """Read a description file.
 

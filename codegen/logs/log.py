@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.logs.description import LogDescription
+from codegen.logs.description import SAYS_NOTHING, LogDescription
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -112,7 +112,7 @@ class Log:
     joints: tuple[tuple[int, int], ...] = ()
     records: tuple[Log, ...] = ()
     intake: Intake = field(default_factory=Intake)
-    description: LogDescription = field(default_factory=LogDescription)
+    description: LogDescription = SAYS_NOTHING
     counted: Flags | None = None
 
     @property

@@ -19,7 +19,7 @@ from codegen.logs.cleaning import Clean, clean
 from codegen.logs.content import is_text, other_format
 from codegen.logs.counters import counter_findings, mended, repeats, require_columns, smallest_step
 from codegen.logs.csv_file import CsvSource, open_csv
-from codegen.logs.description import ZERO_ORDER, Lengths, LogDescription, read_description
+from codegen.logs.description import SAYS_NOTHING, ZERO_ORDER, Lengths, LogDescription, read_description
 from codegen.logs.hdf5_file import Hdf5File
 from codegen.logs.joined import join_logs
 from codegen.logs.json_file import JsonFile
@@ -259,7 +259,7 @@ def log_description(path: Path, description: str | Path | None) -> LogDescriptio
     if description is not None:
         return read_description(description)
     beside = path.parent / "meta.yaml"
-    return read_description(beside) if is_there(beside) else LogDescription()
+    return read_description(beside) if is_there(beside) else SAYS_NOTHING
 
 
 def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, description: LogDescription) -> Clean:

@@ -15,7 +15,7 @@ from codegen.base import input_files
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs import library
-from codegen.logs.description import LogDescription
+from codegen.logs.description import SAYS_NOTHING, LogDescription
 
 LARGEST = 1_000_000_000
 """Bytes of a log that is read whole, and of all logs of one call when unpacked."""
@@ -129,7 +129,7 @@ class LogFile(File):
         self, path: Path, allowance: Allowance | None = None, description: LogDescription | None = None
     ) -> None:
         super().__init__(path)
-        self.allowance, self.description = allowance or Allowance(), description or LogDescription()
+        self.allowance, self.description = allowance or Allowance(), description or SAYS_NOTHING
         self.names: tuple[str, ...] = ()
         self.units: Mapping[str, str] = {}
         self.said: list[str] = []

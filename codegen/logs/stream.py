@@ -9,7 +9,7 @@ from pathlib import Path
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import opened
 from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, open_csv, open_lines
-from codegen.logs.description import LogDescription
+from codegen.logs.description import SAYS_NOTHING, LogDescription
 from codegen.logs.readers import format_of
 from codegen.logs.row_forms import upright
 from codegen.logs.source import LARGEST_STREAM, Allowance, BlockFile, Columns, LogFile
@@ -67,7 +67,7 @@ def open_stream(path: Path, description: LogDescription | None = None) -> LogFil
         BadInput: for a file that cannot be used.
         NotStreamed: for a format that is read whole, or a file that is no text.
     """
-    opener, described = format_of(path), description or LogDescription()
+    opener, described = format_of(path), description or SAYS_NOTHING
     if opener is open_csv:
         return CsvStream(path, described)
     if isinstance(opener, type) and issubclass(opener, BlockFile):

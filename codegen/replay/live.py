@@ -19,7 +19,7 @@ from codegen.logs.bag_file import is_bag
 from codegen.logs.binding import bind
 from codegen.logs.counters import mended
 from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, is_windows_text, open_csv, open_lines
-from codegen.logs.description import LogDescription
+from codegen.logs.description import SAYS_NOTHING, LogDescription
 from codegen.logs.log import Array
 from codegen.logs.readers import FORMATS, log_description, since_epoch
 from codegen.logs.source import LARGEST_STREAM, Columns
@@ -165,7 +165,7 @@ def live_blocks(
             neither the sample time within 1 % nor a gap, or first steps that all are gaps.
     """
     file = "standard input" if log == STDIN else log
-    described = LogDescription() if log == STDIN else log_description(Path(log), None)
+    described = SAYS_NOTHING if log == STDIN else log_description(Path(log), None)
     table: _Table | None = None
     waiting: list[str] = []
     said: list[str] = []
