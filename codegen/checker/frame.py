@@ -100,6 +100,16 @@ void NAME_step(NAME_state *state, const NAME_parameters *parameters, const NAME_
         NAME_handle_fault(state, parameters, inputs, outputs);
     }
 }"""
+BARE_HEADER = re.sub(r"typedef enum .*\n| NAME_mode mode; unsigned char invalid_samples;| int fault;", "", HEADER)
+BARE_SOURCE = (
+    re.sub(r"#if defined\(__GNUC__\)(?s:.*?)#endif\n", "", SOURCE.partition("void NAME_init")[0])
+    + """
+void NAME_init(NAME_state *state, const NAME_parameters *parameters, const NAME_inputs *inputs) { ... }
+void NAME_step(NAME_state *state, const NAME_parameters *parameters, const NAME_inputs *inputs, NAME_outputs *outputs) {
+    ...
+}"""
+)
+"""The same without samples that count as invalid (`--fault none`): all of the step is one sequence of statements."""
 WHOLE, POWER = "(?:0|[1-9][0-9]{0,99})", "e[+-]?[0-9]{1,2}"
 DOUBLE = rf"{WHOLE}(?:\.[0-9]{{0,99}}(?:{POWER})?|{POWER})"
 FIELD = r"double ((?!STICTION)[A-Za-z]\w*)(?:\[([1-9]\d{0,2})\])?; ?"
@@ -132,18 +142,18 @@ class C(NamedTuple):
 
     name: str
     precision: Precision
-    sums: tuple[str, str, str]  # `given`, and `check` of init and of step behind what precedes it
+    sums: tuple[str, str, str] | None  # `given`, and `check` of init and of step behind what precedes it
     values: dict[str, Fraction]
     states: list[str]
     inputs: list[str]
     outputs: list[str]
     prepare: Program
     init: Program
-    reset: Program
-    predict: Program
-    resume: Program
     step: Program
     commit: Program
+    reset: Program = []  # these three of code that counts invalid samples
+    predict: Program = []
+    resume: Program = []
 
 
 class Clock:
@@ -194,11 +204,14 @@ def in_doubles(text: str) -> str:
 def between(form: str, name: str, text: str) -> list[str]:
     """What stands in a text of C in place of each "..." of the form, -> as a dot."""
     found, rest = [], plain(text)
-    for piece in re.split(r" ?\.\.\. ?", plain(form).replace("NAME", name).replace("UPPER", name.upper())):
+    *pieces, end = re.split(r" ?\.\.\. ?", plain(form).replace("NAME", name).replace("UPPER", name.upper()))
+    for piece in pieces:
         part, there, rest = rest.partition(piece)
         demand(there, f"the C is not of the form that is read: no {piece[:200]!r}")
         found.append(part)
-    demand(not found[0] + rest and not re.search("[#\"']", "".join(found)), "the C is not of the form that is read")
+    demand(rest.endswith(end) and not found[0], "the C is not of the form that is read")
+    found.append(rest.removesuffix(end))
+    demand(not re.search("[#\"']", "".join(found)), "the C is not of the form that is read")
     return [part.strip().replace("->", ".") for part in found[1:]]
 
 
@@ -246,14 +259,21 @@ def read(name: str, files: dict[str, str]) -> C:
     real = "float" if re.search(r"\bfloat\b", header) else "double"
     if real == "float":
         source, header, form = in_doubles(source), in_doubles(header), SOURCE.replace("1e+150", "1e+18")
+    guarded = f"{name.upper()}_RUNNING" in source
+    form, top = (form, HEADER) if guarded else (BARE_SOURCE, BARE_HEADER)
     if f"{name}_sign" not in source:
         form = re.sub("static inline .*", "", form)
-    prepare, init, begun, reset, predict, most, resume, given, step, commit = between(form, name, source)
-    for text in (prepare, init, begun, reset, predict, resume, given, step, commit):
+    if guarded:
+        prepare, init, begun, reset, predict, most, resume, given, step, commit = between(form, name, source)
+        demand(most in ("1", "2", "4", "8"), f"{name}.c: {most} invalid samples in a row")
+        sums, bodies = (given, begun, step), [init, reset, predict, resume, step]
+    else:
+        prepare, init, step = between(form, name, source)
+        sums, commit, bodies = None, "", [init, step]
+    for text in (prepare, commit, *bodies, *(sums or ())):
         plain_loops = re.fullmatch(r"[^{}]*+(?:{[^{}]*+}[^{}]*+)*+", text) and f"{name.upper()}_" not in text
         demand(plain_loops, f"{name}.c: {text[:80]!r} holds more than statements")
-    demand(most in ("1", "2", "4", "8"), f"{name}.c: {most} invalid samples in a row")
-    fields, values, *others = between(HEADER, name, header)
+    fields, values, *others = between(top, name, header)
     demand(
         all(re.fullmatch(f"(?:{FIELD})*", struct) for struct in (fields, *others)), f"{name}.h: no fields of doubles"
     )
@@ -266,14 +286,17 @@ def read(name: str, files: dict[str, str]) -> C:
     as0 = ", ".join(f"{{ {', '.join('0' * int(n))} }}" if n else "0" for _, n in arrays[0])
     demand(re.sub(f"-?{DOUBLE}", "0", values) == as0, f"{name}.h: values are not as their fields")
     stated = dict(zip(parameters, map(Fraction, re.findall(f"-?{DOUBLE}", values)), strict=True))
-    bodies = (prepare, init, reset, predict, resume, step, f"{step} {commit}".strip())
-    *programs, before, whole = (assignments(text, f"{name}_sign") for text in bodies)
-    programs += [before, whole[len(before) :]]
-    return C(name, PRECISIONS[real], (given, begun, step), stated, states, inputs, outputs, *programs)
+    made, start, *faults, before = (assignments(text, f"{name}_sign") for text in (prepare, *bodies))
+    whole = assignments(f"{step} {commit}".strip(), f"{name}_sign")
+    first = len(before) if guarded else next((k for k, (x, _) in enumerate(whole) if "." in x.split("[")[0]), 0)
+    fields_of = (stated, states, inputs, outputs)
+    return C(name, PRECISIONS[real], sums, *fields_of, made, start, whole[:first], whole[first:], *faults)
 
 
 def detects(c: C) -> None:
     """Raises ValueError where a sum that is compared with the limit does not hold all that the text above says."""
+    if c.sums is None:  # nothing is compared with a limit
+        return
     name, (given, begun, step), states, inputs = c.name, c.sums, c.states, c.inputs
     demand({*terms("given", given)} == {*inputs}, f"{name}.c: `given` is not the sum of all inputs")
     demand({*terms("check", begun)} == {*inputs, *states}, f"{name}.c: `check` is not the sum of inputs and states")

@@ -296,4 +296,4 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     contracts(phi, P, fall, box, proof["cover"], known)
     conditions = proof["domain"] or box or any(rest) or aside or len(moving) < len(formulas)
     found = {"aside": aside, "first order": any(off.values()), "fall": fall, "values": c.values, "c": c}
-    return found | {"whole": not conditions, "names": names, "known": known, "box": box, "check": after["check"]}
+    return found | {"whole": not conditions, "names": names, "known": known, "box": box, "check": after.get("check")}

@@ -42,8 +42,9 @@ FORM: dict[str, Any] = {
 OPTIONAL: dict[str, Any] = {"rest": [], "witness": {}}
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
-HELD = "at its start velocities are 0, all else the same whatever is measured; after invalid samples the held estimates"
-OUT = "rounding{}, samples with a fault, {}outputs that are no estimate of an error"
+START = "at its start velocities are 0, all else the same whatever is measured; "
+HELD, BARE = START + "after invalid samples the held estimates", START + "an invalid sample is taken as any other"
+OUT = "rounding{}, {}, {}outputs that are no estimate of an error"
 ASSUMED = "where, as is assumed, "
 SIZES = "that noise and drift stay within the sizes assumed (generate and certify demand those of the spec's envelope)"
 UNREAD = f"{SETS}: it rests on the V of a {PROOF} which is not that of the certificate, and its bounds are not counted"
@@ -107,9 +108,10 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         machine(proof, shown)
         met(proof, shown)
         recovery(proof, shown)
-        used, (_, limit, usual) = shown["check"], shown["c"].precision
-        size = sum(abs(c) * usual ** sum(not x.startswith("sign.") for x in m) for m, c in used.items())
-        kernel.demand(0 < size <= limit, "not a sum")  # `check` passes while all that stands in it is of usual size
+        if shown["c"].sums:  # `check` passes while all that stands in it is of usual size
+            used, (_, limit, usual) = shown["check"], shown["c"].precision
+            size = sum(abs(c) * usual ** sum(not x.startswith("sign.") for x in m) for m, c in used.items())
+            kernel.demand(0 < size <= limit, "not a sum")
         held.require(proof, shown)
         steady(proof, shown, sorted({turn["sign"] for turn in proof["reversals"]} | {*turns}))
         return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "fixed": fixed(proof, shown)}
@@ -327,6 +329,8 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     first = ", to first order in them" if shown["first order"] else ""
     stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
     values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["values"].items())
+    guarded = shown["c"].sums is not None
+    faults = "samples with a fault" if guarded else "inputs that are no numbers"
     of_floats = " (of single precision)" * (shown["c"].precision != frame.PRECISIONS["double"])
     return [
         f"machine: {'; '.join(pushed)}; {free} constant, whatever the value",
@@ -340,8 +344,8 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         *left_over,
         *(falling(proof, enclosure.most(shown["fall"]), plain) if fall else ()),
         f"with the values of {proof['name']}.h: {values}",
-        *(() if proof["domain"] else (HELD,)),
-        f"in exact arithmetic; not covered: {OUT.format(of_floats, SIZED if sized else WITHIN)}",
+        *(() if proof["domain"] else (HELD if guarded else BARE,)),
+        f"in exact arithmetic; not covered: {OUT.format(of_floats, faults, SIZED if sized else WITHIN)}",
     ]
 
 
