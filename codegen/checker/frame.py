@@ -151,9 +151,9 @@ class C(NamedTuple):
     init: Program
     step: Program
     commit: Program
-    reset: Program = []  # these three of code that counts invalid samples
-    predict: Program = []
-    resume: Program = []
+    reset: Program  # this and the next are empty where none counts as invalid
+    predict: Program
+    resume: Program
 
 
 class Clock:
@@ -290,7 +290,7 @@ def read(name: str, files: dict[str, str]) -> C:
     whole = assignments(f"{step} {commit}".strip(), f"{name}_sign")
     first = len(before) if guarded else next((k for k, (x, _) in enumerate(whole) if "." in x.split("[")[0]), 0)
     fields_of = (stated, states, inputs, outputs)
-    return C(name, PRECISIONS[real], sums, *fields_of, made, start, whole[:first], whole[first:], *faults)
+    return C(name, PRECISIONS[real], sums, *fields_of, made, start, whole[:first], whole[first:], *(faults or [[], [], []]))
 
 
 def detects(c: C) -> None:
