@@ -290,7 +290,8 @@ def read(name: str, files: dict[str, str]) -> C:
     whole = assignments(f"{step} {commit}".strip(), f"{name}_sign")
     first = len(before) if guarded else next((k for k, (x, _) in enumerate(whole) if "." in x.split("[")[0]), 0)
     fields_of = (stated, states, inputs, outputs)
-    return C(name, PRECISIONS[real], sums, *fields_of, made, start, whole[:first], whole[first:], *(faults or [[], [], []]))
+    faults = faults or [[], [], []]
+    return C(name, PRECISIONS[real], sums, *fields_of, made, start, whole[:first], whole[first:], *faults)
 
 
 def detects(c: C) -> None:
