@@ -152,7 +152,34 @@ def derive_step(observer: Observer, longest: int = SHORT) -> ErrorDynamics:
 
 
 def _derive(observer: Observer, longest: int, psi: bool = True, step: bool = True) -> ErrorDynamics:
-    """Both matrices, or zeros in place of one that is not asked for."""
+    """Both matrices, or zeros in place of one that is not asked for; observers that differ in numbers share them."""
+    key = (_symbolic(observer), longest, psi, step)
+    if key not in _derived:
+        if len(_derived) == MOST_KEPT:
+            del _derived[next(iter(_derived))]
+        _derived[key] = _derive_anew(observer, longest, psi, step)
+    found = replace(_derived[key], observer=observer)
+    found.__dict__["_in_force"] = _derived[key]._in_force
+    return found
+
+
+MOST_KEPT = 32
+_derived: dict[Any, ErrorDynamics] = {}
+"""What was derived last."""
+
+
+def _symbolic(observer: Observer) -> tuple[Any, ...]:
+    """All of an observer that its error dynamics follow from: everything but numbers, which are symbols there."""
+    system = observer.system
+    laws = [tuple((f.label, tuple(f.arguments.items())) for f in e.law) for e in observer.equations]
+    equations = [(e.name, e.symbols, e.expression, e.form, e.state) for e in observer.equations]
+    errors = tuple((e.symbol, e.truth, e.of, e.contact) for e in observer.errors)
+    own = (observer.states, observer.rates, observer.signs, observer.integration, observer.euler is None)
+    machine = (system.positions, system.velocities, system.mass_matrix, system.slip_velocity)
+    return (tuple(equations), tuple(laws), errors, observer.level_errors, own, machine)
+
+
+def _derive_anew(observer: Observer, longest: int, psi: bool, step: bool) -> ErrorDynamics:
     system = observer.system
     inverse_mass, inverse_names = inverse_mass_symbols(system)
     e = [error.symbol for error in observer.errors]
