@@ -5,7 +5,8 @@ kernel.py, enclosure.py and files.py, which must be beside it.
 
 THEOREM. Let all be as in the kernel's theorem of the proof, but for this: a position x is measured as x + noise, and x,
 v and the rest of `truth` move in a sample by what is said there and a drift, |noise| and |drift| at most as the claim
-says, and zero where it is silent. Then e = sign * (truth + shift - estimate) moves by e[k+1] = matrix e[k] + push w[k],
+says, and zero where it is silent; what is said is of the true positions or, if `forces` is "measured", with the forces
+at the measured ones. Then e = sign * (truth + shift - estimate) moves by e[k+1] = matrix e[k] + push w[k],
 w the noises and drifts; it tends to each of the claim's sets, whatever it is at first, and stays in one in which it is;
 and |sum of c_i sign_i (truth_i - estimate_i)|, c and then the bound being a row of the set, is from `samples` samples
 later on at most that bound and what the noise of the same sample adds to it. The same holds of each of the bounds of a
@@ -33,7 +34,7 @@ elif "kernel" not in globals():  # verify.py hands its own in
     frame = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("frame.py"))))
     kernel = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("kernel.py")), {"frame": frame}))
 
-FIELDS = ("name", "noise", "drift", "shifts", "push", "sets")
+FIELDS, FORCES = ("name", "noise", "drift", "shifts", "push", "sets"), "forces"  # which may be absent
 SET, LATER = ("matrix", "weights", "samples", "rows"), ("within", "after")  # the latter two may be absent
 DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
 GRID, MOST_SAMPLES = 1 << 60, 10_000
@@ -69,8 +70,8 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
         text = kernel.Text(names | {f"noise.{x}": n for x, n in (noise or {}).items()}, shown["known"])
         return [text.value(x) for x in texts]
 
-    def later(at: dict[str, Any], drift: dict[str, Any]) -> dict[str, Any]:
-        rate = zip(proof["acceleration"], read(at, proof["acceleration"].values()), strict=True)
+    def later(at: dict[str, Any], drift: dict[str, Any], acting: dict[str, Any]) -> dict[str, Any]:
+        rate = zip(proof["acceleration"], read(acting, proof["acceleration"].values()), strict=True)
         then = at | fresh | {x: at[x] + drift.get(x, zero) for x in truths}
         then |= {v: at[v] + h * a + drift.get(v, zero) for v, a in rate}
         mean = {"euler": at, "semi_implicit": then}[proof["step"]]
@@ -84,9 +85,10 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
     error = [term(1, f"error.{x}") for x in truths]
     shift = [names[s] * d for s, d in zip(turned, read(names, claim["shifts"], noise), strict=True)]
     raw = [[e - d] for e, d in zip(error, shift, strict=True)]
-    unmoved = later(names, {})
+    unmoved = later(names, {}, names)
     expected = shows(unmoved, [zero] * len(error), [e for (e,) in kernel.times(matrix, raw, zero)])
-    then = later(names | {x: names[x] - n for x, n in noise.items()}, drift)
+    true = names | {x: names[x] - n for x, n in noise.items()}
+    then = later(true, drift, names if claim.get(FORCES) else true)
     new = {x: term(1, f"later.noise.{x}") for x in noise}
     then |= {x: then[x] + n for x, n in new.items()}
     wide = [[*a, *b] for a, b in zip(matrix, push, strict=True)]
@@ -174,7 +176,8 @@ def asked(ball: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None]]
 @frame.limited()
 def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> list[list[Fraction]]:
     """The bounds that the rows of each set (``asked``) have with the noise of the same sample, or ValueError."""
-    kernel.demand({*claim} == {*FIELDS} and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
+    fields = {*claim} - {FORCES} == {*FIELDS} and claim.get(FORCES, "measured") == "measured"
+    kernel.demand(fields and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
     parts = [claim["sets"], *(ball.get("after", []) for ball in claim["sets"])]
     kernel.demand(lists(claim["shifts"], 1) and lists(claim["push"], 2) and {*map(type, parts)} == {list}, "no lists")
     matrix, push, shift = moves(proof, claim, shown)

@@ -81,7 +81,7 @@ def instead(raw: Any) -> str:
     if not isinstance(raw, tuple):
         return {list: "a list", str: "a text", bytes: "a number", type(None): "null"}.get(type(raw), "true or false")
     names = [name for name, _ in raw]
-    if {*names} == {*ellipsoid.FIELDS}:
+    if {*names} - {ellipsoid.FORCES} == {*ellipsoid.FIELDS}:
         return f"an {SETS}, and it is verified with the {PROOF} beside it"
     form = next((value for name, value in raw if name == "format" and isinstance(value, str)), "")
     if form:
@@ -234,7 +234,8 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     claim, found = kept(proof, shown, text)
     most, number, plain = enclosure.most, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
     errors = [lag(e, plain) for e in proof["errors"]]
-    besides = "all else is measured exactly and moves as the machine above"
+    at = ", its forces those at the measured positions" * bool(claim.get(ellipsoid.FORCES))
+    besides = f"all else is measured exactly and moves as the machine above{at}"
     lines = [f"{ASSUMED}{disturbed(claim, plain)}; {besides} (whatever these do, without any turn):"]
     for ball, bounds in zip(claim["sets"], found, strict=True):
         known = iter(bounds)

@@ -211,20 +211,25 @@ def test_fast_gains_whose_bound_is_as_large_as_friction_are_told_with_slower_one
     assert f"{slower['bound']['steady']:.4g} N" in words and f"divided by {slower['gains_divided_by']}" in words
 
 
-def test_an_axis_under_gravity_is_told_why_no_bound_is_known_and_that_a_linear_one_has_one(tmp_path: Path) -> None:
-    """What `gains` and `certify` say, and that the copy that they advise has a bound."""
+def test_an_axis_under_gravity_has_a_bound_and_one_with_drag_is_told_why_it_has_none(tmp_path: Path) -> None:
+    """Gravity's slope counts in full at every position: that costs a little more than the linear force at x = 0."""
     path = tmp_path / "axis.yaml"
     text = (SPECS / "one_mass.yaml").read_text().partition("envelope:")[0]
-    text = text.replace("  - w\n", "  - w - G*sin(x/l)\n")
     text = text.replace("gains: {K_F: 10, K_v: 100}", "gains: {K_F: 10, K_v: {free: [50, 200]}}")
-    text = text.replace("parameters:\n", "parameters:\n  l: {value: 1, unit: m}\n  G: {value: 9, unit: N}\n")
-    path.write_text(text + "envelope: {x: [-1, 1], v: [-5, 5], v_dot: [-210, 210], x_noise: [-5e-6, 5e-6]}\n")
-    told = json.loads(stiction("gains", path, "--json").out)
-    assert told["error_bounds"] == [] and "depends on x," in told["no_error_bound"]
-    assert told["no_error_bound"] in stiction("gains", path).out
+    text = text.replace(
+        "parameters:\n", "parameters:\n  l: {value: 1, unit: m}\n  G: {value: 9, unit: N}\n  s: {value: 1, unit: s}\n"
+    )
+    text += "envelope: {x: [-1, 1], v: [0.1, 5], v_dot: [-210, 210], x_noise: [-5e-6, 5e-6]}\n"
+    found = {}
+    for force in ("G*sin(x/l)", "G*x/l", "G*v*v*s*s/l/l"):
+        path.write_text(text.replace("  - w\n", f"  - w - {force}\n"))
+        found[force] = json.loads(stiction("gains", path, "--json").out)
+    curved, linear, drag = found.values()
+    assert curved["no_error_bound"] is None and linear["no_error_bound"] is None
+    bounds = [told["error_bounds"][0]["bound"]["steady"] for told in (curved, linear)]
+    assert bounds[1] < bounds[0] < 1.001 * bounds[1]
+    assert drag["error_bounds"] == [] and "the slope of g in v is no constant" in drag["no_error_bound"]
+    assert drag["no_error_bound"] in stiction("gains", path).out
     chosen = tmp_path / "chosen.yaml"
     chosen.write_text(path.read_text().replace("{free: [50, 200]}", "100"))
-    assert json.loads(stiction("certify", chosen, "--json").out)["error_bounds"] == told["no_error_bound"]
-    path.write_text(path.read_text().replace("G*sin(x/l)", "G*x/l"))
-    linear = json.loads(stiction("gains", path, "--json").out)
-    assert linear["no_error_bound"] is None and linear["error_bounds"][0]["bound"]["steady"] > 0
+    assert json.loads(stiction("certify", chosen, "--json").out)["error_bounds"] == drag["no_error_bound"]

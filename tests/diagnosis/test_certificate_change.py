@@ -29,7 +29,7 @@ def machine(effects: str) -> Derived:
     [
         ("[]", ()),
         (DELAY, ("a delay or lag of an input", "it rests on proof.json")),
-        (COGGING, ("the slope of g in x is no constant",)),
+        (COGGING, ()),
         (UNSTABLE, ("no certificate",)),
     ],
 )

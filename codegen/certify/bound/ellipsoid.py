@@ -135,6 +135,7 @@ def ellipsoid_text(
     turned = [e["sign"] for e in proof["errors"]]
     claim = {
         "name": proof["name"],
+        **({ellipsoid.FORCES: "measured"} if response.curved else {}),
         "noise": {d.of: str(d.size) for d in of if d.kind == "noise"},
         "drift": {d.of: str(d.size) for d in of if d.kind == "drift"},
         "shifts": [

@@ -5,8 +5,9 @@ With ẽ the error that the estimates would have without noise in this sample, b
     ẽ[k+1] = Φ ẽ[k] + N n[k] + X d_x[k] + d_v[k] + a-terms + ΔF[k],    e[k] = ẽ[k] − D n[k],
 
 n the position noise, d_x = x[k+1] − x[k] − h v[k], d_v = v[k+1] − v[k] − h a[k], ΔF the change of friction in a sample.
-All hold for an observer that is affine in states and positions while no slip turns: constant M and U, g affine in x
-and v, h(s) = s. For others there is no such response, and no bound.
+All hold for an observer that is affine in states and positions while no slip turns: constant M and U, g affine in v,
+h(s) = s. For others there is no such response, and no bound. What g holds besides of x and the inputs, as gravity on an
+axis that tilts or cogging, the observer computes at the measured positions: its error there is one more part of d_v.
 """
 
 from __future__ import annotations
@@ -34,10 +35,6 @@ SLOPES = {
     "by_velocity": "the slope of g in v",
     "by_input": "the slope of g in the inputs",
 }
-NEAR_ONE_POSITION = (
-    "; a copy of the spec in which that force is linear, its slope at one position times the distance from it, "
-    "has a bound: that of motion near this position"
-)
 
 
 @dataclass(frozen=True)
@@ -51,6 +48,8 @@ class Response:
         acceleration: what the true acceleration adds at e = 0, m by n (zero for explicit Euler).
         by_position, by_velocity, by_force: slopes of the model's acceleration in x, v and the friction on coordinates.
         by_input: in the inputs, n by inputs.
+        curved: parts of forces that are not affine in positions or inputs, over these and signs; they are in none of
+            the slopes. of_curved: slopes of the model's acceleration in them, n by parts.
         by_state: |slope| of every error in every state, m by m.
     """
 
@@ -64,6 +63,8 @@ class Response:
     by_force: Matrix
     by_input: Matrix
     by_state: Matrix
+    of_curved: Matrix
+    curved: tuple[Any, ...] = ()
 
 
 def error_response(observer: Observer) -> Response | str:
@@ -86,11 +87,12 @@ def error_response(observer: Observer) -> Response | str:
     values: dict[Any, Any] = {}
     model = sympy.zeros(mass.rows, 1)
     estimates: list[Any] = []
+    curved = Curved(observer)
     for equation in observer.equations:
         expression = equation.expression.xreplace(numbers)
         expression = expression.replace(Sgn, lambda u: signs.get(u, Sgn(u)))
         expression = expression.replace(Magnitude, lambda u: signs[u] * u if u in signs else Magnitude(u))
-        expression = expression.xreplace(values)
+        expression = expression.applyfunc(curved.without).xreplace(values)
         if equation.form == "mass_solve":
             model, expression = inverse * expression, a
         values.update(zip(equation.symbols, expression, strict=True))
@@ -106,6 +108,8 @@ def error_response(observer: Observer) -> Response | str:
     direct_acceleration = h * sympy.eye(m)[:, :n]
     plain, to_state, by_state = [1] * max(m, n), from_state.inv(), jacobian(model, z)
     # The truth as a state: v̂ = v and ẽ = 0, so z = v − (the rest of the estimate); only slopes in a count here.
+    if curved.parts and (observer.domain is not None or rates.free_symbols & curved.parts.keys()):
+        return "g is not affine in x, and a bound is known then for an observer without a domain, which adds g alone"
     matrices = {
         "step": scaled(turn, from_state * (sympy.eye(m) + h * jacobian(stepped, z)) * to_state, turn),
         "noise": scaled(turn, -h * from_state * jacobian(stepped, x), plain),
@@ -117,23 +121,82 @@ def error_response(observer: Observer) -> Response | str:
         "by_force": -inverse,
         "by_state": from_state.subs(dict.fromkeys(observer.signs, 1)).applyfunc(abs),
         "by_input": jacobian(model, system.inputs) if system.inputs else sympy.zeros(n, 0),
+        "of_curved": jacobian(model, [*curved.parts]) if curved.parts else sympy.zeros(n, 0),
     }
     tidy = {
         name: Matrix(matrix.applyfunc(lambda e: _signs_gone(e, observer.signs))) for name, matrix in matrices.items()
     }
     left = {name: e for name, matrix in tidy.items() for e in matrix if not e.is_Rational}
     if not left:
-        return Response(**tidy)
+        return Response(**tidy, curved=tuple(curved.parts.values()))
     if observer.integration == "exponential":
         return "the step is exponential, and a bound is known for euler and semi_implicit"
     varies = [words for name, words in SLOPES.items() if name in left and left[name].free_symbols]
     if varies or any(e.free_symbols for e in left.values()):
         what = varies[0] if varies else "the slope of h"
-        names = _names(left["by_position"].free_symbols & {*system.positions} if "by_position" in left else ())
-        how = f" (it depends on {names}, as that of gravity on a tilting axis does)" if names else ""
-        remedy = NEAR_ONE_POSITION if names else ""
-        return f"{what} is no constant{how}, and a bound is known for g affine in x and v, and h(s) = s{remedy}"
+        return f"{what} is no constant, and a bound is known for g affine in v, and h(s) = s"
     return "a number of the step is not rational"
+
+
+class Curved:
+    """The parts of an observer's forces that are not affine in positions or inputs, and hold no state.
+
+    Attributes:
+        parts: symbol in place of a part → the part.
+    """
+
+    def __init__(self, observer: Observer) -> None:
+        self._measured = {*observer.system.positions, *observer.system.inputs}
+        self._known = self._measured | {*observer.signs}
+        self.parts: dict[sympy.Dummy, Any] = {}
+
+    def without(self, expression: Any) -> Any:
+        """An expression over states and measurements with a symbol in place of its curved part."""
+        terms = sympy.Add.make_args(sympy.expand(expression))
+        curved = [e for e in terms if e.free_symbols <= self._known and not self._is_affine(e)]
+        if not curved:
+            return expression
+        part = sympy.Dummy("curved", real=True)
+        self.parts[part] = sum(curved)
+        return sympy.Add(*(e for e in terms if e not in curved), part)
+
+    def _is_affine(self, e: Any) -> bool:
+        _, rest = e.as_independent(*self._measured, as_Add=False)
+        return bool(rest.is_Symbol or not rest.free_symbols)
+
+
+def largest_slopes(spec: Spec, observer: Observer, part: Any) -> list[Any] | str:
+    """At least the magnitude of a part's slope in each position and input over the envelope, or what this lacks."""
+    system, missing = observer.system, []
+    ranges = {
+        x: max(abs(sympy.Rational(e)) for e in spec.envelope[x.name])
+        for x in (*system.positions, *system.inputs)
+        if x.name in spec.envelope
+    }
+
+    def largest(e: Any) -> Any:
+        if e.is_number:
+            return abs(e) if e.is_Rational else upwards(abs(float(e)) * (1 + 1e-12), DIGITS)
+        if e in observer.signs or e.func in (sympy.sin, sympy.cos, Sgn):
+            return sympy.Integer(1)
+        if e in ranges:
+            return ranges[e]
+        if e.func is Magnitude:
+            return largest(e.args[0])
+        if e.is_Add or e.is_Mul:
+            return e.func(*map(largest, e.args))
+        if e.is_Pow and e.exp.is_Integer and e.exp > 0:
+            return largest(e.base) ** e.exp
+        missing.append(str(e))
+        return sympy.Integer(0)
+
+    found = [largest(part.diff(x)) for x in (*system.positions, *system.inputs)]
+    return f"g is not affine in x, and the envelope has no range for {missing[0]}" if missing else found
+
+
+def _magnitude(e: Any) -> Any:
+    """At least |e|, of a polynomial in signs."""
+    return sum((abs(c) for c in sympy.expand(e).as_coefficients_dict().values()), sympy.Integer(0))
 
 
 def _names(expressions: Iterable[Any]) -> str:
@@ -185,6 +248,12 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
     if said := left_out(system):
         return said
     slower = 1 + off.time
+    slopes = [largest_slopes(spec, observer, part) for part in response.curved]
+    if missing := next((x for x in slopes if isinstance(x, str)), ""):
+        return missing
+    n, weights = len(system.positions), response.of_curved.applyfunc(_magnitude)
+    bounds = weights * sympy.Matrix(len(slopes), n + len(system.inputs), [e for row in slopes for e in row])
+    beyond, by_input = bounds[:, :n], response.by_input.applyfunc(abs) + bounds[:, n:]
 
     def largest(name: str) -> Fraction | None:
         ends = spec.envelope.get(name)
@@ -193,7 +262,7 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
     true = [largest(f"{v}_dot") or Fraction(0) for v in system.velocities]
     acceleration = [slower * slower * a for a in true]
     speed = [largest(v.name) for v in system.velocities]
-    if any(response.by_position) and None in speed:
+    if any((*response.by_position, *beyond)) and None in speed:
         return "g depends on x, and the envelope has no range for every velocity"
     speeds = [s or Fraction(0) for s in speed]
     pushed = [largest(w.name) for w in system.inputs]
@@ -216,18 +285,21 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
             rates.append(onto[error.coordinate])
     jerk = [
         dot(response.by_position.row(i), [slower * s for s in speeds])
+        + dot(beyond.row(i), [slower * s for s in speeds])
         + dot(response.by_velocity.row(i), acceleration)
         + dot(response.by_force.row(i), onto)
         for i in range(len(acceleration))
     ]
+    noise = [largest(f"{x}_noise") or Fraction(0) for x in system.positions]
     more = [
         (off.mass + slower * slower - 1) * a
+        + dot(beyond.row(i), noise)
         + off.time * dot(response.by_velocity.row(i), speeds)
-        + off.gain * dot(response.by_input.row(i), [w or Fraction(0) for w in pushed])
+        + off.gain * dot(by_input.row(i), [w or Fraction(0) for w in pushed])
         for i, a in enumerate(true)
     ]
     return {
-        "noise": [largest(f"{x}_noise") or Fraction(0) for x in system.positions],
+        "noise": noise,
         "displacement": [h * h * a / 2 for a in acceleration],
         "velocity": [h * h * j / 2 + h * m for j, m in zip(jerk, more, strict=True)],
         "acceleration": [a + m for a, m in zip(acceleration, more, strict=True)],
