@@ -379,8 +379,8 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     A stage of the drive that takes force away removes residual in proportion; it must remove its share of what is left.
     Held-out blocks count by no more than what the fit to all of them removes: the step to a fit without them is linear.
     """
-    before_it = {p.effect.seen_over for p in plain.trial.parts}
-    least = credit.LEAST_SHARE if not before_it else ELSEWHERE
+    before_it = {p.effect.seen_over for p in plain.trial.parts if not _is_seen_otherwise(fits.search, p)}
+    least = credit.LEAST_SHARE if not plain.trial.parts else ELSEWHERE
     least = credit.FURTHER if found.part.effect.seen_over in before_it else least
     ratio = float(np.sqrt(found.by_segment.sum() / plain.by_segment.sum()))
     acting = drive_share(found.model, plain.model, fits.problem.motion)
@@ -396,3 +396,12 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     elif p > credit.ALPHA:
         why_not = f"fits better by so little that it may be chance (p = {p:.2g} over all candidates)"
     return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, False, p)
+
+
+def _is_seen_otherwise(search: Search, part: Part) -> bool:
+    """Whether an effect is the same motion as one that is seen over another variable, so it has no curve over its own.
+
+    An asymmetry of the friction level is a constant force: viscous friction beside it corrects no form of it.
+    """
+    twins = part.effect.twins(search.system, part.place)
+    return any(CATALOGUE[kind].seen_over != part.effect.seen_over for kind, _ in twins)

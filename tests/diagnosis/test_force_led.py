@@ -193,6 +193,21 @@ def test_what_takes_the_drive_away_removes_no_residual_by_that(tmp_path: Path) -
     assert ranked.evidence.share > 0.3 and ranked.why_not.endswith("% of the drive force")
 
 
+def test_a_constant_force_is_no_curve_over_speed(tmp_path: Path) -> None:
+    """Viscous friction removes 30 % of the rest: enough beside an offset, and so beside its twin, an asymmetry."""
+    lacking = "[{kind: offset, on: x, parameters: {f0: 2}}, {kind: viscous, on: rail, parameters: {b: 2}}]"
+    search, problem = searched(jittered(log_of(stage(lacking, 5.5), tmp_path, "train.csv"), tmp_path))
+    fits, least = ForceFits(search, problem, search.refit()), []
+    for kind in ("offset", "coulomb_asymmetry", "quadratic_drag"):
+        one = search.declared_trial.with_part(part_of(CATALOGUE[kind], 0, search.system))
+        both = one.with_part(part_of(CATALOGUE["viscous"], 0, search.system))
+        before = fits.fit(one, np.append(fits.adopted, 1.0))
+        after = fits.fit(both, np.append(before.theta, 2.0))
+        cut = replace(before, residual=after.residual / np.sqrt(0.7))  # of which viscous friction removes 30 %
+        least.append("removes" not in judged(fits, cut, after, 1).why_not)
+    assert least == [True, True, False]
+
+
 def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:
     log = jittered(log_of(stage(level=5.5), tmp_path, "train.csv"), tmp_path)
     search, problem = searched(log)
