@@ -13,11 +13,11 @@ exact arithmetic both compute the same. So, in C that compiles:
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
 from time import thread_time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 HEADER = """#ifndef STICTION_UPPER_H
 #define STICTION_UPPER_H
@@ -116,21 +116,42 @@ FIELD = r"double ((?!STICTION)[A-Za-z]\w*)(?:\[([1-9]\d{0,2})\])?; ?"
 INDEX = r"(?:0|[1-9]\d{0,3})"
 ARRAY = r"double (\w+)\[([1-9]\d{0,2})\]; ?"
 STATEMENT = re.compile(r"((?:const )?double )?([A-Za-z_][\w.]*(?:\[[\d.]+\])?) (\+?=) ([^;={}]+); ?")
-SECONDS = 5.0
+SECONDS, OF_ALGEBRA = 5.0, 30.0
 MOST_FIELDS, MOST_ARRAYS, MOST_TEXT = 10_000, 100, 1_000_000
 
 
+QUANTITIES = re.compile(r"inputs\.|outputs\.|state\.|true\.|error of ")
+
+
 class Precision(NamedTuple):
-    """Of a floating-point type: four roundings, the limit of a sum, and the size up to which quantities are to pass."""
+    """A floating-point type.
+
+    Attributes:
+        rounding: four times the largest relative error of one.
+        limit: that `check` is compared with. most: its numbers are up to this, and from 1/most on.
+        usual: the size of quantities up to which all that is computed is to be within these.
+    """
 
     rounding: Fraction
     limit: int
+    most: int
     usual: int
 
+    def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
+        """Whether a polynomial's coefficients are such numbers, and what it is of quantities of usual size."""
+        for monomial, c in terms.items():
+            degree = sum(bool(QUANTITIES.match(x)) for x in monomial) if self.usual > 1 else 0
+            large = abs(c) * self.usual**degree * len(terms) > self.most or abs(c) * self.most < 1
+            if large or len(monomial) >= 100 or c.denominator > MOST_NUMBER or abs(c.numerator) > MOST_NUMBER:
+                return False
+        return True
 
+
+MOST_NUMBER = 10**300
+EXACT = Precision(Fraction(0), MOST_NUMBER, MOST_NUMBER, 1)
 PRECISIONS = {
-    "double": Precision(Fraction(1, 2**50), 10**150, 10**6),
-    "float": Precision(Fraction(1, 2**21), 10**18, 10**3),
+    "double": Precision(Fraction(1, 2**50), 10**150, 10**300, 10**6),
+    "float": Precision(Fraction(1, 2**21), 10**18, 10**37, 10**3),
 }
 
 
@@ -169,10 +190,10 @@ def demand(holds: object, why: str) -> None:
 
 
 @contextmanager
-def limited() -> Iterator[None]:
-    """SECONDS of the thread's time from now on, or what is left of those of who asks: no file takes longer to judge."""
+def limited(seconds: float | None = None) -> Iterator[None]:
+    """So much of the thread's time from now on (SECONDS if not said), or what is left of that of who asks."""
     before = Clock.end
-    Clock.end = min(before, thread_time() + SECONDS)
+    Clock.end = min(before, thread_time() + (SECONDS if seconds is None else seconds))
     try:
         yield
     finally:
@@ -194,8 +215,9 @@ def plain(text: str) -> str:
 def in_doubles(text: str) -> str:
     """A plain text of C in single precision as the same in doubles; ValueError where a double stands in it too."""
     demand(not re.search(r"\bdouble\b", text), "double and single precision in one file")
-    for number in re.findall(rf"(?<![\w.])({DOUBLE})f\b", text):
-        demand(not Fraction(number) or Fraction(1, 10**37) < Fraction(number) < 10**38, f"{number} is no float")
+    for number in re.findall(rf"(?<![\w.]){DOUBLE}", text):
+        within = not Fraction(number) or Fraction(1, 10**37) < Fraction(number) < 10**37
+        demand(within, f"{number} is no float")
     text = re.sub(rf"(?<![\w.])({DOUBLE})f\b", r"\1", text)
     text = re.sub(r"\b(fabs|sin|cos)f(?= ?\()", r"\1", text)
     return re.sub(r"\bfloat\b", "double", text)
@@ -237,17 +259,21 @@ def assignments(text: str, sign: str) -> Program:
     text, found, end = unrolled(text), [], 0
     arrays = re.findall(ARRAY, text)
     text, sizes = re.sub(ARRAY, "", text), {name: int(size) for name, size in arrays}
-    local = {f"{name}[{k}]" for name, size in sizes.items() for k in range(size)}
     demand(len(sizes) == len(arrays) <= MOST_ARRAYS, "arrays of the same name, or too many")
+    local, taken = {f"{name}[{k}]" for name, size in sizes.items() for k in range(size)}, {"sgn", sign}
+    demand(not taken & {*sizes}, f"an array is called {sign}")
     while statement := STATEMENT.match(text, end):
         declared, target, way, value = statement.groups()
         end = statement.end()
-        demand(not declared or target not in {*local, sign}, f"{target} is declared twice")  # one may hide another
+        demand(target.split("[")[0] not in taken, f"{target} is a function")
+        demand(not declared or target not in local, f"{target} is declared twice")  # one may hide another
         local |= {target} if declared else set()
         demand("." in target.split("[")[0] or target in local, f"{target} is set")
         whole = re.search(r"(?<![\w.[])[0-9]", re.sub(rf"(?<![\w.]){DOUBLE}", "", value))
-        demand(not whole and not re.search(r"\bsgn\b", value), f"{value[:80]}: a number or a function out of place")
-        found.append((target, re.sub(rf"\b{sign}\b", "sgn", f"{target} + {value}" if way == "+=" else value)))
+        called = rf"(?<!\.)\b{sign}(?= ?\()"
+        other = re.search(rf"\bsgn\b|\b{sign}\b", re.sub(called, "", value))
+        demand(not whole and not other, f"{value[:80]}: a number or a function out of place")
+        found.append((target, re.sub(called, "sgn", f"{target} + {value}" if way == "+=" else value)))
     demand(end == len(text), f"{text[end : end + 80]!r} cannot be read")
     return found
 
@@ -278,6 +304,8 @@ def read(name: str, files: dict[str, str]) -> C:
         all(re.fullmatch(f"(?:{FIELD})*", struct) for struct in (fields, *others)), f"{name}.h: no fields of doubles"
     )
     arrays = [re.findall(FIELD, struct) for struct in (fields, *others)]
+    taken = {"sgn", f"{name}_sign"} & {field for array in arrays for field, _ in array}
+    demand(not taken, f"{name}.h: a field is called as a function")
     demand(sum(int(n or 1) for array in arrays for _, n in array) <= MOST_FIELDS, f"{name}.h: too many fields")
     parameters, states, inputs, outputs = (
         [f"{of}.{x}{n and f'[{k}]'}" for x, n in array for k in range(int(n or 1))]
@@ -330,6 +358,7 @@ def terms(name: str, text: str) -> list[str]:
         part = re.fullmatch(rf"for \(int i = (\d{{1,4}}); i < (\d{{1,4}}); i\+\+\) {{ {name} \+= ([^;{{}}]*); }}", loop)
         demand(part, f"{loop[:80]!r} is no part of a sum")
         each = range(int(part[1]), int(part[2])) if part else ()
+        demand(len(each) * len(loop) < MOST_TEXT, "loops that are too long")
         found += [x.replace("[i]", f"[{k}]") for k in each for x in part[3].split(" + ")] if part else []
     demand(first and len(found) == len({*found}), f"`{name}` is no sum, or a term stands twice in it")
     return [x for x in found if x != "0.0"]

@@ -29,7 +29,8 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     frame.detects(c)
     free = {x: kernel.term(1, x) for x in (*c.values, *c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):
-        kernel.Text(free, {}).run(program, c.states)
+        kernel.Text(free, {}, c.precision).run(program, c.states)
+    kernel.Text({x: p for x, p in free.items() if x not in c.states}, {}).run(c.init, c.states)  # whatever was there
     if proof["domain"]:
         return
     estimates, before = {e["truth"]: e["estimate"] for e in proof["errors"]}, [*known]

@@ -192,8 +192,8 @@ EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 
 
 class Text:  # expressions over `names`, and assignments to them
-    def __init__(self, names: dict[str, Poly], known: Known) -> None:
-        self.names, self.known = dict(names), known
+    def __init__(self, names: dict[str, Poly], known: Known, precision: Any = frame.EXACT) -> None:
+        self.names, self.known, self.precision = dict(names), known, precision
 
     def value(self, text: str) -> Poly:
         demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
@@ -214,8 +214,7 @@ class Text:  # expressions over `names`, and assignments to them
                 a, b = self.of(left, text), self.of(right, text)
                 b = function("1/", b, self.known) if isinstance(operator, ast.Div) else b
                 done = a + b if isinstance(operator, ast.Add) else a - b if isinstance(operator, ast.Sub) else a * b
-                normal = all(len(m) < 100 and c.denominator < 1e300 > abs(c.numerator) for m, c in done.items())
-                demand(normal, "a power or a coefficient is too large")  # within doubles
+                demand(self.precision.holds(done), "a number is too large or small, or a power")
                 return done
         demand(here in self.names, f"{here[:80]} is nothing that is known here")
         return self.names[here]
@@ -233,8 +232,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     signs, errors, formulas, velocity = (proof[x] for x in ("signs", "errors", "states", "positions"))
     c = frame.read(proof["name"], files)
     # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded.
-    made = Text({p: term(x) for p, x in c.values.items()}, {}).run(c.prepare, [*c.values])
-    near = c.precision.rounding
+    own, near = {p: term(x) for p, x in c.values.items() if p not in dict(c.prepare)}, c.precision.rounding
+    made = Text(own, {}, c.precision).run(c.prepare, [*c.values])
     demand(all(abs(made[p].constant() - x) <= abs(x) * near for p, x in c.values.items()), "prepare gives others")
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
@@ -244,10 +243,11 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     demand(named and len({*truths}) == len({*estimates} & {*c.outputs}) == len(errors) <= 100, "not so named")
     known: Known = {}
     names = {p: made[p] for p in c.values} | {x: term(1, x) for x in (*c.inputs, *truths, *signs)} | {"": term(1)}
-    # A sign is that of a polynomial of estimates, truths and inputs, not constant: so there are points where all are 1.
+    # A sign is that of a polynomial with an estimate or a measured velocity: so there are points where all are 1.
+    slips = {*estimates, *velocity.values()} - {*truths}
     visible = {x: p for x, p in names.items() if x not in signs} | {x: term(1, x) for x in estimates}
     seen = [Text(visible, {}).value(of).names() for of in signs.values()]
-    demand(all(x and visible.keys() >= x for x in seen), "no sign of estimates and inputs")
+    demand(all(x & slips and visible.keys() >= x for x in seen), "no sign of a slip")
     names |= {t: names[s] * names[t] for t, s in zip(truths, turned, strict=True)}
     machine, error = Text(names, known), [term(1, e) for e in hidden]
     shown = [(y, t, names[s]) for y, t, s in zip(estimates, truths, turned, strict=True)]
@@ -265,7 +265,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         follow |= p.names() - {*signs} if of.names() & follow else set()
     demand({*start} <= {*c.states} and len(moving) == len(errors), "not an error for each state")
     demand(all(p.names() & follow <= {*hidden} for p in start.values()), "a state is no polynomial of the estimates")
-    code = Text({x: p for x, p in names.items() if x not in c.outputs} | start, known)
+    code = Text({x: p for x, p in names.items() if x not in c.outputs} | start, known, c.precision)
     code.run(c.step, [])
     after = code.run(c.commit, c.states + c.outputs)
     demand(all(after[y] == names[y] for y in estimates), "the states do not show the estimates")

@@ -109,11 +109,11 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         met(proof, shown)
         recovery(proof, shown)
         if shown["c"].sums:  # `check` passes while all that stands in it is of usual size
-            used, (_, limit, usual) = shown["check"], shown["c"].precision
+            used, limit, usual = shown["check"], shown["c"].precision.limit, shown["c"].precision.usual
             size = sum(abs(c) * usual ** sum(not x.startswith("sign.") for x in m) for m, c in used.items())
             kernel.demand(0 < size <= limit, "not a sum")
         held.require(proof, shown)
-        steady(proof, shown, sorted({turn["sign"] for turn in proof["reversals"]} | {*turns}))
+        steady(proof, shown, sorted({*proof["signs"], *turns}))
         return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "fixed": fixed(proof, shown)}
     except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
         raise enclosure.Refused(f"the kernel does not prove {PROOF} of the C: {plainly(why)}") from None

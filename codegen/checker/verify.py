@@ -30,7 +30,7 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import covered, enclosure, files, forms, theorem
+    from codegen.checker import covered, enclosure, files, forms, frame, theorem
 else:
     enclosure, files = beside("enclosure"), beside("files")
     frame = beside("frame")
@@ -218,6 +218,15 @@ def verify(top: dict[str, Any]) -> list[str]:
     return facts
 
 
+def in_time(top: dict[str, Any]) -> list[str]:
+    """What ``verify`` says, or refused where that takes too long."""
+    try:
+        with frame.limited(frame.OF_ALGEBRA):
+            return verify(top)
+    except ValueError as why:
+        raise Refused(str(why)) from None
+
+
 def unchanged(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> list[str]:
     """The facts that files are those which the certificate names: of what they compute, a hash says nothing."""
     stated = {name: (sources[name], digest) for name, digest in top["subject"]["files"].items() if name in sources}
@@ -264,7 +273,7 @@ def check(
             here = [name for name in {*named, PROOF, SETS} if folder and (folder / name).exists()]
             sources = {name: files.read(folder / name, MAX_TEXT) for name in here}
             alone(folder, f"{top['subject']['name']}.h")
-        more, facts = unchanged(top, sources, spec), verify(top)
+        more, facts = unchanged(top, sources, spec), in_time(top)
         proved, unproved, whole = by_kernel(top, {k: v for k, v in sources.items() if k in {*named, PROOF, SETS}})
     except RecursionError:
         raise Refused("nested too deeply") from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import time
 from typing import Any
@@ -46,15 +45,11 @@ def test_a_sign_of_a_force_turns_while_the_mass_moves_and_the_level_jumps() -> N
     """
     content, files = changed("one_mass", *SIGN_OF_W)
     proof = proof_of("one_mass") | {"signs": {"sign.rail": "inputs.w"}}
-    with pytest.raises(verify.Refused, match=r"where sign\.rail turns, what state\.z_rail shows jumps"):
-        judged(proof, files)
-    silent = proof | {"reversals": []}
-    assert judged(silent, files).whole  # between turns it is true
-    with pytest.raises(verify.Refused, match=r"where sign\.rail turns"):  # the certificate speaks of them
-        verify.check(json.dumps(content), sources=files | {"proof.json": json.dumps(silent).encode()})
-    quiet = copy.deepcopy(content) | {"reversals": []}
-    report = verify.check(json.dumps(quiet), sources=files | {"proof.json": json.dumps(silent).encode()})
-    assert report.whole and report.proved
+    for said in (proof, proof | {"reversals": []}):
+        with pytest.raises(verify.Refused, match="no sign of a slip"):
+            judged(said, files)
+    with pytest.raises(verify.Refused, match="no sign of a slip"):
+        verify.check(json.dumps(content), sources=files | {"proof.json": json.dumps(proof).encode()})
 
 
 @pytest.mark.parametrize(
