@@ -5,10 +5,11 @@ kernel.py, enclosure.py and files.py, which must be beside it.
 
 THEOREM. Let all be as in the kernel's theorem of the proof, but for this: a position x is measured as x + noise, and x,
 v and the rest of `truth` move in a sample by what is said there and a drift, |noise| and |drift| at most as the claim
-says, and zero where it is silent; what is said is of the true positions or, if `forces` is "measured", with the forces
-at the measured ones. Then e = sign * (truth + shift - estimate) moves by e[k+1] = matrix e[k] + push w[k],
-w the noises and drifts; it tends to each of the claim's sets, whatever it is at first, and stays in one in which it is;
-and |sum of c_i sign_i (truth_i - estimate_i)|, c and then the bound being a row of the set, is from `samples` samples
+says, and zero where it is silent; what is said is of the true positions or, if `forces` is "measured", with the
+accelerations at the measured ones. Then e = sign * (truth + shift - estimate) moves by
+e[k+1] = matrix e[k] + push w[k], w the noises and drifts; it tends to each of the claim's sets, whatever it is at
+first, and stays in one in which it is; and |sum of c_i sign_i (truth_i - estimate_i)|, c and then the bound being a row
+of the set, is from `samples` samples
 later on at most that bound and what the noise of the same sample adds to it. The same holds of each of the bounds of a
 row of `after`, so many samples after any in which each |truth_i - estimate_i| is at most that of its `start`. As the
 kernel's: of the machine that is printed, in exact arithmetic, while no sign turns.

@@ -234,7 +234,7 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     claim, found = kept(proof, shown, text)
     most, number, plain = enclosure.most, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
     errors = [lag(e, plain) for e in proof["errors"]]
-    at = ", its forces those at the measured positions" * bool(claim.get(ellipsoid.FORCES))
+    at = ", its accelerations those at the measured positions" * bool(claim.get(ellipsoid.FORCES))
     besides = f"all else is measured exactly and moves as the machine above{at}"
     lines = [f"{ASSUMED}{disturbed(claim, plain)}; {besides} (whatever these do, without any turn):"]
     for ball, bounds in zip(claim["sets"], found, strict=True):

@@ -135,7 +135,11 @@ def ellipsoid_text(
     turned = [e["sign"] for e in proof["errors"]]
     claim = {
         "name": proof["name"],
-        **({ellipsoid.FORCES: "measured"} if response.curved else {}),
+        **(
+            {ellipsoid.FORCES: "measured"}
+            if any(p.free_symbols & {*observer.system.positions} for p in response.curved)
+            else {}
+        ),
         "noise": {d.of: str(d.size) for d in of if d.kind == "noise"},
         "drift": {d.of: str(d.size) for d in of if d.kind == "drift"},
         "shifts": [

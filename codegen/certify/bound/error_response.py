@@ -92,7 +92,7 @@ def error_response(observer: Observer) -> Response | str:
         expression = equation.expression.xreplace(numbers)
         expression = expression.replace(Sgn, lambda u: signs.get(u, Sgn(u)))
         expression = expression.replace(Magnitude, lambda u: signs[u] * u if u in signs else Magnitude(u))
-        expression = expression.applyfunc(curved.without).xreplace(values)
+        expression = curved.without(expression, equation.form == "mass_solve").xreplace(values)
         if equation.form == "mass_solve":
             model, expression = inverse * expression, a
         values.update(zip(equation.symbols, expression, strict=True))
@@ -141,38 +141,58 @@ def error_response(observer: Observer) -> Response | str:
 class Curved:
     """The parts of an observer's forces that are not affine in positions or inputs, and hold no state.
 
+    Where a part holds a position, so does the part of g with all its terms of positions: the force is then compared at
+    the true and the measured position as a whole.
+
     Attributes:
         parts: symbol in place of a part → the part.
     """
 
     def __init__(self, observer: Observer) -> None:
-        self._measured = {*observer.system.positions, *observer.system.inputs}
+        numbers = {**observer.values, STEP: observer.sample_time}
+        self._positions = {*observer.system.positions}
+        self._measured = self._positions | {*observer.system.inputs}
         self._known = self._measured | {*observer.signs}
         self.parts: dict[sympy.Dummy, Any] = {}
+        every = [e for equation in observer.equations for e in equation.expression.xreplace(numbers)]
+        self._whole = any(e.free_symbols & self._positions for row in every for e in self._curved(row, False))
 
-    def without(self, expression: Any) -> Any:
-        """An expression over states and measurements with a symbol in place of its curved part."""
-        terms = sympy.Add.make_args(sympy.expand(expression))
-        curved = [e for e in terms if e.free_symbols <= self._known and not self._is_affine(e)]
+    def without(self, expression: Matrix, is_force: bool) -> Matrix:
+        """Expressions over states and measurements with a symbol in place of each one's curved part."""
+        return Matrix(expression.applyfunc(lambda e: self._without(e, is_force and self._whole)))
+
+    def _without(self, expression: Any, whole: bool) -> Any:
+        curved = self._curved(expression, whole)
         if not curved:
             return expression
         part = sympy.Dummy("curved", real=True)
         self.parts[part] = sum(curved)
-        return sympy.Add(*(e for e in terms if e not in curved), part)
+        return sympy.expand(expression) - self.parts[part] + part
+
+    def _curved(self, expression: Any, whole: bool) -> list[Any]:
+        """Its terms without states that are not affine; if ``whole``, all of its terms with positions."""
+        terms = [e for e in sympy.Add.make_args(sympy.expand(expression)) if e.free_symbols <= self._known]
+        return [e for e in terms if not self._is_affine(e) or (whole and e.free_symbols & self._positions)]
 
     def _is_affine(self, e: Any) -> bool:
         _, rest = e.as_independent(*self._measured, as_Add=False)
         return bool(rest.is_Symbol or not rest.free_symbols)
 
 
-def largest_slopes(spec: Spec, observer: Observer, part: Any) -> list[Any] | str:
-    """At least the magnitude of a part's slope in each position and input over the envelope, or what this lacks."""
+def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -> list[Any] | str:
+    """At least the magnitude of a part's slope in each position and input over the envelope, or why there is none.
+
+    Positions are as they are measured, noise included, and inputs as a machine of this model error has them.
+    """
     system, missing = observer.system, []
-    ranges = {
-        x: max(abs(sympy.Rational(e)) for e in spec.envelope[x.name])
-        for x in (*system.positions, *system.inputs)
-        if x.name in spec.envelope
-    }
+    if part.has(Sgn):
+        return f"g jumps where {next(iter(part.atoms(Sgn))).args[0]} changes its sign"
+
+    def end(name: str) -> Any:
+        return max((abs(sympy.Rational(e)) for e in spec.envelope.get(name, ())), default=sympy.Integer(0))
+
+    ranges = {x: end(x.name) + end(f"{x}_noise") for x in system.positions if x.name in spec.envelope}
+    ranges |= {w: end(w.name) * (1 + sympy.Rational(off.gain)) for w in system.inputs if w.name in spec.envelope}
 
     def largest(e: Any) -> Any:
         if e.is_number:
@@ -187,16 +207,11 @@ def largest_slopes(spec: Spec, observer: Observer, part: Any) -> list[Any] | str
             return e.func(*map(largest, e.args))
         if e.is_Pow and e.exp.is_Integer and e.exp > 0:
             return largest(e.base) ** e.exp
-        missing.append(str(e))
+        missing.append(f"the envelope has no range for {e}" if e.is_Symbol else f"no bound of {e} is known")
         return sympy.Integer(0)
 
     found = [largest(part.diff(x)) for x in (*system.positions, *system.inputs)]
-    return f"g is not affine in x, and the envelope has no range for {missing[0]}" if missing else found
-
-
-def _magnitude(e: Any) -> Any:
-    """At least |e|, of a polynomial in signs."""
-    return sum((abs(c) for c in sympy.expand(e).as_coefficients_dict().values()), sympy.Integer(0))
+    return f"g is not affine, and {missing[0]}" if missing else found
 
 
 def _names(expressions: Iterable[Any]) -> str:
@@ -248,10 +263,10 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
     if said := left_out(system):
         return said
     slower = 1 + off.time
-    slopes = [largest_slopes(spec, observer, part) for part in response.curved]
+    slopes = [largest_slopes(spec, observer, part, off) for part in response.curved]
     if missing := next((x for x in slopes if isinstance(x, str)), ""):
         return missing
-    n, weights = len(system.positions), response.of_curved.applyfunc(_magnitude)
+    n, weights = len(system.positions), response.of_curved.applyfunc(abs)
     bounds = weights * sympy.Matrix(len(slopes), n + len(system.inputs), [e for row in slopes for e in row])
     beyond, by_input = bounds[:, :n], response.by_input.applyfunc(abs) + bounds[:, n:]
 
