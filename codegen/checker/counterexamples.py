@@ -370,7 +370,7 @@ def answer(case: Case, folder: Path, proof: str) -> str:
     claimed = json.loads(files.pop("p"))
     try:
         verify.by_kernel_alone(claimed, {name: text.encode() for name, text in files.items()})
-    except Exception as why:
+    except verify.Refused as why:
         return f"{type(why).__name__}: {why}"
     return "proved"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from array import array
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -54,18 +55,18 @@ class Topic:
     unread: str = ""
 
 
-class Storage(File):
+class Storage(File, ABC):
     """An opened file or folder of messages; a subclass is a format, and its constructor finds the topics, by name."""
 
     topics: Mapping[str, Topic]
 
+    @abstractmethod
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Those of some topics, in the order in which they were stored.
 
         Args:
             topics: may become fewer on the way; then the rest is passed over where that saves reading.
         """
-        raise NotImplementedError
 
 
 class _Numbers:
