@@ -13,15 +13,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 
-import casadi
 import numpy as np
 
 from codegen.base.errors import Place
 from codegen.logs.column_names import is_brought
-from codegen.logs.log import Array, Finding, Flags, Log
+from codegen.logs.force_balance import Forces, forces_along, partial_correlation
+from codegen.logs.log import Array, Finding, Log
 from codegen.logs.motion import Motion, low_pass, measured_motion
 from codegen.mechanics import System, build_system
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.spec.model import Spec
 from codegen.spec.units import si_factor
 
@@ -67,114 +66,6 @@ SWINGING = 0.5
 """Of what such a function leaves of the inertia's force: what friction explains of it in a free oscillation."""
 
 
-@dataclass(frozen=True, eq=False)
-class Forces:
-    """Generalised forces along the motion, low-passed, of the K samples where every contact slips.
-
-    Attributes:
-        inertia: (K, n) M(x) a.
-        rest: (K, n) g(x, v, 0) − U λ with the declared friction.
-        friction: (K, n) U λ, which is in ``rest`` too.
-        standing: (K, n) g(x, 0, 0): gravity and springs, which is in ``rest`` too.
-        driven: (m, K, n) what each input alone adds to g.
-        motion: (K, 2n) positions and velocities.
-    """
-
-    inertia: Array
-    rest: Array
-    friction: Array
-    standing: Array
-    driven: Array
-    motion: Array
-
-    @property
-    def given(self) -> Array:
-        """(K, n) what the inputs add to g."""
-        return np.asarray(self.driven.sum(axis=0))
-
-    @property
-    def misfit(self) -> float:
-        """Σ(M a − g + U λ)² over the sum of the squares of these forces, the mean over the coordinates."""
-        left = np.sum((self.inertia - self.rest - self.given) ** 2, axis=0)
-        whole = np.sum(self.inertia**2 + self.rest**2 + self.given**2, axis=0)
-        return float(np.mean(left[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 1.0
-
-    def inertia_factor(self, i: int) -> tuple[float, float]:
-        """By how much the inputs' force on coordinate i is inertia, over M a, and the partial correlation.
-
-        Springs, dampers and offsets that the spec may lack are regressors too, so that they do not pass for inertia.
-        """
-        others = np.column_stack([self.friction[:, i], self.motion, np.ones(len(self.motion))])
-        return _partial(self.given[:, i], self.inertia[:, i], others)
-
-    def friction_factor(self, i: int) -> tuple[float, float]:
-        """The same of the declared friction."""
-        others = np.column_stack([self.inertia[:, i], self.motion, np.ones(len(self.motion))])
-        return _partial(self.given[:, i], self.friction[:, i], others)
-
-
-def _partial(wanted: Array, column: Array, others: Array) -> tuple[float, float]:
-    """Least-squares weight of a column beside others, and its partial correlation; zeros where it says nothing."""
-    size = np.linalg.norm(others, axis=0)
-    basis = others[:, size > 0] / size[size > 0]
-    left = np.column_stack([wanted, column])
-    left = left - basis @ np.linalg.lstsq(basis, left, rcond=1e-8)[0]
-    power = float(left[:, 1] @ left[:, 1])
-    if power <= 1e-12 * float(column @ column):
-        return 0.0, 0.0
-    product, whole = float(left[:, 0] @ left[:, 1]), float(left[:, 0] @ left[:, 0])
-    return product / power, product / float(np.sqrt(power * whole)) if whole > 0 else 0.0
-
-
-def _forces(log: Log, system: System, motion: Motion) -> Forces:
-    before = np.vstack([log.inputs[:1], log.inputs[:-1]])
-    mean_input = 0.5 * (before + log.inputs)
-    evaluate = _function(system, motion.threshold).map(log.size)
-    n, m = len(system.positions), len(system.inputs)
-
-    def along(inputs: Array) -> list[Array]:
-        arguments = (motion.positions, motion.velocities, motion.accelerations, inputs)
-        results = evaluate(*(np.ascontiguousarray(a.T) for a in arguments))
-        return [np.array(r.full(), dtype=np.float64).T for r in results]
-
-    inertia, rest, friction, standing, slip_margin = along(np.zeros_like(mean_input))
-    driven = []
-    for j in range(m):
-        alone = np.zeros_like(mean_input)
-        alone[:, j] = mean_input[:, j]
-        driven.append(along(alone)[1] - rest)
-    stacked = np.hstack([inertia, rest, friction, standing, motion.positions, motion.velocities, *driven])
-    finite: Flags = np.all(np.isfinite(stacked), axis=1)
-    smooth, _ = low_pass(log, np.where(finite[:, None], stacked, 0.0), motion.cutoff_hz)
-    slipping: Flags = np.all(slip_margin > 0, axis=1)
-    parts = smooth[motion.usable & finite & slipping].reshape(-1, 6 + m, n)
-    moved = parts[:, 4:6].reshape(-1, 2 * n)
-    return Forces(parts[:, 0], parts[:, 1], parts[:, 2], parts[:, 3], np.moveaxis(parts[:, 6:], 1, 0), moved)
-
-
-def _function(system: System, threshold: Array) -> casadi.Function:
-    """(x, v, a, w) → M a; g − U λ; U λ; g at rest; |u| less the slip that speeds of ``threshold``, (n), amount to.
-
-    All are columns.
-    """
-    groups = (system.positions, system.velocities, system.accelerations, system.inputs)
-    arguments = [casadi.SX.sym("q", len(group)) for group in groups]
-    names = symbol_values(system.values, *zip(groups, arguments, strict=True))
-    slip = to_casadi(system.slip_velocity, names)
-    names |= {c.slip: slip[k] for k, c in enumerate(system.contacts)}
-    friction = casadi.SX.zeros(len(system.positions))
-    if system.contacts:
-        forces = casadi.vertcat(*(to_casadi(c.force, names) for c in system.contacts))
-        friction = casadi.mtimes(to_casadi(system.distribution, names), forces)
-    force = to_casadi(system.force, names) - friction
-    at_rest = names | {system.velocities[k]: casadi.SX(0.0) for k in range(len(system.velocities))}
-    standing = to_casadi(system.force, at_rest)
-    inertia = casadi.mtimes(to_casadi(system.mass_matrix, names), arguments[2])
-    margin = casadi.fabs(slip) - casadi.mtimes(casadi.fabs(casadi.jacobian(slip, arguments[1])), casadi.DM(threshold))
-    outputs = (inertia, force, friction, standing, margin)
-    return casadi.Function("forces", arguments, [casadi.densify(o) for o in outputs])
-
-
 @dataclass(frozen=True)
 class Outside:
     """A coordinate far outside the envelope: its position or velocity ``what``, and how many times the bound it is."""
@@ -200,7 +91,7 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     system = build_system(spec)
     if not motion.usable.any():
         return
-    forces = _forces(log, system, motion)
+    forces = forces_along(log, system, motion)
     exchanged = list(_exchanged_columns(log, spec, system, motion, forces))
     if exchanged:  # what is wrong with scales and signs follows from it
         yield from exchanged
@@ -303,11 +194,11 @@ def _other_unit(
         heavy, seen = forces.inertia_factor(j)
         for unit, factor in _other_units(log.description.units.get(c.name, c.unit)):
             if found or (seen > INERTIA_SEEN and 1 / SCALE_OFF < heavy / factor < SCALE_OFF):
-                tried.append((_forces(log, system, _scaled(motion, j, factor)).misfit, j, unit))
+                tried.append((forces_along(log, system, _scaled(motion, j, factor)).misfit, j, unit))
     if not tried:
         return
     least, j, unit = min(tried)
-    now = _forces(log, system, motion).misfit
+    now = forces_along(log, system, motion).misfit
     others = [now, *(left for left, k, _ in tried if k != j)]
     if least > FITS or least > BETTER * min(others):
         return
@@ -384,7 +275,7 @@ def _exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, for
         other = _with(log, values[:, order] / factors[list(order)] * factors)
         moved = measured_motion(other)
         if moved.usable.any() and (slope := _kinematic(other, moved)) <= FITS:
-            tried.append((max(_forces(other, system, moved).misfit, slope), order))
+            tried.append((max(forces_along(other, system, moved).misfit, slope), order))
     tried.sort(key=lambda one: one[0])
     if not tried or tried[0][0] > min(FITS, BETTER * now):
         return
@@ -581,7 +472,7 @@ def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
     found = {}
     for what, force in acting.items():
         others = [other for name, other in acting.items() if name != what]
-        found[what] = _partial(given, force, np.column_stack([*others, np.ones(len(given))]))[1]
+        found[what] = partial_correlation(given, force, np.column_stack([*others, np.ones(len(given))]))[1]
     return {what: correlation for what, correlation in found.items() if abs(correlation) > PART_SEEN}
 
 

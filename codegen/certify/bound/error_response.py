@@ -6,8 +6,9 @@ With ẽ the error that the estimates would have without noise in this sample, b
 
 n the position noise, d_x = x[k+1] − x[k] − h v[k], d_v = v[k+1] − v[k] − h a[k], ΔF the change of friction in a sample.
 All hold for an observer that is affine in states and positions while no slip turns: constant M and U, g affine in v,
-h(s) = s. For others there is no such response, and no bound. What g holds besides of x and the inputs, as gravity on an
-axis that tilts or cogging, the observer computes at the measured positions: its error there is one more part of d_v.
+h(s) = s. For others there is no such response, and no bound. Terms of g that are not affine in x, such as gravity on a
+tilting axis or cogging, are computed by the observer at the measured position: the difference to the true position
+adds to d_v.
 """
 
 from __future__ import annotations
@@ -109,7 +110,7 @@ def error_response(observer: Observer) -> Response | str:
     plain, to_state, by_state = [1] * max(m, n), from_state.inv(), jacobian(model, z)
     # The truth as a state: v̂ = v and ẽ = 0, so z = v − (the rest of the estimate); only slopes in a count here.
     if curved.parts and (observer.domain is not None or rates.free_symbols & curved.parts.keys()):
-        return "g is not affine in x, and a bound is known then for an observer without a domain, which adds g alone"
+        return "g is not affine in x; with a domain, or with states that use g directly, no bound is known"
     matrices = {
         "step": scaled(turn, from_state * (sympy.eye(m) + h * jacobian(stepped, z)) * to_state, turn),
         "noise": scaled(turn, -h * from_state * jacobian(stepped, x), plain),
@@ -141,8 +142,8 @@ def error_response(observer: Observer) -> Response | str:
 class Curved:
     """The parts of an observer's forces that are not affine in positions or inputs, and hold no state.
 
-    Where a part holds a position, so does the part of g with all its terms of positions: the force is then compared at
-    the true and the measured position as a whole.
+    If any of them depends on a position, all terms of g in positions count as one part, affine ones too: the claim
+    (``forces: measured``) then speaks of one force at the measured positions.
 
     Attributes:
         parts: symbol in place of a part → the part.
