@@ -336,5 +336,6 @@ def open_lines(file: str, lines: list[str], description: LogDescription, encodin
         BadInput: as ``find_layout``.
     """
     named = tuple(description.columns) if description.listed else ()
-    layout = find_layout(file, lines, description.header, named, description.decimal)
+    asked = set(description.columns.values())
+    layout = find_layout(file, lines, description.header, named, description.decimal, asked)
     return CsvSource(file, layout, lines, layout.first, encoding=encoding, description=description)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from itertools import islice, product
@@ -106,7 +106,14 @@ class _Rows:
     numbered: bool = False
 
 
-def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequence[str], decimal: str = "") -> Layout:
+def find_layout(
+    file: str,
+    lines: Sequence[str],
+    header: int | None,
+    named: Sequence[str],
+    decimal: str = "",
+    asked: Collection[str] = (),
+) -> Layout:
     """Find the table, and how its numbers are written.
 
     Args:
@@ -114,6 +121,7 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
         header: line of the header counted from 1, 0 for a file without one; None if nobody said.
         named: names for the columns of a file without a header, in their order; empty if nobody said.
         decimal: the sign before the decimals; empty if nobody said.
+        asked: names of columns that a description asks for; of two lines that may be the header, the one with them is.
 
     Raises:
         BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
@@ -135,7 +143,7 @@ def find_layout(file: str, lines: Sequence[str], header: int | None, named: Sequ
             if lists is not None and lists.header is not None and header in (None, lists.header[0] + 1):
                 rows[lists.header[0]] = lists.header[1]
             made = rows
-        found = _with_units_above(_table(file, made, header, named), made)
+        found = _with_units_above(_table(file, made, header, named, asked), made)
     sign = "." if form else decimal or _decimal(made[found.first :], found.delimiter)
     notes = [*found.notes]
     if sign == ",":
@@ -203,7 +211,9 @@ def _decimal(lines: Sequence[str], delimiter: str) -> str:
     return found
 
 
-def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[str]) -> Layout:
+def _table(
+    file: str, lines: Sequence[str], header: int | None, named: Sequence[str], asked: Collection[str] = ()
+) -> Layout:
     """Where the table is; as ``find_layout``."""
     start = next(iter(_significant(lines)), None)
     if start is None and header is None:
@@ -224,7 +234,7 @@ def _table(file: str, lines: Sequence[str], header: int | None, named: Sequence[
     scope = None if header == 0 else _scope(lines, rows)
     if scope is not None:
         return scope
-    above = None if header == 0 else _above(file, lines, rows)
+    above = None if header == 0 else _above(file, lines, rows, asked)
     if above is not None:
         return above
     if plain is not None and rows.index > plain.line - 1:
@@ -352,8 +362,11 @@ def _find_rows(file: str, lines: Sequence[str]) -> _Rows | None:
     return None
 
 
-def _above(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
-    """The header above the first rows, or above a line of units; None where no line has a name for each column."""
+def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str]) -> Layout | None:
+    """The header above the first rows, or above a line of units; None where no line has a name for each column.
+
+    A line of units may have a word that is none, such as the `Inkr` of a drive's increments.
+    """
     split = {i: _names_of(line, rows) for i, line in enumerate(lines[: rows.index]) if line.strip()}
     above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])][-2:]
     near = [i for i in reversed(above) if split[i]]
@@ -363,9 +376,10 @@ def _above(file: str, lines: Sequence[str], rows: _Rows) -> Layout | None:
     units: tuple[tuple[str, str], ...] = ()
     if len(near) == 2:
         lower, upper = split[near[0]], split[near[1]]
-        if _are_units(lower):
+        sought = [sum(name.strip() in asked for name in line) for line in (lower, upper)]
+        if _are_units(lower) or sought[1] > sought[0] or (sought[0] == sought[1] and _are_units(lower, but=1)):
             at, units = near[1], tuple(zip(_named(upper), (_bare(u) for u in lower), strict=True))
-        elif not COMMENT.match(lines[near[1]]):
+        elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]):
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in a log description"
             raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
@@ -460,11 +474,11 @@ def _told(lines: Sequence[str], layout: Layout) -> Layout:
     return Layout(layout.names, layout.line, layout.first, layout.delimiter, layout.wrapped, layout.units, tuple(words))
 
 
-def _are_units(texts: Sequence[str]) -> bool:
-    """Whether all texts that are not empty are units, with or without brackets."""
+def _are_units(texts: Sequence[str], but: int = 0) -> bool:
+    """Whether all texts that are not empty are units, with or without brackets; with ``but`` two, and all but so many."""
     given = [_bare(t) for t in texts if t.strip()]
-    known = ("-", "%", "1", "")
-    return bool(given) and all(text in known or (len(text) <= LONGEST_UNIT and is_unit(text)) for text in given)
+    units = sum(text in ("-", "%", "1", "") or (len(text) <= LONGEST_UNIT and is_unit(text)) for text in given)
+    return units >= max(1, 2 * but, len(given) - but)
 
 
 def _bare(text: str) -> str:

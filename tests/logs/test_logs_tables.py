@@ -105,6 +105,32 @@ def test_the_header_by_its_line(tmp_path, spec):
             read_log(tmp_path / "a.csv", spec, description=about)
 
 
+HEADS = {
+    "increments": "Messung;Achse X;Stand 3\nDatum;12.03.2024;\nZeit;Weg;Strom\nms;mm;Inkr\n",
+    "no unit but that of time": "Zeit;Weg;Strom\nms;Inkr;Ticks\n",
+    "a preamble with as many fields": "Messung;Achse X;Stand 3\nZeit;Weg;Strom\n",
+}
+
+
+@pytest.mark.parametrize("head", HEADS)
+def test_of_two_lines_the_header_is_the_one_with_the_names_that_a_description_asks_for(tmp_path, spec, head):
+    (tmp_path / "a.csv").write_text(HEADS[head] + table(";"))
+    about = tmp_path / "about.yaml"
+    about.write_text("columns: {t: Zeit, x: Weg, w: Strom}\nscale: {w: 0.5}\n")
+    log = read_log(tmp_path / "a.csv", spec, description=about)
+    assert log.inputs[0, 0] == -1.5
+    assert log.sample_time == pytest.approx(1e-5 if "ms" in HEADS[head] else 0.01)
+
+
+def test_a_line_of_units_may_have_a_word_that_is_none(tmp_path, spec):
+    (tmp_path / "a.csv").write_text(HEADS["increments"] + table(";"))
+    asked = {"x": "Weg", "w": "Strom"}
+    assert read_log(tmp_path / "a.csv", spec, columns=asked).positions[2, 0] == pytest.approx(1e-3)
+    (tmp_path / "b.csv").write_text(HEADS["no unit but that of time"] + table(";"))
+    with refused("LOG001 two header"):
+        read_log(tmp_path / "b.csv", spec, columns=asked)
+
+
 def test_a_row_of_another_length_is_told_as_before(tmp_path, spec):
     (tmp_path / "a.csv").write_text("preamble\nt,x,w\n" + table() + "1,2\n")
     with refused("LOG005 a.csv:9: 2 3"):
