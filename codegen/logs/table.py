@@ -475,7 +475,7 @@ def _told(lines: Sequence[str], layout: Layout) -> Layout:
 
 
 def _are_units(texts: Sequence[str], but: int = 0) -> bool:
-    """Whether all texts that are not empty are units, with or without brackets; with ``but`` two, and all but so many."""
+    """Whether all texts that are not empty are units, in brackets or not; with ``but`` two, and all but so many."""
     given = [_bare(t) for t in texts if t.strip()]
     units = sum(text in ("-", "%", "1", "") or (len(text) <= LONGEST_UNIT and is_unit(text)) for text in given)
     return units >= max(1, 2 * but, len(given) - but)
