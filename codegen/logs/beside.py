@@ -8,7 +8,7 @@ import numpy as np
 
 from codegen.base.errors import BadInput, Place
 from codegen.logs.description import LogDescription
-from codegen.logs.series import Series, at_common_times
+from codegen.logs.series import Series, joined
 from codegen.logs.source import Columns, LogFile
 
 
@@ -59,9 +59,7 @@ class SideBySide(LogFile):
             columns = [column for column in wanted if owners[column] == name]
             part = self.others[name].load([self.times[name][1], *(c.removeprefix(f"{name}.") for c in columns)])
             series.append(Series(name, tuple(columns), part.values[:, 0], part.values[:, 1:]))
-        _, found, notes = at_common_times(own.file, series, self.description, in_seconds=False)
-        self.said += [note for note in notes if note not in self.said]
-        return Columns(own.file, tuple(wanted), np.column_stack([found[column] for column in wanted]))
+        return joined(self, series, wanted, in_seconds=False)
 
     def _by_number(self, wanted: Sequence[str], owners: Mapping[str, str | None]) -> Columns:
         """Columns of files whose rows belong together by number."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,14 +13,12 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
 from codegen.logs.row_forms import upright, whole_lines
-from codegen.logs.series import Signal, at_common_times, together
+from codegen.logs.series import Signal, joined, together
 from codegen.logs.source import Allowance, Columns, File, LogFile, listing
 from codegen.logs.table import (
     COMMENT,
     END,
-    EXPECTED,
     HEX,
-    LONGEST_LINE,
     MINUS,
     MISSING,
     NUMBER,
@@ -33,8 +30,7 @@ from codegen.logs.table import (
     starts_anew,
     unwrapped,
 )
-
-__all__ = ["EXPECTED", "LONGEST_LINE", "CsvSource", "open_csv", "open_lines"]
+from codegen.logs.text_lines import EXPECTED, text_of
 
 MOST_ROWS = 50_000_000
 _NUMBERS = frozenset("0123456789+-.")
@@ -116,6 +112,7 @@ class CsvSource(LogFile):
     def _at_one_time(self, wanted: Sequence[str], indices: list[int]) -> Columns:
         """The wanted columns of channels with times of their own; the first column is their common time in s."""
         own = {name: k for name, k in zip(wanted, indices, strict=True) if k or len(indices) == 1}
+        clock = next((name for name in wanted if name not in own), "")
         names = [str(j) for k in own.values() for j in (k, self.layout.times[k])]
         read = dict(zip(names, self._columns(names, list(map(int, names))).values.T, strict=True))
         began = min(read[str(self.layout.times[k])][0] for k in own.values())
@@ -124,9 +121,7 @@ class CsvSource(LogFile):
             time = read[str(self.layout.times[k])]
             there = np.isfinite(time)
             signals[name] = Signal(self.names[k], self.layout.tick * (time[there] - began), read[str(k)][there])
-        common, columns, notes = at_common_times(self.file, together(signals), self.description)
-        self.said += [note for note in notes if note not in self.said]
-        return Columns(self.file, tuple(wanted), np.column_stack([columns.get(name, common) for name in wanted]))
+        return joined(self, together(signals), wanted, clock)
 
     def _columns(self, wanted: Sequence[str], indices: list[int]) -> Columns:
         body = self.lines[self.first :]
@@ -278,9 +273,8 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
     rows = data.count(b"\n") + data.count(b"\r")
     if rows > MOST_ROWS:
         raise file.fault(f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
-    text, said = _decoded(str(path), data)
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    lines = whole_lines(lines)
+    text, said = text_of(str(path), data)
+    lines = whole_lines(text.split("\n"))
     turned = upright(lines) if description.header is None else None
     if turned is not None:
         said = (*said, "each line is a signal: the table is turned, and its rows are counted as lines")
@@ -296,37 +290,6 @@ def _without_cut_off(source: CsvSource) -> CsvSource:
             source.lines = source.lines[:last]
             source.said.append(f"line {last + 1}, the last one, is cut off and not read")
     return source
-
-
-def _decoded(file: str, data: bytes) -> tuple[str, tuple[str, ...]]:
-    """The text of a file in UTF-8, UTF-16 with its mark, or Windows-1252, and what there is to say of it."""
-    wanted = f"{EXPECTED}, in UTF-8"
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        try:
-            return data.decode("utf-16"), ("the file is in UTF-16",)
-        except UnicodeDecodeError:
-            pass
-    said: tuple[str, ...] = ()
-    size = len(data)
-    data = data.rstrip(b"\0")
-    if len(data) < size:
-        said = (f"{size - len(data)} zero bytes at the end, as a loss of power leaves them, are not read",)
-    zero = data.find(b"\0")
-    if zero >= 0:
-        line = data.count(b"\n", 0, zero) + 1
-        raise BadInput(Place(file, line), f"byte {zero} is zero: binary data or UTF-16", wanted, code="LOG001")
-    try:
-        return data.decode("utf-8-sig"), said
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        if is_windows_text(data):
-            return data.decode("cp1252"), (*said, f"line {line} is not UTF-8: the file is read as Windows-1252")
-        raise BadInput(Place(file, line), f"byte {error.start} is not UTF-8", wanted, code="LOG001") from None
-
-
-def is_windows_text(data: bytes) -> bool:
-    """Whether bytes that are no UTF-8 are letters and signs in Windows-1252, such as ° and µ, and all are defined."""
-    return re.search(rb"[\x00-\x08\x0e-\x1f\x7f\x81\x8d\x8f\x90\x9d]", data) is None
 
 
 def open_lines(file: str, lines: list[str], description: LogDescription, encoding: Sequence[str] = ()) -> CsvSource:

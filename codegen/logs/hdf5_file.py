@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from codegen.base.user_text import shown
-from codegen.logs.description import LogDescription
-from codegen.logs.source import Allowance, BlockFile, Columns, listing
+from codegen.logs.source import BlockFile, Columns, listing
 
 ROWS = 1 << 16
 MOST_COLUMNS, MOST_DEEP, MOST_WIDE = 20_000, 20, 256
@@ -42,8 +40,7 @@ class Hdf5File(BlockFile):
 
     expected = "an HDF5 log: a dataset of numbers for each column, or tables N × columns"
 
-    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
-        super().__init__(path, allowance, description)
+    def find(self) -> None:
         self._h5py = self.library("h5py", "hdf5")
         self._columns: dict[str, _Column] = {}
         with self.opened() as stream, self.reading():

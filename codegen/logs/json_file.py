@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.user_text import shown
-from codegen.logs.description import LogDescription
-from codegen.logs.source import Allowance, Columns, LogFile, listing
+from codegen.logs.source import Columns, LogFile, listing
 
 COST = {b",": 100, b"[": 100, b"{": 300, b'"': 25}
 """Bytes of memory that each of these may cost when parsed, beside the text."""
@@ -35,8 +33,7 @@ class JsonFile(LogFile):
 
     expected = 'a JSON log: a list of records such as [{"t": 0, "q": 1}, …], or an object of lists, perhaps under a key'
 
-    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
-        super().__init__(path, allowance, description)
+    def find(self) -> None:
         self._under = ""
         data = self.read_bytes()
         text = len(data) * (COPIES if data.isascii() else COPIES_WIDE)
@@ -45,7 +42,7 @@ class JsonFile(LogFile):
             content = self._parsed(data.decode("utf-8-sig"))
         except json.JSONDecodeError as error:
             found = f"no JSON ({shown(error.msg)})"
-            raise BadInput(Place(str(path), error.lineno), found, self.expected, code="LOG001") from None
+            raise BadInput(Place(str(self.path), error.lineno), found, self.expected, code="LOG001") from None
         except UnicodeDecodeError as error:
             raise self.fault(f"byte {error.start} is not UTF-8") from None
         except (ValueError, RecursionError) as error:

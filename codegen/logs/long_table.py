@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from codegen.base.errors import Place
 from codegen.logs.binding import column_of, time_of
 from codegen.logs.csv_file import CsvSource
 from codegen.logs.description import LogDescription
-from codegen.logs.series import Signal, at_common_times, together
+from codegen.logs.series import Signal, joined, together
 from codegen.logs.source import Columns, LogFile
 from codegen.logs.table import fields
 
@@ -50,9 +48,7 @@ class LongTable(LogFile):
 
     def load(self, wanted: Sequence[str]) -> Columns:
         signals = {name: self._signal(name) for name in wanted if name != self._time}
-        time, columns, notes = at_common_times(self.table.file, together(signals), self.description, in_seconds=False)
-        self.said += [note for note in notes if note not in self.said]
-        return Columns(self.table.file, tuple(wanted), np.column_stack([columns.get(name, time) for name in wanted]))
+        return joined(self, together(signals), wanted, self._time, in_seconds=False)
 
     def _signal(self, name: str) -> Signal:
         """The rows of a signal; the other lines are blank, so that a fault is told at its own."""

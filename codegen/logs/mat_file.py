@@ -23,8 +23,7 @@ class MatFile(LogFile):
 
     expected = "a MATLAB file (.mat) with one vector a column"
 
-    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
-        super().__init__(path, allowance, description)
+    def find(self) -> None:
         try:
             given = variables(self.read_bytes(), self.take)
             self._variables = {one.name: one for v in given if v.name for one in (v, *v.lines())}

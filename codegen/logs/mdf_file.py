@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from codegen.base.user_text import shown
-from codegen.logs.description import LogDescription
 from codegen.logs.series import Signal, SignalFile
-from codegen.logs.source import Allowance
 
 PLAIN = {0: "none", 1: "linear", 2: "rational"}
 """Conversions that are numbers; the others are tables, or formulas of the file, which nothing evaluates here."""
@@ -22,8 +19,7 @@ class MdfFile(SignalFile):
 
     expected = "an MDF 4 log (.mf4)"
 
-    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
-        super().__init__(path, allowance, description)
+    def find(self) -> None:
         asammdf = self.library("asammdf", "mdf")
         with self.opened() as stream:
             head = stream.read(16)
@@ -33,7 +29,7 @@ class MdfFile(SignalFile):
         lengths: dict[str, int] = {}
         units: dict[str, str] = {}
         with self.reading():
-            self._mdf = asammdf.MDF(path)
+            self._mdf = asammdf.MDF(self.path)
             masters = self._mdf.masters_db
             parts = [(g, c, group) for g, group in enumerate(self._mdf.groups) for c in range(len(group.channels))]
             parts = [(g, c, group) for g, c, group in parts if masters.get(g) != c]

@@ -15,7 +15,6 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
@@ -23,8 +22,7 @@ from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
 from codegen.base.user_text import shown
-from codegen.logs.description import LogDescription
-from codegen.logs.source import Allowance, BlockFile, Columns, LogFile
+from codegen.logs.source import BlockFile, Columns, LogFile
 
 ROWS = 1 << 16
 MOST_COLUMNS = 4096
@@ -145,8 +143,7 @@ class NpyFile(BlockFile):
 
     expected = "an .npy log: a structured array with a field of numbers for each column, or an array N × columns"
 
-    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
-        super().__init__(path, allowance, description)
+    def find(self) -> None:
         with self.opened() as stream:
             try:
                 member = read_member(stream)
@@ -189,8 +186,7 @@ class NpzFile(LogFile):
 
     expected = "an .npz log: an archive of NumPy arrays, one for each column"
 
-    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
-        super().__init__(path, allowance, description)
+    def find(self) -> None:
         self._data = self.read_bytes()
         self.take(len(self._data))
         self._refuse_large_directory()

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from codegen.base.user_text import shown
-from codegen.logs.description import LogDescription
 from codegen.logs.log import Array
-from codegen.logs.source import Allowance, BlockFile, Columns, listing
+from codegen.logs.source import BlockFile, Columns, listing
 
 ROWS = 1 << 16
 LONGEST_LIST = 256
@@ -25,8 +23,7 @@ class ParquetFile(BlockFile):
 
     expected = "a Parquet log with a row a sample: columns of numbers, or of lists of equally many"
 
-    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
-        super().__init__(path, allowance, description)
+    def find(self) -> None:
         self.library("pyarrow.parquet", "parquet")
         self._columns: dict[str, tuple[str, int | None]] = {}
         with self.opened() as stream, self.reading():

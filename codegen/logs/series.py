@@ -81,18 +81,27 @@ class SignalFile(LogFile):
         self.take(16 * sum(self.lengths[name] for name in names))
         with self.reading():
             signals = self.signals(names)
-        columns, words = joined(str(self.path), together(signals), wanted, self.description)
-        self.said += words
-        return columns
+        return joined(self, together(signals), wanted, TIME, from_first=True)
 
 
 def joined(
-    file: str, series: Sequence[Series], wanted: Sequence[str], description: LogDescription
-) -> tuple[Columns, tuple[str, ...]]:
-    """The wanted columns at common times; see ``at_common_times``. The column ``t`` is the time, from the first row."""
-    time, columns, notes = at_common_times(file, series, description)
-    columns[TIME] = time - time[0]
-    return Columns(file, tuple(wanted), np.column_stack([columns[name] for name in wanted])), notes
+    log: LogFile,
+    series: Sequence[Series],
+    wanted: Sequence[str],
+    clock: str = "",
+    in_seconds: bool = True,
+    from_first: bool = False,
+) -> Columns:
+    """The wanted columns of a log at common times, which is said in its notes; see ``at_common_times``.
+
+    Args:
+        clock: the column of the time; from the first row on, with ``from_first``.
+    """
+    time, columns, notes = at_common_times(str(log.path), series, log.description, in_seconds)
+    log.said += [note for note in notes if note not in log.said]
+    if clock:
+        columns[clock] = time - time[0] if from_first else time
+    return Columns(str(log.path), tuple(wanted), np.column_stack([columns[name] for name in wanted]))
 
 
 def at_common_times(

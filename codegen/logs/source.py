@@ -113,7 +113,7 @@ class File:
 
 
 class LogFile(File):
-    """An opened log: a subclass is a format, and its constructor finds the columns.
+    """An opened log: a subclass is a format, and its ``find`` finds the columns.
 
     Attributes:
         names: of the columns; ``load`` may refuse one that holds no numbers.
@@ -135,6 +135,14 @@ class LogFile(File):
         self.said: list[str] = []
         self.unread: dict[str, str] = {}
         self.asked: Mapping[str, str] = {}
+        self.find()
+
+    def find(self) -> None:
+        """Find the columns, as ``names``, and what else the attributes say.
+
+        Raises:
+            BadInput: for a file that cannot be used.
+        """
 
     @property
     def notes(self) -> Sequence[str]:

@@ -17,10 +17,9 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.row_forms import after_arrows, list_rows, named_rows
 from codegen.logs.source import listing
+from codegen.logs.text_lines import EXPECTED, LONGEST_LINE
 from codegen.spec.units import is_unit
 
-EXPECTED = "a CSV log: a header line with names, then rows of numbers"
-LONGEST_LINE = 1_000_000
 LINES_SEARCHED = 1000
 """Lines at the start of a file among which the first rows of numbers must stand."""
 ROWS_ALIKE = 3
@@ -223,7 +222,7 @@ def _table(
     plain = None if start is None or header == 0 else _first_line(file, lines, start)
     if plain is not None and _is_table(lines, plain):
         return plain
-    rows = _find_rows(file, lines)
+    rows = _find_rows(lines)
     if rows is None:
         if plain is not None and len(plain.names) == 1 and len(plain.names[0].split()) > 1:
             found = f"one column `{shown(plain.names[0])}`"
@@ -239,7 +238,7 @@ def _table(
         return above
     if plain is not None and rows.index > plain.line - 1:
         return plain  # a header of another length: the row says so
-    return _without_header(file, lines, rows, named)
+    return _without_header(file, rows, named)
 
 
 def unwrapped(line: str) -> tuple[str, str]:
@@ -338,7 +337,7 @@ def _is_table(lines: Sequence[str], layout: Layout) -> bool:
     return True
 
 
-def _find_rows(file: str, lines: Sequence[str]) -> _Rows | None:
+def _find_rows(lines: Sequence[str]) -> _Rows | None:
     """The first rows: of numbers, times and missing values alone; else of numbers and texts in the same columns."""
     places = list(islice(_significant(lines), LINES_SEARCHED))
     for texts_too, wrapped, delimiter in product((False, True), (False, True), (*SEPARATORS, "")):
@@ -471,7 +470,7 @@ def _told(lines: Sequence[str], layout: Layout) -> Layout:
         words.append(f"a line of units under the header ({listing([u or '-' for _, u in layout.units])})")
     if layout.wrapped:
         words.append("every line ends in commas, as a spreadsheet leaves them behind a table it has not split")
-    return Layout(layout.names, layout.line, layout.first, layout.delimiter, layout.wrapped, layout.units, tuple(words))
+    return replace(layout, notes=tuple(words))
 
 
 def _are_units(texts: Sequence[str], but: int = 0) -> bool:
@@ -495,7 +494,7 @@ def _at(file: str, lines: Sequence[str], header: int) -> Layout:
         found = "a blank line" if header <= count else f"{count} lines"
         expected = f"the header on line {header}, as described"
         raise BadInput(Place(file, min(header, count)), found, expected, code="LOG013")
-    rows = _find_rows(file, lines[header:])
+    rows = _find_rows(lines[header:])
     line = lines[header - 1].strip().lstrip("#%/")
     delimiter, wrapped = (rows.delimiter, rows.wrapped) if rows else (delimiter_of(line), False)
     names = _named(_split(line, delimiter, wrapped))
@@ -520,7 +519,7 @@ def _said_units(texts: Sequence[str]) -> bool:
     return texts[0].strip().strip(":").lower() in _UNIT or _are_units(texts)
 
 
-def _without_header(file: str, lines: Sequence[str], rows: _Rows, named: Sequence[str]) -> Layout:
+def _without_header(file: str, rows: _Rows, named: Sequence[str]) -> Layout:
     place = Place(file, rows.index + 1)
     if named and len(named) != rows.width:
         found = f"{rows.width} columns without a header line"

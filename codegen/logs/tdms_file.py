@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from codegen.logs.description import LogDescription
 from codegen.logs.log import Array
 from codegen.logs.series import Signal, SignalFile
-from codegen.logs.source import Allowance
 
 STEP, DELAY, BEGIN = "wf_increment", "wf_start_offset", "wf_start_time"
 
@@ -24,15 +21,14 @@ class TdmsFile(SignalFile):
 
     expected = "a TDMS log (.tdms)"
 
-    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
-        super().__init__(path, allowance, description)
+    def find(self) -> None:
         nptdms = self.library("nptdms", "tdms")
         with self.opened() as stream:
             if stream.read(4) != b"TDSm":
                 raise self.fault("no TDMS file")
         self._channels: dict[str, tuple[Any, Any]] = {}
         with self.reading():
-            for group in nptdms.TdmsFile.open(path).groups():
+            for group in nptdms.TdmsFile.open(self.path).groups():
                 clock = next((c for c in group.channels() if _is_clock(c)), None)
                 for channel in group.channels():
                     name = f"{group.name}.{channel.name}"

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
-from codegen.logs.description import LogDescription
 from codegen.logs.series import Signal, SignalFile
-from codegen.logs.source import LARGEST, Allowance
+from codegen.logs.source import LARGEST
 
 COPIES = 3
 """Times its bytes that a file takes while it is read."""
@@ -19,8 +16,7 @@ class UlogFile(SignalFile):
 
     expected = "a ULog file of PX4 (.ulg)"
 
-    def __init__(self, path: Path, allowance: Allowance, description: LogDescription) -> None:
-        super().__init__(path, allowance, description)
+    def find(self) -> None:
         pyulog = self.library("pyulog", "ulog")
         with self.opened(LARGEST) as stream, self.reading():
             self.take(COPIES * stream.seek(0, 2))

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE, getincrementaldecoder
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 from time import sleep
 from typing import TypeVar
@@ -18,13 +16,14 @@ from codegen.base.input_files import opened
 from codegen.logs.bag_file import is_bag
 from codegen.logs.binding import bind
 from codegen.logs.counters import mended
-from codegen.logs.csv_file import EXPECTED, LONGEST_LINE, CsvSource, is_windows_text, open_csv, open_lines
+from codegen.logs.csv_file import CsvSource, open_csv, open_lines
 from codegen.logs.description import SAYS_NOTHING, LogDescription
 from codegen.logs.log import Array
 from codegen.logs.readers import FORMATS, log_description, since_epoch
 from codegen.logs.source import LARGEST_STREAM, Columns
 from codegen.logs.table import COMMENT, ROWS_ALIKE
 from codegen.logs.term import columns_of, compute
+from codegen.logs.text_lines import EXPECTED, lines_of
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
 from codegen.replay.samples import Block, blocks_between
@@ -102,46 +101,6 @@ class Stop:
         raise KeyboardInterrupt
 
 
-def _in_utf8(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[bytes]:
-    """The pieces as they are, or in UTF-8 where they begin with the mark of UTF-16, which is then said."""
-    head = b""
-    while len(head) < len(BOM_UTF16_LE) and (piece := next(given, None)) is not None:
-        head += piece
-    if not head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-        yield from chain([head], given)
-        return
-    said.append("the file is in UTF-16")
-    decoder = getincrementaldecoder("utf-16")()
-    try:
-        for piece in chain([head], given):
-            yield decoder.decode(piece).encode("utf-8")
-        yield decoder.decode(b"", True).encode("utf-8")
-    except UnicodeError:  # half a letter at the end, or half of a pair
-        raise BadInput(file, "bytes that are not text in UTF-16, as their mark says", EXPECTED, code="LOG001") from None
-
-
-def _lines(given: Iterator[bytes], file: str) -> Iterator[list[str]]:
-    """Whole lines, as many as there are; a last one without an end at the end."""
-    rest = b""
-    for piece in given:
-        *whole, rest = (rest + piece).split(b"\n")
-        if len(rest) > LONGEST_LINE:
-            raise BadInput(file, f"a line of more than {LONGEST_LINE} bytes", EXPECTED, code="LOG001")
-        if whole:
-            yield [_text(line, file) for line in whole]
-    if rest:
-        yield [_text(rest, file)]
-
-
-def _text(line: bytes, file: str) -> str:
-    try:
-        return line.decode("utf-8").rstrip("\r").lstrip("\N{ZERO WIDTH NO-BREAK SPACE}")
-    except UnicodeDecodeError:
-        if is_windows_text(line):
-            return line.decode("cp1252").rstrip("\r")
-        raise BadInput(file, "bytes that are not text in UTF-8", EXPECTED, code="LOG001") from None
-
-
 def live_blocks(
     spec: Spec,
     program: Program,
@@ -169,7 +128,7 @@ def live_blocks(
     table: _Table | None = None
     waiting: list[str] = []
     said: list[str] = []
-    for lines in _lines(_in_utf8(given, file, said), file):
+    for lines in lines_of(given, file, said):
         if table is not None:
             yield from table.blocks(lines, 0)
             continue

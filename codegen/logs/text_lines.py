@@ -1,0 +1,107 @@
+"""Bytes of a text file → its lines: in UTF-8, UTF-16 with its mark, or Windows-1252; whole, or as they arrive."""
+
+from __future__ import annotations
+
+import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE, getincrementaldecoder
+from collections.abc import Iterator
+from itertools import chain
+
+from codegen.base.errors import BadInput, Place
+
+EXPECTED = "a CSV log: a header line with names, then rows of numbers"
+LONGEST_LINE = 1_000_000
+
+
+def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ...]]:
+    """The text with every line end as \\n, and what there is to say of how it was read.
+
+    Args:
+        file: for messages; ``before``: its lines before these bytes.
+
+    Raises:
+        BadInput: for bytes that are no text.
+    """
+    wanted = f"{EXPECTED}, in UTF-8"
+    said: list[str] = []
+    size = len(data)
+    text = None
+    if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        try:
+            text = data.decode("utf-16")
+            said.append("the file is in UTF-16")
+        except UnicodeDecodeError:
+            pass
+    if text is None:
+        data = data.rstrip(b"\0")
+        if len(data) < size:
+            said.append(f"{size - len(data)} zero bytes at the end, as a loss of power leaves them, are not read")
+        zero = data.find(b"\0")
+        if zero >= 0:
+            place = Place(file, before + data.count(b"\n", 0, zero) + 1)
+            raise BadInput(place, f"byte {zero} is zero: binary data or UTF-16", wanted, code="LOG001")
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            line = before + data.count(b"\n", 0, error.start) + 1
+            if not is_windows_text(data):
+                found = f"byte {error.start} is not UTF-8"
+                raise BadInput(Place(file, line), found, wanted, code="LOG001") from None
+            text = data.decode("cp1252")
+            said.append(f"line {line} is not UTF-8: the file is read as Windows-1252")
+    return text.replace("\r\n", "\n").replace("\r", "\n"), tuple(said)
+
+
+def is_windows_text(data: bytes) -> bool:
+    """Whether bytes that are no UTF-8 are letters and signs in Windows-1252, such as ° and µ, and all are defined."""
+    return re.search(rb"[\x00-\x08\x0e-\x1f\x7f\x81\x8d\x8f\x90\x9d]", data) is None
+
+
+def lines_of(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[list[str]]:
+    """The whole lines of each piece of a file; a last one without an end at the end.
+
+    Args:
+        given: the bytes, as they arrive. file: for messages.
+        said: takes what there is to say of how they are read, each once.
+
+    Raises:
+        BadInput: for bytes that are no text, or a line of more than ``LONGEST_LINE`` bytes.
+    """
+    rest, before = b"", 0
+    for piece in _in_utf8(given, file, said):
+        if b"\0" in piece:
+            raise BadInput(file, "a zero byte: binary data, or what a loss of power leaves", EXPECTED, code="LOG001")
+        end = piece.rfind(b"\n") + 1
+        if not end:
+            rest += piece
+        else:
+            text, words = text_of(file, rest + piece[:end], before)
+            said += [word for word in words if word not in said]
+            lines = text.split("\n")[:-1]
+            before += len(lines)
+            yield lines
+            rest = piece[end:]
+        if len(rest) > LONGEST_LINE:
+            raise BadInput(file, f"a line of more than {LONGEST_LINE} bytes", EXPECTED, code="LOG001")
+    if rest:
+        text, words = text_of(file, rest, before)
+        said += [word for word in words if word not in said]
+        yield text.removesuffix("\n").split("\n")
+
+
+def _in_utf8(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[bytes]:
+    """The pieces as they are, or in UTF-8 where they begin with the mark of UTF-16, which is then said."""
+    head = b""
+    while len(head) < len(BOM_UTF16_LE) and (piece := next(given, None)) is not None:
+        head += piece
+    if not head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        yield from chain([head], given)
+        return
+    said.append("the file is in UTF-16")
+    decoder = getincrementaldecoder("utf-16")()
+    try:
+        for piece in chain([head], given):
+            yield decoder.decode(piece).encode("utf-8")
+        yield decoder.decode(b"", True).encode("utf-8")
+    except UnicodeError:  # half a letter at the end, or half of a pair
+        raise BadInput(file, "bytes that are not text in UTF-16, as their mark says", EXPECTED, code="LOG001") from None
