@@ -17,7 +17,7 @@ from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Reading
 from codegen.thesis.gallery.runs import Gains
 from codegen.thesis.gallery.setting import AS_DRAWN, Setting
-from codegen.thesis.gallery.statement import FigureText, Statement, read_figures
+from codegen.thesis.gallery.statement import Figure, Statement, read_figures
 
 FOLDER = "gallery"
 MODULES = {m.__name__.rpartition(".")[2]: m for m in (arm, cancelling, hysteresis, laws, rig, servo, two_mass)}
@@ -34,20 +34,20 @@ class Verdict:
     @property
     def holds(self) -> bool:
         """As drawn."""
-        return self.statement.holds(self.readings[0].value)
+        return self.statement.is_met(self.readings[0].value)
 
     @property
     def others(self) -> tuple[tuple[Setting, Reading], ...]:
         """Settings in which the verdict is another one than as drawn, with the number there."""
         pairs = zip(self.settings, self.readings, strict=True)
-        return tuple((s, r) for s, r in pairs if self.statement.holds(r.value) != self.holds)
+        return tuple((s, r) for s, r in pairs if self.statement.is_met(r.value) != self.holds)
 
 
 @dataclass(frozen=True)
 class GalleryResult:
-    """A figure: its text, its picture, the PID beside it and its verdicts."""
+    """A figure: its entry, its picture, the PID beside it and its verdicts."""
 
-    text: FigureText
+    figure: Figure
     picture: bytes
     pid: Gains | None
     verdicts: tuple[Verdict, ...]
@@ -74,7 +74,7 @@ def run_gallery(
     for number in numbers:
         refuse_unknown(number, figure_numbers(), "--only", "", "a figure's number", code="CALL001")
     # The slow ones first, so that none is left alone at the end.
-    made = {number: text.entry.made for number, text in read_figures().items()}
+    made = {number: figure.made for number, figure in read_figures().items()}
     order = sorted(numbers, key=lambda n: -made[n].cost)
     found: dict[str, GalleryResult] = {}
     count, tell = workers or os.cpu_count() or 1, progress or (lambda share: None)
@@ -103,25 +103,25 @@ def make_figure(number: str, pid: Gains | None = None) -> GalleryResult:
     Args:
         pid: gains that are tuned already for its machine, servo and sensors.
     """
-    text = read_figures()[number]
-    made, specs = text.entry.made, figure_specs(text)
+    entry = read_figures()[number]
+    made, specs = entry.made, figure_specs(entry)
     module = MODULES[made.module]
     run, draw = getattr(module, made.runs), getattr(module, made.draws)
     drawn: Runs = run(specs, AS_DRAWN, pid)
     size = (drawing.WIDTH_IN, drawing.ROW_IN * made.rows + drawing.LEGEND_IN)
     picture = png(lambda figure: draw(figure, drawn), size, drawing.DPI, **drawing.STYLE)
-    settings = (AS_DRAWN, *text.settings)
-    readings: list[list[Reading]] = [[] for _ in text.statements]
-    for setting in settings if text.statements else ():
+    settings = (AS_DRAWN, *entry.others)
+    readings: list[list[Reading]] = [[] for _ in entry.statements]
+    for setting in settings if entry.statements else ():
         runs = drawn if setting is AS_DRAWN else run(specs, setting, drawn.pid)
-        for row, statement in zip(readings, text.statements, strict=True):
-            if setting is AS_DRAWN or not statement.entry.closed_form:
-                row.append(getattr(module, statement.entry.measure)(runs))
-    verdicts = [Verdict(s, settings[: len(row)], tuple(row)) for s, row in zip(text.statements, readings, strict=True)]
-    return GalleryResult(text, picture, drawn.pid, tuple(verdicts))
+        for row, statement in zip(readings, entry.statements, strict=True):
+            if setting is AS_DRAWN or not statement.closed_form:
+                row.append(getattr(module, statement.measure)(runs))
+    verdicts = [Verdict(s, settings[: len(row)], tuple(row)) for s, row in zip(entry.statements, readings, strict=True)]
+    return GalleryResult(entry, picture, drawn.pid, tuple(verdicts))
 
 
-def figure_specs(text: FigureText) -> tuple[Spec, ...]:
+def figure_specs(figure: Figure) -> tuple[Spec, ...]:
     """The shipped specs of a figure."""
     folder = resource_folder("specs") / FOLDER
-    return tuple(read_spec(folder / f"{name}.yaml") for name in text.entry.specs)
+    return tuple(read_spec(folder / f"{name}.yaml") for name in figure.specs)

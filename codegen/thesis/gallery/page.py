@@ -17,7 +17,7 @@ from codegen.base.text import render
 from codegen.report.wording import number, unit_text, with_unit
 from codegen.thesis.gallery.build import FOLDER, GalleryResult, Verdict
 from codegen.thesis.gallery.measures import Reading
-from codegen.thesis.gallery.statement import FigureText, StatementEntry, read_figures
+from codegen.thesis.gallery.statement import Figure, Statement, read_figures
 
 KEPT = "readings.json"
 DIGITS = 3
@@ -30,7 +30,7 @@ def kept_of(result: GalleryResult) -> Kept:
     """What is kept of a figure's run."""
     return {
         "pid": [number(g, DIGITS) for g in result.pid or ()],
-        "settings": _setting_names(result.text),
+        "settings": _setting_names(result.figure),
         "rows": [_kept_row(verdict) for verdict in result.verdicts],
     }
 
@@ -51,19 +51,19 @@ def kept_text(kept: Mapping[str, Kept], order: Sequence[str]) -> str:
     return json.dumps({n: kept[n] for n in order if n in kept}, indent=1, ensure_ascii=False) + "\n"
 
 
-def is_of(kept: Kept, text: FigureText) -> bool:
+def is_of(kept: Kept, figure: Figure) -> bool:
     """Whether what is kept answers the figure's statements as they are now, in the settings that it has now."""
-    asked = [[s.entry.measure, s.entry.holds] for s in text.statements]
+    asked = [[s.measure, s.holds] for s in figure.statements]
     answered = [[row["measure"], row["condition"]] for row in kept["rows"]]
-    return asked == answered and kept["settings"] == _setting_names(text)
+    return asked == answered and kept["settings"] == _setting_names(figure)
 
 
-def _setting_names(text: FigureText) -> list[str]:
-    return text.entry.settings if text.statements else []
+def _setting_names(figure: Figure) -> list[str]:
+    return figure.settings if figure.statements else []
 
 
 def _kept_row(verdict: Verdict) -> Kept:
-    entry, drawn = verdict.statement.entry, verdict.readings[0]
+    entry, drawn = verdict.statement, verdict.readings[0]
     return {
         "measure": entry.measure,
         "condition": entry.holds,
@@ -92,10 +92,10 @@ def write_gallery(results: Sequence[GalleryResult], folder: Path) -> tuple[Path,
         BadInput: if the folder cannot be written, or its readings not be read.
     """
     figures = read_figures()
-    kept = read_kept(folder) | {r.text.entry.figure: kept_of(r) for r in results}
-    files: dict[str, str | bytes] = {picture_name(r.text.entry.figure): r.picture for r in results}
+    kept = read_kept(folder) | {r.figure.figure: kept_of(r) for r in results}
+    files: dict[str, str | bytes] = {picture_name(r.figure.figure): r.picture for r in results}
     files[KEPT] = kept_text(kept, list(figures))
-    if all(n in kept and is_of(kept[n], text) for n, text in figures.items()):
+    if all(n in kept and is_of(kept[n], figure) for n, figure in figures.items()):
         files[PAGE] = gallery_page(kept)
     write_all(folder, files)
     return tuple(folder / name for name in files)
@@ -108,12 +108,12 @@ def gallery_page(kept: Mapping[str, Kept]) -> str:
 
 def gallery_summary(results: Sequence[GalleryResult]) -> str:
     """The statements and verdicts for a terminal."""
-    return render("text/gallery.txt.j2", **_view({r.text.entry.figure: kept_of(r) for r in results}))
+    return render("text/gallery.txt.j2", **_view({r.figure.figure: kept_of(r) for r in results}))
 
 
 def gallery_json(results: Sequence[GalleryResult]) -> dict[str, Any]:
     """Figure → its readings and verdicts."""
-    return {r.text.entry.figure: kept_of(r) for r in results}
+    return {r.figure.figure: kept_of(r) for r in results}
 
 
 def picture_name(figure: str) -> str:
@@ -122,11 +122,11 @@ def picture_name(figure: str) -> str:
 
 
 def _view(kept: Mapping[str, Kept]) -> dict[str, Any]:
-    texts = {n: text for n, text in read_figures().items() if n in kept}
+    figures = {n: figure for n, figure in read_figures().items() if n in kept}
     rows = [
-        _row(n, statement.entry, row, len(kept[n]["settings"]) + 1)
-        for n, text in texts.items()
-        for statement, row in zip(text.statements, kept[n]["rows"], strict=True)
+        _row(n, statement, row, len(kept[n]["settings"]) + 1)
+        for n, figure in figures.items()
+        for statement, row in zip(figure.statements, kept[n]["rows"], strict=True)
     ]
     held = [row["holds"] for row in rows]
     robust = [not row["others"] for row in rows]
@@ -136,15 +136,14 @@ def _view(kept: Mapping[str, Kept]) -> dict[str, Any]:
         "robust": sum(robust),
         "hangs": len(robust) - sum(robust),
     }
-    return {"rows": rows, "figures": [_figure(t, kept[n]) for n, t in texts.items()], "counts": counts}
+    return {"rows": rows, "figures": [_figure(f, kept[n]) for n, f in figures.items()], "counts": counts}
 
 
-def _figure(text: FigureText, kept: Kept) -> dict[str, Any]:
-    entry = text.entry
+def _figure(entry: Figure, kept: Kept) -> dict[str, Any]:
     more = {"picture": picture_name(entry.figure), "folder": FOLDER, "open": " ".join(entry.open.split())}
     return entry.model_dump() | kept | more
 
 
-def _row(figure: str, entry: StatementEntry, row: Kept, settings: int) -> dict[str, Any]:
+def _row(figure: str, entry: Statement, row: Kept, settings: int) -> dict[str, Any]:
     more = {"figure": figure, "condition": entry.holds.replace("-", "−"), "settings": settings}
     return entry.model_dump() | row | more | {"note": " ".join(entry.note.split())}

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr
 
-from codegen.base.errors import BadInput, Place, refuse_unknown
+from codegen.base.errors import Place, refuse_unknown
 from codegen.base.input_files import read_text
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_plain
@@ -19,10 +17,9 @@ from codegen.thesis.gallery.setting import Setting
 CLAIMS = Path(__file__).parent / "claims"
 SETTINGS = Path(__file__).parent / "settings.yaml"
 Model = TypeVar("Model", bound=BaseModel)
-_CONDITION = re.compile(r"([<>]) (-?\d+(?:\.\d+)?(?:e-?\d+)?)")
 
 
-class StatementEntry(BaseModel):
+class Statement(BaseModel):
     """One statement of the text about a figure.
 
     Attributes:
@@ -41,10 +38,15 @@ class StatementEntry(BaseModel):
     where: str
     measure: str
     number: str
-    holds: str
+    holds: str = Field(pattern=r"^[<>] -?\d+(?:\.\d+)?(?:e-?\d+)?$")
     unit: str = ""
     note: str = ""
     closed_form: bool = False
+
+    def is_met(self, value: float) -> bool:
+        """Whether the number meets the condition; one that is not finite never does."""
+        sign, limit = self.holds.split()
+        return math.isfinite(value) and bool(value < float(limit) if sign == "<" else value > float(limit))
 
 
 class Making(BaseModel):
@@ -67,7 +69,7 @@ class Making(BaseModel):
     pid_of: str = ""
 
 
-class FigureEntry(BaseModel):
+class Figure(BaseModel):
     """A figure of the thesis.
 
     Attributes:
@@ -85,7 +87,13 @@ class FigureEntry(BaseModel):
     made: Making
     settings: list[str] = []
     open: str = ""
-    statements: list[StatementEntry] = []
+    statements: list[Statement] = []
+    _others: tuple[Setting, ...] = PrivateAttr(())
+
+    @property
+    def others(self) -> tuple[Setting, ...]:
+        """The settings themselves."""
+        return self._others
 
 
 class SettingsFile(BaseModel):
@@ -100,51 +108,22 @@ class ChapterFile(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True)
     chapter: str
-    figures: list[FigureEntry]
+    figures: list[Figure]
 
 
-@dataclass(frozen=True)
-class Statement:
-    """A statement with its condition parsed: the number must be below (``below``) or above ``limit``."""
-
-    entry: StatementEntry
-    below: bool
-    limit: float
-
-    def holds(self, value: float) -> bool:
-        """Whether the number meets the condition; one that is not finite never does."""
-        return math.isfinite(value) and bool(value < self.limit if self.below else value > self.limit)
-
-
-@dataclass(frozen=True)
-class FigureText:
-    """A figure with its statements, and the settings in which they are checked again."""
-
-    entry: FigureEntry
-    statements: tuple[Statement, ...]
-    settings: tuple[Setting, ...]
-
-
-def read_figures(folder: Path = CLAIMS) -> dict[str, FigureText]:
+def read_figures(folder: Path = CLAIMS) -> dict[str, Figure]:
     """Every figure by its number, in the order of the thesis. Raises BadInput for a file that is not a claims file."""
     settings = {s.name: s for s in _read(SETTINGS, SettingsFile).settings}
     found = {}
     for path in sorted(folder.glob("*.yaml")):
-        for entry in _read(path, ChapterFile).figures:
-            for name in entry.settings:
+        for figure in _read(path, ChapterFile).figures:
+            for name in figure.settings:
                 refuse_unknown(name, settings, Place(path.name), "unknown setting", code="SPEC008")
-            statements = tuple(_statement(s, Place(path.name)) for s in entry.statements)
-            found[entry.figure] = FigureText(entry, statements, tuple(settings[name] for name in entry.settings))
+            figure._others = tuple(settings[name] for name in figure.settings)
+            found[figure.figure] = figure
     return found
 
 
 def _read(path: Path, model: type[Model]) -> Model:
     document, places = load_plain(read_text(path, "a claims file (YAML)"), path.name)
     return validate(model, document, places, path.name)
-
-
-def _statement(entry: StatementEntry, place: Place) -> Statement:
-    found = _CONDITION.fullmatch(entry.holds)
-    if found is None:
-        raise BadInput(place, f"`{entry.holds}`", "`< 1` or `> 0.5`", code="SPEC010")
-    return Statement(entry, found[1] == "<", float(found[2]))

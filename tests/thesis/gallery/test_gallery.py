@@ -46,8 +46,8 @@ def test_every_figure_has_specs_a_picture_and_a_measure_for_each_statement():
     folder = ROOT / "docs" / "gallery"
     for number, text in read_figures().items():
         assert specs_of(number)
-        module, made = MODULES[text.entry.made.module], text.entry.made
-        named = (made.runs, made.draws, *(s.entry.measure for s in text.statements))
+        module, made = MODULES[text.made.module], text.made
+        named = (made.runs, made.draws, *(s.measure for s in text.statements))
         assert all(callable(getattr(module, name)) for name in named), number
         assert (folder / f"figure_{number.replace('.', '_')}.png").is_file()
     rows = [r for r in (folder / "README.md").read_text(encoding="utf-8").splitlines() if r.startswith("| [")]
@@ -223,7 +223,7 @@ def test_figures_that_share_a_pid_have_one_machine_servo_and_sensors():
             frictionless.contacts,
         )
 
-    pairs = [(number, text.entry.made.pid_of) for number, text in read_figures().items() if text.entry.made.pid_of]
+    pairs = [(number, text.made.pid_of) for number, text in read_figures().items() if text.made.pid_of]
     assert pairs == [("2.5", "2.4"), ("3.4", "3.3"), ("8.4", "8.3"), ("8.5", "8.3"), ("8.6", "8.3")]
     for number, other in pairs:
         assert tuned_for(number) == tuned_for(other)
@@ -278,12 +278,12 @@ def test_a_setting_scales_gains_the_assumed_law_and_the_machine_but_not_the_mach
 
 def test_a_number_that_is_not_finite_meets_no_condition():
     below, above = (
-        next(s for text in read_figures().values() for s in text.statements if s.entry.holds.startswith(sign))
+        next(s for text in read_figures().values() for s in text.statements if s.holds.startswith(sign))
         for sign in "<>"
     )
     for value in (np.nan, np.inf, -np.inf):
-        assert not below.holds(value) and not above.holds(value)
-    assert below.holds(np.float64(-1e9)) is True and above.holds(np.float64(1e9)) is True
+        assert not below.is_met(value) and not above.is_met(value)
+    assert below.is_met(np.float64(-1e9)) is True and above.is_met(np.float64(1e9)) is True
 
 
 @pytest.mark.slow
