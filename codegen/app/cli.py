@@ -11,6 +11,7 @@ import io
 import os
 import sys
 import traceback
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -25,7 +26,7 @@ from codegen.base.files import named_path
 from codegen.base.input_files import identity
 from codegen.base.interrupt import interrupted, noted
 from codegen.base.shown import Result
-from codegen.base.terminal import errors, output, without_library_warnings
+from codegen.base.terminal import PlainConsole, errors, output, without_library_warnings
 from codegen.base.version import VERSION
 
 REFUSED, STALE, INTERNAL, INTERRUPTED = 3, 4, 70, 130
@@ -104,10 +105,7 @@ def check(spec: SpecPath, as_json: AsJson = False) -> None:
     from codegen.app.check import check, check_json, check_text
 
     machine = check(spec)
-    if as_json:
-        print_json(check_json(machine))
-    else:
-        output.print(check_text(machine), end="")
+    _print(as_json, lambda: check_json(machine), lambda: check_text(machine))
 
 
 @app.command()
@@ -120,10 +118,7 @@ def derive(
     from codegen.app.derive import analysis_json, derive, derive_text
 
     analysis = derive(spec)
-    if as_json:
-        print_json(analysis_json(analysis))
-    else:
-        output.print(derive_text(analysis, latex), end="")
+    _print(as_json, lambda: analysis_json(analysis), lambda: derive_text(analysis, latex))
 
 
 @app.command()
@@ -137,10 +132,8 @@ def certify(
 
     found = certify(spec, out)
     target = None if out is None or found.certificate is None else write_certificate(found.certificate, out)
-    if as_json:
-        print_json(certified_json(found))
-    else:
-        (errors if found.certificate is None else output).print(certified_text(found, target), end="")
+    on = errors if found.certificate is None else output
+    _print(as_json, lambda: certified_json(found), lambda: certified_text(found, target), on)
     raise typer.Exit(REFUSED if found.certificate is None else 0)
 
 
@@ -416,10 +409,15 @@ def version() -> None:
 
 
 def _show(result: Result, as_json: bool, **options: object) -> None:
+    _print(as_json, lambda: result.content, lambda: result.text(**options))
+
+
+def _print(as_json: bool, content: Callable[[], object], text: Callable[[], str], on: PlainConsole = output) -> None:
+    """Print a result as JSON, or as text on a console."""
     if as_json:
-        print_json(result.content)
+        print_json(content())
     else:
-        output.print(result.text(**options), end="")
+        on.print(text(), end="")
 
 
 def _columns(pairs: list[str]) -> dict[str, str]:
