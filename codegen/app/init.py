@@ -104,7 +104,7 @@ def _of_spec(name: str, path: Path) -> dict[str, str]:
 
 
 def _refuse_other_robot(folder: Path, spec: str, files: dict[str, str]) -> None:
-    """Drop a robot file that lies there already; raise BadInput where it is another one of that name."""
+    """Leave out a robot file that exists with the same text; raise BadInput where one of that name has another text."""
     for file in [file for file in files if file != spec]:
         if is_there(folder / file):
             if read_text(folder / file, "a robot description (URDF)", LARGEST) != files[file]:

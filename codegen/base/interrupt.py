@@ -34,7 +34,7 @@ def handled(handler: Callable[..., object]) -> Iterator[None]:
 
 @contextmanager
 def noted() -> Iterator[None]:
-    """Within it Ctrl-C raises KeyboardInterrupt as ever, and is remembered, unless somebody handles or ignores it."""
+    """Within it Ctrl-C raises KeyboardInterrupt as usual, and is remembered, unless it is already handled."""
     global _asked
     _asked = False
     with handled(_note) if getsignal(SIGINT) is default_int_handler else nullcontext():

@@ -171,7 +171,7 @@ def _edited(content: bytes, changes: Mapping[str, Mapping[str, str]], path: Path
 
 
 def _with_parts(text: str, parts: Parts, lines: list[str], path: Path) -> str:
-    """A comment on top, by which a later run knows the file for ours, and new elements before the root's end."""
+    """A comment on top, which marks the file as written by stiction, and new elements before the root's end."""
     end = text.rfind("</mujoco")
     if end < 0:
         raise BadInput(str(path), "no element mujoco with an end of its own", EXPECTED, code="SPEC030")

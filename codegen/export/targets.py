@@ -100,7 +100,7 @@ def _of_mechanism(text_of: Callable[[Spec, Mechanism, list[str]], tuple[str, tup
 
 
 def _of_code(files_of: Callable[[Controller, list[str]], Mapping[str, str]], precision: str) -> Write:
-    """The generated observer in another dress."""
+    """The generated observer for another platform or language."""
 
     def write(machine: Exportable, choices: Choices) -> Exported:
         controller = machine.controller(precision)

@@ -77,7 +77,7 @@ class Walk:
         elif mean:
             line.constant += mean
         unit = self.unit(leftover.direction)
-        kept = f"its mean over the envelope, {mean:.4g} {unit}, is held" if mean else "nothing is near"
+        kept = f"its mean over the envelope, {mean:.4g} {unit}, is held" if mean else "nothing takes its place"
         force = f"{_shown(leftover.force)} along {self.words(leftover.direction)}"
         how = f"{force} is no element here; {kept}{self.assumed(leftover.force)}"
         self.says(leftover.where, "nearest" if mean else "dropped", how, finite - mean, unit)

@@ -1,6 +1,6 @@
 """What the name of a log's column says: its unit (``x [mm]``, ``x (mm)``, ``x / mm``, ``x_mm``), and which variable it
 may hold, for those that a log does not name: by name, by unit, by what is usually called so, or since no other is left.
-A proposal is only told; nothing is read by it.
+A proposal is only shown in a message; no column is read because of it.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ NEAR_STEPS, FEWEST, ON_LATTICE = 50, 20, 0.9
 
 
 def mended(raw: Columns, description: LogDescription) -> Columns:
-    """The columns with signed numbers as such and counters that go on.
+    """The columns with signed numbers as such, and counters unwrapped.
 
     Args:
         raw: columns as they stand in the file.
@@ -179,7 +179,7 @@ def _starts_anew(name: str, values: Array, symbols: Sequence[str]) -> Finding | 
         count = int(jumps.sum())
         words = (
             f"The column {name}, from which {_and(symbols)} is taken, jumps by about 2^{bits} {count} times, as a "
-            f"counter of {bits} bits that starts anew. Say `unwrap: {{{name}: {whole:.0f}}}` in the log description."
+            f"counter of {bits} bits that overflows. Say `unwrap: {{{name}: {whole:.0f}}}` in the log description."
         )
         figures = {"count": float(count), "size": whole}
         return Finding("problem", f"numbers of {_and(symbols)}", words, figures)

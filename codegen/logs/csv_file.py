@@ -51,7 +51,7 @@ class CsvSource(LogFile):
         lines: every line of the file without its end, or those of a part of it.
         first: index into ``lines`` of the first line after the header.
         before: lines of the file before ``lines``, for messages.
-        encoding: what there is to say of the file's letters.
+        encoding: notes on the file's encoding.
         description: what is said of the log.
     """
 

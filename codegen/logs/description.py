@@ -199,7 +199,7 @@ class LogDescription(BaseModel):
         records: the key of a JSON file under which the rows stand; empty where nobody said.
         beside: name → file in the log's folder, and its column of times.
         signed16, signed32: columns of signed numbers of so many bits, stored as if they were unsigned.
-        unwrap: column → amount after which its numbers start anew.
+        unwrap: column → period of its numbers: where they overflow, they go on by this amount.
         rows: column → number that it has in the rows of this log; the others are left out.
         long: columns of a table with a row for each value; None for a row for each time.
         hold: topics or columns whose value holds until the next one, where topics of several rates are joined.

@@ -1,10 +1,10 @@
 """Preflight of signs, scales, units and the order of columns, by the balance of forces along the measured motion.
 
 The force that the motion takes is M(x) a − g(x, v, 0) + U λ with the declared friction; what the input gives is
-g(x, v, w) − g(x, v, 0). A least-squares factor per input between the two is near one when sign and scale are right. It
-holds where friction outweighs inertia too, where the plain correlation of g − U λ with M a does not; that one serves
-for coordinates on which no input acts. Where a coordinate is as far outside the spec's envelope, it is named and not
-the input.
+g(x, v, w) − g(x, v, 0). A least-squares factor per input between the two is near one when sign and scale are right,
+also where friction is larger than inertia. For coordinates on which no input acts, the correlation of g − U λ with M a
+is judged instead. Where a coordinate is outside the spec's envelope by as large a factor, the finding is about that
+coordinate and not about the input.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Outside:
 
 
 def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = frozenset()) -> Iterator[Finding]:
-    """What there is to say of the sign and scale of inputs and forces.
+    """Findings on the sign and scale of inputs and forces.
 
     Args:
         steady: the coordinates that run at constant speed, whose inertia is not judged.

@@ -33,7 +33,7 @@ class _Column:
 
 
 class Hdf5File(BlockFile):
-    """An opened file; a dataset in groups goes by its path, ``data/demo_0/obs/joint_pos[2]``.
+    """An opened file; a dataset in groups is named by its path, ``data/demo_0/obs/joint_pos[2]``.
 
     Links to other files are not followed, and objects are not made.
     """

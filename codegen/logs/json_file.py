@@ -1,6 +1,6 @@
 """JSON logs: a list of records, a record a line, or an object of lists, at the top or under a key beside scalars.
 
-What is inside of a record or object goes by its path: ``motor.position``, ``q[0]``.
+A value inside a record or object is named by its path: ``motor.position``, ``q[0]``.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class Member:
 
     @property
     def rows(self) -> int:
-        """N, also of a vector that lies (1, N)."""
+        """N, also of a row vector, (1, N)."""
         return max(self.shape) if self.shape and 1 in self.shape else (self.shape or (1,))[0]
 
     @property
@@ -69,7 +69,7 @@ class Member:
         if not 0 < self.shape[1] <= MOST_COLUMNS:
             raise ValueError(f"an array of {self.shape[1]} columns")
         if self.fortran and 1 not in self.shape:
-            raise ValueError("a table that lies column by column (write numpy.ascontiguousarray of it)")
+            raise ValueError("a table in column-major order (write numpy.ascontiguousarray of it)")
         return np.dtype([(str(k + 1), self.dtype) for k in range(self.shape[1])])
 
 

@@ -62,7 +62,7 @@ def _decide(warn: bool) -> Severity:
 
 
 def _on_record(log: Log, turns: bool) -> Iterator[Finding]:
-    """What there is to say of the time stamps and the completeness of a log.
+    """Findings on the time stamps and the completeness of a log.
 
     Args:
         turns: whether some coordinate changes its speed, so that a slow rate loses what happens at reversals.
@@ -152,7 +152,7 @@ def _repairs(log: Log) -> Iterator[Finding]:
 
 
 def _stale_rows(share: float, in_motion: float) -> list[Finding]:
-    """What there is to say of rows that repeat the one before: a bus that was read faster than it has news."""
+    """Findings on rows that repeat the one before, as where a bus is read faster than its values are updated."""
     if max(share, in_motion) < REPEATS_TOLD:
         return []
     figures = {"share": share, "in_motion": in_motion}
@@ -167,7 +167,7 @@ def _stale_rows(share: float, in_motion: float) -> list[Finding]:
 
 
 def _on_motion(log: Log, spec: Spec, motion: Motion, kept: Kept) -> Iterator[Finding]:
-    """What there is to say of each coordinate."""
+    """Findings on each coordinate."""
     if not motion.usable.any():
         words = f"No stretch of the log is long enough to differentiate at a cut-off of {motion.cutoff_hz:.3g} Hz."
         yield Finding("problem", "motion", words, {"cutoff_hz": motion.cutoff_hz})
@@ -229,7 +229,7 @@ def _coordinate(log: Log, spec: Spec, motion: Motion, kept: Kept, j: int) -> Fin
 
 
 def _wraps(log: Log, spec: Spec, kept: Kept, j: int) -> Iterator[Finding]:
-    """A position that starts anew after each turn jumps by most of its range between two samples."""
+    """A position that wraps around after each turn jumps by most of its range between two samples."""
     c = spec.coordinates[j]
     moves = np.abs(np.concatenate([np.diff(log.positions[start:stop, j]) for start, stop in log.segments]))
     span = float(np.ptp(log.positions[kept, j]))
@@ -241,7 +241,7 @@ def _wraps(log: Log, spec: Spec, kept: Kept, j: int) -> Iterator[Finding]:
     ):
         count, size = int(jumps.sum()), float(np.median(moves[jumps]))
         words = (
-            f"{c.name} jumps by {size:.4g} {c.unit} {count} times, as one that starts anew each turn: unwrap it. "
+            f"{c.name} jumps by {size:.4g} {c.unit} {count} times, as one that wraps around each turn: unwrap it. "
             f"`unwrap: {{COLUMN: {size:.4g}}}` in a log description does so, by the column's own unit and exact period."
         )
         yield Finding("problem", f"jumps of {c.name}", words, {"count": float(count), "size": size})
@@ -293,7 +293,7 @@ def _on_steady(steady: list[Steady], spec: Spec) -> Iterator[Finding]:
 
 
 def _on_input(log: Log, spec: Spec, kept: Kept) -> Iterator[Finding]:
-    """What there is to say of each input: constant, zero, at its limits."""
+    """Findings on each input: constant, zero, at its limits."""
     for j, i in enumerate(spec.inputs):
         values, topic = log.inputs[kept, j], f"input {i.name}"
         low, high = float(values.min()), float(values.max())

@@ -310,7 +310,7 @@ def _log(
     _per_coordinate(description.position_noise_rms, spec, description, "position_noise_rms")
     steps = tuple(
         0.0 if name in binding.integrated else smallest_step(cleaned.data[:, j])
-        for j, name in enumerate(spec.positions)  # an integral has steps of its own making
+        for j, name in enumerate(spec.positions)  # steps of an integral are not those of a sensor
     )
     repeated, stale = repeats(cleaned.data[:, :split], steps)
     intake = Intake(

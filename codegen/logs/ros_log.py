@@ -189,7 +189,7 @@ class RosFile(SignalFile):
 def numeric_fields(value: Any, path: str, labels: Sequence[list[str]] = ()) -> Iterator[tuple[str, float]]:
     """(path, value) of each number in a decoded message: ``effort[shoulder]``, ``header.stamp.sec``.
 
-    An entry of a list goes by its name, where a list of as many names stands beside the list or around it (``name``,
+    An entry of a list has its name, where a list of as many names stands beside the list or around it (``name``,
     ``joint_names`` …), else by its number counted from 0.
 
     Args:

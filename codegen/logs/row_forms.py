@@ -163,10 +163,10 @@ def list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> ListR
 
 
 def upright(lines: Sequence[str]) -> list[str] | None:
-    """The rows of a table that lies: a line for each signal, its name before the numbers, in a comment, or nowhere.
+    """The rows of a transposed table: a line for each signal, its name before the numbers, in a comment, or nowhere.
 
     Returns:
-        a header, if there are names, and the rows, with tabs between; None for a table that stands.
+        a header, if there are names, and the rows, with tabs between; None for a table with a line for each row.
     """
     rows = list(islice((line for line in lines if line.strip()), 2 * MOST_SIGNALS))
     comments = [line.strip().lstrip("#%/") for line in rows if line.lstrip().startswith(("#", "%", "//"))]

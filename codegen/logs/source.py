@@ -146,7 +146,7 @@ class LogFile(File):
 
     @property
     def notes(self) -> Sequence[str]:
-        """What there is to say of how the file was read; complete once ``load`` has run."""
+        """Notes on how the file was read; complete once ``load`` has run."""
         return self.said
 
     def load(self, wanted: Sequence[str]) -> Columns:

@@ -458,7 +458,7 @@ def _names_of(line: str, rows: _Rows) -> list[str]:
 
 
 def _told(lines: Sequence[str], layout: Layout) -> Layout:
-    """With words on what was found where it is not plain."""
+    """The layout with notes where its header is not the first line, or rows are wrapped."""
     words = []
     if any(line.strip() for line in lines[: layout.line - 1]):
         before = "1 line" if layout.line == 2 else f"{layout.line - 1} lines"

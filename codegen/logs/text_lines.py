@@ -14,7 +14,7 @@ LONGEST_LINE = 1_000_000
 
 
 def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ...]]:
-    """The text with every line end as \\n, and what there is to say of how it was read.
+    """The text with every line end as \\n, and notes on how it was read.
 
     Args:
         file: for messages; ``before``: its lines before these bytes.
@@ -62,7 +62,7 @@ def lines_of(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[lis
 
     Args:
         given: the bytes, as they arrive. file: for messages.
-        said: takes what there is to say of how they are read, each once.
+        said: list to which notes on how they are read are added, each once.
 
     Raises:
         BadInput: for bytes that are no text, or a line of more than ``LONGEST_LINE`` bytes.

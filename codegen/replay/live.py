@@ -117,7 +117,7 @@ def live_blocks(
         log: what it is called in messages; ``meta.yaml`` beside it is read where it is a file.
         given: its bytes.
         columns: as for ``read_log``.
-        notes: takes what there is to say of how the table is read, once its first rows are there.
+        notes: list to which notes on how the table is read are added, once its first rows are there.
 
     Raises:
         BadInput: for a table or a value that cannot be used, a column that is missing, a step of time that is

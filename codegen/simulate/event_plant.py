@@ -35,7 +35,7 @@ class EventPlant:
 
     A contact slides one way or sticks. Within a mode the motion is a smooth differential equation (DOP853), with
     U'v = 0 of the stuck contacts kept by their forces; it ends where a slip reaches zero or a stuck contact's force its
-    level, found on the integrator's dense output. There the mode is found anew from all that are possible.
+    level, found on the integrator's dense output. There the next mode is found among all possible ones.
 
     Attributes:
         state: (2 n,) positions and velocities now; positions, velocities: views of it.

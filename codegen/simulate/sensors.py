@@ -1,4 +1,4 @@
-"""What a machine's sensors tell of its state at a sample, and what their declared errors do to it."""
+"""Sensors of a simulated machine: noise, encoder steps, low-passed velocity, and declared errors of the reading."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def place_of(spec: Spec, name: str) -> Place:
 
 @contextmanager
 def placed(spec: Spec) -> Iterator[None]:
-    """Give a BadInput that was raised out of the spec's sight the place of the name that it is about, or the spec's."""
+    """Give a BadInput of code that does not know the spec a place: that of the name it is about, or of the spec."""
     try:
         yield
     except BadInput as error:

@@ -1,4 +1,4 @@
-"""``urdf:`` of a spec: the robot file names coordinates, inputs and contacts, so that the rest is read as ever."""
+"""``urdf:`` of a spec: what the robot file gives is added to the document before that is validated."""
 
 from __future__ import annotations
 

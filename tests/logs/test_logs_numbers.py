@@ -102,7 +102,7 @@ def test_counters_that_start_anew(tmp_path, spec):
     path = write_csv(tmp_path / "a.csv", {"t": made["t"], "x": counts % 65536, "w": made["w"]}, fmt="%.17g")
     about(tmp_path, "scale: {x: 1e-6}\n")
     told = found(read_log(path, spec), spec)
-    assert "starts anew. Say `unwrap: {x: 65536}`" in told["numbers of x"].words
+    assert "overflows. Say `unwrap: {x: 65536}`" in told["numbers of x"].words
     about(tmp_path, "scale: {x: 1e-6}\nunwrap: {x: 65536}\n")
     log = read_log(path, spec)
     assert np.allclose(np.diff(log.positions[:, 0]), np.diff(counts) * 1e-6)

@@ -1,4 +1,4 @@
-"""What a group of formulas is about: the names they may use, and what we derive for ourselves in those names."""
+"""The symbols that a group of printed formulas uses, and our own derivations in these symbols."""
 
 from __future__ import annotations
 

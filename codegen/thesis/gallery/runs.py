@@ -233,7 +233,7 @@ def tuned_pid(
 
 
 def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[str, LoopRun]:
-    """One open-loop motion with its noise as ``motion``, and what each observer makes of it, which has no say in it."""
+    """One open-loop motion with its noise as ``motion``, and what each observer estimates from it."""
     spec = setting.applied(spec)
     seen = closed_loop(spec, setting, declared_controller(spec, simulation_of(spec), sample_count(spec)))
     runs = {"motion": seen}
