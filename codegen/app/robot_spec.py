@@ -91,7 +91,7 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
 
 
 def _spec_text(name: str, robot: _Robot, path: Path, folder: Path, log: Path | None) -> str:
-    """The spec beside the robot file in a folder, read once to be sure of it; its faults are those of ``path``."""
+    """The spec beside the robot file in a folder, parsed once as a check; errors in it are reported for ``path``."""
     bodies = read_kinematic_tree(folder / robot.file, Place(str(folder / robot.file))).bodies
     guess, target = _guess(log, bodies), folder / f"{name}.yaml"
 
@@ -170,7 +170,7 @@ def _content(
 
 
 def _seen_in_log(spec: Spec, path: Path) -> _Seen:
-    """Read the positions and velocities that the spec's ``log:`` names; inputs that the log lacks are not missed."""
+    """Read the positions and velocities that the spec's ``log:`` names; inputs that the log lacks are left out."""
     try:
         named = {*spec.log.columns, *log_description(path, None).columns}
         joints = tuple(c for c in spec.coordinates if c.name in named)

@@ -114,7 +114,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Leftover:
-    """A force that is on no list above.
+    """A force that is none of the elements above.
 
     Attributes:
         direction: the line along which it acts.

@@ -31,7 +31,7 @@ class Binding:
         logged: whether every velocity was logged.
         notes: what was found on the way.
         findings: units that could not be used.
-        brought: symbol → unit that nobody but the file or a column's name stated, and who did; its factor is applied.
+        brought: symbol → the unit that the file or a column's name states, in words; values are converted from it.
     """
 
     terms: Mapping[str, Term]
@@ -133,7 +133,7 @@ class _Search:
             self.notes.append(f"columns that {spec.name} does not use: {listing(extra)}")
 
     def _choice(self, symbol: str) -> tuple[str, Place | str | None]:
-        """The text that stands for a symbol, and who says so; None where nobody does."""
+        """The column that is configured for a symbol, and by what; the symbol itself and None where nothing is."""
         about = self.description
         if symbol in self.explicit:
             return self.explicit[symbol], "the column option"
@@ -182,7 +182,7 @@ class _Search:
         return [name for name in self.names if stated_unit(name)[0] == symbol]
 
     def _refuse_unread(self, text: str) -> None:
-        """Say why a column cannot be had that is part of what the file has."""
+        """Raise BadInput, with the reason, for a column that the file has and that cannot be read."""
         for whole, why in self.source.unread.items():
             if text == whole or text.startswith((f"{whole}.", f"{whole}[")):
                 place = Place(self.place.file, None, shown(whole, 80))
@@ -213,9 +213,9 @@ class _Search:
         return [name for name in self.names if name not in used]
 
     def _propose(self) -> None:
-        """Refuse the symbols without a column, with the lines of a log description for those whose column can be told.
+        """Refuse the symbols without a column, with lines of a log description that name the likely columns.
 
-        A position whose velocity was logged is none of them where no column is left for it.
+        A position whose velocity was logged is integrated where no column is left for it.
         """
         units = {} if self.headless else {name: self._stated(name) for name in self._unused()}
         told = proposed_columns(list(self.missing), units, self.spec)
@@ -235,7 +235,7 @@ class _Search:
         raise BadInput(first.place, absent, expected, nearest, code="LOG003")
 
     def _integrated(self) -> tuple[str, ...]:
-        """The positions that their velocities stand for: those without a column, where none is left that could be one.
+        """The positions that are integrated from their velocities: those without a column, where no unused one is left.
 
         Raises:
             BadInput: for a position without a column beside columns that nothing uses, or without a measured velocity.

@@ -97,7 +97,7 @@ class Proposed:
 
 
 def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spec) -> tuple[Proposed, ...]:
-    """The variables for which just one of the columns left is the likely one.
+    """A column for each variable that just one of the unused columns is likely to be.
 
     Args:
         symbols: without a column. units: column that nothing uses → the unit that the file states, empty for none.

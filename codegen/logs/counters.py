@@ -21,12 +21,12 @@ WIDTHS = (16, 32)
 NEAR_AN_END = 0.25
 """Signed numbers stored unsigned lie in this share of the range at either end, and none between."""
 WRAP_SIZE = 0.05
-"""By so much of its range a counter's jump may miss the whole of it, beside the motion in one row."""
+"""A jump of a counter differs from its whole range by at most this share of it: by the motion in one row."""
 FEW_JUMPS = 0.1
 REACH, MOVING_STEPS = 3, 1.5
-"""Rows to either side over which a motion is seen, and measuring steps a row that make it one."""
+"""Rows to either side that are compared, and least motion per row, in measuring steps."""
 NEAR_STEPS, FEWEST, ON_LATTICE = 50, 20, 0.9
-"""Moves of so many measuring steps tell the step, if they are so many, and such a share of them are multiples of it."""
+"""Largest move that is used, in measuring steps; least number of such moves; least share that are multiples of it."""
 
 
 def mended(raw: Columns, description: LogDescription) -> Columns:

@@ -51,19 +51,19 @@ SAME_MOTION, APART = 0.9, 2.0
 NEAR = 0.05
 """Relative deviation of a ratio from the power of ten that it is taken for."""
 FITS, BETTER = 0.25, 0.5
-"""Most misfit with the right unit or columns, and most over that of any other reading of the numbers."""
+"""Largest misfit that is accepted of another unit or order of columns, and its largest ratio to that of any other."""
 IN_ANY_ORDER, MOST_TRIED = 3, 60
 """Variables that are tried in any order, more of them by pairs; and most orders that are tried."""
 UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 3
-"""Orders that fit worse by no more than a factor, or all as well as this, are named together, if they are few."""
+"""Orders are named together whose misfit is within a factor of the best, or below a value, if there are not more."""
 KNOTS = 60
 COMPUTED = 0.01
 """Of the input's force: what a function of the position leaves of one that was computed from it."""
 CARRIED, MATERIAL = 10.0, 0.03
-"""Times that, and of both forces: what such a function leaves of the force that the motion takes, where another force
-moves the machine."""
+"""Least part of the motion's force that no such function explains, over that of the input's, and as a share of both
+forces, from which on another force must move the machine."""
 SWINGING = 0.5
-"""Of what such a function leaves of the inertia's force: what friction explains of it in a free oscillation."""
+"""Share of the inertia's force beside such a function that friction explains in a free oscillation."""
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ class LongTable(LogFile):
         return joined(self, together(signals), wanted, self._time, in_seconds=False)
 
     def _signal(self, name: str) -> Signal:
-        """The rows of a signal; the other lines are blank, so that a fault is told at its own."""
+        """The rows of a signal; the other lines are blank, so that an error names the right line."""
         lines = [""] * len(self.table.lines)
         for i in self._rows[name]:
             lines[i] = self.table.lines[i]

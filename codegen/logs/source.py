@@ -119,7 +119,7 @@ class LogFile(File):
         names: of the columns; ``load`` may refuse one that holds no numbers.
         units: column → the unit that the file itself states; empty where it states none.
         unread: part of the file → why it is no column.
-        asked: column of a position that was asked for, under a name that does not say so → that of the measured one.
+        asked: column of commanded positions whose name does not say so → column of the measured ones.
         joints_in_brackets: whether what stands in the brackets of a name is a joint, and no unit.
     """
 
