@@ -71,6 +71,7 @@ def proof_text(
         **_found(content, at),
     }
     made["states"] |= _held(observer, write)
+    made["signs"] = {s: of for s, of in made["signs"].items() if s in json.dumps(made | {"signs": {}})}
     return _text({"name": content["subject"]["name"], "step": observer.integration, **made, **_witness(made, places)})
 
 

@@ -13,6 +13,10 @@ of the set, is from `samples` samples
 later on at most that bound and what the noise of the same sample adds to it. The same holds of each of the bounds of a
 row of `after`, so many samples after any in which each |truth_i - estimate_i| is at most that of its `start`. As the
 kernel's: of the machine that is printed, in exact arithmetic, while no sign turns.
+
+A set with "friction": "any" is of a proof without signs and conditions, and of a machine on which each truth that the
+claim's `friction` names acts in a sample with any mean within the size there, on either side, in place of a constant
+and its drift: whether contacts slide, stick, turn or chatter. The truth in its rows is then any number of that size.
 """
 
 import json
@@ -35,8 +39,10 @@ elif "kernel" not in globals():  # verify.py hands its own in
     frame = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("frame.py"))))
     kernel = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("kernel.py")), {"frame": frame}))
 
-FIELDS, FORCES = ("name", "noise", "drift", "shifts", "push", "sets"), "forces"  # which may be absent
-SET, LATER = ("matrix", "weights", "samples", "rows"), ("within", "after")  # the latter two may be absent
+FIELDS, MORE = ("name", "noise", "drift", "shifts", "push", "sets"), ("forces", "friction")  # MORE may be absent
+FORCES, FRICTION = MORE
+KINDS = ("noise", "drift", FRICTION)
+SET, LATER = ("matrix", "weights", "samples", "rows"), ("within", "after", FRICTION)  # LATER may be absent
 DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
 GRID, MOST_SAMPLES = 1 << 60, 10_000
 Polys = list[list[Any]]
@@ -60,7 +66,10 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
     kernel.demand(not shown["first order"] and "rest" not in proof, "the errors are not linear, or have a rest")
     kernel.demand({*claim["noise"]} <= {*velocity}, "noise of what is no position")
     kernel.demand({*claim["drift"]} <= {*velocity, *truths, *proof["acceleration"]}, "drift of what does not move")
-    noise, drift = ({x: term(1, f"{kind}.{x}") for x in claim[kind]} for kind in ("noise", "drift"))
+    constant = {t for t, s in zip(truths, turned, strict=True) if not s} - {*velocity, *proof["acceleration"]}
+    free = shown["whole"] and not proof["signs"] and {*claim.get(FRICTION, {})} <= constant
+    kernel.demand(free or not claim.get(FRICTION), "any friction, beside a sign or a condition, or of no constant")
+    noise, drift, friction = ({x: term(1, f"{kind}.{x}") for x in claim.get(kind, {})} for kind in KINDS)
     names = {x: p for x, p in shown["names"].items() if x not in estimates}
     h, fresh = (
         names["parameters.sample_time"],
@@ -89,11 +98,12 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
     unmoved = later(names, {}, names)
     expected = shows(unmoved, [zero] * len(error), [e for (e,) in kernel.times(matrix, raw, zero)])
     true = names | {x: names[x] - n for x, n in noise.items()}
-    then = later(true, drift, names if claim.get(FORCES) else true)
+    acting = names if claim.get(FORCES) else true
+    then = later(true, drift, acting | {x: acting[x] + force for x, force in friction.items()})
     new = {x: term(1, f"later.noise.{x}") for x in noise}
     then |= {x: then[x] + n for x, n in new.items()}
     wide = [[*a, *b] for a, b in zip(matrix, push, strict=True)]
-    following = kernel.times(wide, [[x] for x in (*error, *noise.values(), *drift.values())], zero)
+    following = kernel.times(wide, [[x] for x in (*error, *noise.values(), *drift.values(), *friction.values())], zero)
     found = shows(then, read(then, claim["shifts"], new), [e for (e,) in following])
     wrong = [z for z, a, b in zip(proof["states"], found, expected, strict=True) if a != b]
     kernel.demand(not wrong, f"noise and drift do not enter so: {wrong[:3]}")
@@ -177,22 +187,32 @@ def asked(ball: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None]]
 @frame.limited()
 def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> list[list[Fraction]]:
     """The bounds that the rows of each set (``asked``) have with the noise of the same sample, or ValueError."""
-    fields = {*claim} - {FORCES} == {*FIELDS} and claim.get(FORCES, "measured") == "measured"
+    fields = {*claim} - {*MORE} == {*FIELDS} and claim.get(FORCES, "measured") == "measured"
     kernel.demand(fields and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
     parts = [claim["sets"], *(ball.get("after", []) for ball in claim["sets"])]
     kernel.demand(lists(claim["shifts"], 1) and lists(claim["push"], 2) and {*map(type, parts)} == {list}, "no lists")
     matrix, push, shift = moves(proof, claim, shown)
-    most = {f"{kind}.{x}": number(d) for kind in ("noise", "drift") for x, d in claim[kind].items()}
-    kernel.demand(min([Fraction(0), *most.values()]) == 0, "noise or drift below 0")
+    sizes = {f"{kind}.{x}": number(d) for kind in KINDS for x, d in claim.get(kind, {}).items()}
+    kernel.demand(min([Fraction(0), *sizes.values()]) == 0, "noise, drift or friction below 0")
     result = []
     for ball in claim["sets"]:
+        # LEMMA E. In a set of any friction those truths are 0 without drift, and what acts is `friction`. So its rows
+        # bound c_i (0 - estimate_i), and with c_i truth_i at most |c_i| times that size besides what is said.
+        any_ = FRICTION in ball
+        known = ball.get(FRICTION) == "any" and claim.get(FRICTION) and "after" not in ball
+        kernel.demand(known or not any_, "friction")
+        still = {f"{'drift' if any_ else FRICTION}.{x}" for x in claim.get(FRICTION, {})}
+        most = {x: Fraction(0) if x in still else d for x, d in sizes.items()}
         kernel.demand({*ball, *LATER} == {*SET, *LATER}, "not just the fields of a set")
         parts = [ball, *ball.get("after", [])]
         kernel.demand(all({*a} == {"row", "start", "bounds"} for a in parts[1:]), "not just the fields of `after`")
-        kernel.demand(all(lists(a[x], DEPTH[x]) for a in parts for x in a if x != "after"), "no lists")
+        kernel.demand(all(lists(a[x], DEPTH[x]) for a in parts for x in a if x in DEPTH), "no lists")
         Q = [[number(x) for x in row] for row in ball["matrix"]]
         keep(Q, [*map(number, ball["weights"])], [*most.values()], matrix, push, proof, shown)
-        result.append(reached(ball, Q, matrix, push, shift, most, proof))
+        found = reached(ball, Q, matrix, push, shift, most, proof)
+        own = [sizes.get(f"{FRICTION}.{e['truth']}", Fraction(0)) * any_ for e in proof["errors"]]
+        more = (sum(abs(number(c)) * d for c, d in zip(row[:-1], own, strict=True)) for row, *_ in asked(ball))
+        result.append([bound + x for bound, x in zip(found, more, strict=True)])
     return result
 
 
@@ -202,14 +222,16 @@ def keep(
     """Whether the set E(1) of Q is kept, or ValueError.
 
     LEMMA B. E(r) be all e with (c'e)^2 <= r c'Qc for every c. If Q - Phi Q Phi'/f - sum t_j b_j b_j' is positive
-    semidefinite, b_j the columns of push, 0 < f < 1, t_j > 0, f + sum d_j^2/t_j <= 1, then e in E(r), r >= 1, goes by
+    semidefinite, b_j the columns of push, 0 < f < 1, t_j > 0, f + sum d_j^2/t_j <= 1 (over d_j > 0 alone, where t_j = 0
+    is for d_j = 0), then e in E(r), r >= 1, goes by
     |w_j| <= d_j into E(1 + f (r - 1)): |c'Phi e| + sum |c'b_j| d_j is by Cauchy's inequality at most the root of
     (c'Phi Q Phi'c/f + sum t_j (c'b_j)^2) (r f + sum d_j^2/t_j) <= c'Qc (r f + 1 - f). Hence r falls to 1, and E(1) is
     not left. If Q is definite every e is in some E(r). In E(1) |c'e| is at most the root of c'Qc.
     """
     f, *t = weights
-    shares = [f, *(d * d / x for d, x in zip(sizes, t, strict=True))]
-    kernel.demand(min(weights) > 0 and f < 1 and sum(shares) <= 1, "weights not above 0, or too small")
+    acting = [(d, x) for d, x in zip(sizes, t, strict=True) if d or x]
+    kernel.demand(min([f, *(x for _, x in acting)]) > 0, "weights not above 0")
+    kernel.demand(f < 1 and f + sum(d * d / x for d, x in acting) <= 1, "weights too small")
     kernel.semidefinite([[kernel.term(x) for x in row] for row in Q], {}, "", {}, kernel.LEAST)
     step = [[x.constant() for x in row] for row in matrix]
     kept = kernel.times(kernel.times(step, Q, 0), zip(*step, strict=True), 0)

@@ -81,7 +81,7 @@ def instead(raw: Any) -> str:
     if not isinstance(raw, tuple):
         return {list: "a list", str: "a text", bytes: "a number", type(None): "null"}.get(type(raw), "true or false")
     names = [name for name, _ in raw]
-    if {*names} - {ellipsoid.FORCES} == {*ellipsoid.FIELDS}:
+    if {*names} - {*ellipsoid.MORE} == {*ellipsoid.FIELDS}:
         return f"an {SETS}, and it is verified with the {PROOF} beside it"
     form = next((value for name, value in raw if name == "format" and isinstance(value, str)), "")
     if form:
@@ -232,18 +232,21 @@ def long_run(proof: dict[str, Any], sources: dict[str, bytes], text: bytes) -> l
 def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
     """What noise and drift can do, in lines, if the claim of ellipsoid.json follows; or enclosure.Refused."""
     claim, found = kept(proof, shown, text)
-    most, number, plain = enclosure.most, ellipsoid.number, partial(without_kinds, twice=ambiguous(proof, shown))
+    most, least, number = enclosure.most, enclosure.least, ellipsoid.number
+    plain = partial(without_kinds, twice=ambiguous(proof, shown))
     errors = [lag(e, plain) for e in proof["errors"]]
     at = ", its accelerations those at the measured positions" * bool(claim.get(ellipsoid.FORCES))
     besides = f"all else is measured exactly and moves as the machine above{at}"
     lines = [f"{ASSUMED}{disturbed(claim, plain)}; {besides} (whatever these do, without any turn):"]
+    within = [f"{plain(x)} within {least(number(d))}" for x, d in claim.get(ellipsoid.FRICTION, {}).items()]
+    whatever = f" whatever {', '.join(within)}, at its mean of each sample, does in place of being constant"
     for ball, bounds in zip(claim["sets"], found, strict=True):
-        known = iter(bounds)
+        known, any_ = iter(bounds), whatever * (ellipsoid.FRICTION in ball)
         for *c, _ in ball["rows"]:
-            lines.append(f"  {combined(c, errors, shown)} is in the long run at most {most(next(known))}")
+            lines.append(f"  {combined(c, errors, shown)} is in the long run at most {most(next(known))}{any_}")
         for after in ball.get("after", []):
             start = zip(errors, after["start"], strict=True)
-            begun = ", ".join(f"|{e}| <= {enclosure.least(number(s))}" for e, s in start)
+            begun = ", ".join(f"|{e}| <= {least(number(s))}" for e, s in start)
             later = ", ".join(f"{most(next(known))} {n} samples later" for n, _ in after["bounds"])
             lines.append(f"  {combined(after['row'], errors, shown)} is at most {later}, from any sample with {begun}")
     return lines

@@ -31,6 +31,8 @@ def test_the_row_is_what_the_proofs_say(name: str) -> None:
     for text in proofs.values():
         assert verify.check(text, folder).unbound == ()
     assert_newtons(row[12], friction_bounds(folder))
+    through = [float(word) for word in re.findall(r"through stick ([^)]*)", row[12])]
+    assert through == pytest.approx(friction_bounds(folder, any_friction=True), rel=1e-3)
     rates = {kind: float(Fraction(json.loads(text)["decay_rate"])) for kind, text in proofs.items()}
     if "certificate.json" in proofs:
         assert float(row[5]) == pytest.approx(rates["certificate.json"], rel=1e-3)
@@ -43,14 +45,14 @@ def test_the_row_is_what_the_proofs_say(name: str) -> None:
         assert name in UNDECIDED and row[5] == "not decided"
 
 
-def friction_bounds(folder: Path) -> list[float]:
+def friction_bounds(folder: Path, any_friction: bool = False) -> list[float]:
     """What ellipsoid.json bounds of each friction error in the long run."""
     if not (folder / "ellipsoid.json").exists():
         return []
     claim, proof = (json.loads((folder / f"{name}.json").read_text("utf-8")) for name in ("ellipsoid", "proof"))
     found = ellipsoid.prove(proof, claim, {p.name: p.read_text("utf-8") for p in folder.glob(f"{folder.name}.[ch]")})
     rows = [(row, float(b)) for ball, each in zip(claim["sets"], found, strict=True)
-            for row, b in zip(ball["rows"], each, strict=False)]  # fmt: skip
+            if ("friction" in ball) == any_friction for row, b in zip(ball["rows"], each, strict=False)]  # fmt: skip
     velocities = [k for k, e in enumerate(proof["errors"]) if e["truth"] in proof["acceleration"]]
     return [bound for (*c, _), bound in rows if all(c[k] == "0" for k in velocities)]
 

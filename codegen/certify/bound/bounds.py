@@ -44,7 +44,9 @@ class ErrorBound:
         stands: the same → the share by which it may be off before the domain is lost; up to 1.
         of_code: the same as ``steady``, proved of the C itself (checker/ellipsoid.py); None where it is not.
         after_of_code: the same as ``after``, proved so.
-        largest: what friction is at most, by the envelope's range of its level or the declared level; None if not said.
+        largest: what friction is at most, by the envelope's range of its level or the law; None if not known.
+        always: in the long run whatever friction within ``largest`` does at each sample, stick, turns and chatter among
+            it, proved of the code; None where it is not. after_always: (time, bound) since such a sample, as ``after``.
     """
 
     name: str
@@ -63,6 +65,8 @@ class ErrorBound:
     largest: float | None = None
     of_code: float | None = None
     after_of_code: tuple[tuple[float, float], ...] = ()
+    always: float | None = None
+    after_always: tuple[tuple[float, float], ...] = ()
 
     @property
     def stated(self) -> float:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from codegen.base.significant import float_above
 from codegen.certify.bound.bounds import ErrorBound
-from codegen.certify.bound.error_response import Response, Sizes, disturbances, dot
+from codegen.certify.bound.error_response import Response, Sizes, disturbances, dot, fraction
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
 from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts, upwards
@@ -87,19 +87,24 @@ def with_ellipsoid(
         found = checker.long_run(proof, dict(sources), text.encode())
     except checker.Refused:
         return certificate
-    reached = [
-        (row, samples, begun, float_above(x))
-        for ball, each in zip(json.loads(text)["sets"], found, strict=True)
-        for (row, samples, begun), x in zip(ellipsoid.asked(ball), each, strict=True)
-    ]
     h, bounds = float(observer.sample_time), []
     units = np.eye(len(proof["errors"]))[-len(certificate.bounds) :].tolist()
     for b, unit in zip(certificate.bounds, units, strict=True):
         own = [
-            (int(k) * h, begun is not None, x) for row, k, begun, x in reached if [float(c) for c in row[:-1]] == unit
+            (int(samples) * h, begun, float_above(x), ellipsoid.FRICTION in ball)
+            for ball, each in zip(json.loads(text)["sets"], found, strict=True)
+            for (row, samples, begun), x in zip(ellipsoid.asked(ball), each, strict=True)
+            if [float(c) for c in row[:-1]] == unit
         ]
-        after = tuple((time, x) for time, begun, x in own if begun)
-        bounds.append(replace(b, of_code=min(x for _, begun, x in own if not begun), after_of_code=after))
+        later: dict[tuple[str, ...], list[tuple[float, float]]] = {}
+        for time, begun, x, _ in own:
+            later.setdefault(tuple(begun or ()), []).append((time, x))
+        later.pop(())
+        steady, always = (min((x for _, begun, x, any_ in own if not begun and any_ == of), default=None)
+                          for of in (False, True))  # fmt: skip
+        after, after_always, *_ = [*map(tuple, later.values()), (), ()]
+        of_code = replace(b, of_code=steady, after_of_code=after)
+        bounds.append(replace(of_code, always=always, after_always=after_always))
     return replace(certificate, bounds=tuple(bounds), ellipsoid=text)
 
 
@@ -121,18 +126,30 @@ def ellipsoid_text(
     """
     n, write = len(observer.system.positions), Writer(observer, places)
     positions = [write(x) for x in observer.system.positions]
-    of = _disturbances(observer, positions, proof, response, sizes)
+    friction = _any_friction(observer, proof, bounds)
+    of = _disturbances(observer, positions, proof, response, sizes, friction)
     step = np.array(response.step.tolist(), dtype=float)
     slips = observer.system.distribution.subs(observer.values)
     rows = [[*column, *[0] * (len(step) - n)] for column in slips.T.tolist()]
     errors = sympy.eye(len(step))[n:, :].tolist()
     size = np.array([float(d.size) for d in of])
     columns = np.array([[float(b) for b in d.column] for d in of]).T
-    asked = [(row, None) for row in rows] + list(zip(errors, bounds, strict=True))
-    groups = [[each] for each in asked] if len(step) <= FEW else [asked]
+    acting = size * [d.kind != ellipsoid.FRICTION for d in of]
+    free = size * [not (d.kind == "drift" and d.of in friction) for d in of]
+
+    def apart(asked: Group) -> list[Group]:
+        return [[each] for each in asked] if len(step) <= FEW else [asked]
+
+    every = apart([(row, None) for row in sympy.eye(len(step)).tolist()]) if friction else []
+    whatever = [_set(step, columns, free, group) | {ellipsoid.FRICTION: "any"} for group in every]
     noise = [float(dot(row, sizes["noise"])) for row in response.direct.tolist()]
     h = float(observer.sample_time)
-    turned = [e["sign"] for e in proof["errors"]]
+    turned, truths = ([e[part] for e in proof["errors"]] for part in ("sign", "truth"))
+    whole = [fraction(row[-1]) for ball in whatever for row in ball["rows"]]
+    starts = [
+        upwards(float(most + friction.get(truth, 0)) + x, START_DIGITS)
+        for most, truth, x in zip(whole, truths, noise, strict=bool(friction))
+    ]
     claim = {
         "name": proof["name"],
         **(
@@ -146,9 +163,14 @@ def ellipsoid_text(
             _shift([(b, x) for b, x, d in zip(row, positions, sizes["noise"], strict=True) if b and d], s)
             for row, s in zip(response.direct.tolist(), turned, strict=True)
         ],
+        **({ellipsoid.FRICTION: {truth: str(most) for truth, most in friction.items()}} if friction else {}),
         "push": [[d.entry(i) for d in of] for i in range(len(step))],
         "sets": [
-            _with_after(_set(step, columns, size, group), group, step, columns * size, noise, h) for group in groups
+            *(
+                _with_after(_set(step, columns, acting, group), group, step, columns * acting, noise, h, starts)
+                for group in apart([(row, None) for row in rows] + list(zip(errors, bounds, strict=True)))
+            ),
+            *whatever,
         ],
     }
     return json.dumps(claim, indent=1) + "\n"
@@ -187,8 +209,9 @@ def _disturbances(
     proof: Mapping[str, Any],
     response: Response,
     sizes: Mapping[str, Sequence[Fraction]],
+    friction: Mapping[str, Fraction],
 ) -> list[Disturbance]:
-    """What is not zero, noise first."""
+    """What is not zero, noise first; ``friction``: largest force of truths of which a set is to hold for any."""
     n, unit = len(positions), sympy.eye(len(proof["errors"]))
     late = observer.sample_time if observer.integration == "semi_implicit" else 0
     truths, signs = ([e[part] for e in proof["errors"]] for part in ("truth", "sign"))
@@ -198,6 +221,10 @@ def _disturbances(
         ("drift", truths[:n], sizes["velocity"], unit[:, :n] + late * response.displacement),  # x moves by h v[k+1]
         ("drift", truths[n:], sizes["friction"], unit[:, n:]),
     ]
+    onto = [e.coordinate for e in observer.errors[n:]]
+    if friction:  # a force moves v, and with a late step x too
+        pushed = observer.sample_time * (unit[:, :n] + late * response.displacement) * response.by_force
+        blocks.append((ellipsoid.FRICTION, truths[n:], [*friction.values()], pushed[:, onto]))
     turned = dict(zip(truths[n:], signs[n:], strict=True))
     return [
         Disturbance(kind, name, size, list(matrix.col(j)), turned.get(name, ""))
@@ -205,6 +232,17 @@ def _disturbances(
         for j, (name, size) in enumerate(zip(names, each, strict=True))
         if size
     ]
+
+
+def _any_friction(observer: Observer, proof: Mapping[str, Any], bounds: Sequence[ErrorBound]) -> dict[str, Fraction]:
+    """Truth → the largest force it can be, where the claim may be of any friction; empty where it may not."""
+    forces = observer.errors[len(observer.system.positions) :]
+    most = [b.largest for b in bounds if b.largest is not None]
+    known = len(most) == len(bounds) and all(e.coordinate is not None for e in forces)
+    if proof["signs"] or proof["domain"] or proof["box"] or not known:
+        return {}
+    truths = [e["truth"] for e in proof["errors"]][len(observer.system.positions) :]
+    return {t: fraction(upwards(x, DIGITS)) for t, x in zip(truths, most, strict=True)}
 
 
 def _shift(parts: Sequence[tuple[Any, str]], sign: str) -> str:
@@ -236,7 +274,8 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
     f = float(share)
     gains = _gains(doubled[share], columns, target)
     gains = np.maximum(gains, 1e-6 * float(size @ gains) / size.sum())
-    weights = [upwards(w, DIGITS) for w in size * float(size @ gains) / ((1 - f) * gains) * (1 + 10.0 ** (1 - DIGITS))]
+    best = size * float(size @ gains) / ((1 - f) * gains) * (1 + 10.0 ** (1 - DIGITS))
+    weights = [upwards(w, DIGITS) if w else sympy.Integer(0) for w in best]
     pushed = (columns * np.array([float(w) for w in weights])) @ columns.T
     doubled_step = _doubled(step / np.sqrt(f))
     matrix = _summed(doubled_step, pushed)
@@ -254,18 +293,18 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
 
 
 def _with_after(
-    ball: dict[str, Any], group: Group, step: Array, pushed: Array, noise: Sequence[float], h: float
+    ball: dict[str, Any], group: Group, step: Array, pushed: Array, noise: Sequence[float], h: float, worst: Any
 ) -> dict[str, Any]:
     """The set with what its rows are at most some times after a reversal, from the errors assumed then.
 
     Args:
         pushed: the columns of the disturbances times their sizes; noise: what that of a sample does to each error.
+        worst: the bounds of every error with any friction, a second start; empty where there are none.
     """
     after, within = [], np.zeros(len(step))
-    for row, bound in group:
-        if bound is None:
-            continue
-        start = [upwards(s, START_DIGITS) for s in bound.starts]
+    known = [(row, bound) for row, bound in group if bound is not None]
+    begins = [(row, bound, [upwards(s, START_DIGITS) for s in bound.starts]) for row, bound in known]
+    for row, bound, start in begins + [(row, bound, worst) for row, bound in known if worst]:
         whole = np.array([float(s) for s in start]) + noise
         within = np.maximum(within, whole)
         floats = np.array(row, dtype=float)

@@ -29,6 +29,7 @@ from codegen.certify.bound.error_response import (
     disturbances,
     dot,
     error_response,
+    largest_friction,
     sliding,
     with_rounding,
 )
@@ -179,6 +180,7 @@ def error_bounds(
     speed += 0.0 if guarded is None else float(guarded.slip_speed)  # below it a guard learns nothing
     slides = [sliding(observer, contact) for contact in system.contacts]
     speed = max(speed, *(float(s.speed) for s in slides if s is not None))
+    most = largest_friction(spec, observer)
     domain, stands = None, {}
     if guarded is not None:
         _, gamma, seen, scale = lyapunov_tail(certificate)
@@ -212,7 +214,7 @@ def error_bounds(
                 domain=domain,
                 percent={cause: b[i].bound - steady[i] for cause, b in more.items()},
                 stands=stands,
-                largest=_largest(spec, observer, error, slides),
+                largest=_largest(observer, error, most),
             )
         )
     return tuple(result)
@@ -304,15 +306,10 @@ def _jump(observer: Observer, error: ErrorVariable, slides: Sequence[Sliding | N
     return 2 * _of_levels(observer, error, [float(s.level) if s is not None else 0.0 for s in slides])
 
 
-def _largest(spec: Spec, observer: Observer, error: ErrorVariable, slides: Sequence[Sliding | None]) -> float | None:
-    """The largest |friction| that the error is about; None where the envelope and the law are silent on a level."""
-    levels = []
-    for contact, one in zip(observer.system.contacts, slides, strict=True):
-        ends = spec.envelope.get(f"a_{contact.name}")
-        if one is None or (ends is None and contact.level_at_rest is None):
-            return None
-        levels.append(max(abs(float(e)) for e in ends or (one.level,)))
-    return _of_levels(observer, error, levels)
+def _largest(observer: Observer, error: ErrorVariable, most: Sequence[Fraction | None]) -> float | None:
+    """The largest |friction| that the error is about; None where that of a contact is not known."""
+    levels = [float(x) for x in most if x is not None]
+    return _of_levels(observer, error, levels) if len(levels) == len(most) else None
 
 
 def _of_levels(observer: Observer, error: ErrorVariable, levels: list[float]) -> float:

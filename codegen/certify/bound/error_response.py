@@ -21,7 +21,7 @@ from typing import Any
 import sympy
 
 from codegen.certify.prefix import upwards
-from codegen.friction.law import DynamicLaw
+from codegen.friction.law import DynamicLaw, ZeroMemoryLaw
 from codegen.mechanics.sparse import jacobian, scaled
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.observers.equations import Observer
@@ -348,6 +348,53 @@ def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
     level = abs(begun.xreplace(observer.values))
     exact = level if level.is_Rational else sympy.Rational(float(level) * (1 + 1e-12))
     return Sliding(fraction(slope), fraction(exact), fraction(found[0]))
+
+
+def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
+    """At least |friction| of each contact at any slip in the envelope, rest included; None where no bound is known.
+
+    That is the largest end of the envelope's ``a_NAME``, if it has one. Else, for a law without memory, the level at
+    rest and what its slope adds up to the fastest slip; for a law of states, its force at the ends of their ranges.
+    """
+    system, found = observer.system, list[Fraction | None]()
+    slips = system.distribution.subs(observer.values)
+
+    def end(name: str) -> Any:
+        return max((abs(sympy.Rational(e)) for e in spec.envelope.get(name, ())), default=sympy.oo)
+
+    for c, contact in enumerate(system.contacts):
+        law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}
+        reach = [0 if u == 0 else abs(u) * end(v.name) for u, v in zip(slips.col(c), system.velocities, strict=True)]
+        fastest = sum(reach, sympy.Integer(0))
+        if f"a_{contact.name}" in spec.envelope:
+            most = end(f"a_{contact.name}")
+        elif contact.extra_level != 0 or slips.col(c).free_symbols:
+            most = sympy.oo
+        elif isinstance(law, DynamicLaw):
+            most = _force_of_states(law, values, fastest)
+        elif isinstance(law, ZeroMemoryLaw) and contact.level_at_rest is not None:
+            slope, s = law.slope_bound(values), sympy.Symbol("s", positive=True)
+            slow = law.level(s, values).replace(Sgn, lambda _: sympy.Integer(1)).subs(s, 0)
+            most = sympy.Max(slow, contact.level_at_rest.xreplace(observer.values))
+            most += slope * fastest if slope != 0 else 0
+        else:
+            most = sympy.oo
+        exact = most if most.is_Rational or not most.is_finite else upwards(float(most) * (1 + 1e-12), DIGITS)
+        found.append(fraction(exact) if exact.is_finite else None)
+    return found
+
+
+def _force_of_states(law: DynamicLaw, values: Any, fastest: Any) -> Any:
+    """The largest |λ| of a law whose force is a multiple of one state; oo for another."""
+    if len(law.states) != 1 or not fastest.is_finite:
+        return sympy.oo
+    u, z = sympy.symbols("u z", real=True)
+    force = sympy.expand(law.force(u, (z,), values))
+    slope = force.diff(z)
+    if slope.free_symbols or force != slope * z:
+        return sympy.oo
+    ((low, high),) = law.state_range(fastest, values)
+    return abs(slope) * sympy.Max(abs(low), abs(high))
 
 
 def left_out(system: System) -> str:
