@@ -39,6 +39,9 @@ those that leave least of the force residual."""
 AS_GOOD = 0.5
 """Share of the best start's gain from which on another start of the same effect is fitted too."""
 FITTED = 6
+FITTED_BY_FORCE, CLEAR_BY_FORCE = 2, 0.5
+"""How many candidates are fitted on all segments: those that gain most on few, and beside them those that explain most
+of the force residual, if this share of its square at least."""
 POLISHES, MOVING = 4, 0.01
 """The slopes by the segments' start states are computed again at most so often, while the cost falls by this share."""
 FORM_GAIN = 10.0
@@ -76,7 +79,8 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
     rough = [k for k in range(len(parts)) if k not in smooth]
     screened += [s for s in in_parallel(tried.screened, rough) if s]
     screened.sort(key=tried.gain, reverse=True)
-    kept = [s for rank, s in enumerate(screened) if rank < FITTED or is_own(parts[s[0]].kind)]
+    by_force = tried.best_by_force([k for k, _ in screened])
+    kept = [s for rank, s in enumerate(screened) if rank < FITTED or s[0] in by_force or is_own(parts[s[0]].kind)]
     found = sorted(in_parallel(tried.fitted, kept), key=lambda f: f.cost)
     again = [k for k, one in enumerate(found) if k < LEADING or one.part.effect.rough]
     others = [one for k, one in enumerate(found) if k not in again]
@@ -99,7 +103,7 @@ class CandidateFits:
         starts: by index of the part, starting points by free runs.
         forced: by index of the part, starting points from the force residual, used where the base is far above the
             noise, at least in some segments.
-        left: by index of the part, squared force residual that remains with such a start.
+        left: by index of the part, share of the base's squared force residual that remains with such a start.
         couplings: by coordinate, parameters of the spring between motor and load that was fitted there.
         few: the base on few segments, by joint for an arm that is run joint by joint, else under None.
         least_gain: the cost of a part with a non-smooth loss must fall by this much at its start to be fitted.
@@ -152,9 +156,23 @@ class CandidateFits:
             stage = start.best(self.trials[k], covered)
             others = part.effect.suggested(covered)
             found[k] = [np.append(self.base.theta, part.inward(values)) for values in others]
+            if others:
+                self.left[k] = min(start.left(self.trials[k], theta) for theta in found[k])
             if stage is not None:
                 self.left[k], theta = stage
                 found[k].append(theta)
+
+    def best_by_force(self, indices: Sequence[int]) -> list[int]:
+        """Those of these parts that explain most of the force residual, of each kind at a place the best form.
+
+        Only those that explain ``CLEAR_BY_FORCE`` of its square. Few segments of free runs may gain less by the force
+        that the log lacks than by what changes their start: of an axis that rings, or one that friction holds back.
+        """
+        best: dict[tuple[str, str], int] = {}
+        for k in sorted((k for k in indices if k in self.left), key=self.left.__getitem__):
+            if self.left[k] < 1 - CLEAR_BY_FORCE:
+                best.setdefault((self.parts[k].kind, self.parts[k].on), k)
+        return list(best.values())[:FITTED_BY_FORCE]
 
     def _start_by_runs(self, k: int) -> list[tuple[float, Array]]:
         """(cost after one linear step, theta) of the best starting points of part ``k`` on few segments."""

@@ -144,7 +144,7 @@ class ForceStart:
     whole: bool = False
 
     def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
-        """(squared force residual that remains, theta) of the trial with starting values of its last part and levels.
+        """(share of the squared force residual that remains, theta) with starting values of the last part and levels.
 
         None where the part adds states, or is neither a force with a weight nor an actuator stage with one parameter.
         """
@@ -172,6 +172,16 @@ class ForceStart:
         theta[self._places] += tried[inner][1]
         return (tried[inner][0], theta) if np.isfinite(theta).all() else None
 
+    def left(self, trial: Trial, theta: Array) -> float:
+        """Share of the squared force residual that remains with these values of a trial, with levels refitted."""
+        residual = self._rows(inverse_dynamics_residual(model_of(trial, theta), self.problem.motion)[:: self._every])
+        _, rest = self._least_squares(self._slopes, residual)
+        return self._share(rest)
+
+    def _share(self, rest: Array) -> float:
+        """The square of what remains over that of the base, whose rows have the mean square 1 on each coordinate."""
+        return float(rest @ rest) / max(1, len(rest))
+
     def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
         """The best of an effect's shapes, with its weights and the levels by linear least squares."""
         part, effect = trial.parts[-1], trial.parts[-1].effect
@@ -191,7 +201,7 @@ class ForceStart:
             theta = np.append(self.base.theta, part.inward(effect.weighted(shape, step[: len(one)].tolist())))
             theta[self._places] += step[len(one) :]
             if np.isfinite(theta).all():
-                found.append((float(rest @ rest), theta))
+                found.append((self._share(rest), theta))
         return min(found, key=lambda pair: pair[0], default=None)
 
     def _error(self, system: System, symbols: Sequence[sympy.Symbol] = ()) -> casadi.Function:
@@ -206,7 +216,7 @@ class ForceStart:
         force = np.einsum("jni,nj->ni", self._by_input, change)
         residual = self._rows((self._residual + self.problem.motion.low_pass(force))[:: self._every])
         step, rest = self._least_squares(self._slopes, residual)
-        return float(rest @ rest), step
+        return self._share(rest), step
 
     def _acting(self, trial: Trial, theta: Array) -> Array:
         """(N, m) effective inputs at each sample: the mean of those before and after it."""

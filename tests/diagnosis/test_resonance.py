@@ -6,11 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from codegen.diagnosis.candidate_fits import fit_candidates
 from codegen.diagnosis.coverage import survey
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.test_force_start import search_in
 
 
 @pytest.mark.parametrize(
@@ -28,3 +30,17 @@ def test_the_residual_tells_frequency_and_share_of_a_load(tmp_path: Path, k: flo
     found = best["k"] / best["load_fraction"]
     assert found**0.5 == pytest.approx((k / share) ** 0.5, rel=0.08)
     assert best["load_fraction"] == pytest.approx(share, abs=0.12)
+
+
+def test_a_load_that_explains_the_force_residual_is_fitted_whatever_its_rank_by_free_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Free runs of an axis that rings gained more by six other candidates than by its spring, so it was left out."""
+    lacking = "[{kind: compliance, on: x, parameters: {k: 2500, c: 4, load_fraction: 0.3}}]"
+    log = log_of(stage(lacking), tmp_path, "train.csv")
+    search = search_in(log)
+    parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("compliance", "offset", "stribeck")]
+    monkeypatch.setattr("codegen.diagnosis.candidate_fits.FITTED", 0)
+    found = fit_candidates(search, search.refit(), parts, lambda share: None)
+    assert [fit.part.kind for fit in found] == ["compliance"]
+    assert found[0].parameters == pytest.approx({"k": 2500, "c": 4, "load_fraction": 0.3}, rel=0.1)
