@@ -58,7 +58,7 @@ from codegen.diagnosis.steady_runs import (
     remainders_of,
 )
 from codegen.diagnosis.trial import Part
-from codegen.diagnosis.wrong_values import equal_parameter, explaining_values, is_better, moved_values, released
+from codegen.diagnosis.wrong_values import equal_parameters, explaining_values, is_better, moved_values, released
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.mechanics import build_system
@@ -256,7 +256,7 @@ def _by_free_runs(case: Case, report: Progress, propose: bool) -> tuple[Diagnosi
             for name in levels_at_zero(system, (answer.refit, answer.augmented), problem.levels)
         ),
         *_in_place(in_place, answer),
-        *(equal_parameter(search, base, outcome) if lacks and not answer.errors else ()),
+        *(equal_parameters(search, base, outcome) if lacks and not answer.errors else ()),
         *moved_values(answer, outcome.final if lacks else base, problem, case.material),
     ]
     answer = replace(answer, remarks=tuple(remarks))

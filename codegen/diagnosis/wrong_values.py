@@ -71,25 +71,27 @@ def _changes(search: Search, fit: Fit) -> int:
     return int((_tolerances(search, fit) >= AT_END * WITHIN).sum()) + len(fit.runner.trial.parts)
 
 
-def equal_parameter(search: Search, base: Fit, outcome: Outcome) -> list[str]:
-    """The parameter that explains the log as well as the one effect of an outcome, in words for a remark.
+def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
+    """The parameters that explain the log as well as the one effect of an outcome, in words for a remark.
 
-    A mass that is declared too small by ten tolerances and an inertia error are one motion. The tolerance speaks for
-    the effect; the reader may know better.
+    A mass that is declared too small by ten tolerances and an inertia error are one motion; a payload, which changes
+    inertia and weight, and a weaker drive nearly so. The tolerances speak for the effect; the reader may know better.
     """
     freed = search.without_limits(base) if len(outcome.parts) == 1 else None
     if freed is None:
         return []
     fit, away = freed[1], _tolerances(search, freed[1])
-    (far,) = np.nonzero(away >= AT_END * WITHIN)
-    if len(far) != 1 or _gain(fit, outcome.final) < -BETTER:
+    far = np.flatnonzero(away >= AT_END * WITHIN)
+    if not len(far) or _gain(fit, outcome.final) < -BETTER:
         return []
-    k, (part,) = int(far[0]), outcome.parts
-    unit = _unit(search.system, search.moved[k])
-    return [
-        f"the value {search.moved[k]} = {fit.theta[k]:.4g}{unit} in place of the declared {search.declared[k]:.4g}"
-        f"{unit} ({away[k]:.2g} tolerances away) explains the training log as well as {part.kind} on {part.on} does"
+    (part,) = outcome.parts
+    values = [
+        f"{search.moved[k]} = {fit.theta[k]:.4g}{_unit(search.system, search.moved[k])} in place of the declared "
+        f"{search.declared[k]:.4g}{_unit(search.system, search.moved[k])} ({away[k]:.2g} tolerances away)"
+        for k in far
     ]
+    subject = f"the values {' and '.join(values)} explain" if len(far) > 1 else f"the value {values[0]} explains"
+    return [f"{subject} the training log as well as {part.kind} on {part.on} does"]
 
 
 def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[str]:

@@ -103,6 +103,17 @@ def test_none_says_why_the_best_candidate_is_not_credited(why: str, words: str) 
     assert words in render("text/verdict.j2", verdict="none", refused=refused, **dict.fromkeys(UNUSED, ()), left=None)
 
 
+def test_none_claims_nothing_of_all_effects_where_one_passed_and_was_refused_later() -> None:
+    """A play that removed 81 % of the free-run error was refused later: 'no effect removes a share' is false."""
+    play = FoundEffect("backlash", "x", {"gap": 1e-4}, {"gap": "m"}, (), {})
+    said = dict.fromkeys(UNUSED, ()) | {"effects": (play,), "against": ("it is worse on held-out data",)}
+    words = render("text/verdict.j2", verdict="none", refused=None, left=None, **said)
+    assert (
+        "as far as this log can show. The best candidate, backlash on x (gap = 0.0001 m), is not credited: it" in words
+    )
+    assert "no effect removes" not in words
+
+
 UNUSED = ("effects", "rivals", "against", "errors", "remarks", "records", "doubts", "experiment")
 
 
