@@ -112,6 +112,7 @@ def _certificate(certificate: Certificate, found: Certified) -> dict[str, Any]:
         "refuted_rate": certificate.refuted_rate,
         "turning_rate": certificate.turning_rate,
         "facts": list(certificate.facts),
+        "sticking": None if certificate.sticking is None else asdict(certificate.sticking),
         "error_bounds": found.bounds if isinstance(found.bounds, str) else [_bound(b) for b in found.bounds],
         "certificate": certificate.content,
     }

@@ -13,6 +13,7 @@ from codegen.certify import REGION_PROOFS
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_response import Response
 from codegen.certify.region_proofs import Regions
+from codegen.certify.sticking import Sticking
 
 PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", *REGION_PROOFS)
 
@@ -32,6 +33,7 @@ class Certificate(Shown):
         by_structure: whether it is about one mode of a machine whose extremes are estimates, not proven bounds.
         bounds: on each friction error, or the words why there are none.
         response: how the errors move under what their matrix leaves out, where there are bounds.
+        sticking: of a (G)CFO, the contacts beside which, while they stick, another's error falls slowest; or None.
         kernel: the proof that the kernel has accepted for the C (proof.json), or None.
         not_by_kernel: why there is none.
         ellipsoid: what follows of it for noise and drift, as the checker has accepted it (ellipsoid.json), or None.
@@ -47,6 +49,7 @@ class Certificate(Shown):
     by_structure: bool = False
     bounds: tuple[ErrorBound, ...] | str = "none was asked for"
     response: Response | None = field(default=None, repr=False)
+    sticking: Sticking | None = None
     kernel: str | None = None
     not_by_kernel: str = "none was asked for"
     ellipsoid: str | None = None

@@ -6,13 +6,17 @@ Levels are forgotten at rest, and one contact that sticks keeps the error of ano
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 
+from codegen.app.certify import Certified, certified_text
 from codegen.app.derived import Derived
 from codegen.certify.outcome import Certificate
+from codegen.certify.sticking import slowest_while_sticking
 from codegen.replay.engine import CompiledEngine
 from codegen.simulate.closed_loop import simulate
 from codegen.spec import parse_spec
@@ -97,9 +101,40 @@ def test_a_contact_that_sticks_keeps_the_error_of_another_alive() -> None:
     M, K_v = np.array([[1, 0.8], [0.8, 1]]), np.array([[20, -40], [0, 10]])
     on_surface = np.array([[-(M @ K_v)[1, 1], -1], [5 * 10, 0]])  # m v2' = ..., a2' = K_F K_v e_v2, with e_v1 = 0
     assert np.linalg.eigvals(on_surface).real.min() > 2
+    said = outcome.sticking
+    assert said is not None and said.contacts == ("first",)
+    assert said.rate == pytest.approx(-np.linalg.eigvals(on_surface).real.max(), rel=1e-6)
+    assert "an error of the other contacts grows by 19.5 1/s" in certified_text(Certified(outcome, "", {}), None)
 
 
 def test_with_one_velocity_gain_it_stays_small() -> None:
     """K_v = k I: friction's monotonicity acts against the velocity error, whatever sticks."""
-    _, error = second_level("[10, 10]")
+    outcome, error = second_level("[10, 10]")
     assert np.abs(error[4000:]).max() < 1
+    assert outcome.sticking is not None and outcome.sticking.rate == pytest.approx(5, rel=0.01)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_beside_any_contacts_that_stick_the_others_fall_with_one_velocity_gain(seed: int) -> None:
+    """Random mass matrices, distributions and gains: V = k e_v'Me_v + sum e_a^2/K_F cannot rise on any surface."""
+    dice = np.random.default_rng(seed)
+    n, count = (int(x) for x in dice.integers(2, 5, 2))
+    count = min(n, count)
+    root, U = dice.normal(size=(n, n)), dice.normal(size=(n, count))
+    mass, k = root @ root.T + 0.1 * np.eye(n), float(dice.uniform(1, 100))
+    inverse, h = np.linalg.inv(mass), 1e-4
+    learn = np.diag(10 ** dice.uniform(-1, 2, count)) @ U.T * k
+    change = np.block([[-k * np.eye(n), -inverse @ U], [learn, np.zeros((count, count))]])
+    system = SimpleNamespace(
+        distribution=sympy.Matrix(U.tolist()), contacts=[SimpleNamespace(name=f"c{i}") for i in range(count)]
+    )
+    observer: Any = SimpleNamespace(system=system, sample_time=h, values={}, level_errors=True)
+    response: Any = SimpleNamespace(
+        step=sympy.Matrix((np.eye(n + count) + h * change).tolist()), by_force=sympy.Matrix((-inverse).tolist())
+    )
+    found = slowest_while_sticking(observer, response)
+    assert found is not None and found.rate > 0
+    change[:n, :n] = k * np.eye(n)  # and it sees what grows
+    response.step = sympy.Matrix((np.eye(n + count) + h * change).tolist())
+    grows = slowest_while_sticking(observer, response)
+    assert grows is not None and grows.rate < 0

@@ -34,6 +34,7 @@ from codegen.certify.bound.error_response import (
     with_rounding,
 )
 from codegen.certify.outcome import Certificate
+from codegen.certify.sticking import slowest_while_sticking
 from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
@@ -227,10 +228,12 @@ def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> Cer
     Raises:
         BadInput: for a domain in which there is no bound.
     """
-    response = error_response(analysis.dynamics.observer)
-    certificate = certificate if isinstance(response, str) else replace(certificate, response=response)
+    observer = analysis.dynamics.observer
+    response = error_response(observer)
+    if not isinstance(response, str):
+        certificate = replace(certificate, response=response, sticking=slowest_while_sticking(observer, response))
     bounds = response if isinstance(response, str) else error_bounds(spec, analysis, certificate)
-    refuse_empty_domain(spec, analysis.dynamics.observer, bounds)
+    refuse_empty_domain(spec, observer, bounds)
     return replace(certificate, bounds=bounds)
 
 
