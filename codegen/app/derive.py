@@ -24,7 +24,7 @@ LONGEST_ENTRY = 60
 def derive(source: Source) -> Analysis:
     """Ψ, its characteristic polynomial, the gain conditions and margins of a spec's observer.
 
-    Gains that the spec leaves free are at the middle of their ranges, which the numbers depend on and nothing else.
+    Gains that the spec leaves free are at the middle of their ranges; only the numbers depend on that choice.
 
     Raises:
         BadInput: for a bad spec, or one without an observer.

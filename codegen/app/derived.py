@@ -273,8 +273,9 @@ def _with_sliding_proof(
 
 
 def _with_kernel_proof(certificate: Certificate, machine: Derived, sources: Mapping[str, bytes]) -> Certificate:
-    """The certificate with the proof that the kernel accepts for these sources, and with what noise and drift do by it,
-    where a bound is known; or why there is no proof.
+    """The certificate with the kernel's proof for these sources, or why there is none.
+
+    With a proof and a known bound also the effect of noise and drift that the kernel proves.
     """
     from codegen.certify.bound.ellipsoid import with_ellipsoid
     from codegen.certify.kernel_form import NotCovered, proof_text

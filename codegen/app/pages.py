@@ -111,7 +111,7 @@ def audit(
     out: Annotated[Path | None, written("FILE", "write docs/audit.md here")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Hold the printed formulas of the thesis against our own derivation of them."""
+    """Compare the printed formulas of the thesis with our own derivation of them."""
     from codegen.base.progress import progress
     from codegen.thesis.audit.judge import run_audit
     from codegen.thesis.audit.output import audit_json, audit_summary, write_audit

@@ -29,9 +29,9 @@ STANDARD = (0.0, 0.0, -9.81)
 DEFAULT_GAIN = 100.0
 """K_v in 1/s of a new spec."""
 MOST_TRAVEL = 1000.0
-"""m or rad: larger limits of a joint mean that it has none."""
+"""m or rad: a joint with larger limits in the robot file has in fact none."""
 MARGIN = 1.2
-"""Times the highest speed of a joint in the log is its range of velocity."""
+"""Range of a joint's velocity in a new spec, over its highest speed in the log."""
 GAIN_STEPS = 0.2
 """Largest K_v of a new spec times its sample time."""
 
@@ -191,7 +191,7 @@ def _seen_in_log(spec: Spec, path: Path) -> _Seen:
 
 
 def _within(limits: tuple[float, float] | None) -> tuple[float, float] | None:
-    """A robot file's limits of a joint, where they are limits of a mechanism and not a placeholder for none."""
+    """A robot file's limits of a joint; None where they are so large that they only stand for no limit."""
     return limits if limits is not None and max(map(abs, limits)) <= MOST_TRAVEL else None
 
 

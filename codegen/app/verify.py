@@ -62,7 +62,7 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
 
 
 def readable(path: str | Path) -> None:
-    """Nothing, where the file is a text of a certificate's size, and JSON. Raises BadInput where it cannot be read."""
+    """Raise BadInput for a file that cannot be read, is larger than any certificate, or is not JSON."""
     text = read_text(Path(path), CERTIFICATE, checker.MAX_TEXT)
     try:
         json.loads(text)

@@ -23,7 +23,7 @@ from codegen.spec.quantity import read_quantity
 
 BOUNDED = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
 DWELL = 10
-"""Samples out of the bound before it is said."""
+"""An alarm begins after so many consecutive samples out of the bound."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -34,7 +34,7 @@ class Watched(Result):
         limits: what was compared with which bound, from ``settle`` seconds after a reversal on.
         alarms: when an estimate was out of its bound for longer than the dwell time.
         ended: how it ended, in words.
-        fault: of the row behind which nothing could be read, or None.
+        fault: the error at the row at which reading ended, or None.
         notes: how the log was read, where that is not plain.
     """
 
@@ -173,7 +173,7 @@ def _seconds(dwell: float | str) -> float:
 
 
 def _no_bound(outcome: Certificate | Refusal) -> str:
-    """Why there is nothing to hold estimates against, as ``certify`` says it."""
+    """Why there is no bound to compare the estimates with, in the words of ``certify``."""
     if isinstance(outcome, Refusal):
         return f"no certificate: {outcome.reason}"
     return f"no bound in newtons: {outcome.bounds}"

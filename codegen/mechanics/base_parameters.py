@@ -29,12 +29,12 @@ from codegen.spec.model import Spec
 Inertia = tuple[Fraction, Exact, Exact]
 """Mass, first moment and rotational inertia about the origin."""
 ROUNDING = Fraction(1, 10**14)
-"""What is smaller than this share of its terms is the rounding of a zero: files round their angles."""
+"""Sums below this share of their terms are taken for zero: files hold rounded angles."""
 TURNING = ("mx", "my", "xx", "xy", "xz", "yz", "zz")
 SLIDING = ("m", "mx", "my", "mz", "xx", "xy", "xz", "yy", "yz", "zz")
 POINTS, SEED = 24, 5
 SEEN = 1e-9
-"""A parameter whose largest torque over random states is smaller than this share of the largest of all acts on none."""
+"""A parameter counts as without effect where its largest torque over random states is below this share of all's."""
 
 
 def regrouped(tree: KinematicTree) -> KinematicTree:

@@ -33,7 +33,7 @@ Piece = TypeVar("Piece")
 STDIN = "-"
 PIECE = 1 << 16
 MOST_GAPS = 8
-"""First steps of a log that may all be gaps."""
+"""A log is refused when more steps than these, from its first on, are all gaps."""
 PAUSE = 0.05
 """Seconds until a file that is followed is looked at again."""
 
@@ -149,7 +149,7 @@ def live_blocks(
 
 
 class _Table:
-    """A table whose header is known, and where it has been read to."""
+    """A table whose header is known, and how far it has been read."""
 
     def __init__(
         self,

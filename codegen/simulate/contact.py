@@ -14,7 +14,7 @@ NEWTON_STEPS = 6
 _EASE = 1e-8
 """Added to the diagonal of Newton's matrix, which is singular where stuck contacts depend on each other."""
 _MISSED = 1e-11
-"""How far off its expansion a law is taken to be another piece, relative to all forces: rounding misses less."""
+"""Deviation of a law from its linear expansion, relative to all forces, above which it is not due to rounding."""
 REST = 1e-9
 """Slip speed, in slip unit/s, below which a contact whose level jumps at standstill counts as at rest."""
 _TINY = 1e-300
@@ -99,7 +99,7 @@ def settled(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, q: A
 
 
 def _taken(missed: Any, answer: Any, closer: Any) -> Any:
-    """Whose law is expanded anew: everyone's after a step that came closer, else that of the first that is missed."""
+    """Contacts whose law is linearised again: all after a step that came closer, else the first that deviates."""
     rows = []
     found = closer * 0
     size = _MISSED * casadi.norm_1(answer)
@@ -111,7 +111,7 @@ def _taken(missed: Any, answer: Any, closer: Any) -> Any:
 
 
 def _answers(slip: Any, alone: Any, mobility: Any, levels: Levels, step: Any) -> tuple[Any, Any]:
-    """L and its slope ∂L_c/∂(alone_c), contacts by 1, at the slip acceleration that all but c's own force gives."""
+    """L and its slope ∂L_c/∂(alone_c), contacts by 1; ``alone`` is each slip acceleration without c's own force."""
     count = slip.shape[0]
     pushed = casadi.SX.sym("pushed", count)
     answers = casadi.vertcat(

@@ -23,8 +23,10 @@ TOLERANCE = 1e-11
 _REST = 1e-11
 """Slip speed below which a contact is at rest where another comes to rest."""
 _BACK = 1e-12
-"""Slip speed against its direction, and share of a level beyond it, at which a contact's mode ends: a contact that only
-just slides or sticks would else meet an event at every rounding."""
+"""A contact's mode ends at this slip speed against its direction, or at this share of the level above it.
+
+With zero in its place, rounding would end the mode of a contact that barely slides or sticks at every step.
+"""
 _ROUNDING = 64 * float(np.finfo(np.float64).eps)
 _MOST_EVENTS = 10_000
 _STEPPER = "`--method steps`, or a machine without it"
@@ -189,7 +191,7 @@ def _laws(system: System, contacts: PlantContacts) -> Any:
 
 
 class _Event:
-    """The fall to zero of one contact's distance from its next event, in SciPy's form."""
+    """An event for SciPy's integrator: a contact's ``_distance`` falls to zero."""
 
     terminal = True
     direction = -1.0

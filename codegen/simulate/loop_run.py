@@ -91,7 +91,7 @@ def velocity_is_measured(spec: Spec) -> bool:
 
 
 ROUNDING = 1e-9
-"""Of the range: less is no excursion."""
+"""Share of a range by which a quantity may leave it without an excursion."""
 
 
 @dataclass(frozen=True)

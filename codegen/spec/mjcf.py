@@ -145,7 +145,7 @@ class _Conversion:
         return tuple(found)
 
     def remarks(self) -> tuple[str, ...]:
-        """What acts on the motion in MuJoCo and is in no section of a spec, or is another thing there."""
+        """What affects the motion in MuJoCo and is left out of the spec, or differs there, in plain words."""
         m, words = self.model, []
         words += [f"free body {self._name('body', b)}: left out" for b in sorted(self.skipped) if m.body_jntnum[b]]
         words += [self._actuator(k) for k in range(m.nu)]
@@ -167,7 +167,7 @@ class _Conversion:
         return tuple(words)
 
     def _free_objects(self) -> set[int]:
-        """Bodies that float by themselves, as what lies on a table; a floating arm is refused."""
+        """Free bodies and those fixed to them, such as objects on a table; raise BadInput if one carries a joint."""
         m, free = self.model, int(self.mujoco.mjtJoint.mjJNT_FREE)
         found: set[int] = set()
         for b in range(1, m.nbody):
@@ -260,7 +260,7 @@ class _Conversion:
         return one_line(found) if found else f"{kind}_{k}"
 
     def _unique(self, kind: str, k: int) -> str:
-        """A name that ``world`` or a body without a name does not have too."""
+        """The name, with a number for a body called ``world``, which is the name of the base."""
         name = self._name(kind, k)
         return f"{name}_{k}" if kind == "body" and name == "world" else name
 
@@ -269,7 +269,7 @@ class _Conversion:
 
 
 def _nonzero(model: Any, name: str) -> int:
-    """Entries of an array that this version of MuJoCo may have."""
+    """How many entries of an array of the model are not zero; 0 where this version of MuJoCo has no such array."""
     return int(np.count_nonzero(getattr(model, name, 0)))
 
 

@@ -32,7 +32,7 @@ class Body:
     positions: Mapping[str, sympy.Expr]
 
     def weight(self, direction: str) -> sympy.Expr:
-        """What resists acceleration in a direction."""
+        """The mass, or the moment of inertia where the direction is ``angle``."""
         return self.inertia if direction == "angle" else self.mass
 
 

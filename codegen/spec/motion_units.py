@@ -1,4 +1,7 @@
-"""Do the units of the equation of motion, of energies and of bodies fit? A force is energy by coordinate."""
+"""Checks of units in the equation of motion, in energies and of bodies.
+
+A generalised force has the unit of an energy over that of its coordinate.
+"""
 
 from __future__ import annotations
 
@@ -61,11 +64,11 @@ class Units:
         self.names |= {name: self.of_direction(direction) for name, direction in directions.items()}
 
     def of_direction(self, direction: str) -> Dimension:
-        """Of a body's position: a length, or an angle's pure number."""
+        """The dimension of a body's position: a length, or none for an angle."""
         return self.number if direction == "angle" else self.metre
 
     def of_weight(self, direction: str) -> Dimension:
-        """kg, or kg*m^2 for an angle."""
+        """The dimension of a mass, or for an angle of a moment of inertia."""
         return self.kilogram * self.metre**2 if direction == "angle" else self.kilogram
 
     def with_bodies(self, bodies: Sequence[Body]) -> Mapping[str, Dimension]:
@@ -100,7 +103,7 @@ class Units:
         dimension_of(expression, names)
 
     def check_rows(self, force: Entries, distribution: Entries | None) -> None:
-        """Generalised forces are energy by coordinate; so is each U_ik λ_k."""
+        """Raise BadInput unless each force, and each U_ik λ_k, has the unit of energy over that of its coordinate."""
         for i, of in enumerate(self.coordinates):
             self.check(force[i][0], self.energy / of, "force")
             for words, place, found in self._friction(distribution[i] if distribution is not None else ()):
@@ -134,7 +137,7 @@ class Units:
         return terms
 
     def check_transform(self, rows: list[list[Expression]], directions: Sequence[str]) -> None:
-        """T of x = T x̄ takes positions of bodies to coordinates."""
+        """Raise BadInput unless T of x = T x̄ has the units of coordinates over those of positions of bodies."""
         for row, of in zip(rows, self.coordinates, strict=True):
             for entry, direction in zip(row, directions, strict=True):
                 self.check(entry, of / self.of_direction(direction), "transform")
@@ -152,7 +155,7 @@ class Units:
         return found
 
     def check_contact(self, index: int, slip: Dimension) -> None:
-        """Friction times slip velocity is power."""
+        """Raise BadInput unless friction times slip velocity is a power."""
         wanted = self.energy / slip
         if self.contacts[index] != wanted:
             own, place = self.contacts[index], self.place(f"friction.contacts[{index}].unit")

@@ -44,7 +44,7 @@ def _declared(spec: Spec) -> dict[str, str]:
 
 
 def _heads(spec: Spec) -> dict[str, str]:
-    """What the generated names of gains and of effects' parameters begin with."""
+    """First part of the generated name of each gain and of each effect's parameter → its key in the spec."""
     gains = () if spec.observer is None else spec.observer.gains
     keys = {name: f"observer.gains.{name}" for name in gains} | {"sample_time": "observer.sample_time"}
     for k, effect in enumerate(spec.effects):

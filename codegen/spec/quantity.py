@@ -93,7 +93,7 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
 
 
 def read_share(text: str, place: Place) -> float:
-    """The relative tolerance that a text says.
+    """Read a relative tolerance.
 
     Raises:
         BadInput: for what is no number, is below zero or above 1000 %.
@@ -105,7 +105,7 @@ def read_share(text: str, place: Place) -> float:
 
 
 def read_part(text: str, place: Place) -> float:
-    """The part of a whole that a text says.
+    """Read a share of a whole.
 
     Raises:
         BadInput: for what is no number, or not above zero and below 100 %.

@@ -43,7 +43,7 @@ def is_identifier(name: str) -> bool:
 
 
 def reserved(name: str) -> bool:
-    """Whether a name is kept for something else."""
+    """Whether a name has a meaning in C, in Python, in expressions of a spec or in the generated code."""
     return bool(
         _C_WORDS.fullmatch(name)
         or _C_MACROS.fullmatch(name)

@@ -94,7 +94,7 @@ UNITS: Mapping[str, SiUnit] = {
 
 
 def si_unit(text: str) -> SiUnit | None:
-    """The unit that a text as ``unit_text.spelled`` gives it is, or None where pint is to say.
+    """The unit of a text from ``unit_text.spelled``; None for one that is left to pint.
 
     Products and quotients of ``UNITS``, read by Python's own parser; each unit may have a power of one digit.
     """

@@ -50,9 +50,9 @@ _TWO_MEANINGS = (
     (rf"\bg\*cm\b{_NO_FORCE}|\bcm\*g\b", "a torque or a mass times a length", "gf*cm"),
     (rf"\bkg-m\b{_NO_FORCE}|\bm-kg\b", "a torque or a mass times a length", "kgf*m"),
 )
-"""How a unit reads that data sheets use for something else than pint: pattern, the two meanings, one that is clear.
+"""Units that data sheets use in another sense than pint: pattern, the two meanings, a name that has only one.
 
-A hyphen is * by then but for the last, as data sheets write a torque kg-m and formulas a first moment kg*m.
+Hyphens have become * before, except in kg-m: data sheets write a torque so, and formulas a first moment kg*m.
 """
 _HIGHEST_POWER = 20
 
