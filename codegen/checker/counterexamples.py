@@ -289,7 +289,7 @@ CASES = (
     # the claim
     Case("V falls faster than is true", "p", '"279/25"', '"12"', "V may not fall"),
     Case("V falls so fast that it would be negative", "p", '"279/25"', '"1000"', "V negative"),
-    Case("P is not definite", "p", '"1903/10000"', '"0"', "not positive semidefinite"),
+    Case("P is not definite", "p", '"1903/10000"', '"0"', "not definite"),
     Case("P is not symmetric", "p", '"3797/1000"\n  ],', '"3798/1000"\n  ],', "not symmetric"),
     Case("the matrix is another", "p", '"9/10"', '"8/10"', NOT_MOVED),
     Case("growth is too small", "p", '"88831/20000"', '"88830/20000"', "not positive semidefinite"),

@@ -23,12 +23,11 @@ import json
 import re
 import runpy
 import sys
-from collections.abc import Callable
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
-from itertools import accumulate, pairwise
 from math import isqrt, lcm
-from operator import itemgetter, mul
+from operator import mul
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -44,7 +43,7 @@ FORCES, FRICTION = MORE
 KINDS = ("noise", "drift", FRICTION)
 SET, LATER = ("matrix", "weights", "samples", "rows"), ("within", "after", FRICTION)  # LATER may be absent
 DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
-GRID, MOST_SAMPLES = 1 << 60, 10_000
+GRID, LARGEST, MOST_SAMPLES = 1 << 60, 84, 10_000
 Polys = list[list[Any]]
 
 
@@ -78,7 +77,8 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
 
     def read(names: dict[str, Any], texts: Any, noise: dict[str, Any] | None = None) -> list[Any]:
         text = kernel.Text(names | {f"noise.{x}": n for x, n in (noise or {}).items()}, shown["known"])
-        return [text.value(x) for x in texts]
+        values = {x: text.value(x) for x in dict.fromkeys(texts)}  # most are 0
+        return [values[x] for x in texts]
 
     def later(at: dict[str, Any], drift: dict[str, Any], acting: dict[str, Any]) -> dict[str, Any]:
         rate = zip(proof["acceleration"], read(acting, proof["acceleration"].values()), strict=True)
@@ -91,7 +91,7 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
         rows = zip(estimates, truths, turned, shift, error, strict=True)
         return read(then | {y: then[t] + d - names[s] * e for y, t, s, d, e in rows}, proof["states"].values())
 
-    matrix, push = ([read(names, row) for row in rows] for rows in (proof["matrix"], claim["push"]))
+    matrix, push = shown["matrix"], [read(names, row) for row in claim["push"]]
     error = [term(1, f"error.{x}") for x in truths]
     shift = [names[s] * d for s, d in zip(turned, read(names, claim["shifts"], noise), strict=True)]
     raw = [[e - d] for e, d in zip(error, shift, strict=True)]
@@ -115,53 +115,91 @@ def root(x: Fraction) -> Fraction:
     return Fraction(isqrt(int(x * GRID * GRID) + 1) + 1, GRID)
 
 
-class Motion:
-    """Row -> row * Phi * by, then row * push * over with each disturbance at its size, in whole numbers."""
-
-    def __init__(self, matrix: Polys, push: Polys, most: list[Fraction]) -> None:
-        self.size = len(matrix)
-        numbers, columns = [[x.constant() for x in row] for row in matrix], []
-        signs = {x for row in push for p in row for x in p.names()}
-        kernel.demand(all(x.startswith("sign.") for x in signs), f"{sorted(signs)[:3]}: not signs alone")
-        for d, column in zip(most, zip(*push, strict=True), strict=True):
-            columns += [[d * p.get(m, 0) for p in column] for m in sorted({m for p in column for m in p})]
-        self.by, self.over = (lcm(*(x.denominator for row in rows for x in row)) for rows in (numbers, columns))
-        across, entering = ([[x.numerator * (n // x.denominator) for x in column] for column in rows]
-                            for rows, n in ((zip(*numbers, strict=True), self.by), (columns, self.over)))  # fmt: skip
-        self.both = from_left([*across, *entering])
+def whole(rows: Any) -> tuple[int, list[list[int]]]:
+    """(n, n * rows), the least n > 0 with which they are whole numbers."""
+    rows = [*rows]
+    n = lcm(*(x.denominator for row in rows for x in row))
+    return n, [[x.numerator * (n // x.denominator) for x in row] for row in rows]
 
 
-def carried(c: list[Fraction], motion: Motion, counts: set[int], Q: Any) -> dict[int, tuple[Any, Fraction]]:
-    """N -> a row near c'Phi^N, and how far |c'e[k+N]| is at most above |row e[k]| for e[k] in the set E(1).
+def disturbing(push: Polys, most: list[Fraction]) -> list[list[Fraction]]:
+    """The columns of push, with each disturbance at its size, one for each product of signs in it."""
+    signs = {x for row in push for p in row for x in p.names()}
+    kernel.demand(all(x.startswith("sign.") for x in signs), f"{sorted(signs)[:3]}: not signs alone")
+    columns: list[list[Fraction]] = []
+    for d, column in zip(most, zip(*push, strict=True), strict=True):
+        columns += [[d * p.get(m, 0) for p in column] for m in sorted({m for p in column for m in p}) if d]
+    return columns
 
-    LEMMA C. For rows r_0 near c' and r_i+1 near r_i Phi, Phi being constant, c'e[k+N] is the sum of r_N e[k], of r_i
-    push w[k+N-1-i] over i < N, and of what is left out of each r_i times an e, each of them in E(1), where |e_j| is at
-    most Q_jj's root. What is left out of an entry is here at most 1/GRID. A product of signs is 1 or -1.
+
+class Bundles:
+    """Many whole numbers in one.
+
+    LEMMA C. The bundle of numbers x_k, all |x_k| < 2^(width - 1), is the sum of x_k 2^(width k). The sum of two bundles
+    and the multiple of one are the bundles of sums and multiples, if these are as small. 2^(width - 1) + x_k are digits
+    to the base 2^width: the first bit is 1 just if x_k >= 0, and what follows then is x_k; without the last s bits it
+    is 2^(width - 1 - s) + x_k/2^s, rounded down. In 2^s + x_k, so written, no bit before the last s + 1 is 1 just if
+    -2^s <= x_k < 2^s.
     """
-    kernel.demand(len(c) == motion.size, "a row is not of every error")
-    row, total, samples, found = [int(x * GRID) for x in c], 0, max(counts), {}
-    left_out = sum((root(Q[i][i]) for i in range(len(Q))), Fraction(0)) / GRID
-    for n in range(samples + 1):
-        kernel.demand(True, "")  # within the time
-        if n in counts:
-            found[n] = [Fraction(x, GRID) for x in row], Fraction(total, motion.over * GRID) + (n + 1) * left_out
-        moved = motion.both(row)
-        total += sum(map(abs, moved[motion.size :]))
-        row = [x // motion.by for x in moved[: motion.size]]
+
+    def __init__(self, width: int, count: int) -> None:
+        self.width, self.ones = width, sum(1 << width * k for k in range(count))
+        self.half = self.ones << width - 1
+
+    def of(self, numbers: Sequence[int]) -> int:
+        return sum(x << self.width * k for k, x in enumerate(numbers))
+
+    def at(self, bundle: int, k: int) -> int:
+        digit = (bundle + self.half) >> self.width * k & (1 << self.width) - 1
+        return digit - (1 << self.width - 1)
+
+    def sizes(self, bundle: int) -> int:
+        """Of |x_k|: twice those above 0, less all."""
+        digits = bundle + self.half
+        up = digits >> self.width - 1 & self.ones
+        return 2 * (digits & (up << self.width - 1) - up) - bundle
+
+    def over(self, bundle: int, s: int) -> int:
+        """Of x_k/2^s, rounded down."""
+        return (bundle + self.half >> s & (self.ones << self.width - s) - self.ones) - (self.half >> s)
+
+    def within(self, bundle: int, s: int) -> bool:
+        """Whether -2^s <= x_k < 2^s."""
+        return not bundle + (self.ones << s) & (self.ones << self.width) - (self.ones << s + 1)
+
+
+def carried(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns: Any, Q: Any) -> Any:
+    """c' and N, of the set of c' -> GRID times a row near c'Phi^N, and how far |c'e[k+N]| is at most above |row e[k]|.
+
+    LEMMA D. For rows r_0 near c' and r_i+1 near r_i Phi, Phi being constant, c'e[k+N] is the sum of r_N e[k], of r_i
+    push w[k+N-1-i] over i < N, and of what is left out of each r_i times an e, each of them in E(1), where |e_j| is at
+    most Q_jj's root. Entries of r_i are here whole numbers up to 2^LARGEST, over GRID, of Phi and push over `by` and
+    `unit`. For |m| < 2^s, m/by is taken as m R/2^s, R being 2^s/by, both rounded down: it is at most 2 off. So what is
+    left out of an entry is at most 2/GRID. A product of signs is 1 or -1.
+
+    Args:
+        step: Phi, of numbers; columns: of push, with each disturbance at its size.
+    """
+    (by, across), (unit, entering), size = whole(zip(*step, strict=True)), whole(columns), len(step)
+    s = LARGEST + max(sum(map(abs, column)) for column in [*across, *entering]).bit_length()
+    R, most = (1 << s) // by, MOST_SAMPLES * (len(columns) + 1)
+    bundles = Bundles(s + max(R, most).bit_length() + 1, len(counts))
+    starts = [[int(x * GRID) for x in c] for c in counts]
+    of_all = all(len(c) == size and max(map(abs, c)) < 1 << LARGEST for c in starts)
+    kernel.demand(starts and of_all, "no row of every error")
+    sparse = [[(i, a) for i, a in enumerate(column) if a] for column in [*across, *entering]]
+    left_out = 2 * sum((root(Q[i][i]) for i in range(size)), Fraction(0)) / GRID
+    rows, total, found = [bundles.of(entries) for entries in zip(*starts, strict=True)], 0, {}
+    for n in range(max(map(max, counts.values())) + 1):
+        kernel.demand(all(bundles.within(row, LARGEST) for row in rows), "a row is too large")
+        for k, (c, asked_at) in enumerate(counts.items()):
+            if n in asked_at:
+                row = [bundles.at(entries, k) for entries in rows]
+                found[c, n] = row, Fraction(bundles.at(total, k), unit * GRID) + (n + 1) * left_out
+        moved = [sum([a * rows[i] for i, a in column]) for column in sparse]
+        total += sum(map(bundles.sizes, moved[size:]))
+        rows = [bundles.over(m * R, s) for m in moved[:size]]
     return found
-
-
-def from_left(columns: list[list[int]]) -> Callable[[list[int]], list[int]]:
-    """Row -> row times a matrix of these columns, of which few entries are not zero."""
-    entries = [[(i, a) for i, a in enumerate(column) if a] for column in columns]
-    pick, factors = itemgetter(0, 0, *(i for column in entries for i, _ in column)), [a for c in entries for _, a in c]
-    places = [*pairwise(accumulate(map(len, entries), initial=0))]
-
-    def times(row: list[int]) -> list[int]:
-        sums = [0, *accumulate(map(mul, pick(row)[2:], factors))]  # two more, of which it makes a tuple
-        return [sums[b] - sums[a] for a, b in places]
-
-    return times
 
 
 def seen(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:
@@ -194,9 +232,10 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     matrix, push, shift = moves(proof, claim, shown)
     sizes = {f"{kind}.{x}": number(d) for kind in KINDS for x, d in claim.get(kind, {}).items()}
     kernel.demand(min([Fraction(0), *sizes.values()]) == 0, "noise, drift or friction below 0")
+    step = [[x.constant() for x in row] for row in matrix]
     result = []
     for ball in claim["sets"]:
-        # LEMMA E. In a set of any friction those truths are 0 without drift, and what acts is `friction`. So its rows
+        # LEMMA F. In a set of any friction those truths are 0 without drift, and what acts is `friction`. So its rows
         # bound c_i (0 - estimate_i), and with c_i truth_i at most |c_i| times that size besides what is said.
         any_ = FRICTION in ball
         known = ball.get(FRICTION) == "any" and claim.get(FRICTION) and "after" not in ball
@@ -208,8 +247,8 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         kernel.demand(all({*a} == {"row", "start", "bounds"} for a in parts[1:]), "not just the fields of `after`")
         kernel.demand(all(lists(a[x], DEPTH[x]) for a in parts for x in a if x in DEPTH), "no lists")
         Q = [[number(x) for x in row] for row in ball["matrix"]]
-        keep(Q, [*map(number, ball["weights"])], [*most.values()], matrix, push, proof, shown)
-        found = reached(ball, Q, matrix, push, shift, most, proof)
+        keep(Q, [*map(number, ball["weights"])], [*most.values()], step, push, proof, shown)
+        found = reached(ball, Q, step, disturbing(push, [*most.values()]), shift, most, proof)
         own = [sizes.get(f"{FRICTION}.{e['truth']}", Fraction(0)) * any_ for e in proof["errors"]]
         more = (sum(abs(number(c)) * d for c, d in zip(row[:-1], own, strict=True)) for row, *_ in asked(ball))
         result.append([bound + x for bound, x in zip(found, more, strict=True)])
@@ -217,7 +256,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
 
 
 def keep(
-    Q: Any, weights: list[Fraction], sizes: list[Fraction], matrix: Polys, push: Polys, proof: Any, shown: Any
+    Q: Any, weights: list[Fraction], sizes: list[Fraction], step: Any, push: Polys, proof: Any, shown: Any
 ) -> None:
     """Whether the set E(1) of Q is kept, or ValueError.
 
@@ -232,54 +271,54 @@ def keep(
     acting = [(d, x) for d, x in zip(sizes, t, strict=True) if d or x]
     kernel.demand(min([f, *(x for _, x in acting)]) > 0, "weights not above 0")
     kernel.demand(f < 1 and f + sum(d * d / x for d, x in acting) <= 1, "weights too small")
-    kernel.semidefinite([[kernel.term(x) for x in row] for row in Q], {}, "", {}, kernel.LEAST)
-    step = [[x.constant() for x in row] for row in matrix]
-    kept = kernel.times(kernel.times(step, Q, 0), zip(*step, strict=True), 0)
+    (by, Q), (unit, step) = whole(Q), whole(step)
+    symmetric = [*map(list, zip(*Q, strict=True))] == Q
+    kernel.demand(symmetric, "a set's matrix is not symmetric")
+    kernel.demand(kernel.positive(Q, definite=True), "a set's matrix is not positive definite")
+    moved = kernel.times(kernel.times(step, Q, 0), zip(*step, strict=True), 0)
+    kept, over = unit * unit * f.numerator, by * unit * unit * f.numerator
     weighted = [[kernel.term(x) * b for x, b in zip(t, row, strict=True)] for row in push]
     added = kernel.times(weighted, zip(*push, strict=True), kernel.Poly())
-    gap = [[kernel.term(q - x / f) - y for q, x, y in zip(*rows, strict=True)]
-           for rows in zip(Q, kept, added, strict=True)]  # fmt: skip
+    gap = [[kernel.term(Fraction(kept * q - f.denominator * x, over)) - y for q, x, y in zip(*rows, strict=True)]
+           for rows in zip(Q, moved, added, strict=True)]  # fmt: skip
     kernel.semidefinite(gap, shown["box"], proof["cover"], shown["known"])
 
 
 def reached(
-    ball: dict[str, Any], Q: Any, matrix: Polys, push: Polys, shift: list[Any], most: dict[str, Fraction], proof: Any
+    ball: dict[str, Any], Q: Any, step: Any, columns: Any, shift: list[Any], most: dict[str, Fraction], proof: Any
 ) -> list[Fraction]:
     """The bounds of the rows of one set that is kept, with the noise of the same sample, or ValueError.
 
-    LEMMA D. If |e_i| <= s_i for each of n errors, r >= 1 and r Q - n diag(s_i^2) is positive semidefinite (r and s are
+    LEMMA E. If |e_i| <= s_i for each of n errors, r >= 1 and r Q - n diag(s_i^2) is positive semidefinite (r and s are
     `within`), then e is in E(r), as (c'e)^2 <= n sum (c_i s_i)^2 by Cauchy's inequality, and stays there by lemma B: in
-    lemma C, r Q is for Q.
+    lemma D, r Q is for Q.
     """
     r, *within = map(number, ball.get("within", ["1"]))
     limits = [len(Q) * s * s for s in within] or [Fraction(0)] * len(Q)
-    inside = [[kernel.term(r * x - (limit if i == j else 0)) for j, x in enumerate(row)]
-              for i, (row, limit) in enumerate(zip(Q, limits, strict=True))]  # fmt: skip
-    kernel.demand(r >= 1, "`within` is not in the set")
-    kernel.semidefinite(inside, {}, "", {})
-    larger, lines = [[r * x for x in row] for row in Q], asked(ball)
-    by = lcm(*(x.denominator for row in Q for x in row))
-    whole = [[int(x * by) for x in row] for row in Q]
-    counts: dict[tuple[str, ...], set[int]] = {}
+    larger = [[r * x for x in row] for row in Q]
+    inside = [[x - (limit if i == j else 0) for j, x in enumerate(row)]
+              for i, (row, limit) in enumerate(zip(larger, limits, strict=True))]  # fmt: skip
+    kernel.demand(r >= 1 and kernel.positive(whole(inside)[1]), "`within` is not in the set: not positive semidefinite")
+    counts: dict[tuple[Fraction, ...], set[int]] = {}
+    lines = [(tuple(map(number, row)), count, begun) for row, count, begun in asked(ball)]
     for (*c, _), count, _ in lines:
         kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is no number of samples")
+        kernel.demand(int(count) <= MOST_SAMPLES, "so many samples")
         counts.setdefault(tuple(c), set()).add(int(count))
-    kernel.demand(all(min(n) >= 0 and max(n) <= MOST_SAMPLES for n in counts.values()), "so many samples")
-    motion = Motion(matrix, push, [*most.values()])
-    known = {c: carried([*map(number, c)], motion, n, larger) for c, n in counts.items()}
-    bounds = []
-    for (*c, text), count, begun in lines:
-        (row, summed), bound = known[tuple(c)][int(count)], number(text)
+    known, bounds, (by, squares) = carried(counts, step, columns, larger), [], whole(Q)
+    noise = [seen(p, most, proof) for p in shift]
+    for (*c, bound), count, begun in lines:
+        row, summed = known[tuple(c), int(count)]
         if begun is not None:  # e is the error with the noise of that sample
-            start = [number(s) + seen(p, most, proof) for s, p in zip(begun, shift, strict=True)]
+            start = [number(s) + x for s, x in zip(begun, noise, strict=True)]
             kernel.demand(all(0 <= s <= x for s, x in zip(start, within, strict=True)), "`start` is not `within`")
-            holds = bound >= summed + sum(abs(a) * s for a, s in zip(row, start, strict=True))
+            parts, (sizes,) = whole([start])
+            holds = (bound - summed) * parts * GRID >= sum(map(mul, map(abs, row), sizes))
         else:
-            rest, on_grid = bound - summed, [int(a * GRID) for a in row]
-            square = sum(a * sum(map(mul, qs, on_grid)) for a, qs in zip(on_grid, whole, strict=True))
+            rest, square = bound - summed, sum(a * sum(map(mul, qs, row)) for a, qs in zip(row, squares, strict=True))
             holds = rest >= 0 and square <= rest * rest * by * GRID**2
         kernel.demand(holds, "what is reached is larger than its bound")
-        direct = sum((kernel.term(number(a)) * d for a, d in zip(c, shift, strict=True)), kernel.Poly())
+        direct = sum((kernel.term(a) * d for a, d in zip(c, shift, strict=True)), kernel.Poly())
         bounds.append(bound + seen(direct, most, proof))
     return bounds
 

@@ -5,6 +5,8 @@ by columns.
 """
 
 import math
+from fractions import Fraction
+from functools import lru_cache
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +30,28 @@ def require(matrix: Rows, fault: str, definite: bool = False) -> None:
     longest = max((x.bit_length() for row in matrix for x in row), default=0)
     enclosure.demand(longest * len(matrix) <= MOST_BITS, "the numbers are too long for so many errors")
     enclosure.demand(kernel.positive(matrix, definite), fault)
+
+
+@lru_cache(64)
+def turns(P: tuple[tuple[int, ...], ...], flips: tuple[int, ...], growth: Fraction) -> str:
+    """Why V = e'Pe, P > 0, may grow by more than g where these errors change sign; "" where g V(e) - V(Je) >= 0.
+
+    The matrix of the latter is P times g + 1 between errors of which one turns and one does not, else g - 1. If g > 1,
+    it is not negative just if P is not, with (g - 1)^2/(g + 1)^2 times the block of those that turn: errors are divided
+    by what is positive. If g = 1, just if nothing is between the two kinds: the same. A certificate and its proof ask
+    the same.
+    """
+    a, b = growth.as_integer_ratio()
+    if growth < 1:
+        return "below 1"
+    order = sorted(range(len(P)), key=lambda i: i in flips)  # what turns is eliminated last, and alone has long numbers
+    by = {0: 1, 1: a + b, 2: (a - b) ** 2}
+    rise = [[P[i][j] * by[(i in flips) + (j in flips)] for j in order] for i in order]
+    try:
+        require(rise, "not positive semidefinite")
+    except enclosure.Refused as why:
+        return str(why)
+    return ""
 
 
 def added(*matrices: Matrix) -> Matrix:

@@ -16,7 +16,7 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
-from time import thread_time
+from time import monotonic, thread_time
 from typing import Any, NamedTuple
 
 HEADER = """#ifndef STICTION_UPPER_H
@@ -120,7 +120,7 @@ SECONDS, OF_ALGEBRA = 5.0, 30.0
 MOST_FIELDS, MOST_ARRAYS, MOST_TEXT = 10_000, 100, 1_000_000
 
 
-QUANTITIES = re.compile(r"inputs\.|outputs\.|state\.|true\.|error of ")
+QUANTITIES = ("inputs.", "outputs.", "state.", "true.", "error of ")
 
 
 class Precision(NamedTuple):
@@ -140,9 +140,10 @@ class Precision(NamedTuple):
     def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
         """Whether a polynomial's coefficients are such numbers, and what it is of quantities of usual size."""
         for monomial, c in terms.items():
-            degree = sum(bool(QUANTITIES.match(x)) for x in monomial) if self.usual > 1 else 0
-            large = abs(c) * self.usual**degree * len(terms) > self.most or abs(c) * self.most < 1
-            if large or len(monomial) >= 100 or c.denominator > MOST_NUMBER or abs(c.numerator) > MOST_NUMBER:
+            degree = sum(x.startswith(QUANTITIES) for x in monomial) if self.usual > 1 else 0
+            top, bottom = abs(c.numerator), c.denominator
+            large = top * self.usual**degree * len(terms) > self.most * bottom or top * self.most < bottom
+            if large or len(monomial) >= 100 or bottom > MOST_NUMBER or top > MOST_NUMBER:
                 return False
         return True
 
@@ -178,26 +179,28 @@ class C(NamedTuple):
 
 
 class Clock:
-    """When the thread's time is up."""
+    """When the thread's time is up, and until when on the wall it cannot be: to ask for the former is slow."""
 
-    end = float("inf")
+    end = until = float("inf")
 
 
 def demand(holds: object, why: str) -> None:
     """Raises ValueError if this does not hold, or if there is no time left."""
-    if not holds or thread_time() > Clock.end:
+    if not holds or (monotonic() > Clock.until and thread_time() > Clock.end):
         raise ValueError("more work than the limit" if holds else why)
 
 
 @contextmanager
 def limited(seconds: float | None = None) -> Iterator[None]:
     """So much of the thread's time from now on (SECONDS if not said), or what is left of that of who asks."""
-    before = Clock.end
-    Clock.end = min(before, thread_time() + (SECONDS if seconds is None else seconds))
+    before = Clock.end, Clock.until
+    given = SECONDS if seconds is None else seconds
+    Clock.until = min(before[1], monotonic() + given)
+    Clock.end = min(before[0], thread_time() + given)
     try:
         yield
     finally:
-        Clock.end = before
+        Clock.end, Clock.until = before
 
 
 def plain(text: str) -> str:

@@ -13,7 +13,7 @@ of a sign. theorem.py shows what a proof says of `mass_matrix`, `force` and `rev
 
 import ast
 import re
-from collections.abc import Iterator
+from collections import defaultdict
 from fractions import Fraction
 from math import lcm, prod
 from typing import TYPE_CHECKING, Any
@@ -36,7 +36,7 @@ class Poly(dict[tuple[str, ...], Any]):
         return Poly({m: c for m, c in terms.items() if c})
 
     def __sub__(self, other: "Poly") -> "Poly":
-        return self + term(-1) * other
+        return self + Poly({m: -c for m, c in other.items()})
 
     def __mul__(self, other: "Poly") -> "Poly":
         terms: dict[tuple[str, ...], Any] = {}
@@ -108,25 +108,25 @@ def cleared(sum_: Poly, known: Known) -> Poly:
 # LEMMA 4. On a cell x is (low + high t)/(1 + t) with t >= 0, but for x = high, its limit. With this in place of each x
 # (lemma 3) a matrix is a sum of products of such t, not below 0, times matrices of numbers, Bernstein's coefficients.
 # So it is positive semidefinite if these are. It is here the sum of its entries times names "#i j" of their places.
-def coefficients(A: Matrix, box: Box, tree: Any, known: Known) -> Iterator[Any]:
+def coefficients(A: Matrix, box: Box, tree: Any, known: Known) -> Any:
     """On each leaf of the tree (lemma 5), times numbers above 0."""
     places = {f"#{i} {j}": (i, j) for i, row in enumerate(A) for j in range(len(row))}
     joint = cleared(Poly({(at, *m): c for at, (i, j) in places.items() for m, c in A[i][j].items()}), known)
     common = 1
     for c in joint.values():
         common = lcm(common, c.denominator)
-        demand(common < 10**3000, "a common denominator is too large")
+        demand(common.bit_length() < 10**4, "a common denominator is too large")
     for cell in leaves(box, tree):
-        left = Poly({m: int(c * common) for m, c in joint.items()})
+        left = Poly({m: c.numerator * (common // c.denominator) for m, c in joint.items()})
         for x in sorted(joint.names() - {*places}):
             (low, high), t = ends(x, cell), term(1, f"<{x}")
             one = lcm(low.denominator, high.denominator)
             left = replaced(left, x, term(one * low) + term(one * high) * t, term(one) + term(one) * t)
-        found: dict[Any, list[list[int]]] = {}
+        found: Any = defaultdict(lambda: [[0] * len(row) for row in A])
         for (at, *m), c in left.items():
             demand(len(found) * len(A) < 10**5, "more terms than the limit")
             i, j = places[at]
-            found.setdefault(tuple(m), [[0] * len(row) for row in A])[i][j] = c
+            found[tuple(m)][i][j] = c
         yield from {tuple(map(tuple, B)) for B in found.values()}  # many are the same, as of two signs
 
 
@@ -138,7 +138,7 @@ def ends(x: str, cell: Box) -> Any:
 
 # LEMMA 5. The two parts of a cell that is cut between its ends cover it: what holds on each leaf of a tree of cuts
 # [x, where, what is below, what is above] holds on the box.
-def leaves(cell: Box, tree: Any) -> Iterator[Box]:
+def leaves(cell: Box, tree: Any) -> Any:
     if tree == "":
         yield cell
     else:
@@ -162,6 +162,7 @@ def semidefinite(A: Matrix, box: Box, tree: Any, known: Known, least: Any = 0) -
 # V(F e) <= f V(e) if n'Pn <= f d^2 P of all.
 def contracts(F: Matrix, P: Matrix, f: Fraction, box: Box, tree: Any, known: Known) -> None:
     (weights,), (a, b) = coefficients(P, {}, "", {}), f.as_integer_ratio()
+    demand([*zip(*weights, strict=True)] == [*weights] and positive(weights, True), "P: not symmetric or not definite")
     for *n, (d,) in coefficients([*F, [term(1)]], box, tree, known):
         moved = times(zip(*n, strict=True), times(weights, n, 0), 0)
         gap = [[a * d * d * p - b * q for p, q in zip(*rows, strict=True)] for rows in zip(weights, moved, strict=True)]
@@ -290,10 +291,9 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     fall = 1 - 2 * machine.value(proof["decay_rate"]).constant() * h.constant()
     demand({*box} <= {*c.inputs, *truths} and fall > 0 < h.constant(), "a box of no free variable, or V negative")
     P = [[term(machine.value(x).constant()) for x in row] for row in proof["lyapunov_matrix"]]
-    semidefinite(P, {}, "", {}, LEAST)
     for p in (p for name, p in [*known] if name == "1/"):
         semidefinite([[p]], box, proof["cover"], known, LEAST)
     contracts(phi, P, fall, box, proof["cover"], known)
     conditions = proof["domain"] or box or any(rest) or aside or len(moving) < len(formulas)
-    found = {"aside": aside, "first order": any(off.values()), "fall": fall, "values": c.values, "c": c}
+    found = {"aside": aside, "first order": any(off.values()), "fall": fall, "values": c.values, "c": c, "matrix": phi}
     return found | {"whole": not conditions, "names": names, "known": known, "box": box, "check": after.get("check")}

@@ -10,12 +10,11 @@ from collections import Counter
 from collections.abc import Callable, Collection
 from fractions import Fraction
 from functools import partial, reduce
-from math import lcm
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import covered, ellipsoid, enclosure, frame, held, kernel
+    from codegen.checker import covered, ellipsoid, enclosure, forms, frame, held, kernel
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
 # The form of a proof: an object with just these fields (OPTIONAL may be missing), or with any where the one name is "".
@@ -101,10 +100,10 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         turns: signs of which something is claimed where they turn, besides those of the proof's reversals.
     """
     enclosure.demand(formed(OPTIONAL | proof, FORM), f"{PROOF}: fields are not so named, or no lists")
-    numbers(proof)
+    known = numbers(proof)
     try:
         texts = {name: text.decode() for name, text in sources.items()}
-        shown: dict[str, Any] = kernel.prove(proof, texts)
+        shown: dict[str, Any] = kernel.prove(proof, texts) | {"numbers": known}
         machine(proof, shown)
         met(proof, shown)
         recovery(proof, shown)
@@ -162,15 +161,12 @@ def recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 
     The errors of the sign turn with it, e to Je: growth V(e) - V(Je) is to be a form that is not negative.
     """
-    known, turned = numbers(proof), [e["sign"] for e in proof["errors"]]
-    scale = lcm(*(p.denominator for row in known["P"] for p in row))
-    P = [[int(p * scale) for p in row] for row in known["P"]]
+    known, turned = shown["numbers"], [e["sign"] for e in proof["errors"]]
+    P = tuple(map(tuple, forms.integers(known["P"])[0]))
     for turn in proof["reversals"]:
         sign, (growth, dwell) = turn["sign"], known["turns"][turn["sign"]]
-        J = [-1 if s == sign else 1 for s in turned]
-        a, b = growth.as_integer_ratio()
-        rise = [[(a - b * i * j) * p for j, p in zip(J, row, strict=True)] for i, row in zip(J, P, strict=True)]
-        kernel.demand(kernel.positive(rise), f"V may grow by more where {sign} turns: not positive semidefinite")
+        why = forms.turns(P, tuple(i for i, s in enumerate(turned) if s == sign), growth)
+        kernel.demand(not why, f"V may grow by more where {sign} turns: {why}")
         lasts = sign in proof["signs"] and dwell in range(10**5) and (shown["fall"] < 1 or dwell <= 1)
         good = lasts and enclosure.decayed(growth, shown["fall"], int(dwell)) <= 1
         kernel.demand(good, f"the growth of V where {sign} turns is not made good")
@@ -346,16 +342,17 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         f"in a sample of {h} s of {c} they become a matrix times what they were{first}: an identity in state, inputs,"
         f" {free}{stays}",
         *left_over,
-        *(falling(proof, enclosure.most(shown["fall"]), plain) if fall else ()),
+        *(falling(proof, shown, plain) if fall else ()),
         f"with the values of {proof['name']}.h: {values}",
         *(() if proof["domain"] else (HELD if guarded else BARE,)),
         f"in exact arithmetic; not covered: {OUT.format(of_floats, faults, SIZED if sized else WITHIN)}",
     ]
 
 
-def falling(proof: dict[str, Any], factor: str, plain: Callable[[str], str]) -> list[str]:
+def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], str]) -> list[str]:
     """What a proof says of its V."""
-    known, alone = numbers(proof), ", but for that," * any(r != "0" for r in proof.get("rest", []))
+    known, alone = shown["numbers"], ", but for that," * any(r != "0" for r in proof.get("rest", []))
+    factor = enclosure.most(shown["fall"])
     rate = f"V = e'Pe is afterwards{alone} at most {factor} times what it was ({enclosure.least(known['rate'])} 1/s)"
     return [rate] + [
         f"where {plain(sign)} turns V grows at most by the factor {enclosure.most(growth)}; after"
@@ -419,9 +416,9 @@ def quantity(place: str) -> str:
     return f"{name}{int(at) + 1}" if at else name
 
 
-def claims_fall(top: dict[str, Any], proof: dict[str, Any]) -> bool:
+def claims_fall(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any]) -> bool:
     """Whether what a proof says of V, and of its reversals, is what the certificate does."""
-    known = numbers(proof)
+    known = shown["numbers"]
     turns = {f"sign.{e['contact']}": (e["growth"], e["dwell_samples"]) for e in top["reversals"]}
     same = not top["along"] and top["lyapunov_matrix"] == known["P"] and top["decay_rate"] == known["rate"]
     return same and turns == known["turns"] and len(turns) == len(proof["reversals"])
@@ -435,7 +432,6 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
     names = {name: shown["names"][x] for name, x in (signs | free).items()}
     if not {*proof["box"]} <= {free.get(name) for name in top["variables"]}:  # of these the certificate asks nothing
         return False
-    text = kernel.Text(shown["names"], shown["known"])
     try:
         for name, ends in top["variables"].items():
             low, high = map(Fraction, proof["box"].get(free.get(name, ""), ends))
@@ -449,11 +445,9 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
         for name, ends in top["variables"].items():
             same = [*map(Fraction, proof["box"].get(free.get(name, ""), ()))] == [ends[0], ends[-1]]
             all_round = top["cover"] and free.get(name) not in (*proof["box"], *used)
-            if not (top["along"] or claims_fall(top, proof) or name in signs or same or all_round):
+            if not (top["along"] or claims_fall(top, proof, shown) or name in signs or same or all_round):
                 return False
-        off = [
-            [a - text.value(b) for a, b in zip(*pair, strict=True)] for pair in zip(rows, proof["matrix"], strict=True)
-        ]
+        off = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(rows, shown["matrix"], strict=True)]
         return not kernel.cleared(covered.joined(off), shown["known"])
     except ValueError:  # one of them speaks of more than polynomials and quotients
         return False
@@ -490,7 +484,7 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
     if not same_matrix(top, proof, shown):
         return [], f"{not_its} the matrix, or the signs and ranges for which it holds", False
     enclosure.demand([e["unit"] for e in top["error"]] == shown["units"], f"the units of {proof['name']}.h are others")
-    if not claims_fall(top, proof):
+    if not claims_fall(top, proof, shown):
         return words(proof, shown, False, fall=False), "", shown["whole"]
     more = reached(proof, shown, sources[SETS]) if SETS in sources else []
     return [*words(proof, shown, bool(more)), *more], "", shown["whole"]

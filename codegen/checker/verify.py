@@ -38,7 +38,7 @@ else:
     forms = beside("forms", enclosure=enclosure, kernel=kernel)
     by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel) for name in ("ellipsoid", "held")}}
     covered = beside("covered", enclosure=enclosure, frame=frame, kernel=kernel)
-    theorem = beside("theorem", enclosure=enclosure, covered=covered, frame=frame, **by_c)
+    theorem = beside("theorem", enclosure=enclosure, covered=covered, forms=forms, frame=frame, **by_c)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 PROOF, SETS, by_kernel, long_run = theorem.PROOF, theorem.SETS, theorem.bound, theorem.long_run
@@ -102,7 +102,7 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors
     demand((cells := math.prod(map(len, axes.values()))) <= MAX_TOTAL, f"{cells} cells, more than {MAX_TOTAL}")
     A = [[parse(top["matrix"][i][j], thetas, f"matrix[{i}][{j}]", True) for j in size] for i in size]
     used = sorted({name for row in A for names, _ in row for name in names})
-    places = [[[k for k, name in enumerate(used) if name in names] for names, _ in row] for row in A]
+    places = [[k for k, name in enumerate(used) if any(name in A[i][j][0] for i in size)] for j in size]  # by column
     grid = [dict(zip(axes, intervals, strict=True)) for intervals in product(*axes.values())]
     work = cells * sum(words(entry["expression"]) for entry in top["parameters"] if entry["name"] in used)
     demand(work <= MAX_TOTAL, f"{work} values of parts of parameters, more than {MAX_TOTAL}")
@@ -112,21 +112,26 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors
     demand(max(counts) <= MAX_VERTICES and sum(counts) <= MAX_TOTAL, fault)
     for cell, box in zip(grid, boxes, strict=True):
         corners = [[(end, end) for end in sorted(set(box[name]))] for name in used]
-        known: dict[Any, Fraction] = {}  # entries of F, by the ends of the parameters that stand in them
+        columns = {}  # of F, one for the ends of the parameters that stand in it
+        for j in size:
+            for ends in product(*(range(len(corners[k])) for k in places[j])):
+                point = {used[k]: corners[k][end] for k, end in zip(places[j], ends, strict=True)}
+                columns[j, *ends] = [(i == j) + h * A[i][j][1](point)[0] for i in size]
+        F, e = integers([*columns.values()])  # e F
+        PF, number = forms.times(P, F), {column: k for k, column in enumerate(columns)}
+        gaps: dict[tuple[int, int], int] = {}  # entries of the gap, by the columns in which they are
         for ends in product(*(range(len(points)) for points in corners)):
-            point = {name: points[end] for name, points, end in zip(used, corners, ends, strict=True)}
-            keys = [[(i, j, *(ends[k] for k in places[i][j])) for i in size] for j in size]
-            for i, j, *rest in (key for column in keys for key in column if key not in known):
-                known[i, j, *rest] = (i == j) + h * A[i][j][1](point)[0]
-            F, e = integers([[known[key] for key in column] for column in keys])  # e F, by columns
-            PF = [[sum(map(mul, row, column)) for row in P] for column in F]  # e P F, by columns
-            upper = [(i, j) for i in size for j in size[i:]]  # the half that is read
-            gap = [[0] * len(P) for _ in size]
-            for i, j in upper:
-                gap[i][j] = c * e * e * P[i][j] + b * e * (PF[i][j] + PF[j][i]) + (a and a * sum(map(mul, F[i], PF[j])))
+            own, gap = [number[j, *[ends[k] for k in places[j]]] for j in size], [[0] * len(P) for _ in size]
+            for i, x in enumerate(own):
+                for j, y in enumerate(own[i:], i):  # the half that is read
+                    if (x, y) not in gaps:
+                        both = a and a * sum(map(mul, F[x], PF[y]))
+                        gaps[x, y] = c * e * e * P[i][j] + b * e * (PF[y][i] + PF[x][j]) + both
+                    gap[i][j] = gaps[x, y]
             try:
                 require(gap, "")
             except Refused as why:
+                point = {name: points[end] for name, points, end in zip(used, corners, ends, strict=True)}
                 at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
                 raise Refused(f"V may not fall{''.join(at)}{f': {why}' if str(why) else ''}") from None
     return f"at {sum(counts)} corner matrices, of {cells} part{'s' * (cells > 1)} of the operating region"
@@ -160,12 +165,11 @@ def refuted(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fr
 def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
     """The fact that V has recovered after the dwell time of a reversal."""
     where, flips, growth, left = (entry[key] for key in ("contact", "flips", "growth", "dwell_samples"))
-    where, size, (a, b) = f"reversal of {where}", range(len(P)), growth.as_integer_ratio()
+    where, size = f"reversal of {where}", range(len(P))
     demand(growth >= 1, f"{where}: growth {show(growth)} is below 1")
     demand(sorted({*flips} & {*size}) == sorted(flips), f"{where}: flips {brief(flips)} twice or not below {len(size)}")
-    (whole, _), turn = integers(P), [-1 if i in flips else 1 for i in size]
-    gap = [[(a - b * turn[i] * turn[j]) * p for j, p in enumerate(row)] for i, row in enumerate(whole)]
-    require(gap, f"{where}: V may grow by more than {show(growth)}")
+    why = forms.turns(tuple(map(tuple, integers(P)[0])), tuple(sorted(flips)), growth)
+    demand(not why, f"{where}: V may grow by more than {show(growth)}: {why}")
     after = enclosure.decayed(growth, fall, left)
     fact = f"{where}: V grows at most {enclosure.most(growth)}-fold, and {left} samples later"
     demand(after <= 1, f"{fact} may still be {show(after)} times its value before")

@@ -218,7 +218,7 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "a negative number of samples": (put("sets", 1, "samples", "-1"), "number of samples"),
     "samples without an end": (put("sets", 1, "samples", "1" + "0" * 9), "number of samples"),
     "the set is too small": (put("sets", 1, "matrix", 0, 0, "1/1000000"), "not positive"),
-    "the set is no ellipsoid": (put("sets", 1, "matrix", [["0", "0"], ["0", "0"]]), "not positive semidefinite"),
+    "the set is no ellipsoid": (put("sets", 1, "matrix", [["0", "0"], ["0", "0"]]), "not positive definite"),
     "the set is not symmetric": (put("sets", 1, "matrix", 0, 1, "0"), "not symmetric"),
     "a set that grows": (put("sets", 1, "matrix", [["1", "0"], ["0", "1"]]), "not positive semidefinite"),
     "weights that are too small": (put("sets", 1, "weights", 1, "1/1000000000"), "too small"),
@@ -408,11 +408,64 @@ def test_noise_is_said_to_be_uncovered_only_where_nothing_is_said_of_it(sets: bo
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_row_times_a_sparse_matrix_is_that_product(seed: int) -> None:
-    """Columns without an entry among them."""
-    dice = random.Random(seed)
-    columns = [[dice.randrange(-9, 10) * (dice.random() < 0.3) for _ in range(6)] for _ in range(9)] + [[0] * 6]
-    row = [dice.randrange(-(10**40), 10**40) for _ in range(6)]
-    expected = [sum(a * b for a, b in zip(row, column, strict=True)) for column in columns]
-    assert ellipsoid.from_left(columns)(row) == expected
-    assert ellipsoid.from_left(columns[-1:])(row) == [0] and ellipsoid.from_left([])(row) == []
+def test_a_bundle_is_the_numbers_in_it(seed: int) -> None:
+    """To the ends of what its digits hold."""
+    dice, width = random.Random(seed), 40
+    ends = [-(2**39) + 1, -(2**20), -1, 0, 1, 2**20 - 1, 2**39 - 1]
+    numbers = [dice.choice([*ends, dice.randrange(-(2**39) + 1, 2**39)]) for _ in range(9)]
+    bundles = ellipsoid.Bundles(width, len(numbers))
+
+    def held(bundle: int) -> list[int]:
+        return [bundles.at(bundle, k) for k in range(len(numbers))]
+
+    bundle = bundles.of(numbers)
+    assert held(bundle) == numbers
+    assert held(bundles.sizes(bundle)) == [abs(x) for x in numbers]
+    for s in (0, 1, 7, 20, 38):
+        assert held(bundles.over(bundle, s)) == [x // 2**s for x in numbers]
+        assert bundles.within(bundle, s) == all(-(2**s) <= x < 2**s for x in numbers)
+    small = [dice.randrange(-(2**20), 2**20) for _ in numbers]
+    assert held(1000 * bundles.of(small) - bundles.of(small[::-1])) == [
+        1000 * x - y for x, y in zip(small, small[::-1], strict=True)
+    ]
+    assert bundles.within(bundles.of([x % 2**20 for x in small]), 20)
+    for k in range(len(numbers)):  # one alone is outside
+        for x, inside in ((2**20, False), (2**20 - 1, True), (-(2**20), True), (-(2**20) - 1, False)):
+            one = [*small[:k], x, *small[k + 1 :]]
+            assert bundles.within(bundles.of(one), 20) == inside
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rows_are_carried_as_in_exact_numbers(seed: int) -> None:
+    """Against fractions: the worst that disturbances do to a row from a start in the set, all within |e_j| <= 1000."""
+    dice, n, samples = random.Random(seed), 4, 30
+
+    def entry(most: int) -> Fraction:
+        return Fraction(dice.randrange(-most, most + 1) * (dice.random() < 0.7), dice.choice([3, 7, 1000]))
+
+    step = [[Fraction(i == j, 2) + entry(2) / 9 for j in range(n)] for i in range(n)]
+    columns = [[entry(9) for _ in range(n)] for _ in range(3)] + [[Fraction(0)] * n]
+    rows = [tuple(entry(5) for _ in range(n)) for _ in range(3)]
+    Q = [[Fraction(10**6 * (i == j)) for j in range(n)] for i in range(n)]
+    found = ellipsoid.carried({row: {0, 7, samples} for row in rows}, step, columns, Q)
+    start, grid = [entry(100) for _ in range(n)], ellipsoid.GRID
+    for c in rows:
+        exact, total = [*c], Fraction(0)
+        for at in range(samples + 1):
+            if (c, at) in found:
+                row, most = found[c, at]
+                worst = total + abs(sum(a * b for a, b in zip(exact, start, strict=True)))
+                told = most + abs(sum(a * b for a, b in zip(row, start, strict=True))) / grid
+                assert worst <= told <= worst + Fraction((at + 1) * 5 * n * 1000, grid)
+            total += sum(abs(sum(a * b for a, b in zip(exact, column, strict=True))) for column in columns)
+            exact = [sum(a * b for a, b in zip(exact, column, strict=True)) for column in zip(*step, strict=True)]
+
+
+def test_rows_too_large_for_the_grid_are_refused() -> None:
+    one, most = [[Fraction(2)]], Fraction(2) ** (ellipsoid.LARGEST - 60)
+    ellipsoid.carried({(Fraction(1),): {ellipsoid.LARGEST - 61}}, one, [], one)
+    for c, samples in ((Fraction(1), ellipsoid.LARGEST - 60), (most, 0)):
+        with pytest.raises(ValueError, match=r"a row is too large|no row of every error"):
+            ellipsoid.carried({(c,): {samples}}, one, [], one)
+    with pytest.raises(ValueError, match="no row of every error"):
+        ellipsoid.carried({(Fraction(1), Fraction(1)): {0}}, one, [], one)

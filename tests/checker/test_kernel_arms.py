@@ -133,7 +133,7 @@ PROOF_FORGERIES: dict[str, tuple[Callable[[dict[str, Any]], dict[str, Any]], str
     "a matrix that divides by an estimate": (
         entry("matrix", 0, 0, lambda x: f"{x} + 0/outputs.omega1_hat"), "nothing that is known"),
     "P follows the elbow": (entry("lyapunov_matrix", 0, 0, lambda x: f"{x}*(2 + cos(inputs.theta2))"), "'RATIONAL'"),
-    "P of a sign that is wrong": (entry("lyapunov_matrix", 0, 0, lambda x: f"-{x}"), NOT_ABOVE),
+    "P of a sign that is wrong": (entry("lyapunov_matrix", 0, 0, lambda x: f"-{x}"), "not definite"),
     "the machine follows its estimate by a cosine": (
         lambda proof: proof | {"rest": ["0", "0", "0", "cos(outputs.omega1_hat) - cos(outputs.omega1_hat)*2"]},
         "nothing that is known"),
