@@ -114,6 +114,32 @@ def test_with_one_velocity_gain_it_stays_small() -> None:
     assert outcome.sticking is not None and outcome.sticking.rate == pytest.approx(5, rel=0.01)
 
 
+def second_level_with_the_first_held(velocity_gain: Any, h: float) -> Any:
+    """That machine by hand for 12 s: the first level held at its true 30 N, as by a guard, and the second learns."""
+    inverse, gain = np.linalg.inv([[1, 0.8], [0.8, 1]]), np.array(velocity_gain, dtype=float)
+    truth, forces = np.array([0.0, 1e4]), np.array([15.0, 10.0])
+    estimate, level, errors = truth + np.array([0.0, 1e-3]), 10.0, []
+    for _ in range(round(12 / h)):
+        signs, pull = np.sign(estimate), gain @ (truth - estimate)
+        estimate = estimate + h * (inverse @ (forces - signs * [30, level]) + pull)
+        level -= h * 5 * signs[1] * pull[1]
+        errors.append(10 - level)
+    return np.array(errors)
+
+
+def test_a_guard_that_holds_the_level_of_the_contact_that_sticks_does_not_help() -> None:
+    error = np.abs(second_level_with_the_first_held([[20, -40], [0, 10]], 0.001)).reshape(12, 1000).max(axis=1)
+    assert (error[2:] > 20).all() and error.max() > 40
+
+
+def test_with_one_velocity_gain_what_is_left_falls_with_the_sample_time() -> None:
+    """V of theorem 12 does not rise; what the sampled chatter leaves is of the order of h."""
+    left = [
+        np.abs(second_level_with_the_first_held([[10, 0], [0, 10]], h)[-round(4 / h) :]).max() for h in (1e-3, 1e-4)
+    ]
+    assert left[0] < 0.5 and left[1] < 0.2 * left[0]
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_beside_any_contacts_that_stick_the_others_fall_with_one_velocity_gain(seed: int) -> None:
     """Random mass matrices, distributions and gains: V = k e_v'Me_v + sum e_a^2/K_F cannot rise on any surface."""
