@@ -135,7 +135,7 @@ def analyse(
 
 @numerical("the error dynamics over the envelope")
 def judge(spec: Spec, at: OverEnvelope, conditions: bool = True) -> Analysis:
-    """The same of dynamics that are derived and evaluated; ``spec`` is for messages."""
+    """As ``analyse``, from dynamics that are already derived and evaluated; ``spec`` is for messages."""
     dynamics, points, continuous, sampled, index = at.dynamics, at.points, at.continuous, at.sampled, at.index
     h = float(dynamics.observer.sample_time)
     of_psi, of_step = np.linalg.eigvals(continuous), np.linalg.eigvals(sampled)

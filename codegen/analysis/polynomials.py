@@ -73,11 +73,8 @@ def bilinear(c: Sequence[Any], h: Any) -> list[Any]:
     s = sympy.Symbol("s_", real=True)
     n = len(c) - 1
     total = sum(coefficient * s ** (n - i) * (1 - h * s / 2) ** i for i, coefficient in enumerate(c))
-    return [sympy.expand(x) for x in _all_coefficients(sympy.expand(total), s, n)]
-
-
-def _all_coefficients(expression: Any, s: sympy.Symbol, degree: int) -> list[Any]:
-    return [expression.coeff(s, k) for k in range(degree, -1, -1)]
+    polynomial = sympy.expand(total)
+    return [sympy.expand(polynomial.coeff(s, k)) for k in range(n, -1, -1)]
 
 
 def jury(c: Sequence[Any], h: Any) -> list[tuple[str, Any]]:

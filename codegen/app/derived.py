@@ -179,7 +179,17 @@ class Derived(Shown):
 
         Raises BadInput for an envelope without a range that is needed, or a domain without a bound.
         """
-        return _outcome(self)
+        from codegen.certify.bound.error_bound import with_bounds
+        from codegen.certify.certify import Certificate, certify
+
+        hashes = {name: sha256(text) for name, text in self.sources.items()}
+        outcome = certify(self.spec, self.analysis, hashes, self.header.command.raw, places=self.program.places)
+        sources = {name: text.encode() for name, text in self.sources.items()}
+        if isinstance(outcome, Certificate):
+            return _with_kernel_proof(with_bounds(self.spec, self.analysis, outcome), self, sources)
+        if outcome.regions is not None and "sliding.json" in outcome.regions.proofs:
+            return _with_sliding_proof(outcome, outcome.regions.proofs["sliding.json"], self, sources)
+        return outcome
 
     @cached_property
     def files(self) -> Mapping[str, str]:
@@ -232,23 +242,6 @@ def _sources(spec: Spec, machine: Derived) -> Mapping[str, str]:
     program, printers = machine.program, (machine.overrides or Overrides()).printers
     with placed(spec):
         return emit_sources(program, machine.header, printers)
-
-
-def _outcome(machine: Derived) -> Certificate | Refusal:
-    from codegen.certify.bound.error_bound import with_bounds
-    from codegen.certify.certify import Certificate, certify
-
-    spec, program = machine.spec, machine.program
-    hashes = {name: sha256(text) for name, text in machine.sources.items()}
-    places = {f.name: f"inputs.{program.reference(f.name)}" for f in program.inputs}
-    places |= {name: f"outputs.{program.reference(name)}" for name, _, _ in program.outputs}
-    outcome = certify(spec, machine.analysis, hashes, machine.header.command.raw, places=places)
-    sources = {name: text.encode() for name, text in machine.sources.items()}
-    if isinstance(outcome, Certificate):
-        return _with_kernel_proof(with_bounds(spec, machine.analysis, outcome), machine, sources)
-    if outcome.regions is not None and "sliding.json" in outcome.regions.proofs:
-        return _with_sliding_proof(outcome, outcome.regions.proofs["sliding.json"], machine, sources)
-    return outcome
 
 
 def _with_sliding_proof(

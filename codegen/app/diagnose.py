@@ -121,7 +121,8 @@ def diagnose(
         try:
             generated, change = augmented.files, certificate_change(machine.outcome, augmented.outcome)
         except BadInput as error:  # of the augmented spec alone: what was diagnosed holds all the same
-            generated, change = {}, no_observer(machine.outcome, error)
+            why = f"no code was generated: {error.found}; expected {error.expected}"
+            generated, change = {}, CertificateChange(_rate(machine.outcome), why)
         refuse_hand_written(folder / "generated" / augmented.spec.name, generated)
         diagnosis = replace(diagnosis, certificate=change)
         files |= {f"generated/{augmented.spec.name}/{name}": text for name, text in generated.items()}
@@ -153,11 +154,6 @@ def certificate_change(before: Certificate | Refusal, after: Certificate | Refus
     """The rates, and which proofs beside a certificate there are no longer."""
     lost = [(name, why) for name, why in _missing(after).items() if name not in _missing(before)]
     return CertificateChange(_rate(before), _rate(after), tuple(lost))
-
-
-def no_observer(before: Certificate | Refusal, error: BadInput) -> CertificateChange:
-    """Of an augmented spec whose observer cannot be analysed: nothing is generated for it."""
-    return CertificateChange(_rate(before), f"no code was generated: {error.found}; expected {error.expected}")
 
 
 def _missing(outcome: Certificate | Refusal) -> dict[str, str]:

@@ -54,8 +54,24 @@ class GainReport(Result):
     @property
     def view(self) -> dict[str, Any]:
         """What the text template needs."""
-        more = {"bounds": self.bounds, "no_bound": why_no_bound(self.feasibility, self.bounds), "useful": USEFUL}
-        return {"files": self.files, **more, **gains_view(self.feasibility)}
+        report = self.feasibility
+        return {
+            "files": self.files,
+            "bounds": self.bounds,
+            "no_bound": why_no_bound(report, self.bounds),
+            "useful": USEFUL,
+            "report": report,
+            "sample_time": float(report.observer.sample_time),
+            "axes": [_axis_words(report, axis) for axis in report.axes],
+            "noise": list(zip(report.spec.positions, report.noise.rms, report.noise.sources, strict=True)),
+            "default_step": DEFAULT_STEP,
+            "noise_bound": NOISE_SHARE,
+            "factor": GAIN_FACTOR,
+            "decibel": decibel,
+            "leaves_as": leaves_as,
+            "complex_text": _complex_text,
+            "searched": SEARCHED,
+        }
 
     @property
     def content(self) -> dict[str, Any]:
@@ -96,23 +112,6 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
         files[SPEC] = suggested_text(spec, report.axes, report.suggestion)
     write_all(Path(folder), files, (NUMBERS,))
     return GainReport(report, tuple(Path(folder) / name for name in files), bounds)
-
-
-def gains_view(report: Feasibility) -> dict[str, Any]:
-    """What ``stiction gains`` prints."""
-    return {
-        "report": report,
-        "sample_time": float(report.observer.sample_time),
-        "axes": [_axis_words(report, axis) for axis in report.axes],
-        "noise": list(zip(report.spec.positions, report.noise.rms, report.noise.sources, strict=True)),
-        "default_step": DEFAULT_STEP,
-        "noise_bound": NOISE_SHARE,
-        "factor": GAIN_FACTOR,
-        "decibel": decibel,
-        "leaves_as": leaves_as,
-        "complex_text": _complex_text,
-        "searched": SEARCHED,
-    }
 
 
 def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import platform
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,7 +70,7 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", c
     given: dict[str, Any] = {
         "program": program,
         "variables": variables,
-        "units": units_of(variables),
+        "units": [_unit(name) for name in dict.fromkeys(v.unit for v in variables if v.unit)],
         "period": next(v for v in variables if v.role == "constant").start,
         "real": program.real,
         "sources": (f"{name}.c", wrapper),
@@ -204,11 +204,6 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
             expected = "another name, since every FMU has a variable of this one"
             raise BadInput(f"spec {program.name}", f"a quantity called `{name}`", expected, code="SPEC009")
     return tuple(found)
-
-
-def units_of(variables: Sequence[Variable]) -> tuple[Unit, ...]:
-    """Every unit in use once, in the order of its first use."""
-    return tuple(_unit(name) for name in dict.fromkeys(v.unit for v in variables if v.unit))
 
 
 def _unit(name: str) -> Unit:

@@ -25,9 +25,9 @@ from codegen.spec.model import DeclaredEffect, Spec
 
 Array = NDArray[np.float64]
 WHOLE = 1e-6
-"""A wave fits into the turn a whole number of times where the number is this near to one."""
+"""Greatest distance to a whole number at which a wave counts as repeating a whole number of times in a turn."""
 NEARLY = 0.05
-"""So near to a whole number a period that was fitted is taken for that number of waves."""
+"""The same for a fitted period, which is then taken for that whole number of waves."""
 MOST_COUNTS = 2**22
 ODRIVE_COUNTS = 3600
 """Of ``cogging_map`` in ODrive's firmware 0.5 (Firmware/MotorControl/controller.hpp), over one turn of the motor."""

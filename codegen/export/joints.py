@@ -91,7 +91,7 @@ class _Reduction(Walk):
         return 0.0
 
     def _lost(self, line: Line, direction: tuple[float, ...], stiffness: float, reference: float) -> None:
-        """Forces of the position, and constant ones, that the target has not."""
+        """Remarks on forces of position, and constant ones, that the target cannot hold."""
         index = direction.index(1.0)
         x = self.system.positions[index]
         force = sympy.Float(line.constant) - line.spring(x)

@@ -219,7 +219,7 @@ class _Writer(Walk):
 
     @property
     def _assumptions(self) -> tuple[str, ...]:
-        """What the errors are over, where there are any and the envelope does not say it."""
+        """The ranges over which errors were computed, where there are errors and the envelope does not give them."""
         if not self.region.assumed or all(r.worst is None for r in self.remarks):
             return ()
         return (f"errors are over the envelope; it says nothing of {', '.join(self.region.assumed)}",)

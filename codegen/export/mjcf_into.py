@@ -132,7 +132,7 @@ def _armatures(
 
 
 def _rows(mujoco: Any, model: Any, joints: list[_Joint], away: float) -> Any:
-    """The joints' rows of the mass matrix, with all joints that far from the reference position."""
+    """The joints' rows of the mass matrix, with every joint moved by ``away`` from the reference position."""
     data = mujoco.MjData(model)
     data.qpos[:] = model.qpos0
     mujoco.mj_integratePos(model, data.qpos, np.ones(model.nv), away)

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 def mujoco_plant(spec: Spec, system: System) -> tuple[PlantMaker, MjcfModel]:
-    """What makes the plant of a spec's exported model, and the model.
+    """A function that makes the plant from a spec's exported model, and the model.
 
     Raises:
         BadInput: where MuJoCo is not installed, or the machine cannot be exported.

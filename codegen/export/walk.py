@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 POINTS = 4096
 SPEEDS = 1000
 NEGLIGIBLE = 0.05
-"""A mean below this share of the force's root mean square is the chance of the sampled points."""
+"""A mean below this share of the force's root mean square counts as zero: it comes from the choice of points."""
 
 
 class Walk:

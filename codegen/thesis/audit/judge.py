@@ -188,9 +188,9 @@ def _numbers(printed: Any, value: Any, point: dict[Any, Any]) -> dict[str, Any] 
 
 
 def prove_form(derived: Derived, world: World) -> None:
-    """The form that will be shown says what was derived.
+    """Raise ArithmeticError unless the form that is shown equals the value that was derived.
 
-    Raises ArithmeticError if it does not; a fault of the derivation, not of the thesis.
+    Such an error is a fault of our derivation and not of the thesis.
     """
     form = as_matrix(evaluate(derived.form, world.names, Place("the form of a derivation")))
     if form.shape != derived.value.shape or difference_point(form, derived.value, world, []) is not None:

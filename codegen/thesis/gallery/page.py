@@ -46,11 +46,6 @@ def read_kept(folder: Path) -> dict[str, Kept]:
         raise BadInput(path.name, str(error), f"the {KEPT} that `stiction gallery` writes", code="FILE004") from error
 
 
-def kept_text(kept: Mapping[str, Kept], order: Sequence[str]) -> str:
-    """The file's text, figures in the order of the thesis."""
-    return json.dumps({n: kept[n] for n in order if n in kept}, indent=1, ensure_ascii=False) + "\n"
-
-
 def is_of(kept: Kept, figure: Figure) -> bool:
     """Whether what is kept answers the figure's statements as they are now, in the settings that it has now."""
     asked = [[s.measure, s.holds] for s in figure.statements]
@@ -94,7 +89,8 @@ def write_gallery(results: Sequence[GalleryResult], folder: Path) -> tuple[Path,
     figures = read_figures()
     kept = read_kept(folder) | {r.figure.figure: kept_of(r) for r in results}
     files: dict[str, str | bytes] = {picture_name(r.figure.figure): r.picture for r in results}
-    files[KEPT] = kept_text(kept, list(figures))
+    in_order = {n: kept[n] for n in figures if n in kept}
+    files[KEPT] = json.dumps(in_order, indent=1, ensure_ascii=False) + "\n"
     if all(n in kept and is_of(kept[n], figure) for n, figure in figures.items()):
         files[PAGE] = gallery_page(kept)
     write_all(folder, files)

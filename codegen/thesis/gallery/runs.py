@@ -14,7 +14,7 @@ from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
-from codegen.simulate.controller import Controller, Sample, declared_controller
+from codegen.simulate.controller import Controller, Feedback, Sample, declared_controller, sampled
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
@@ -58,35 +58,6 @@ class Servo:
         v = now.estimates[self.velocity] if known else now.velocities[0]
         x_r = self.reference[round(now.time / self.period)]
         return np.array([-self.position_gain * (now.positions[0] - x_r) - self.velocity_gain * v])
-
-
-@dataclass
-class Pid:
-    """The rival: what moves the frictionless machine, plus PID on the distance to its motion.
-
-    It is the strongest form of a PID here, since it winds up for no step of the reference.
-
-    Attributes:
-        ideal: motion and command without friction.
-        gains: of position, velocity and integral.
-    """
-
-    period: float
-    ideal: LoopRun
-    gains: tuple[float, float, float]
-
-    def start(self) -> None:
-        """Forget what earlier runs left behind."""
-        self._sum = 0.0
-
-    def command(self, now: Sample) -> Array:
-        """u, (1,)."""
-        k = round(now.time / self.period)
-        distance = self.ideal.true_positions[k] - now.positions
-        self._sum += now.period * distance[0]
-        slip = self.ideal.true_velocities[k] - now.velocities
-        position, velocity, integral = self.gains
-        return np.asarray(self.ideal.inputs[k] + position * distance + velocity * slip + integral * self._sum)
 
 
 def servo_run(
@@ -183,9 +154,17 @@ def pid_run(
     seed: int | None = None,
     substeps: int | None = None,
 ) -> LoopRun:
-    """The servo under a PID of position, velocity and integral gains; velocity as the sensors give it."""
+    """The servo under the rival: the command of the ideal motion, plus PID on the distance to it.
+
+    It is the strongest form of a PID here, since no step of the reference winds up its integral. Velocity is what the
+    sensors give.
+    """
     spec = setting.applied(spec)
-    pid = Pid(simulation_of(spec).sample_time, ideal, gains)
+    feed, position, velocity = (
+        sampled(values, simulation_of(spec).sample_time)
+        for values in (ideal.inputs, ideal.true_positions, ideal.true_velocities)
+    )
+    pid = Feedback(1, 1, feed, position, velocity, *(np.array([[gain]]) for gain in gains))
     noise: dict[str, Any] = {} if seed is None else {"seed": seed}
     return closed_loop(spec, setting, pid, plant=plant, substeps=substeps, **noise)
 
