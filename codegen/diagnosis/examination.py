@@ -14,6 +14,7 @@ from codegen.diagnosis.conclusion import against_regression, force_agrees, named
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.output_error import Fit, at_limit
+from codegen.diagnosis.ranking import credible
 from codegen.diagnosis.reservations import objections, remarks
 from codegen.diagnosis.residual import Problem, drive_left
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
@@ -84,7 +85,7 @@ def with_estimate(
 def _with_effects(
     final_search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured
 ) -> Answer:
-    fit, found, against = _examined(final_search, outcome.final, problem, plain.refit, plain.verdict == "effect")
+    fit, found, against = _examined(final_search, outcome, problem, plain.refit, plain.verdict == "effect")
     if against:
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
     return _judged(final_search, outcome, problem, plain, measured, fit, found)
@@ -146,13 +147,15 @@ def references(
 
 
 def _examined(
-    search: Search, final: Fit, problem: Problem, refit: System, strict: bool
+    search: Search, outcome: Outcome, problem: Problem, refit: System, strict: bool
 ) -> tuple[Fit, tuple[FoundEffect, ...], tuple[str, ...]]:
-    """The polished fit with the effects without objections; where all have some, that with all and the objections.
+    """The polished fit with the effects without objections; with all and the objections, where those without are none
+    or are not credited over the refit.
 
     Args:
         strict: whether to look for objections.
     """
+    final = outcome.final
     while True:
         fit, other = search.polished(final)
         parts = fit.runner.trial.parts
@@ -165,9 +168,12 @@ def _examined(
         raised = [objections(f, p, problem) if strict else [] for f, p in zip(found, parts, strict=True)]
         if not any(raised):
             return fit, found, ()
+        words = tuple(w for one in raised for w in one)
         if all(raised):
-            return fit, found, tuple(w for words in raised for w in words)
-        final = search.without(final, next(k for k, words in enumerate(raised) if words))
+            return fit, found, words
+        final = search.without(final, next(k for k, one in enumerate(raised) if one))
+        if not credible(search, outcome.base, final, len(outcome.first)):
+            return fit, found, words
 
 
 def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> Fit | None:

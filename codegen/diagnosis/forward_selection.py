@@ -216,13 +216,14 @@ def _pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> t
 def still_credited(
     search: Search, base: Fit, current: Fit, rivals: Sequence[Ranked], candidates: int
 ) -> tuple[Fit, list[Ranked]]:
-    """A fit from which effects were dropped, with its rivals; the refit where a single one is left and not credited.
+    """A fit in which effects were replaced or dropped, with its rivals; the refit where what is left is not credited.
 
-    A rival that was tried in addition to an effect is no rival of a single one.
+    Each of its effects may be needed beside the others though all together predict no better than the refit. A rival
+    that was tried in addition to an effect is no rival of a single one.
     """
-    alone = len(current.trial.parts) == 1
-    if alone and not credible(search, base, current, candidates):
+    if not credible(search, base, current, candidates):
         return base, []
+    alone = len(current.trial.parts) == 1
     return current, [r for r in rivals if not alone or len(r.found.trial.parts) == 1]
 
 

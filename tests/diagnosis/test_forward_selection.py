@@ -26,25 +26,28 @@ def rival(*parts: str) -> Any:
     return SimpleNamespace(found=SimpleNamespace(trial=SimpleNamespace(parts=parts)))
 
 
-@pytest.mark.parametrize("alone_is_credited", [True, False])
-def test_one_effect_of_a_pair_stands_alone_only_if_it_is_credited_alone(
-    alone_is_credited: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("credited", [True, False])
+def test_what_is_left_of_several_effects_stands_only_if_it_is_credited(
+    credited: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """And what tied with the other one beside it is no rival of it."""
+    """A dead zone in a real log: a lag and a Stribeck effect, each needed beside the other, together predicted held-out
+    segments 15 % worse than the refit, and one of them was named. And what tied beside another effect is no rival.
+    """
     asked = []
 
     def credible(search: Any, before: Any, after: Any, candidates: int) -> bool:
         asked.append((before, after, candidates))
-        return alone_is_credited
+        return credited
 
     monkeypatch.setattr(forward_selection, "credible", credible)
     base, one, both = fit(), fit("inertia_error"), fit("inertia_error", "cogging")
     first, second = rival("spring"), rival("inertia_error", "stribeck")
     none: Any = None
-    assert still_credited(none, base, both, [first, second], 9) == (both, [first, second]) and not asked
+    pair = still_credited(none, base, both, [first, second], 9)
     left = still_credited(none, base, one, [first, second], 9)
-    assert asked == [(base, one, 9)]
-    assert left == ((one, [first]) if alone_is_credited else (base, []))
+    assert asked == [(base, both, 9), (base, one, 9)]
+    assert pair == ((both, [first, second]) if credited else (base, []))
+    assert left == ((one, [first]) if credited else (base, []))
 
 
 @dataclass(frozen=True)
