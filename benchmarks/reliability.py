@@ -53,7 +53,7 @@ def judged_case(case: Case, result: Mapping[str, Any]) -> Judged | None:
 
 def judged_spike(plain: Mapping[str, Any], spiked: Mapping[str, Any], truth: Mapping[str, Any]) -> Judged | None:
     """A diagnosis of a spiked real log; None where it says no more than that of the plain log."""
-    name, outcome = _class(spiked), outcome_of(spike_of(truth, None, ""), plain, spiked).outcome
+    name, outcome = _class(spiked), outcome_of(spike_of(truth, {}, ""), plain, spiked).outcome
     if name is None or outcome not in (DETECTED, EXTRA, WRONG, WITH, WITHOUT):
         return None
     return name, outcome in (DETECTED, WITH)

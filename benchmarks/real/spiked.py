@@ -34,6 +34,7 @@ class RealSet:
     gain: float = 1.0
     time_scale: float = 1.0
     cutoff_hz: float = 20.0
+    gravity: bool = False
     description: str = ""
     converted: bool = False
     refitted: dict[str, str] = field(default_factory=dict)

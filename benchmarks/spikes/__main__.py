@@ -16,11 +16,13 @@ from pathlib import Path
 from benchmarks.practice.cases import ROOT
 from benchmarks.practice.fresh import Unavailable
 from benchmarks.practice.runs import code_version
+from benchmarks.rates import Rate
 from benchmarks.real.spiked import real_sets
-from benchmarks.spikes.outcome import FALSE, NEAR, OUTCOMES, Outcome, Spike, named, outcome_of, spike_of, totals
+from benchmarks.spikes.outcome import NEAR, OUTCOMES, Outcome, Spike, named, outcome_of, spike_of, totals
 from benchmarks.spikes.runs import SPIKE, Bench, kinds_for
 from codegen.base.files import write_atomically
 from codegen.base.text import render
+from codegen.diagnosis.credit import LEAST_SHARE
 
 PAGE = ROOT / "docs" / "spikes.md"
 SHARES = (3.0, 10.0, 20.0)
@@ -59,12 +61,17 @@ def part(bench: Bench, kinds: Sequence[str], shares: Sequence[float], again: boo
             if kept and not bench.is_diagnosed(kind, percent):
                 continue
             spiked = bench.diagnosis(kind, percent, again)
-            truth, own = bench.truth(kind, percent)
-            spike = spike_of(truth, own, bench.one.refitted.get(kind, ""))
+            spike = spike_of(*bench.truth(kind, percent), bench.one.refitted.get(kind, ""))
             rows.append(Row(kind, percent, spike, outcome_of(spike, plain, spiked)))
             said = ", ".join(rows[-1].outcome.said)
             print(f"{bench.name}  {kind} {percent:g} %  {rows[-1].outcome.outcome}  {said}", flush=True)
     return Part(bench.name, plain["verdict"], named(plain), tuple(rows))
+
+
+def rates(rows: Sequence[Row]) -> dict[str, Rate]:
+    """Sensitivity and wrong names, in words: of all spikes, and of those that least squares sees."""
+    every, visible = ([r.outcome for r in rows if whole or r.spike.is_visible] for whole in (True, False))
+    return totals(every) | {"detected, of those that least squares sees": totals(visible)["detected"]}
 
 
 def cell(one: Part, kind: str, percent: float) -> str:
@@ -82,13 +89,13 @@ def page(
     """
     rows = [row for one in parts for row in one.rows]
     kinds = list(dict.fromkeys([*kinds, *(r.kind for r in rows)]))
-    by_share = [(percent, [r.outcome for r in rows if r.percent == percent]) for percent in shares]
+    by_share = [(percent, [r for r in rows if r.percent == percent]) for percent in shares]
     return render(
         "text/spikes.md.j2",
         parts=parts,
         shares=shares,
-        totals=[(percent, totals(some)) for percent, some in by_share],
-        counts=[(words, [sum(o.outcome == words for o in some) for _, some in by_share]) for words in OUTCOMES],
+        totals=[(percent, rates(some)) for percent, some in by_share],
+        counts=[(words, [sum(r.outcome.outcome == words for r in some) for _, some in by_share]) for words in OUTCOMES],
         by_kind=[
             (kind, [totals([r.outcome for r in rows if (r.kind, r.percent) == (kind, p)])["detected"] for p in shares])
             for kind in kinds
@@ -97,7 +104,7 @@ def page(
         absent=absent,
         code=code,
         near=round(100 * NEAR),
-        false=FALSE,
+        least=round(100 * LEAST_SHARE),
     )
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.rates import Rate, rate
+from codegen.diagnosis.credit import LEAST_SHARE
 from codegen.effects import CATALOGUE
 
 NEAR = 0.3
@@ -36,6 +37,7 @@ class Spike:
             declares a parameter for the same force, which least squares finds with it.
         refitted: parameter of the spec whose refit takes the same force, with `-` before it for the other sign, of a
             factor for its inverse; or "".
+        visible: share of the squared residual of least squares that the effect itself removes; None if not known.
     """
 
     kind: str
@@ -44,6 +46,12 @@ class Spike:
     accepted: frozenset[str]
     own: float | None = None
     refitted: str = ""
+    visible: float | None = None
+
+    @property
+    def is_visible(self) -> bool:
+        """Whether the effect, of the machine and of the spike together, removes as much as a diagnosis asks for."""
+        return self.visible is None or self.visible >= LEAST_SHARE
 
     @property
     def expected(self) -> float:
@@ -74,16 +82,22 @@ class Outcome:
     near: bool | None = None
 
 
-def spike_of(truth: Mapping[str, Any], own: float | None, refitted: str) -> Spike:
+def spike_of(truth: Mapping[str, Any], checked: Mapping[str, float], refitted: str) -> Spike:
     """The spike of a truth.json; its strength is the first parameter of the kind in the catalogue.
 
     Args:
-        own, refitted: as in ``Spike``; the first is left out where there is the second.
+        checked: what ``spike.py --check`` prints. Least squares cannot fit a delay; it removes what the log as it is
+            has less.
+        refitted: as in ``Spike``; where it is given there is no ``own``.
     """
+    own, visible = (None if refitted else checked.get("own")), None
+    if "residual_after" in checked:
+        left = checked.get("residual_with_effect", checked["residual_before"])
+        visible = max(0.0, 1 - (left / checked["residual_after"]) ** 2)
     (effect,), (twins,) = truth["effects"], truth["equivalents"]
     name = CATALOGUE[effect["kind"]].parameters[0].name
     accepted = frozenset({effect["kind"], *(twin["kind"] for twin in twins)})
-    return Spike(effect["kind"], name, float(effect["parameters"][name]), accepted, None if refitted else own, refitted)
+    return Spike(effect["kind"], name, float(effect["parameters"][name]), accepted, own, refitted, visible)
 
 
 def outcome_of(spike: Spike, plain: Mapping[str, Any], spiked: Mapping[str, Any]) -> Outcome:

@@ -71,12 +71,12 @@ class Bench:
         """Whether the log with a spike was diagnosed already, by this code."""
         return (self.results / self.case(kind, percent).name / "run.json").is_file()
 
-    def truth(self, kind: str, percent: float) -> tuple[dict[str, Any], float | None]:
-        """truth.json, and what least squares finds of the effect in the log as it is."""
+    def truth(self, kind: str, percent: float) -> tuple[dict[str, Any], dict[str, Any]]:
+        """truth.json, and what least squares finds in the log as it is and in the spiked one."""
         case = self.case(kind, percent)
         checked = case / "check.json"
-        own = json.loads(checked.read_text()).get("own") if checked.is_file() else None
-        return json.loads((case / "truth.json").read_text()), own
+        found = json.loads(checked.read_text()) if checked.is_file() else {}
+        return json.loads((case / "truth.json").read_text()), found
 
 
 def kinds_for(one: RealSet, out: Path) -> list[str]:
@@ -104,6 +104,7 @@ def _make(one: RealSet, logs: Readable, case: Path, kind: str, percent: float, o
     command += ["--time-scale", repr(logs.time_scale), "--gain", repr(one.gain), "--contact", one.contact]
     command += ["--cutoff", repr(one.cutoff_hz), "--share", repr(percent / 100)]
     command += [f"--set={name}={value!r}" for name, value in one.settings.get(kind, {}).items()]
+    command += ["--gravity"] if one.gravity else []
     said = _spike_python([*command, *(["--check"] if percent else [])], out)
     for line in said.splitlines():
         if line.startswith(f"{kind} {{"):

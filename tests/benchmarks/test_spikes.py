@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.rates import Rate
 from benchmarks.real.spiked import real_sets
-from benchmarks.spikes.__main__ import Part, Row, page
+from benchmarks.spikes.__main__ import Part, Row, page, rates
 from benchmarks.spikes.outcome import (
     DETECTED,
     EXTRA,
@@ -93,7 +93,7 @@ def test_what_a_parameter_with_a_tolerance_takes_needs_no_name(sign: str, moved:
         "effects": [{"kind": "offset", "on": "x", "parameters": {"f0": 5.5}}],
         "equivalents": [[{"kind": "coulomb_asymmetry", "on": "rail", "parameters": {"d": -5.5}}]],
     }
-    spike = spike_of(truth, 3.0, f"{sign}offset")
+    spike = spike_of(truth, {"own": 3.0}, f"{sign}offset")
     assert (spike.accepted, spike.own, spike.expected) == ({"offset", "coulomb_asymmetry"}, None, 5.5)
     plain, spiked = diagnosis("none", offset=-3.0), diagnosis("none", offset=-3.0 + moved)
     assert outcome_of(spike, plain, spiked).outcome == outcome
@@ -114,6 +114,21 @@ def test_a_twin_is_right_and_has_no_parameter_to_compare() -> None:
     assert outcome_of(spike, NOTHING, said) == Outcome(DETECTED, ("coulomb_asymmetry",), None, None)
 
 
+@pytest.mark.parametrize(
+    ("with_it", "share", "visible"), [({"residual_with_effect": 0.9}, 0.19, True), ({}, 0.0396, False)]
+)
+def test_what_least_squares_does_not_see_is_counted_apart(
+    with_it: dict[str, float], share: float, visible: bool
+) -> None:
+    """A delay has no column: undone, it leaves what the log as it is left."""
+    checked = {"own": 1.0, "residual_before": 0.98, "residual_after": 1.0, **with_it}
+    truth = {"effects": [{"kind": "cogging", "on": "x", "parameters": {"amplitude": 10.0}}], "equivalents": [[]]}
+    spike = spike_of(truth, checked, "")
+    assert spike.visible == pytest.approx(share) and spike.is_visible is visible and spike.own == 1.0
+    rows = [Row("cogging", 10.0, one, Outcome(DETECTED, ())) for one in (spike, COGGING)]
+    assert rates(rows)["detected, of those that least squares sees"] == Rate(1 + visible, 1 + visible)
+
+
 def test_totals_count_detections_and_false_names_apart() -> None:
     found = [Outcome(o, (), 1.0 if near is not None else None, near) for o, near in OUTCOMES_SEEN]
     assert totals(found) == {
@@ -126,7 +141,7 @@ def test_totals_count_detections_and_false_names_apart() -> None:
     text = page([Part("rig", "none", (), rows)], (10.0,), ["elsewhere"], "abc", ["cogging", "spring"])
     assert "| spring | not run | " in text and f"| cogging | {found[0].outcome} |" in text
     assert "| detected | 4 of 8: 50 % (22 … 78) | " in text and "| cogging | 4 of 8 | " in text
-    assert "| cogging | 10 % | detected | – | amplitude | 1, off | 11 = 1 + 10 |" in text
+    assert "| cogging | 10 % | – | detected | – | amplitude | 1, off | 11 = 1 + 10 |" in text
     assert "Not here or not run, so not in these tables: elsewhere." in text
 
 
