@@ -244,9 +244,14 @@ def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidat
 
 
 def whiteness(search: Search, fit: Fit) -> float:
-    """Share of independent residuals; 0 far from the noise, where the Gaussian likelihood does not hold."""
+    """Share of independent residuals: that of the noise among them; 0 far from it, where no likelihood holds.
+
+    What a wrong form leaves in a segment is one error, however many samples it spans: only the noise's share of the
+    squared residual counts (quasi-likelihood, whose dispersion is the square of the residual over the noise).
+    """
     soft = float(fit.runner.record.noise[0] / search.record.noise[0])
-    return independent_share(fit) if near_noise(fit, soft) else 0.0
+    dispersion = max(1.0, (soft * noise_ratio(fit)) ** 2)
+    return independent_share(fit) / dispersion if near_noise(fit, soft) else 0.0
 
 
 def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.stats import binom
 
+from codegen.diagnosis import ranking
 from codegen.diagnosis.credit import evidence
 
 KEPT, SEGMENTS = 40, 48
@@ -65,3 +69,23 @@ def test_few_segments_far_from_the_noise_say_nothing_by_themselves(count: int) -
     before = np.full(SEGMENTS, float(KEPT))
     before[:count] *= 1e4
     assert evidence(losses(before), losses(np.full(SEGMENTS, float(KEPT))), KEPT, FLOOR).where_far == 1.0
+
+
+def test_a_likelihood_credits_none_of_two_models_that_are_wrong_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """13 segments at 2.6 times the noise: each has one error of its own, which counts once and not for each sample.
+
+    A log of a swing-up credited a Stribeck effect in place of a friction that falls with time, by three segments.
+    """
+    generator, level, draws, few = np.random.default_rng(4), 0.05, 2000, 13
+    monkeypatch.setattr(ranking, "independent_share", lambda fit: 0.2)
+    record: Any = SimpleNamespace(noise=np.ones(1))
+    search: Any = SimpleNamespace(record=record)
+    rare = likely = 0
+    for _ in range(draws):
+        one, other = (KEPT * (1 + 6 * np.exp(0.5 * generator.normal(size=few))) for _ in range(2))
+        runner = SimpleNamespace(record=record)
+        fit: Any = SimpleNamespace(by_segment=other, residual=np.zeros((few, KEPT)), runner=runner)
+        found = evidence(losses(one), losses(other), KEPT, FLOOR)
+        rare += found.p(ranking.whiteness(search, fit)) < level
+        likely += found.p(0.2) < level
+    assert rare <= binom.ppf(0.999, draws, level) < likely
