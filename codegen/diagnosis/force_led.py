@@ -231,16 +231,22 @@ def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
 
     Nothing is asked of backlash: in the gap no log shows where the load is.
     """
-    trial = by_runs.trial
-    known = {(p.kind, p.on) for p in trial.parts}
-    if known == {(p.kind, p.on) for p in found.parts} or any(t.gap != 0 for t in trial.changed.transmissions):
+    trial, fits = by_runs.trial, found.fits
+    known, own = _forms(trial.parts), _forms(found.parts)
+    larger = [f"{' and '.join(sorted(known[p] - own[p]))} of {p[0]}" for p in known if p in own and known[p] > own[p]]
+    if (known.keys() == own.keys() and not larger) or any(t.gap != 0 for t in trial.changed.transmissions):
         return ""
-    needed = _needed(found.fits, found.fits.fit(trial, by_runs.theta))
+    needed = _needed(fits, fits.fit(trial, by_runs.theta))
     gained = _evidence_of_blocks(needed, found.fit)
-    spare = known - {(p.kind, p.on) for p in needed.trial.parts}
-    if spare and random_signs(-gained.t) > credit.TIE_LEVEL:
-        return f"of which the residual force does not need {' and '.join(sorted(kind for kind, _ in spare))}"
+    spare = sorted(kind for kind, _ in known.keys() - _forms(needed.trial.parts).keys())
+    if (spare or larger) and random_signs(-gained.t) > credit.TIE_LEVEL:
+        return f"of which the residual force does not need {' and '.join(spare or larger)}"
     return "which leaves more of the residual force" if random_signs(gained.t) <= credit.TIE_LEVEL else ""
+
+
+def _forms(parts: Sequence[Part]) -> dict[tuple[str, str], frozenset[str]]:
+    """(kind, on) → names of the parameters of its form."""
+    return {(p.kind, p.on): frozenset(p.names) for p in parts}
 
 
 def _needed(fits: ForceFits, fit: Fit) -> Fit:

@@ -146,7 +146,10 @@ def test_the_first_effect_is_chosen_again_beside_the_second(tmp_path: Path) -> N
 def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(
     of_two: tuple[Search, ForceSelection],
 ) -> None:
-    """A coupling beside the true effects changes no force below the cutoff; a drag instead of them leaves more."""
+    """A coupling beside the true effects changes no force below the cutoff; a drag instead of them leaves more.
+
+    And a slope that falls from one value to another is none where the slope is the same at all speeds.
+    """
     search, found = of_two
     values = {
         "spring": {"k": 30.0},
@@ -155,14 +158,17 @@ def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(
         "viscous": {"b": 4.0},
     }
 
-    def said(*kinds: str) -> str:
-        parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in kinds]
-        fit = search.with_parts(search.refit(), found.fits.adopted, parts, [values[kind] for kind in kinds])
+    def said(*kinds: str, form: int = 0) -> str:
+        parts = [part_of(CATALOGUE[kind].forms[form if kind == "viscous" else 0], 0, search.system) for kind in kinds]
+        given = [{name: values[p.kind].get(name, 2.0) for name in p.names} for p in parts]
+        fit = search.with_parts(search.refit(), found.fits.adopted, parts, given)
         return against_free_runs(found, fit)
 
     assert said("viscous", "spring") == ""
     assert said("viscous", "spring", "compliance") == "of which the residual force does not need compliance"
     assert said("quadratic_drag") == "which leaves more of the residual force"
+    curve = "of which the residual force does not need b_inf and v_s of viscous"
+    assert said("viscous", "spring", form=-1) == curve
 
 
 def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(
