@@ -222,6 +222,7 @@ def test_a_form_with_more_parameters_must_fit_clearly_better(
         gain=lambda screened: 1.0,
         fitted=lambda screened: list(fits.values())[screened[0]],
         restarted=lambda found: found,
+        best_by_force=lambda indices: [],
     )
     monkeypatch.setattr(candidate_fits, "CandidateFits", lambda *_: tried)
     none: Any = None
