@@ -176,6 +176,17 @@ def test_stick_slip_of_two_contacts_stays_within_the_bounds(drive: str) -> None:
         assert error.max() > 0.05 * bound.always
 
 
+@pytest.mark.slow
+def test_sixteen_contacts_of_a_chain() -> None:
+    """As a tracker with about the shipped gains: three times the level, whatever sticks, proved in one set."""
+    text = spec_path("chain").read_text("utf-8").replace("kind: gcfo", "kind: gto")
+    text = text.replace("gains: {K_F: 20, K_v: 20}", "gains: {K_1: 0, K_2: -20, K_v: 20}")
+    outcome = Derived(parse_spec(text, Path("chain.yaml"))).outcome
+    assert isinstance(outcome, Certificate) and not isinstance(outcome.bounds, str) and len(outcome.bounds) == 16
+    for bound in outcome.bounds:
+        assert bound.largest == 0.5 and bound.always is not None and 2 * 0.5 < bound.always < 3.2 * 0.5
+
+
 LAWS = {
     "coulomb, a: 30": 30,
     "static_viscous, F_s: 40, F_c: 30, F_v: 2": 40 + 2 * 5,
