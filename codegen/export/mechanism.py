@@ -345,10 +345,10 @@ class _Elements:
         bristles = contact.law.bristles(numbers)
         pair = None if bristles is None else (float(bristles[0]) * scale**2, float(bristles[1]) * scale**2)
         states = not isinstance(contact.law, ZeroMemoryLaw)
-        friction = LineFriction(contact.name, contact.law.name, level, pair, states, self._jump(contact, level, scale))
+        friction = LineFriction(contact.name, contact.law.name, level, pair, states, self._jump(contact, scale))
         self.line(direction).frictions.append(friction)
 
-    def _jump(self, contact: ContactFriction, level: sympy.Expr, scale: float) -> float | None:
+    def _jump(self, contact: ContactFriction, scale: float) -> float | None:
         """The level at rest, where it is another than that of the slowest sliding."""
         resting = contact.level_at_rest
         if resting is None or not isinstance(contact.law, ZeroMemoryLaw):

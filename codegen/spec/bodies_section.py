@@ -150,7 +150,7 @@ def read_sliding(
         found = f"contact {section.name} between {' and '.join(section.bodies) or 'no bodies'}"
         raise BadInput(units.place(f"{key}.bodies"), found, f"two bodies, or one and {GROUND}", code="SPEC015")
     common = [direction for direction in DIRECTIONS if all(direction in b.positions for b in moving)]
-    along = _along(section.along, common, key, f"{form}.bodies", names, units)
+    along = _along(section.along, common, key, f"{form}.bodies", units)
     pair = (section.bodies[0], section.bodies[1]) if len(section.bodies) == 2 else (section.bodies[0], GROUND)
     slip = units.slip(along)
     if slip is not None:
@@ -159,7 +159,7 @@ def read_sliding(
 
 
 def _along(
-    given: Mapping[str, str] | None, common: list[str], key: str, where: str, names: Symbols, units: Units
+    given: Mapping[str, str] | None, common: list[str], key: str, where: str, units: Units
 ) -> dict[str, Expression]:
     if not common:
         found = "two bodies that share no direction"

@@ -21,14 +21,11 @@ Needed = tuple[Dimension, Place]
 Read = Callable[[Mapping[str, Dimension]], object]
 
 
-def refuse_missing_units(
-    read: Read, fault: UnitMismatch, unwritten: Sequence[str], place: Callable[[str], Place]
-) -> None:
-    """Raise BadInput at the lines of the parameters that lack a unit, if that alone explains a fault.
+def refuse_missing_units(read: Read, unwritten: Sequence[str], place: Callable[[str], Place]) -> None:
+    """Raise BadInput at the lines of the parameters that lack a unit, if that alone is why units do not fit.
 
     Args:
         read: takes dimensions in place of those of the spec, and raises UnitMismatch where units do not fit.
-        fault: what it raises with the units as written.
         unwritten: the parameters that have none. place: key → its file and line.
     """
     all_sets = chain.from_iterable(combinations(unwritten, k) for k in range(1, MOST_AT_ONCE + 1))

@@ -54,9 +54,9 @@ def read_motion(
     reading = _MotionReading(document, coordinates, inputs, place)
     try:
         return reading.motion(tree)
-    except UnitMismatch as fault:
+    except UnitMismatch:
         unwritten = [name for name, p in document.parameters.items() if "unit" not in p.model_fields_set]
-        refuse_missing_units(lambda assumed: reading.motion(tree, assumed), fault, unwritten, place)
+        refuse_missing_units(lambda assumed: reading.motion(tree, assumed), unwritten, place)
         raise
 
 
