@@ -248,7 +248,8 @@ def _with_sliding_proof(
     refusal: Refusal, sliding: Mapping[str, Any], machine: Derived, sources: Mapping[str, bytes]
 ) -> Refusal:
     """The refusal with the proof that the kernel accepts of what sliding.json says, or why there is none."""
-    from codegen.certify.kernel_form import NotCovered, sliding_proofs
+    from codegen.certify.kernel_form import NotCovered
+    from codegen.certify.sliding_form import sliding_proofs
     from codegen.checker import verify as checker
 
     why = ""

@@ -17,7 +17,7 @@ from codegen.base.input_files import LARGEST_GENERATED, is_there, read_bytes, re
 from codegen.base.shown import Result
 from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
-from codegen.certify.kernel_form import with_solution
+from codegen.certify.kernel_form import proof_json, with_solution
 from codegen.certify.outcome import PROOFS, Certificate, Refusal, json_text
 from codegen.checker import verify as checker
 from codegen.emit.fmu import VERSIONS, emit_fmu
@@ -28,6 +28,7 @@ CHOSEN = ("splits", "lyapunov_matrix", "cover", "decay_rate", "reversals", "alon
 KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
 WRITTEN_BEFORE = "bound.json"  # by earlier versions; ellipsoid.json is in its place
 BESIDE = (*PROOFS, KERNEL_PROOF, ELLIPSOID, WRITTEN_BEFORE)
+OF_SLIDING = ("lyapunov_matrix", "decay_rate", "box", "witness")  # what follows from it in a proof of the C
 REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
 
 
@@ -259,8 +260,23 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
             except (checker.Refused, OSError, ValueError):
                 return different
             expected = _with_solution(expected, name, text)
+    expected = _with_sliding(expected, folder, on_disk.get(KERNEL_PROOF)) if "sliding.json" in different else expected
     surplus = tuple(name for name in different if name not in files)
     return tuple(name for name, content in expected.items() if on_disk[name] != content) + surplus
+
+
+def _with_sliding(files: dict[str, str], folder: Path, proof: str | None) -> dict[str, str]:
+    """The files with what a solver chooses in the kernel's proof of another sliding.json, if the checker accepts it."""
+    if KERNEL_PROOF not in files or not proof:
+        return files
+    try:
+        checker.check(proof, folder)
+        theirs = json.loads(proof)
+        made = proof_json(json.loads(files[KERNEL_PROOF]) | {key: theirs[key] for key in OF_SLIDING})
+    except (checker.Refused, OSError, ValueError, KeyError):
+        return files
+    manifest = files["manifest.json"].replace(sha256(files[KERNEL_PROOF]), sha256(made))
+    return {**files, KERNEL_PROOF: made, "manifest.json": manifest}
 
 
 def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str, str]:

@@ -1,28 +1,27 @@
 """A certificate as a proof for the kernel (checker/kernel.py): untrusted, as all that is written for it.
 
 What a certificate says of a matrix is said there of the C: which states show which estimates, in which machine.
-Covered are levels of Coulomb friction and tracked forces with a common P, and the sliding of a DFO with one contact.
+Covered are levels of Coulomb friction and tracked forces with a common P; the sliding of a DFO is in sliding_form.py.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
-from itertools import product
 from typing import Any
 
 import numpy as np
 import sympy
 
 from codegen.mechanics import System
+from codegen.mechanics.actuator import decayed
+from codegen.mechanics.system import TIME
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
-SLOWER = (Fraction(1), Fraction(999, 1000), Fraction(99, 100), Fraction(9, 10))
-"""Shares of the rate of sliding.json that are tried: a cell in place of its cells may lose some."""
-FUNCTIONS = {sympy.cos: "cos", sympy.sin: "sin", Magnitude: "fabs", Sgn: "sgn"}
+FUNCTIONS = {sympy.cos: "cos", sympy.exp: "exp", sympy.sin: "sin", Magnitude: "fabs", Sgn: "sgn"}
 """Those that are the same in machine and code, where they are of what is measured."""
 
 
@@ -50,12 +49,16 @@ def proof_text(
         raise NotCovered(f"the step {observer.integration}")
     if len(content["error"]) != len(observer.errors):
         raise NotCovered("a proof by structure")
-    if system.sensor_errors or any(a.lag is not None or a.delay != 0 for a in system.actuators.values()):
-        raise NotCovered("a delay or lag of an input, or a sensor that reads wrong")
-    effective = {w: a.static(w) for w, a in system.actuators.items()}
+    if system.sensor_errors:
+        raise NotCovered("a sensor that reads wrong")
+    effective, shared = driven(observer)
     force = (system.modelled_force - observer.true_friction).xreplace(effective)
-    acceleration = _inverse(system) * force
+    acceleration = inverse(system) * force
+    shared |= {TIME: TIME + symbol("h")} if force.has(TIME) else {}
     at = {name: write(symbol(name)) for name in content["variables"]}
+    own = {write(v): write(s) for v, s in zip(system.slip_velocity, observer.signs, strict=True)}
+    at |= {f"|{x}|": f"{s}*{x}" for x, s in own.items()}
+    along = {x: s for x, s in own.items() if x.startswith("true.") and f"{s}*{x}" in str(matrix_texts(content, at))}
     signs = [
         observer.signs[e.contact] if e.contact is not None and observer.level_errors else None for e in observer.errors
     ]
@@ -66,83 +69,37 @@ def proof_text(
         "acceleration": {write(v): write(a) for v, a in zip(system.velocities, acceleration, strict=True)},
         "signs": {write(s): write(u) for s, u in zip(observer.signs, write.slips, strict=True)},
         "domain": _domain(observer, write),
-        **_errors(observer, write, signs, content, at),
+        "shared": {write(z): write(e) for z, e in shared.items()},
+        **error_fields(observer, write, signs, content, at),
         "box": {at[name]: ends for name, ends in content["variables"].items() if at[name].startswith("true.")},
         **_found(content, at),
     }
     made["states"] |= _held(observer, write)
+    sizes = {x: size for x in along if (size := _magnitude(made["box"].get(x)))}
+    if sizes:
+        made |= {"along": {x: along[x] for x in sizes}, "box": made["box"] | sizes}
+    if not made["cover"]:
+        made["cover"] = _cells(
+            [(at[x], cuts) for x, cuts in content["splits"].items() if at[x] in made["box"]], made["box"]
+        )
     made["signs"] = {s: of for s, of in made["signs"].items() if s in json.dumps(made | {"signs": {}})}
-    return _text({"name": content["subject"]["name"], "step": observer.integration, **made, **_witness(made, places)})
+    made = {key: value for key, value in made.items() if value or key != "shared"}
+    return proof_json(
+        {"name": content["subject"]["name"], "step": observer.integration, **made, **witness(made, places)}
+    )
 
 
 def with_solution(proof: str, content: Mapping[str, Any]) -> str:
     """The proof with P, rate and reversals of another certificate of the same matrix."""
     made = json.loads(proof)
-    return _text(made | _found(content, {x.split(".")[1]: x for x in (*made["positions"], *made["box"])}))
+    return proof_json(made | _found(content, {x.split(".")[1]: x for x in (*made["positions"], *made["box"])}))
 
 
-def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> Iterator[str]:
-    """Proofs of a DFO's sliding as JSON, the fastest first, for the kernel to accept one.
-
-    With σ the sign of the friction state f, the errors are σ(v − v̂), σ(f − f̂) and a − â, and the matrix is one for both
-    signs, over σf, σv, a and the input. The level that the step leaves is off by h² K_a u' f' a sample even where all
-    estimates are right: that is the proof's `rest`.
-
-    Args:
-        places: as of ``proof_text``.
-        content: of sliding.json.
-
-    Raises:
-        NotCovered: for what the kernel cannot say.
-    """
-    system, write, s = observer.system, Writer(observer, places), observer.signs[0]
-    if len(system.positions) != 1 or list(system.slip_velocity) != list(system.velocities) or len(system.inputs) != 1:
-        raise NotCovered("a DFO of more than one coordinate, contact or input, or with a slip that is no velocity")
-    if observer.integration != "euler" or observer.velocity != "estimated":
-        raise NotCovered("a DFO with another step than euler, or whose velocity is measured")
-    v, f, a = (error.truth for error in observer.errors)
-    name, ends = system.contacts[0].name, {x: [Fraction(e) for e in pair] for x, pair in content["variables"].items()}
-    state, slip, rate = (ends[f"{x}_along"] for x in (f.name, f"slip_{name}", f"slip_{name}_dot"))
-    v_hat, f_hat, _ = estimates_of(observer)
-    (equation,) = (e for e in observer.equations if e.law and e.law[0].label.startswith("xi"))
-    law, domain = _in_signs(equation.expression[0], s, {system.contacts[0].slip: slip, f_hat: state})
-    pushed = (system.force - observer.true_friction)[0]
-    acceleration = pushed / system.mass_matrix[0]
-    xi = law.xreplace({system.contacts[0].slip: v, v_hat: v, f_hat: f})
-    at = {f.name: s * f, f"slip_{name}": s * v, f"slip_{name}_dot": s * acceleration}
-    along = {f"{x}_along": f"({write(e)})" for x, e in at.items()} | {a.name: write(a)}
-    mass = Fraction(str(system.mass_matrix.subs(system.values)[0]))
-    most = mass * rate[1] - max(map(abs, ends[a.name])) * state[1]  # at which the acceleration stays in its range
-    if most <= 0:
-        raise NotCovered("accelerations that the friction alone exceeds")
-    box = {v: slip, f: state, a: ends[a.name], system.inputs[0]: [-most, most]}
-    h, K_a = symbol("h"), symbol("K_a")
-    made = {
-        "name": content["subject"]["name"],
-        "step": observer.integration,
-        "positions": {write(system.positions[0]): write(v)},
-        "mass_matrix": [[write(system.mass_matrix[0]), "0"], ["0", "1"]],
-        "force": [write(pushed), write(xi)],
-        "acceleration": {write(v): write(acceleration), write(f): write(xi)},
-        "signs": {write(s): write(f_hat)},
-        "domain": [write(x) for x in domain],
-        **_errors(observer, write, [s, s, None], content, along),
-        "rest": ["0", "0", f"-{write(h * h * K_a)}*({write(acceleration)})*({write(xi)})"],
-        "box": {write(x): [str(end) for end in pair] for x, pair in box.items()},
-        "cover": "",
-        "reversals": [],
-        "lyapunov_matrix": content["lyapunov_matrix"],
-    }
-    made |= _witness(made, places)
-    for share in SLOWER:
-        yield _text(made | {"decay_rate": str(share * Fraction(content["decay_rate"]))})
-
-
-def _text(proof: Mapping[str, Any]) -> str:
+def proof_json(proof: Mapping[str, Any]) -> str:
     return json.dumps(proof, indent=1) + "\n"
 
 
-def _errors(
+def error_fields(
     observer: Observer, write: Writer, signs: list[Any], content: Mapping[str, Any], at: Mapping[str, str]
 ) -> dict[str, Any]:
     """The errors, what the states are where the estimates are known, and the matrix I + hA.
@@ -151,19 +108,74 @@ def _errors(
         signs: of each error, or None.
         at: a variable of the certificate → what it is in the code.
     """
-    h, size = content["sample_time"], range(len(content["matrix"]))
-    parameters = {p["name"]: infix(p["expression"], at) for p in content["parameters"]}
     return {
         "errors": [
             {"truth": write(e.truth), "estimate": write(y), "sign": "" if sign is None else write(sign)}
             for e, y, sign in zip(observer.errors, estimates_of(observer), signs, strict=True)
         ],
         "states": {write(z): write(text) for z, text in _states(observer).items()},
-        "matrix": [[_step_entry(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size],
+        "matrix": matrix_texts(content, at),
     }
 
 
-def _witness(made: Mapping[str, Any], places: Mapping[str, str]) -> dict[str, Any]:
+def matrix_texts(content: Mapping[str, Any], at: Mapping[str, str]) -> list[list[str]]:
+    """I + hA of a certificate, over what its variables are in the code."""
+    h, size = content["sample_time"], range(len(content["matrix"]))
+    parameters = {p["name"]: infix(p["expression"], at) for p in content["parameters"]}
+    return [[_step_entry(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size]
+
+
+def driven(observer: Observer) -> tuple[dict[Any, Any], dict[Any, Any]]:
+    """(Input → the mean effective input over the coming sample, state of its delay or lag → what it becomes).
+
+    As ``program/signals.py`` computes them, over the symbols of those states.
+    """
+    system, h = observer.system, symbol("h")
+    effective: dict[Any, Any] = {}
+    moves: dict[Any, Any] = {}
+    for w, chain in system.actuators.items():
+        ratio = sympy.Rational(chain.delay.subs(system.values)) / observer.sample_time
+        whole, share = int(sympy.floor(ratio)), float(ratio - sympy.floor(ratio))
+        line = [w, *(symbol(f"{w}_past_{k}") for k in range(1, whole + bool(share) + 1))]
+        moves |= dict(zip(line[1:], line, strict=False))
+        mean = chain.static(line[whole])
+        if share:
+            parts = [sympy.Rational(repr(x)) for x in (1 - share, share)]
+            mean = parts[0] * mean + parts[1] * chain.static(line[whole + 1])
+        if chain.lag is not None:
+            names = [f"{w}_lagged"] if chain.order == 1 else [f"{w}_lagged_{k + 1}" for k in range(chain.order)]
+            lags, decay = [symbol(name) for name in names], sympy.exp(-h / chain.lag)
+            errors = [lag - mean for lag in lags]
+            left = decayed(errors, h / chain.lag, decay)
+            moves |= {lag: mean + error for lag, error in zip(lags, left, strict=True)}
+            mean += sum((e - after for e, after in zip(errors, left, strict=True)), sympy.S.Zero) * chain.lag / h
+        effective[w] = mean
+    return effective, moves
+
+
+def _cells(splits: list[tuple[str, list[str]]], box: Mapping[str, list[str]]) -> Any:
+    """A tree of cuts, halved in turn, with a leaf for each cell of these splits that is in the box."""
+    if not splits:
+        return ""
+    (x, ends), *others = splits
+    inner = [cut for cut in ends if Fraction(box[x][0]) < Fraction(cut) < Fraction(box[x][1])]
+
+    def tree(cuts: list[str]) -> Any:
+        if not cuts:
+            return _cells(others, box)
+        middle = len(cuts) // 2
+        return [x, cuts[middle], tree(cuts[:middle]), tree(cuts[middle + 1 :])]
+
+    return tree(inner)
+
+
+def _magnitude(ends: Any) -> list[str] | None:
+    """The range of |x| where x is in one that is even, or not below 0; None for others."""
+    low, high = map(Fraction, ends or (-1, 0))
+    return ["0" if low == -high else str(ends[0]), str(ends[1])] if low == -high or low >= 0 else None
+
+
+def witness(made: Mapping[str, Any], places: Mapping[str, str]) -> dict[str, Any]:
     """A point of domain and box, where there are such: estimates as the truth, and no two velocities are the same."""
     if not (made["domain"] or made["box"]):
         return {}
@@ -203,7 +215,7 @@ def _found(content: Mapping[str, Any], at: Mapping[str, str]) -> dict[str, Any]:
     }
 
 
-def _inverse(system: System) -> sympy.Matrix:
+def inverse(system: System) -> sympy.Matrix:
     """M⁻¹, in numbers where it would be long in symbols."""
     mass = system.mass_matrix
     if mass.free_symbols & {*system.positions}:
@@ -232,8 +244,10 @@ def infix(entry: Any, names: Mapping[str, str]) -> str:
         return f"({texts[0]}/{texts[1]})"
     if word == "^":
         return f"({'*'.join([texts[0]] * int(parts[1]) or ['1'])})"
-    if word in ("cos", "sin"):
+    if word in ("cos", "exp", "sin"):
         return f"{word}({texts[0]})"
+    if word == "abs":
+        return names.get(f"|{texts[0]}|") or f"fabs({texts[0]})"
     raise NotCovered(f"a matrix with {word}")
 
 
@@ -278,7 +292,7 @@ class Writer:
         return written
 
     def _product(self, e: Any) -> str:
-        above, below = sympy.fraction(e)
+        above, below = sympy.fraction(e, exact=True)
         factors = sympy.Mul.make_args(above)
         if any(f.is_NumberSymbol for f in factors):  # the code has one decimal in place of all its numbers
             number = float(sympy.Mul(*(f for f in factors if f.is_number)))
@@ -341,22 +355,3 @@ def _held(observer: Observer, write: Writer) -> dict[str, str]:
         return {}
     (contact,), (s,) = observer.system.contacts, observer.signs
     return {f"state.direction_{contact.name}": write(s), "state.samples_slid": "parameters.settle_samples"}
-
-
-def _in_signs(law: Any, s: sympy.Symbol, along: Mapping[Any, Any]) -> tuple[Any, list[Any]]:
-    """The law with a sign for each |x| and sgn x, and what is positive where x has that sign: s x, −s x, x or −x.
-
-    Args:
-        along: what x is linear in → the range of s times it.
-    """
-    found: dict[Any, Any] = {}
-    for x in sorted({atom.args[0] for atom in law.atoms(Magnitude, Sgn)}, key=str):
-        at = {side: [x.subs({u: side * end for u, end in zip(along, ends, strict=True)})
-                     for ends in product(*along.values())] for side in (1, -1)}  # fmt: skip
-        seen = [({sympy.sign(value) for value in values}, side) for side, values in at.items()]
-        if any(len(signs) != 1 or 0 in signs for signs, _ in seen):
-            raise NotCovered(f"the sign of {x}, which changes in the region")
-        first, second = (next(iter(signs)) for signs, _ in seen)
-        found[x] = first if first == second else first * s
-    law = law.replace(Magnitude, lambda x: found[x] * x).replace(Sgn, lambda x: found[x])
-    return law, [sign * x for x, sign in found.items()]

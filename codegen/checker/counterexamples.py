@@ -82,7 +82,9 @@ CASES = (
     Case("an output is shown in a sample with a fault too", "c", GUARD, f"    {SHOW}\n{GUARD}", "v_hat is set"),
     Case("the guard's own state is set", "c", SET, f"{SET}        state->mode = 0.0;\n", "state.mode is set"),
     Case("a function that is no polynomial", "c", LAW, f"({LAW}) + 0.0 * tanh(v_hat)", "C calls tanh"),
-    Case("an exponential", "c", LAW, f"({LAW}) + exp(v_hat) - exp(v_hat)", "C calls exp"),
+    Case("an exponential", "c", LAW, f"({LAW}) + exp(v_hat) - exp(v_hat)", "exp of what may be above 0"),
+    Case("another exponential", "c", LAW, f"({LAW}) + 0.001 * exp(-v_hat * v_hat)", "does not move the errors"),
+    Case("a logarithm", "c", LAW, f"({LAW}) + log(2.0) - log(2.0)", "C calls log"),
     Case("a root of a negative number", "c", LAW, f"({LAW}) + 0.0 * sqrt(-1.0)", "C calls sqrt"),
     Case(
         "a fault that is told to another", "c", "    outputs->fault = 1;", "    outputs = 0; outputs->fault = 1;", FORM

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING or __package__:
     from codegen.checker import enclosure, frame, kernel
 
+FUNCTIONS = {"sin": "sin", "cos": "cos", "exp": "exp", "abs": "fabs"}
 Interval = tuple[Fraction, Fraction]
 
 
 def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any]) -> Any:
-    """A prefix expression (docs/certificate_format.md) of sums, products, quotients, powers, sines and cosines.
+    """A prefix expression (docs/certificate_format.md) of sums, products, quotients, powers and FUNCTIONS.
 
     Args:
         known: the reciprocals and angles so far, as of kernel.Text.
@@ -24,10 +25,10 @@ def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any]) -> A
     if isinstance(entry, str):
         return names[entry] if entry in names else kernel.term(entry)
     word, *parts = entry
-    kernel.demand(word in ("+", "*", "neg", "/", "^", "sin", "cos"), f"matrix: {word}")
+    kernel.demand(word in ("+", "*", "neg", "/", "^", *FUNCTIONS), f"matrix: {word}")
     first = polynomial(parts[0], names, known)
-    if word in ("sin", "cos"):
-        return kernel.function(word, first, known)
+    if word in FUNCTIONS:
+        return kernel.function(FUNCTIONS[word], first, known)
     if word == "^":
         power, count = kernel.term(1), int(parts[1])
         kernel.demand(0 <= count <= enclosure.MAX_POWER, f"exponent {count}")

@@ -1,7 +1,7 @@
 """Whether noise and drift keep the errors of a kernel's proof below the bounds of a claim.
 
 Standard library only: python3 ellipsoid.py FOLDER < ellipsoid.json, with proof.json and the C in the folder; uses
-kernel.py, enclosure.py and files.py, which must be beside it.
+kernel.py, algebra.py, enclosure.py and files.py, which must be beside it.
 
 THEOREM. Let all be as in the kernel's theorem of the proof, but for this: a position x is measured as x + noise, and x,
 v and the rest of `truth` move in a sample by what is said there and a drift, |noise| and |drift| at most as the claim
@@ -36,7 +36,10 @@ if TYPE_CHECKING or __package__:
     from codegen.checker import frame, kernel
 elif "kernel" not in globals():  # verify.py hands its own in
     frame = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("frame.py"))))
-    kernel = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("kernel.py")), {"frame": frame}))
+    algebra = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("algebra.py")), {"frame": frame}))
+    kernel = SimpleNamespace(
+        **runpy.run_path(str(Path(__file__).with_name("kernel.py")), {"algebra": algebra, "frame": frame})
+    )
 
 FIELDS, MORE = ("name", "noise", "drift", "shifts", "push", "sets"), ("forces", "friction")  # MORE may be absent
 FORCES, FRICTION = MORE
@@ -58,7 +61,7 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
 
     LEMMA A. What `step` makes of states and inputs is a function of them. So by the kernel's theorem the states after a
     sample are G (`states`) of an undisturbed machine that was where the position was measured, and of its estimates.
-    Beside what is measured then they show the estimates of which G gives them; there are no two such (its lemma 9).
+    Beside what is measured then they show the estimates of which G gives them; there are no two such (its lemma 10).
     """
     term, zero, velocity, errors = kernel.term, kernel.Poly(), proof["positions"], proof["errors"]
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
@@ -227,6 +230,8 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     """The bounds that the rows of each set (``asked``) have with the noise of the same sample, or ValueError."""
     fields = {*claim} - {*MORE} == {*FIELDS} and claim.get(FORCES, "measured") == "measured"
     kernel.demand(fields and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
+    of_noise = [x for x in claim["noise"] for of in proof.get("shared", {}).values() if x in of]
+    kernel.demand(not of_noise, "noise in a state that the machine has too")
     parts = [claim["sets"], *(ball.get("after", []) for ball in claim["sets"])]
     kernel.demand(lists(claim["shifts"], 1) and lists(claim["push"], 2) and {*map(type, parts)} == {list}, "no lists")
     matrix, push, shift = moves(proof, claim, shown)

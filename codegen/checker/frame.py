@@ -222,7 +222,7 @@ def in_doubles(text: str) -> str:
         within = not Fraction(number) or Fraction(1, 10**37) < Fraction(number) < 10**37
         demand(within, f"{number} is no float")
     text = re.sub(rf"(?<![\w.])({DOUBLE})f\b", r"\1", text)
-    text = re.sub(r"\b(fabs|sin|cos)f(?= ?\()", r"\1", text)
+    text = re.sub(r"\b(fabs|sin|cos|exp)f(?= ?\()", r"\1", text)
     return re.sub(r"\bfloat\b", "double", text)
 
 

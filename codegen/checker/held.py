@@ -2,7 +2,7 @@
 
 Standard library only; part of the checker (verify.py), which hands ``frame`` and ``kernel`` in. The kernel's theorem is
 about samples with fault 0; here are the values that the functions of fault 1 (frame.py reads their form) give the
-states that show errors. Let G be the proof's `states`: by the kernel's lemma 9 the states G(e, x) show the estimates e
+states that show errors. Let G be the proof's `states`: by the kernel's lemma 10 the states G(e, x) show the estimates e
 beside the measured positions x, and there are no two such e. Then, as identities of polynomials:
 
 - after `init` at x the states are G(e, x) with velocities of zero and all other estimates constant;
@@ -30,7 +30,8 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     free = {x: kernel.term(1, x) for x in (*c.values, *c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):
         kernel.Text(free, {}, c.precision).run(program, c.states)
-    kernel.Text({x: p for x, p in free.items() if x not in c.states}, {}).run(c.init, c.states)  # whatever was there
+    begun = kernel.Text({x: p for x, p in free.items() if x not in c.states}, {}).run(c.init, c.states)  # of any state
+    finite(proof, shown, begun)
     if proof["domain"]:
         return
     estimates, before = {e["truth"]: e["estimate"] for e in proof["errors"]}, [*known]
@@ -70,3 +71,30 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
         wrong = [z for z in showing if found[z] != wanted[z]]
         kernel.demand(not wrong, f"{what}: {wrong[:3]} do not go on with what was held")
     kernel.demand("1/" not in [name for name, _ in known.keys() - before], "a division by what may be zero")
+
+
+def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) -> None:
+    """Raises ValueError where the C may compute exp of a number above 0, which may overflow: it would fault forever.
+
+    What exp is of has to be -q - r, q a quadratic form in states, inputs and outputs that is not below 0 (lemma 2), and
+    r a sum of clocks times numbers not below 0. A clock is a `shared` state that begins at a number not below 0, and
+    to which each sample adds one.
+
+    Args:
+        begun: state -> what `init` sets.
+    """
+    c, names, term = shown["c"], shown["names"], kernel.term
+    rises = {z: (begun[z], shown["after"][z] - names[z]) for z in proof.get("shared", {}) if z in begun}
+    clocks = {z for z, parts in rises.items() if all(not p.names() and p.constant() >= 0 for p in parts)}
+    values, known = {p: names[p] for p in c.values}, kernel.Text({}, {}).known
+    for program in (c.step, c.init, c.reset, c.predict, c.resume):
+        of = {x: term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
+        kernel.Text(values | of, known).run(program, c.states)
+    for name, p in known:
+        if name == "exp" and p.names():
+            above = [x for (x,), a in ((m, a) for m, a in p.items() if len(m) == 1) if x not in clocks or a > 0]
+            form = kernel.Poly({m: -a for m, a in p.items() if len(m) == 2})
+            size = sorted(form.names())
+            half = [[form.get(tuple(sorted((x, y))), 0) * (1 + (x == y)) for y in size] for x in size]
+            alike = not above and all(len(m) in (1, 2) for m in p) and kernel.positive(half)
+            kernel.demand(alike, "exp of what may be above 0")

@@ -30,6 +30,8 @@ FORM: dict[str, Any] = {
     "errors": [{"truth": "", "estimate": "", "sign": ""}],
     "states": {"": ""},
     "matrix": [[""]],
+    "along": {"": ""},
+    "shared": {"": ""},
     "rest": [""],
     "lyapunov_matrix": [[""]],
     "box": {"": [""]},
@@ -38,7 +40,7 @@ FORM: dict[str, Any] = {
     "cover": None,
     "witness": {"": ""},
 }
-OPTIONAL: dict[str, Any] = {"rest": [], "witness": {}}
+OPTIONAL: dict[str, Any] = {"along": {}, "shared": {}, "rest": [], "witness": {}}
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
 START = "at its start velocities are 0, all else the same whatever is measured; "
@@ -119,9 +121,14 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
 
 
 def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
-    """Raises ValueError where mass_matrix * acceleration is not force, or the mass matrix not definite in the box."""
-    own = {x: p for x, p in shown["names"].items() if not x.startswith(("outputs.", "state."))}
+    """Raises ValueError where mass_matrix * acceleration is not force, or the mass matrix not definite in the box.
+
+    No state of the code stands in it but those that are `shared`.
+    """
+    shared: dict[str, str] = proof.get("shared", {})
+    own = {x: p for x, p in shown["names"].items() if not x.startswith(("outputs.", "state.")) or x in shared}
     text, known, before = kernel.Text(own, shown["known"]), shown["known"], len(covered.divisors(shown["known"]))
+    driven(shared, shown, kernel.Text({x: p for x, p in own.items() if not x.startswith("true.")}, known))
     rates = [[text.value(a)] for a in proof["acceleration"].values()]
     mass = [[text.value(x) for x in row] for row in proof["mass_matrix"]]
     rows = zip(kernel.times(mass, rates, kernel.Poly()), map(text.value, proof["force"]), rates, strict=True)
@@ -129,6 +136,26 @@ def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     kernel.demand(not any(off), "mass * acceleration is not force")
     for A in (mass, *([[p]] for p in covered.divisors(known)[before:])):
         kernel.semidefinite(A, shown["box"], proof["cover"], known, kernel.LEAST)
+
+
+def driven(shared: dict[str, str], shown: dict[str, Any], text: Any) -> None:
+    """Raises ValueError where what machine and code share is not moved by inputs as is said, or may grow.
+
+    In the order in which they stand, z becomes c z + r, r of inputs and of those before it, |c| < 1, or c = 1 and r a
+    number: a memory, a lag or a clock. An observer of an axis that is left out of the errors would be none of these.
+    """
+    before: set[str] = {*shown["c"].inputs}
+    for z, of in shared.items():
+        kernel.demand(z in shown["aside"], f"{z} is no state that is left")
+        p = shown["after"][z]
+        kernel.demand(p == text.value(of), f"{z} moves otherwise in the machine")
+        own, rest = Fraction(p.get((z,), 0)), kernel.Poly({m: c for m, c in p.items() if m != (z,)})
+        names = rest.names()
+        for (_, argument), value in reversed(shown["known"].items()):  # of functions, what they are of
+            names |= argument.names() if value.names() & names else set()
+        kind = {x for x in names if x[0] != "?" and not x.endswith(" t")} <= before
+        kernel.demand(kind and (abs(own) < 1 or (own == 1 and not names)), f"{z} is no memory, lag or clock")
+        before |= {z}
 
 
 def met(proof: dict[str, Any], shown: dict[str, Any]) -> None:
@@ -150,10 +177,33 @@ def met(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     same = all(signs[s] and signs[s] == kernel.function("sgn", true.value(of), {}) for s, of in proof["signs"].items())
     at.names |= signs
     within = same and all(at.value(x).constant() > 0 for x in proof["domain"])
-    along = {e["truth"]: at.names[e["sign"]] for e in proof["errors"]}
+    along = {t: at.names[s] for t, s in turned(proof).items()}
     for x, (low, high) in shown["box"].items():
         within = within and low <= (along.get(x, at.names[""]) * at.names[x]).constant() <= high
     kernel.demand(within, "`witness` is no point of domain and box with signs of 1 or -1")
+
+
+def turned(proof: dict[str, Any]) -> dict[str, str]:
+    """Truth -> the sign times which it is in the ranges of `box`: that of its error, if `along` gives no other."""
+    return {**{e["truth"]: e["sign"] for e in proof["errors"]}, **proof.get("along", {})}
+
+
+def ranges(proof: dict[str, Any]) -> dict[str, list[Fraction]]:
+    """Variable -> a range in which it is in that of `box`; none for one in it times a sign, if there is no such.
+
+    What is said of x times any sign in [-b, b] holds of x there. x times its own sign, that of its estimate in machine
+    and code, is |x|: in [0, b] if x is in [-b, b], and in [a, b], a > 0, if x is.
+    """
+    own = {e["truth"]: e["estimate"] for e in proof["errors"]}
+    found = {}
+    for x, (low, high) in ((x, map(Fraction, pair)) for x, pair in proof["box"].items()):
+        sign = turned(proof).get(x, "")
+        magnitude = sign and proof["signs"][sign] == own[x]
+        if sign and (low == -high or (low == 0 and magnitude)):
+            found[x] = [-high, high]
+        elif not sign or (low > 0 and magnitude):
+            found[x] = [low, high]
+    return found
 
 
 def recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
@@ -161,11 +211,11 @@ def recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 
     The errors of the sign turn with it, e to Je: growth V(e) - V(Je) is to be a form that is not negative.
     """
-    known, turned = shown["numbers"], [e["sign"] for e in proof["errors"]]
+    known, flips = shown["numbers"], [e["sign"] for e in proof["errors"]]
     P = tuple(map(tuple, forms.integers(known["P"])[0]))
     for turn in proof["reversals"]:
         sign, (growth, dwell) = turn["sign"], known["turns"][turn["sign"]]
-        why = forms.turns(P, tuple(i for i, s in enumerate(turned) if s == sign), growth)
+        why = forms.turns(P, tuple(i for i, s in enumerate(flips) if s == sign), growth)
         kernel.demand(not why, f"V may grow by more where {sign} turns: {why}")
         lasts = sign in proof["signs"] and dwell in range(10**5) and (shown["fall"] < 1 or dwell <= 1)
         good = lasts and enclosure.decayed(growth, shown["fall"], int(dwell)) <= 1
@@ -319,13 +369,16 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     pushed += [f"{plain(x)}' = {plain(v)}" for x, v in proof["positions"].items()]
     errors = [f"{lag(e, plain)} [{unit}]" for e, unit in zip(proof["errors"], shown["units"], strict=True)]
     free = ", ".join(plain(x) for x in sorted({e["truth"] for e in proof["errors"]} - {*proof["acceleration"]}))
-    along = {e["truth"]: f"{plain(e['sign'])}*" for e in proof["errors"] if e["sign"]}
+    along = {t: f"{plain(s)}*" for t, s in turned(proof).items() if s}
     left_over = [
         f"besides, {lag(e, plain)} moves by {plain(r)} in a sample, whatever the errors; what V does by it is not said"
         for e, r in zip(proof["errors"], proof.get("rest", []), strict=False)
         if r != "0"
     ]
-    besides = f" but {', '.join(map(plain, shown['aside']))}, of which nothing is said" if shown["aside"] else ""
+    left_out = ", ".join(plain(z) for z in shown["aside"] if z not in proof.get("shared", {}))
+    besides = f" but {left_out}, of which nothing is said" if left_out else ""
+    if proof.get("shared"):
+        besides += f" but {', '.join(map(plain, proof['shared']))}, which the machine has too"
     first = ", to first order in them" if shown["first order"] else ""
     stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
     values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["values"].items())
@@ -336,6 +389,10 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         f"machine: {'; '.join(pushed)}; {free} constant, whatever the value",
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),
+        *(
+            f"only where the machine's {plain(z)} is that of the code: in a sample it becomes {plain(of)}"
+            for z, of in proof.get("shared", {}).items()
+        ),
         *(f"only where {along.get(x, '')}{plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),
         *(f"only where the state {z} is {plain(proof['states'][z])}" for z in shown["fixed"]),
         f"errors: {', '.join(errors)}: of every state of {c}{besides}",
@@ -427,28 +484,35 @@ def claims_fall(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
 def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any]) -> bool:
     """Whether the certificate's I + hA, over all signs and its ranges, is the matrix that the kernel has accepted."""
     signs = {f"s_{s.removeprefix('sign.')}": s for s in proof["signs"]}
-    signed = {e["truth"] for e in proof["errors"] if e["sign"]}
-    free = {x.split(".")[1]: x for x in (*proof["positions"], *proof["box"]) if x not in signed}
+    try:
+        within = ranges(proof)
+    except ValueError:  # ends that are no numbers
+        return False
+    free = {x.split(".")[1]: x for x in (*proof["positions"], *within)}
     names = {name: shown["names"][x] for name, x in (signs | free).items()}
     if not {*proof["box"]} <= {free.get(name) for name in top["variables"]}:  # of these the certificate asks nothing
         return False
+    # A magnitude of a quantity with a sign of its own is that sign times it, in the machine too.
+    true = kernel.Text(shown["names"] | {e["estimate"]: shown["names"][e["truth"]] for e in proof["errors"]}, {})
+    own = {("sgn", true.value(of)): shown["names"][s] for s, of in proof["signs"].items()}
+    text = kernel.Text(shown["names"], own | shown["known"])
     try:
         for name, ends in top["variables"].items():
-            low, high = map(Fraction, proof["box"].get(free.get(name, ""), ends))
+            low, high = within.get(free.get(name, ""), [Fraction(e) for e in (ends[0], ends[-1])])
             turns = name not in signs or ({-1, 1} >= {*ends} if top["along"] else {-1, 1} <= {*ends})
             if name not in names or not turns or not low <= ends[0] <= ends[-1] <= high:
                 return False
-        rows = covered.step(top, names, shown["known"])
+        rows = covered.step(top, names, text.known)
         # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
         # the variable stands in sines and cosines alone, of which a cover takes every angle.
-        used = kernel.cleared(covered.joined([*rows, [kernel.term(1)]]), shown["known"]).names()
+        used = kernel.cleared(covered.joined([*rows, [kernel.term(1)]]), text.known).names()
         for name, ends in top["variables"].items():
-            same = [*map(Fraction, proof["box"].get(free.get(name, ""), ()))] == [ends[0], ends[-1]]
+            same = within.get(free.get(name, "")) == [ends[0], ends[-1]]
             all_round = top["cover"] and free.get(name) not in (*proof["box"], *used)
             if not (top["along"] or claims_fall(top, proof, shown) or name in signs or same or all_round):
                 return False
         off = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(rows, shown["matrix"], strict=True)]
-        return not kernel.cleared(covered.joined(off), shown["known"])
+        return not kernel.cleared(covered.joined(off), text.known)
     except ValueError:  # one of them speaks of more than polynomials and quotients
         return False
 

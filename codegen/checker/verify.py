@@ -34,7 +34,8 @@ if TYPE_CHECKING or __package__:
 else:
     enclosure, files = beside("enclosure"), beside("files")
     frame = beside("frame")
-    kernel = beside("kernel", frame=frame)
+    algebra = beside("algebra", frame=frame)
+    kernel = beside("kernel", algebra=algebra, frame=frame)
     forms = beside("forms", enclosure=enclosure, kernel=kernel)
     by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel) for name in ("ellipsoid", "held")}}
     covered = beside("covered", enclosure=enclosure, frame=frame, kernel=kernel)

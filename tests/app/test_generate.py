@@ -243,12 +243,16 @@ def test_uncertified(folder):
 
 PERIODIC = "{kind: cogging, on: x, parameters: {amplitude: 2, period: 0.1, phase: 0}}"
 DELAYED = "{kind: input_delay, on: w, parameters: {T: 0.002}}"
+WOBBLING = "{kind: encoder_eccentricity, on: x, parameters: {amplitude: 0.001, period: 0.3, phase: 0}}"
 
 
 @pytest.mark.parametrize(
-    ("effect", "unbound"), [(PERIODIC, False), (DELAYED, True), ("", False)], ids=["periodic", "delay", "none"]
+    ("effect", "status"),
+    [(PERIODIC, 0), (DELAYED, 4), (WOBBLING, 5), ("", 0)],
+    ids=["periodic", "delay", "sensor", "none"],
 )
-def test_generate_says_why_verify_will_bind_nothing_to_the_code(folder, effect, unbound):
+def test_generate_says_why_verify_will_bind_nothing_to_the_code(folder, effect, status):
+    unbound = status == 5
     text = (folder / "one_mass.yaml").read_text()
     (folder / "one_mass.yaml").write_text(text.replace("effects: []", f"effects: [{effect}]", 1))
     done = stiction("generate", "one_mass.yaml")
@@ -256,7 +260,7 @@ def test_generate_says_why_verify_will_bind_nothing_to_the_code(folder, effect, 
     told = [line for line in done.out.splitlines() if "status 5" in line]
     assert len(told) == unbound
     verified = stiction("verify", "generated/one_mass/certificate.json")
-    assert verified.code == (5 if unbound else 0)
+    assert verified.code == status
     reason = json.loads(stiction("certify", "one_mass.yaml", "--json").out)["not_by_kernel"]
     assert all(reason in line for line in told) and bool(reason) == unbound
 

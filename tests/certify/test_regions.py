@@ -103,10 +103,15 @@ class Machine:
         assert out.fault == 0
         return np.array([*vars_of(out).values()][: 3 * n])  # velocities, friction states and levels stand first
 
+    @property
+    def sizes(self) -> Any:
+        """Of the estimates, times DELTA what they are moved by."""
+        n = len(self.levels)
+        return np.concatenate([np.ones(n), np.ones(n) * 1e-3, self.levels])
+
     def transition(self, v: Any, f: Any, force: float) -> tuple[Any, Any]:
         """(Φ by differences, the slips' rates) where the estimates are the truth."""
-        point = np.concatenate([v, f, self.levels])
-        size = np.concatenate([np.ones(len(v)), np.ones(len(f)) * 1e-3, self.levels])
+        point, size = np.concatenate([v, f, self.levels]), self.sizes
         columns = []
         for k in range(len(point)):
             moved = [point.copy(), point.copy()]

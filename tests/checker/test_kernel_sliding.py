@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from codegen.checker import kernel, verify
-from tests.certify.test_regions import Machine, content
+from tests.certify.test_regions import DELTA, Machine, content
 from tests.checker.test_kernel import mutant
 
 GENERATED = Path(__file__).parents[2] / "generated"
-SLIDING = ["one_mass_dfo", "rig_dfoa", "rig_dfob"]
+SLIDING = ["one_mass_dfo", "rig_dfoa", "rig_dfob", "two_mass_gdfo"]
 
 
 def files(name: str) -> dict[str, str]:
@@ -44,33 +44,35 @@ def test_the_sliding_of_a_dfo_is_proved_of_the_c(name: str) -> None:
     assert proof(name)["lyapunov_matrix"] == sliding["lyapunov_matrix"]
     share = kernel.Fraction(proof(name)["decay_rate"]) / kernel.Fraction(sliding["decay_rate"])
     assert 0.9 <= share <= 1
-    (level,) = (v for v in sliding["variables"] if v.startswith("a_"))
-    assert proof(name)["box"][f"true.{level}"] == [str(kernel.Fraction(e)) for e in sliding["variables"][level]]
+    for level in (v for v in sliding["variables"] if v.startswith("a_")):
+        assert proof(name)["box"][f"true.{level}"] == [str(kernel.Fraction(e)) for e in sliding["variables"][level]]
 
 
 def moves_as_said(name: str, said: dict[str, Any], points: int = 20) -> bool:
     """Whether the committed twin moves by matrix and rest at random points of the box, and V falls there."""
     machine, dice = Machine(name), np.random.default_rng(4)
-    (sign,) = said["signs"]
-    v, f, a = (e["truth"] for e in said["errors"])
+    truths, n = [e["truth"] for e in said["errors"]], len(machine.levels)
     shown = kernel.prove(said, files(name))
     values = {p: float(x) for p, x in shown["values"].items()}
     P = np.array([[number(x, {}) for x in row] for row in said["lyapunov_matrix"]])
     root = np.linalg.inv(np.linalg.cholesky(P))
     for _ in range(points):
-        side = dice.choice([-1.0, 1.0])
         at = {x: dice.uniform(*sorted(number(e, values) for e in ends)) for x, ends in said["box"].items()}
-        at |= {v: side * at[v], f: side * at[f], sign: side}
-        machine.levels = np.array([at[a]])
-        step, _ = machine.transition(np.array([at[v]]), np.array([at[f]]), at["inputs.w"])
-        turn = np.diag([side, side, 1.0])
+        at |= {"": 1.0} | {sign: dice.choice([-1.0, 1.0]) for sign in said["signs"]}
+        at |= {x: at[s] * at[x] for x, s in said["along"].items()} | dict.fromkeys(said["positions"], 0.0)
+        truth, turn = np.array([at[x] for x in truths]), np.diag([at[e["sign"]] for e in said["errors"]])
+        del at[""]
+        machine.levels = truth[2 * n :]
+        step, _ = machine.transition(truth[:n], truth[n : 2 * n], at["inputs.w"])
         matrix = np.array([[number(x, at | values) for x in row] for row in said["matrix"]])
-        close = 1e-4 * np.abs(matrix).max(axis=1).min()
+        added = max(np.abs(truth).max(), np.abs(machine.gain * (machine.onto.T @ truth[:n])).max())
+        rounding = 4e-16 * added / (DELTA * machine.sizes)  # of a difference, by column
+        close = 1e-4 * np.abs(matrix).max(axis=1).min() + rounding
         moved = np.allclose(turn @ step @ turn, matrix, rtol=1e-4, atol=close)
-        estimates = machine.after(np.array([at[v], at[f], at[a]]), np.array([at[v]]), at["inputs.w"])
-        left = abs(at[a] - estimates[2] - number(said["rest"][2], at | values))
+        off = turn[2 * n :, 2 * n :] @ (truth - machine.after(truth, truth[:n], at["inputs.w"]))[2 * n :]
+        left = np.abs(off - [number(rest, at | values) for rest in said["rest"][2 * n :]])
         fall = np.linalg.eigvalsh(root @ matrix.T @ P @ matrix @ root.T).max()
-        if not moved or left > 1e-6 * abs(at[a]) or fall > float(shown["fall"]) * (1 + 1e-9):
+        if not moved or (left > 1e-6 * np.abs(truth[2 * n :])).any() or fall > float(shown["fall"]) * (1 + 1e-9):
             return False
     return True
 
@@ -129,7 +131,11 @@ FORGERIES: dict[str, tuple[Callable[[dict[str, Any]], object], str]] = {
         lambda p: p.update({"domain": ["sign.rail*(1 - outputs.f_hat_rail)", p["domain"][0]]}),
         "does not move the errors",
     ),
-    "a level with the sign": (lambda p: p["errors"][2].update({"sign": "sign.rail"}), "does not move the errors"),
+    "a level without the sign": (lambda p: p["errors"][2].update({"sign": ""}), "does not move the errors"),
+    "a friction state whose range does not": (lambda p: p["along"].update({"true.f_rail": ""}), "V may not fall"),
+    "a range along what is no sign": (lambda p: p["along"].update({"true.v": "true.v"}), "not so named"),
+    "a range along a sign of nothing": (lambda p: p["along"].update({"true.v": "sign.own"}), "not so named"),
+    "a range of another truth": (lambda p: p["along"].update({"true.x": "sign.rail"}), "not so named"),
     "a machine whose level drifts": (lambda p: p["acceleration"].update({"true.a_rail": "0"}), "argument 2"),
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from fractions import Fraction
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from codegen.checker import frame, kernel, verify
+from codegen.checker import algebra, frame, kernel, verify
 from codegen.checker.kernel import Poly, term
 
 GENERATED = Path(__file__).parents[2] / "generated"
@@ -26,11 +27,33 @@ def test_signs_of_different_polynomials_are_different_variables() -> None:
     assert kernel.function("fabs", term(7, "x"), known) == found[6] * term(7, "x")
 
 
-@pytest.mark.parametrize("name", ["exp", "exp2", "tanh", "sqrt", "int", "one_mass_sign"])
+@pytest.mark.parametrize("name", ["exp2", "expf", "tanh", "sqrt", "int", "one_mass_sign"])
 def test_a_function_that_the_kernel_does_not_know_has_no_value(name: str) -> None:
     """exp2 and exp were once one variable, so that exp(omega) passed for exp2(theta)."""
     with pytest.raises(ValueError, match="calls"):
         kernel.Text({"x": term(1, "x")}, {}).value(f"{name}(x)")
+
+
+def test_an_exponential_is_a_variable_of_its_own_and_of_its_argument() -> None:
+    known: dict[Any, Any] = {}
+    x, error = term(1, "x"), term(1, "error of true.v")
+    found = [kernel.function("exp", term(k, "x"), known) for k in (1, 2, -1)]
+    found += [kernel.function("cos", found[0], known), kernel.function("sgn", x, known)]
+    assert len({min(p.names()) for p in found}) == len(found) and kernel.function("exp", x, known) == found[0]
+    moved = kernel.function("exp", x + error, known)
+    assert kernel.Poly({m: c for m, c in moved.items() if m.count("error of true.v") < 2}) == found[0] * (
+        term(1) + error
+    )
+    assert abs(float(kernel.function("exp", term("-1/10"), known).constant()) - math.exp(-0.1)) < 1e-15
+
+
+def test_the_share_of_an_exponential_is_no_tangent_of_an_angle() -> None:
+    """A cosine of exp(x) is given by the tangent "?0 t"; the share of exp(x) of its bound has another name."""
+    known: dict[Any, Any] = {}
+    curve = kernel.function("exp", term(-1, "x"), known)
+    angle = kernel.function("cos", curve, known)
+    used = algebra.cleared(curve * angle, known, lambda q: None).names()
+    assert {name for name in used if name.endswith(" t")} == {"?0 t", "?0 share t"}
 
 
 def test_the_kernel_s_name_of_the_sign_is_no_function_of_c() -> None:

@@ -1,0 +1,186 @@
+"""The sliding of a DFO as a proof for the kernel (checker/kernel.py): untrusted, as all that is written for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
+import sympy
+
+from codegen.certify.kernel_form import NotCovered, Writer, error_fields, estimates_of, inverse, proof_json, witness
+from codegen.observers.equations import Observer
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.model import symbol
+
+SLOWER = (Fraction(1), Fraction(999, 1000), Fraction(99, 100), Fraction(9, 10))
+"""Shares of the rate of sliding.json that are tried: a cell in place of its cells may lose some."""
+
+
+def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> Iterator[str]:
+    """Proofs of a DFO's sliding as JSON, the fastest first, for the kernel to accept one.
+
+    With σ the sign of a contact's friction state f, the errors are v − v̂, f − f̂ and σ(a − â), as those of the
+    certificate, and the matrix is over σf, σu, a and, in place of the accelerations, the positions and inputs, within
+    which these stay in their ranges (``_pushes``). The level that the step leaves is off by h² K_a u' f' a sample even
+    where all estimates are right: that is the proof's `rest`.
+
+    Args:
+        places: as of ``proof_text``.
+        content: of sliding.json.
+
+    Raises:
+        NotCovered: for what the kernel cannot say.
+    """
+    system, write = observer.system, Writer(observer, places)
+    if observer.integration != "euler" or observer.velocity != "estimated":
+        raise NotCovered("a DFO with another step than euler, or whose velocity is measured")
+    ends = {x: [sympy.Rational(e) for e in pair] for x, pair in content["variables"].items()}
+    shown = dict(zip(estimates_of(observer), (e.truth for e in observer.errors), strict=True))
+    state = {e.contact: e.truth for e in observer.errors if e.of == "state"}
+    level = {e.contact: e.truth for e in observer.errors if e.of == "level"}
+    (rates,) = (e for e in observer.equations if e.law and e.law[0].label.startswith("xi"))
+    hats = {truth: hat for hat, truth in shown.items()}
+    slips = dict(zip((c.slip for c in system.contacts), system.slip_velocity, strict=True))
+    forces = system.force - observer.true_friction
+    acceleration = inverse(system) * forces
+    at: dict[str, Any] = {}
+    box: dict[Any, Any] = {}
+    along: dict[Any, Any] = {}
+    domain: list[Any] = []
+    xi: list[Any] = []
+    signs = [observer.signs[e.contact or 0] if e.of == "level" else None for e in observer.errors]
+    for k, (contact, s) in enumerate(zip(system.contacts, observer.signs, strict=True)):
+        f, u = state[k], system.slip_velocity[k]
+        near = {contact.slip: ends[f"slip_{contact.name}_along"], hats[f]: ends[f"{f.name}_along"]}
+        law, positive = _in_signs(rates.expression[k], s, near)
+        xi.append(law.xreplace(slips).xreplace(shown))
+        domain += positive
+        at |= {f.name: s * f, f"slip_{contact.name}": s * u}
+        at[f"slip_{contact.name}_dot"] = s * (system.distribution.T.row(k) * acceleration)[0]
+        along |= {f: s, level[k]: None}
+        box |= {f: ends[f"{f.name}_along"], level[k]: ends[level[k].name]}
+    for v, (s, pair) in _speeds(observer, ends).items():
+        box[v] = pair
+        along[v] = s
+    moves = dict(zip(system.velocities, acceleration, strict=True)) | dict(zip(state.values(), xi, strict=True))
+    for x, most in _pushes(observer, ends, acceleration, box).items():
+        box[x] = [-most, most]
+    words = {f"{x}_along": f"({write(e)})" for x, e in at.items()} | {a.name: write(a) for a in level.values()}
+    size = range(len(moves))
+    made = {
+        "name": content["subject"]["name"],
+        "step": observer.integration,
+        "positions": {write(x): write(v) for x, v in zip(system.positions, system.velocities, strict=True)},
+        "mass_matrix": [[write(x) for x in sympy.diag(system.mass_matrix, sympy.eye(len(xi))).row(i)] for i in size],
+        "force": [write(x) for x in (*forces, *xi)],
+        "acceleration": {write(x): write(e) for x, e in moves.items()},
+        "signs": {write(s): write(hats[state[k]]) for k, s in enumerate(observer.signs)},
+        "domain": [write(x) for x in domain],
+        **error_fields(observer, write, signs, content, words),
+        "along": {write(x): "" if s is None else write(s) for x, s in along.items()},
+        "rest": [write(_left_over(e, observer, moves)) if e.of == "level" else "0" for e in observer.errors],
+        "box": {write(x): [str(end) for end in pair] for x, pair in box.items()},
+        "cover": "",
+        "reversals": [],
+        "lyapunov_matrix": content["lyapunov_matrix"],
+    }
+    made |= witness(made, places)
+    for share in SLOWER:
+        yield proof_json(made | {"decay_rate": str(share * Fraction(content["decay_rate"]))})
+
+
+def _speeds(observer: Observer, ends: Mapping[str, list[Any]]) -> dict[Any, tuple[Any, list[Any]]]:
+    """Velocity → the sign with which it is in its range, or None, and that range, in which all slips are in theirs.
+
+    A velocity that is a contact's slip has its range; those that are not share what is left of the others' in equal
+    parts.
+    """
+    system, found = observer.system, {}
+    slips = list(zip(system.contacts, observer.signs, system.slip_velocity, strict=True))
+    for contact, s, u in slips:
+        if u in system.velocities:
+            found[u] = (s, ends[f"slip_{contact.name}_along"])
+    left: dict[Any, Any] = {}
+    for contact, _, u in slips:
+        low, high = ends[f"slip_{contact.name}_along"]
+        free = [v for v in u.free_symbols if v in system.velocities and v not in found]
+        taken = sum(abs(u.coeff(v)) * max(map(abs, found[v][1])) for v in u.free_symbols if v in found)
+        for v in free:
+            most = (min(-low, high) - taken) / (len(free) * abs(u.coeff(v)))
+            left[v] = min(most, left.get(v, most))
+    if any(most <= 0 for most in left.values()) or not {*system.velocities} <= {*found, *left}:
+        raise NotCovered("slips without a range for each velocity")
+    return found | {v: (None, [-most, most]) for v, most in left.items()}
+
+
+def _pushes(
+    observer: Observer, ends: Mapping[str, list[Any]], acceleration: Any, box: Mapping[Any, list[Any]]
+) -> dict[Any, Any]:
+    """Position or input → the largest size up to which the slips' accelerations stay in their ranges, in equal shares.
+
+    Args:
+        box: the ranges of all else that the accelerations hold.
+    """
+    system, most = observer.system, dict[Any, Any]()
+    free = [*system.positions, *system.inputs]
+    for k, contact in enumerate(system.contacts):
+        rate = sympy.expand((system.distribution.T.row(k) * acceleration)[0].subs(system.values))
+        slopes = {y: rate.coeff(y) for y in free if rate.has(y)}
+        rest = sympy.expand(rate - sum(y * c for y, c in slopes.items()))
+        if rest.has(*free) or any(not c.is_number for c in slopes.values()) or not rest.free_symbols <= box.keys():
+            raise NotCovered("accelerations that are not linear in positions and inputs")
+        taken = sum(
+            abs(c) * sympy.prod(max(map(abs, box[x])) ** n for x, n in zip(box, powers, strict=True))
+            for powers, c in sympy.Poly(rest, *box).terms()
+        )
+        low, high = ends[f"slip_{contact.name}_dot_along"]
+        if min(-low, high) <= taken:
+            raise NotCovered("accelerations that the friction alone exceeds")
+        for y, c in slopes.items():
+            share = (min(-low, high) - taken) / (len(slopes) * abs(c))
+            most[y] = min(share, most.get(y, share))
+    return {y: _rounded_down(x) for y, x in most.items()}
+
+
+def _rounded_down(x: Any) -> Any:
+    """A positive number to three digits."""
+    digit = sympy.Integer(10) ** (int(sympy.floor(sympy.log(x, 10))) - 2)
+    return sympy.floor(x / digit) * digit
+
+
+def _left_over(level: Any, observer: Observer, moves: Mapping[Any, Any]) -> Any:
+    """By how much the step leaves this level's error off where all estimates are right: the second order of its law."""
+    shown = dict(zip(estimates_of(observer), (e.truth for e in observer.errors), strict=True))
+    slips = dict(zip((c.slip for c in observer.system.contacts), observer.system.slip_velocity, strict=True))
+    (held,) = (
+        (value - z).xreplace(slips).xreplace(shown)
+        for equation in observer.equations
+        if equation.state is not None
+        for z, y, value in zip(equation.state, equation.symbols, equation.expression, strict=True)
+        if shown[y] == level.truth
+    )
+    rates, h = {x: sympy.Dummy() for x in moves}, symbol("h")
+    later = held.xreplace({x: x + h * rate for x, rate in rates.items()})
+    second = sympy.expand(later - held - h * sum(held.diff(x) * rate for x, rate in rates.items()))
+    return -observer.signs[level.contact or 0] * second.xreplace({rate: moves[x] for x, rate in rates.items()})
+
+
+def _in_signs(law: Any, s: sympy.Symbol, along: Mapping[Any, Any]) -> tuple[Any, list[Any]]:
+    """The law with a sign for each |x| and sgn x, and what is positive where x has that sign: s x, −s x, x or −x.
+
+    Args:
+        along: what x is linear in → the range of s times it.
+    """
+    found: dict[Any, Any] = {}
+    for x in sorted({atom.args[0] for atom in law.atoms(Magnitude, Sgn)}, key=str):
+        at = {side: [x.subs({u: side * end for u, end in zip(along, ends, strict=True)})
+                     for ends in product(*along.values())] for side in (1, -1)}  # fmt: skip
+        seen = [({sympy.sign(value) for value in values}, side) for side, values in at.items()]
+        if any(len(signs) != 1 or 0 in signs for signs, _ in seen):
+            raise NotCovered(f"the sign of {x}, which changes in the region")
+        first, second = (next(iter(signs)) for signs, _ in seen)
+        found[x] = first if first == second else first * s
+    law = law.replace(Magnitude, lambda x: found[x] * x).replace(Sgn, lambda x: found[x])
+    return law, [sign * x for x, sign in found.items()]

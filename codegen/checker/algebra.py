@@ -1,0 +1,168 @@
+"""Claims about polynomials: what the kernel's algebra decides. Standard library only; kernel.py and covered.py use it.
+
+One kind of claim: for all variables in a box, this symmetric matrix of polynomials is positive semidefinite. Nothing
+here knows of C, machines or certificates. Numbers are fractions; nothing is rounded.
+"""
+
+import re
+from collections import defaultdict
+from fractions import Fraction
+from math import lcm, prod
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING or __package__:
+    from codegen.checker import frame
+
+demand = frame.demand  # that this holds, and that there is time left, or ValueError
+LEAST = Fraction(1, 10**40)
+
+
+# LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
+# are the same real function just if they are the same here. "sign.…" is 1 or -1: pairs of it are left out.
+class Poly(dict[tuple[str, ...], Any]):
+    def __hash__(self) -> int:  # type: ignore[override]  # none is changed once it is made
+        return hash(frozenset(self.items()))
+
+    def __add__(self, other: "Poly") -> "Poly":
+        terms = self | {m: self.get(m, 0) + c for m, c in other.items()}
+        return Poly({m: c for m, c in terms.items() if c})
+
+    def __sub__(self, other: "Poly") -> "Poly":
+        return self + Poly({m: -c for m, c in other.items()})
+
+    def __mul__(self, other: "Poly") -> "Poly":
+        terms: dict[tuple[str, ...], Any] = {}
+        signs = {x for x in self.names() & other.names() if x.startswith("sign.")}
+        for n, d in other.items():
+            demand(len(terms) < 10**6, "more terms than the limit")
+            for m, c in self.items():
+                pairs = signs.intersection(m, n) if signs else ()
+                monomial = tuple(sorted(x for x in m + n if x not in pairs) if pairs else sorted(m + n))
+                terms[monomial] = terms.get(monomial, 0) + c * d
+        return Poly({m: c for m, c in terms.items() if c})
+
+    def names(self) -> set[str]:
+        return set().union(*self)
+
+    def constant(self) -> Fraction:
+        demand(not self.names(), f"{sorted(self.names())[:3]} in place of a number")
+        return Fraction(self.get((), 0))
+
+
+Box = dict[str, Any]  # variable -> its ends
+Known = dict[tuple[str, Poly], Poly]  # function and argument -> value
+
+
+def term(c: Any, *names: str) -> Poly:
+    c = Fraction(c)
+    return Poly({names: c.numerator if c.denominator == 1 else c} if c else {})  # whole numbers are fast
+
+
+def times(A: Any, B: Any, zero: Any) -> Any:
+    columns = list(zip(*B, strict=True))
+    return [[sum((a * b for a, b in zip(row, c, strict=True) if a and b), zero) for c in columns] for row in A]
+
+
+# LEMMA 2. Let p be the first diagonal entry of a symmetric A, r the rest of its row, B what is left without both. If
+# p > 0, A is positive semidefinite just if B - r r'/p is; if p = 0, just if r = 0 and B is; if p < 0, never. Definite
+# just if all p > 0. Times p and over the last p, entries that are whole stay whole (Bareiss).
+def positive(A: Any, definite: bool = False) -> bool:
+    rest, last = [row[k:] for k, row in enumerate(A)], 1  # the upper half is all
+    while rest:
+        (p, *r), *rest = rest
+        if p < 0 or (p == 0 and (definite or any(r))):
+            return False
+        for k, a in enumerate(r if p else ()):
+            demand(True, "")
+            rest[k] = [(p * x - a * b) // last for x, b in zip(rest[k], r[k:], strict=True)]
+        last = p or last
+    return True
+
+
+# LEMMA 3. Let x = a/b, b > 0, in a sum of polynomials q x^k, k <= n. Times b^n it is the sum of q a^k b^(n-k), and of
+# the same sign. So a reciprocal r = 1/p goes, p > 0 to be shown: the last one first, since a later p may hold it.
+def replaced(sum_: Poly, x: str, a: Poly, b: Poly) -> Poly:
+    parts: dict[int, Poly] = {}
+    for m, c in sum_.items():
+        rest = tuple(y for y in m if y != x)
+        parts.setdefault(len(m) - len(rest), Poly())[rest] = c
+    powers = {k: prod([a] * k + [b] * (max(parts) - k), start=term(1)) for k in parts}
+    return sum((part * powers[k] for k, part in parts.items()), Poly())
+
+
+def cleared(sum_: Poly, known: Known, below: Any = None) -> Poly:
+    """Without reciprocals; if `below` shows a q >= 0, without each exp(-q) too (lemma 8)."""
+    for (name, p), r in reversed(known.items()):
+        x = min(r.names(), default="")
+        if name == "1/":
+            sum_ = replaced(sum_, x, term(1), p)
+        elif name == "exp" and below and x in sum_.names():
+            below(q := Poly() - p)
+            rising = term(1) + q + term("1/2") * q * q + term("1/6") * q * q * q
+            sum_ = replaced(sum_, x, term(1, f"{x} share t"), rising)
+    return sum_
+
+
+# LEMMA 4. On a cell x is (low + high t)/(1 + t) with t >= 0, but for x = high, its limit. With this in place of each x
+# (lemma 3) a matrix is a sum of products of such t, not below 0, times matrices of numbers, Bernstein's coefficients.
+# So it is positive semidefinite if these are. It is here the sum of its entries times names "#i j" of their places, on
+# each leaf of the tree (lemma 5) times numbers above 0.
+def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
+    places = {f"#{i} {j}": (i, j) for i, row in enumerate(A) for j in range(len(row))}
+    joint = Poly({(at, *m): c for at, (i, j) in places.items() for m, c in A[i][j].items()})
+    joint = cleared(joint, known, lambda q: semidefinite([[q]], box, tree, known))
+    common = 1
+    for c in joint.values():
+        common = lcm(common, c.denominator)
+        demand(common.bit_length() < 10**4, "a common denominator is too large")
+    for cell in leaves(box, tree):
+        left = Poly({m: c.numerator * (common // c.denominator) for m, c in joint.items()})
+        for x in sorted(joint.names() - {*places}):
+            (low, high), t = ends(x, cell), term(1, f"<{x}")
+            one = lcm(low.denominator, high.denominator)
+            left = replaced(left, x, term(one * low) + term(one * high) * t, term(one) + term(one) * t)
+        found: Any = defaultdict(lambda: [[0] * len(row) for row in A])
+        for (at, *m), c in left.items():
+            demand(len(found) * len(A) < 10**5, "more terms than the limit")
+            i, j = places[at]
+            found[tuple(m)][i][j] = c
+        yield from {tuple(map(tuple, B)) for B in found.values()}  # many are the same, as of two signs
+
+
+def ends(x: str, cell: Box) -> Any:
+    """Its range: a sign's is within -1 and 1, that of lemmas 7 and 8 within 0 and 1."""
+    demand(x in cell or re.match(r"sign\.|.* t$", x), f"{x} without a range")
+    return cell.get(x, [Fraction(-x.startswith("sign.")), Fraction(1)])
+
+
+# LEMMA 5. The two parts of a cell that is cut between its ends cover it: what holds on each leaf of a tree of cuts
+# [x, where, what is below, what is above] holds on the box.
+def leaves(cell: Box, tree: Any) -> Any:
+    if tree == "":
+        yield cell
+    else:
+        x, cut, below, above = tree
+        demand(re.fullmatch("-?[0-9]{1,40}(/[1-9][0-9]{0,39})?", cut), f"{x} is cut at no number")
+        (low, high), middle = ends(x, cell), Fraction(cut)
+        demand(low < middle < high, f"{x} is not cut between its ends")
+        yield from leaves(cell | {x: [low, middle]}, below)
+        yield from leaves(cell | {x: [middle, high]}, above)
+
+
+def semidefinite(A: Any, box: Box, tree: Any, known: Known, least: Any = 0) -> None:
+    """A, less a number times the unit matrix: it is definite if that is above 0."""
+    demand([*zip(*A, strict=True)] == [*map(tuple, A)], "a matrix is not symmetric")
+    less = [[p - term(least) if i == j else p for j, p in enumerate(row)] for i, row in enumerate(A)]
+    demand(all(map(positive, coefficients(less, box, tree, known))), "not positive semidefinite")
+
+
+# LEMMA 6. Let D > 0 and N be polynomials, P definite, N/D = F. With the Bernstein coefficients d > 0 and n of D and N,
+# F is the mean of the matrices n/d with weights that are the products times d over D. V is convex, so that
+# V(F e) <= f V(e) if n'Pn <= f d^2 P of all.
+def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) -> None:
+    (weights,), (a, b) = coefficients(P, {}, "", {}), f.as_integer_ratio()
+    demand([*zip(*weights, strict=True)] == [*weights] and positive(weights, True), "P: not symmetric or not definite")
+    for *n, (d,) in coefficients([*F, [term(1)]], box, tree, known):
+        moved = times(zip(*n, strict=True), times(weights, n, 0), 0)
+        gap = [[a * d * d * p - b * q for p, q in zip(*rows, strict=True)] for rows in zip(weights, moved, strict=True)]
+        demand(d > 0 and positive(gap), "V may not fall")

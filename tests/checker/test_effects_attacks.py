@@ -1,0 +1,222 @@
+"""Forgeries of exp, magnitudes and states that machine and code share: each is refused, by C text and by proof."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.app.derived import Derived
+from codegen.certify.certify import Certificate
+from codegen.checker import theorem, verify
+from codegen.spec import parse_spec
+
+SPEC = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text("utf-8")
+EFFECTS = {
+    "stribeck": "rail], parameters: {delta: 10, v_s: 0.1}",
+    "friction_drift": "rail], parameters: {delta: 5, T: 100}",
+    "quadratic_drag": "x], parameters: {c: 2}",
+    "input_delay": "w], parameters: {T: 0.003}",
+    "actuator_lag": "w], parameters: {tau: 0.01}",
+}
+
+
+@cache
+def made(kind: str) -> tuple[str, dict[str, str], str]:
+    """Certificate, C and header, and proof of one_mass with this effect."""
+    effect = f"effects: [{{kind: {kind}, on: [{EFFECTS[kind]}}}]"
+    machine = Derived(parse_spec(SPEC.replace("effects: []", effect), Path("made.yaml")))
+    assert isinstance(machine.outcome, Certificate) and machine.outcome.kernel is not None
+    return machine.outcome.text, machine.sources, machine.outcome.kernel
+
+
+def alone(proof: dict[str, Any], sources: dict[str, str]) -> None:
+    verify.by_kernel_alone(proof, {name: text.encode() for name, text in sources.items()})
+
+
+@pytest.mark.parametrize("kind", EFFECTS)
+def test_each_is_verified_in_its_domain(kind: str) -> None:
+    text, sources, proof = made(kind)
+    files = {name: text.encode() for name, text in sources.items()} | {"proof.json": proof.encode()}
+    report = verify.check(text, sources=files)
+    assert not report.unproved and report.proved and not report.whole
+
+
+ARGUMENT = "exp(-(parameters->one_over_stribeck_rail_v_s_squared * v_hat * v_hat))"
+HEAD = "void one_mass_prepare("
+STEP = "    /* velocity estimate, (4.25) */\n"
+OTHER = "does not move the errors"
+FORM = "not of the form|holds more than|cannot be read|out of place|is a function"
+C_TEXTS: list[tuple[str, str, str, str]] = [
+    ("stribeck", "* v_hat * v_hat)", "* v_hat * v_hat * 1.01)", OTHER),
+    ("stribeck", "exp(-(param", "exp((param", OTHER),
+    ("stribeck", ARGUMENT, ARGUMENT.replace("exp", "cos"), OTHER),
+    ("stribeck", ARGUMENT, ARGUMENT.replace("exp", "fabs"), OTHER),
+    ("stribeck", ARGUMENT, ARGUMENT.replace("exp", "expf"), "C calls expf"),
+    ("stribeck", ARGUMENT, ARGUMENT.replace("exp", "exp2"), "C calls exp2"),
+    ("stribeck", ARGUMENT, f"({ARGUMENT} * {ARGUMENT})", OTHER),
+    ("stribeck", ARGUMENT, f"({ARGUMENT} + 1e-9)", OTHER),
+    ("stribeck", ARGUMENT, "1.0", OTHER),
+    ("stribeck", ARGUMENT, ARGUMENT.replace("v_hat * v_hat", "v_hat * inputs->x"), OTHER),
+    ("stribeck", ARGUMENT, ARGUMENT.replace("v_hat * v_hat", "state->z_v * state->z_v"), OTHER),
+    ("stribeck", ARGUMENT, ARGUMENT.replace("v_hat * v_hat", "a_hat_rail * v_hat"), OTHER),
+    ("stribeck", ARGUMENT, ARGUMENT.replace("v_hat * v_hat", "v_hat"), OTHER),
+    ("stribeck", "known_rail + sign_rail * a", "sign_rail * a_hat_rail - known_rail + 0.0 * a", OTHER),
+    ("stribeck", "stribeck_rail_delta * sign_rail", "stribeck_rail_delta * v_hat", OTHER),
+    ("stribeck", "stribeck_rail_delta * sign_rail", "stribeck_rail_delta", OTHER),
+    ("stribeck", "inputs->w - F_hat_rail", "inputs->w - F_hat_rail + exp(v_hat) - exp(v_hat)", "exp of what may be"),
+    ("stribeck", "inputs->w - F_hat_rail", "inputs->w - F_hat_rail + 0.0 * exp(710.0)", "too large"),
+    ("stribeck", "        * parameters->stribeck_rail_v_s);", "        * 0.2);", "prepare gives others"),
+    ("stribeck", "h_K_F = ", "h_K_F = 0.0 * exp(710.0) + ", "too large"),
+    ("stribeck", "h_K_F = ", "h_K_F = exp(-0.000001) * ", "prepare gives others"),
+    ("stribeck", HEAD, f"static double exp(double u) {{ return 1.0; }}\n{HEAD}", FORM),
+    ("stribeck", "#include <math.h>\n", "#include <math.h>\n#define exp(u) 1.0\n", FORM),
+    ("stribeck", "#include <math.h>\n", "#define exp(u) 1.0\n#include <math.h>\n", FORM),
+    ("stribeck", STEP, f"    double (*exp)(double) = cos;\n{STEP}", "cannot be read"),
+    ("friction_drift", "state->t + parameters->sample_time;\n\n    /* one", "state->t + 2.0 * parameters->sample_time;"
+     "\n\n    /* one", "moves otherwise in the machine"),
+    ("friction_drift", "const double t_next = state->t ", "const double t_next = 1.5 * state->t ", "moves otherwise"),
+    ("friction_drift", "const double t_next = state->t ", "const double t_next = v_hat + state->t ", "moves otherwise"),
+    ("friction_drift", "T * state->t))", "T * state->t * 2.0))", OTHER),
+    ("friction_drift", "exp(-(", "exp((", "exp of what may be|does not move"),
+    ("friction_drift", "T * state->t))", "T * inputs->x))", OTHER),
+    ("friction_drift", "state->t = 0.0;\n    state->mode = ONE_MASS_RUNNING", "state->t = -5.0;\n    "
+     "state->mode = ONE_MASS_RUNNING", "exp of what may be"),
+    ("friction_drift", "state->t = 0.0;\n    state->mode = ONE_MASS_RUNNING", "state->t = inputs->x;\n    "
+     "state->mode = ONE_MASS_RUNNING", "exp of what may be"),
+    ("quadratic_drag", "v_hat * abs_v_hat)", "v_hat * v_hat)", OTHER),
+    ("quadratic_drag", "v_hat * abs_v_hat)", "abs_v_hat * abs_v_hat)", OTHER),
+    ("quadratic_drag", "v_hat * abs_v_hat)", "v_hat * fabs(1.01 * v_hat))", OTHER),
+    ("quadratic_drag", "v_hat * abs_v_hat)", "v_hat * fabs(inputs->x))", OTHER),
+    ("quadratic_drag", "- parameters->quadratic", "+ parameters->quadratic", OTHER),
+    ("quadratic_drag", "abs_v_hat = fabs(v_hat)", "abs_v_hat = fabs(v_hat - 0.001)", "do not show|does not move"),
+    ("input_delay", "w_past_2_next = state->w_past_1", "w_past_2_next = inputs->w", "moves otherwise"),
+    ("input_delay", "w_past_1_next = inputs->w", "w_past_1_next = 1.01 * inputs->w", "moves otherwise"),
+    ("input_delay", "w_past_3_next = state->w_past_2", "w_past_3_next = state->w_past_3", "moves otherwise"),
+    ("input_delay", "(state->w_past_3 - F", "(state->w_past_2 - F", OTHER),
+    ("input_delay", "(state->w_past_3 - F", "(inputs->w - F", OTHER),
+    ("actuator_lag", "state->w_lagged - inputs->w", "state->w_lagged + inputs->w", "moves otherwise|does not move"),
+    ("actuator_lag", "w_lagged_next = inputs->w + ", "w_lagged_next = inputs->w - ", "moves otherwise"),
+    ("actuator_lag", "w_effective = inputs->w + parameters->constant_1", "w_effective = inputs->w + 0.5", OTHER),
+    ("actuator_lag", "        / parameters->actuator_lag_w_tau));", "        / 0.02));", "prepare gives others"),
+    ("actuator_lag", "exp(-(parameters->sample_time", "cos(-(parameters->sample_time", "in place of a number|others"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", C_TEXTS, ids=lambda case: f"{case[0]}: {case[2][:60].strip()}")
+def test_other_c_is_refused(case: tuple[str, str, str, str]) -> None:
+    kind, old, new, why = case
+    _, sources, proof = made(kind)
+    assert sources["one_mass.c"].count(old) == 1
+    with pytest.raises(verify.Refused, match=why):
+        alone(json.loads(proof), sources | {"one_mass.c": sources["one_mass.c"].replace(old, new)})
+
+
+def test_a_decimal_of_an_exponential_that_is_another_is_refused() -> None:
+    _, sources, proof = made("actuator_lag")
+    header = sources["one_mass.h"]
+    assert header.count("0.9048374180359595") == 1
+    other = sources | {"one_mass.h": header.replace("0.9048374180359595", "0.9048374180359695")}
+    with pytest.raises(verify.Refused, match="prepare gives others"):
+        alone(json.loads(proof), other)
+
+
+def texts(proof: dict[str, Any], old: str, new: str, *fields: str) -> None:
+    """A text in place of another in these fields."""
+    for field in fields:
+        said = json.dumps(proof[field])
+        assert old in said
+        proof[field] = json.loads(said.replace(old, new))
+
+
+MACHINE = ("force", "acceleration")
+PROOFS: list[tuple[str, str, Callable[[dict[str, Any]], object], str]] = [
+    ("stribeck", "another argument", lambda p: texts(p, "exp(-true.v*true.v/",
+     "exp(-2*true.v*true.v/", *MACHINE), OTHER),
+    ("stribeck", "another function", lambda p: texts(p, "exp(", "cos(", *MACHINE), OTHER),
+    ("stribeck", "no exp in the machine", lambda p: texts(p, "exp(", "0*exp(", *MACHINE), OTHER),
+    ("stribeck", "no exp in the matrix", lambda p: texts(p, "exp(", "0*exp(", "matrix"), OTHER),
+    ("stribeck", "an exp of the estimate", lambda p: texts(p, "exp(((-100) * (true.v*true.v)))",
+     "exp(((-100) * (outputs.v_hat*outputs.v_hat)))", "matrix"), "nothing that is known"),
+    ("stribeck", "a rising exp in the matrix", lambda p: texts(p, "exp(((-100)", "exp(((100)", "matrix"), OTHER),
+    ("stribeck", "no range", lambda p: p["box"].clear(), "without a range"),
+    ("stribeck", "one cell", lambda p: p.update(cover=""), "V may not fall"),
+    ("stribeck", "a faster fall", lambda p: p.update(decay_rate="6"), "V may not fall"),
+    ("stribeck", "a gap in the cover", lambda p: p.update(cover=["true.v", "6", "", ""]), "not cut between"),
+    ("stribeck", "a range of the variable of exp", lambda p: p["box"].update({"?2": ["0", "0"]}), "no free variable"),
+    ("stribeck", "a range of its share", lambda p: p["box"].update({"?2 share t": ["0", "0"]}), "no free variable"),
+    ("stribeck", "a cut of its share", lambda p: p.update(cover=["?2 share t", "1/2", "", ""]), "V may not fall"),
+    ("stribeck", "a level that is exp", lambda p: p["states"].update(
+        {"state.z_rail": p["states"]["state.z_rail"] + "*exp(-outputs.v_hat*outputs.v_hat)"}),
+     "no polynomial|do not show"),
+    ("friction_drift", "another clock", lambda p: p["shared"].update({"state.t": "2*parameters.sample_time + state.t"}),
+     "moves otherwise"),
+    ("friction_drift", "no clock", lambda p: p.pop("shared"), "state.t|nothing is said of what follows"),
+    ("friction_drift", "a state with an error too", lambda p: p["shared"].update({"state.z_v": "state.z_v"}),
+     "no state that"),
+    ("friction_drift", "a state that is not there", lambda p: p["shared"].update({"state.z": "0"}),
+     "no state that is left"),
+    ("friction_drift", "a clock of the truth", lambda p: p["shared"].update({"state.t": "state.t + true.v"}),
+     "nothing that is known"),
+    ("friction_drift", "a formula besides", lambda p: p["states"].update({"state.t": "0"}),
+     "no state that is left|not"),
+    ("friction_drift", "a range of the clock", lambda p: p["box"].update({"state.t": ["0", "1"]}), "no free variable"),
+    ("quadratic_drag", "no sign", lambda p: texts(p, "sign.rail*true.v", "true.v", "matrix"), OTHER),
+    ("quadratic_drag", "another range", lambda p: p["box"].update({"true.v": ["-50", "50"]}), "V may not fall"),
+    ("quadratic_drag", "no range", lambda p: p["box"].clear(), "without a range"),
+    ("input_delay", "a shorter delay", lambda p: texts(p, "state.w_past_3", "state.w_past_2", *MACHINE), OTHER),
+    ("input_delay", "none", lambda p: texts(p, "state.w_past_3", "inputs.w", *MACHINE), OTHER),
+    ("input_delay", "one state left out", lambda p: p["shared"].pop("state.w_past_2"), "nothing is said of what"),
+    ("input_delay", "in another order", lambda p: p.update(shared=dict(reversed(p["shared"].items()))), "no memory"),
+    ("actuator_lag", "another lag", lambda p: texts(p, "actuator_lag_w_tau", "m", "shared"), "moves otherwise"),
+    ("actuator_lag", "no lag in the force", lambda p: texts(p, "exp(", "0*exp(", *MACHINE), OTHER),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", PROOFS, ids=lambda case: f"{case[0]}: {case[1]}")
+def test_a_forged_proof_is_refused(case: tuple[str, str, Callable[[dict[str, Any]], object], str]) -> None:
+    kind, _, change, why = case
+    _, sources, text = made(kind)
+    proof = json.loads(text)
+    change(proof)
+    with pytest.raises(verify.Refused, match=why):
+        alone(proof, sources)
+
+
+@pytest.mark.parametrize(
+    ("factor", "of"), [("1.5 * ", "3/2*"), ("(-1.0) * ", "-"), ("1.0000001 * ", "10000001/10000000*")]
+)
+def test_a_shared_state_that_may_grow_is_refused(factor: str, of: str) -> None:
+    """So no axis of an observer that is unstable is left out of the errors as one that the machine has too."""
+    _, sources, text = made("friction_drift")
+    proof = json.loads(text)
+    proof["shared"]["state.t"] = f"parameters.sample_time + {of}state.t"
+    code = sources["one_mass.c"].replace("const double t_next = state->t ", f"const double t_next = {factor}state->t ")
+    with pytest.raises(verify.Refused, match="no memory, lag or clock"):
+        alone(proof, sources | {"one_mass.c": code})
+
+
+def test_a_range_of_a_magnitude_is_one_of_its_own_sign_alone() -> None:
+    proof = json.loads(made("quadratic_drag")[2])
+    assert theorem.ranges(proof) == {"true.v": [-5, 5]}
+    assert theorem.ranges(proof | {"signs": {"sign.rail": "outputs.v_hat + inputs.x"}}) == {}
+    assert theorem.ranges(proof | {"box": {"true.v": ["1", "5"]}}) == {"true.v": [1, 5]}
+    assert theorem.ranges(proof | {"box": {"true.v": ["-1", "5"]}}) == {}
+
+
+def test_a_certificate_of_other_speeds_than_the_proof_is_not_bound() -> None:
+    certificate, sources, text = made("quadratic_drag")
+    files = {name: text.encode() for name, text in sources.items()}
+
+    def checked(*ends: str) -> verify.Report:
+        proof = json.loads(text) | {"box": {"true.v": ends}}
+        return verify.check(certificate, sources=files | {"proof.json": json.dumps(proof).encode()})
+
+    assert checked("0", "5").proved and checked("-5", "5").proved
+    assert checked("0", "4").unproved
+    with pytest.raises(verify.Refused, match="V may not fall"):
+        checked("0", "6")
