@@ -152,7 +152,7 @@ def along_friction(analysis: Analysis) -> AlongFriction | None:
     entries = [dynamics.sampled, *dynamics.slopes.values()]
     if any(not e.free_symbols <= known for e in entries) or not _symmetric(dynamics, axes):
         return None
-    slopes = {s: e.subs(observer.values) for s, e in dynamics.slopes.items()}
+    slopes = {s: e.xreplace(observer.values) for s, e in dynamics.slopes.items()}
     return AlongFriction(replace(dynamics, slopes=slopes), axes, _kinks(slopes.values()), observer.level_ranges)
 
 
@@ -188,8 +188,8 @@ def _in_axes(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...], inverse: Ma
     later = dict(zip(velocities, inverse * (slips + h * rates), strict=True))
     written = {**now, **{n: later[v] for n, v in dynamics.next_velocity.items()}}
     written |= {symbol(f"f_{a.name}"): a.state for a in axes}
-    sampled = Matrix(dynamics.sampled.subs(written).applyfunc(expand_products))
-    slopes = {s: e.subs(written) for s, e in dynamics.slopes.items()}
+    sampled = Matrix(dynamics.sampled.xreplace(written).applyfunc(expand_products))
+    slopes = {s: e.xreplace(written) for s, e in dynamics.slopes.items()}
     return replace(dynamics, sampled=sampled, slopes=slopes, next_velocity={})
 
 
@@ -243,8 +243,8 @@ def _symmetric(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...]) -> bool:
     values |= {w: mass[i, j] for w, (i, j) in dynamics.inverse_mass.items()}
     flips = [k for k, e in enumerate(observer.errors) if e.of == "level"]
 
-    slopes = {s: e.subs(values) for s, e in dynamics.slopes.items()}
-    sampled = dynamics.sampled.subs(values)
+    slopes = {s: e.xreplace(values) for s, e in dynamics.slopes.items()}
+    sampled = dynamics.sampled.xreplace(values)
 
     def at(point: Mapping[Any, Any]) -> Matrix:
         signed = {**point, **{s: sympy.sign(point[a.slip]) for s, a in zip(observer.signs, axes, strict=True)}}

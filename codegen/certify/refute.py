@@ -232,7 +232,7 @@ def unstable_point(analysis: Analysis) -> dict[str, str] | None:
     point = {name: sympy.Rational(str(round(value, 6))) for name, value in analysis.worst.items()}
     values = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
     values |= {s: point[s.name] for s in analysis.points.variables}
-    matrix = dynamics.in_force(dynamics.sampled).subs(dynamics.slopes).subs(values)
+    matrix = dynamics.in_force(dynamics.sampled).xreplace(dynamics.slopes).xreplace(values)
     if dynamics.inverse_mass:
         mass = observer.system.mass_matrix.subs(values)
         if mass.has(ComputedEntry):
