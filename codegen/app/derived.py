@@ -279,10 +279,10 @@ def _with_kernel_proof(certificate: Certificate, machine: Derived, sources: Mapp
     try:
         proof = proof_text(observer, places, certificate.content, machine.program.precision)
         content = checker.parsed(certificate.text)
-        _, unproved, _ = checker.by_kernel(content, {**sources, checker.PROOF: proof.encode()})
+        _, shown, unproved = checker.of_its_proof(content, {**sources, checker.PROOF: proof.encode()})
     except (NotCovered, checker.Refused) as error:
         return replace(certificate, not_by_kernel=str(error))
     if unproved:
         return replace(certificate, kernel=None, not_by_kernel=unproved)
     certificate = replace(certificate, kernel=proof, not_by_kernel="")
-    return with_ellipsoid(certificate, machine.spec, observer, places, sources)
+    return with_ellipsoid(certificate, machine.spec, observer, places, shown)

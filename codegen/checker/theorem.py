@@ -270,11 +270,6 @@ def plainly(why: Exception) -> str:
     return f"its formulas are not read by the kernel in this form: {own}"
 
 
-def long_run(proof: dict[str, Any], sources: dict[str, bytes], text: bytes) -> list[list[Fraction]]:
-    """The bounds of ``kept`` for the C of these sources, or enclosure.Refused."""
-    return kept(proof, proved(proof, sources), text)[1]
-
-
 def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
     """What noise and drift can do, in lines, if the claim of ellipsoid.json follows; or enclosure.Refused."""
     claim, found = kept(proof, shown, text)
@@ -522,33 +517,44 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
 
     That the errors of the C move by the certificate's matrix, and all that the proof says of V where it is the same V.
 
+    Raises enclosure.Refused as ``of_its_proof``.
+    """
+    proof, shown, why = of_its_proof(top, sources)
+    if why:
+        return [], why, False
+    if not claims_fall(top, proof, shown):
+        return words(proof, shown, False, fall=False), "", shown["whole"]
+    more = reached(proof, shown, sources[SETS]) if SETS in sources else []
+    return [*words(proof, shown, bool(more)), *more], "", shown["whole"]
+
+
+def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[str, Any], dict[str, Any], str]:
+    """The proof of a certificate, what ``proved`` finds of it, and "", or why there is none of the C beside it.
+
     Raises enclosure.Refused if the proof is of the certificate's errors, and the kernel does not accept it.
     """
     if PROOF not in sources:
-        return [], f"no {PROOF} is beside it", False
+        return {}, {}, f"no {PROOF} is beside it"
     if len(top["code"]["errors"]) != len(top["error"]):
-        return [], "it does not say which outputs its errors are of", False
+        return {}, {}, "it does not say which outputs its errors are of"
     if {f"{top['subject']['name']}.{end}" for end in "ch"} - sources.keys():
-        return [], "its C or its header is not here, or not among its files", False
+        return {}, {}, "its C or its header is not here, or not among its files"
     not_its = f"{PROOF} is not its proof:"
     try:
         proof = read(sources[PROOF])
         other = unlike(top, proof) if proof and numbers(proof) else ""
     except enclosure.Refused as why:
-        return [], f"{not_its} it cannot be read ({why})", False
+        return {}, {}, f"{not_its} it cannot be read ({why})"
     except (AttributeError, LookupError, TypeError, ValueError) as why:
-        return [], f"{not_its} it cannot be read ({type(why).__name__})", False
+        return {}, {}, f"{not_its} it cannot be read ({type(why).__name__})"
     if proof is None or other:
-        return [], f"{not_its} {other}" if other else f"{PROOF} is not the JSON of a proof, with just its fields", False
+        return {}, {}, f"{not_its} {other}" if other else f"{PROOF} is not the JSON of a proof, with just its fields"
     shown = proved(proof, sources, [f"sign.{e['contact']}" for e in top["reversals"]])
     if any(rest != "0" for rest in proof.get("rest", [])):
-        return [], f"{not_its} a rest", False
+        return {}, {}, f"{not_its} a rest"
     alike = shown["values"]["parameters.sample_time"] == top["sample_time"]
     enclosure.demand(alike, f"the sample time of {proof['name']}.h is another")
     if not same_matrix(top, proof, shown):
-        return [], f"{not_its} the matrix, or the signs and ranges for which it holds", False
+        return {}, {}, f"{not_its} the matrix, or the signs and ranges for which it holds"
     enclosure.demand([e["unit"] for e in top["error"]] == shown["units"], f"the units of {proof['name']}.h are others")
-    if not claims_fall(top, proof, shown):
-        return words(proof, shown, False, fall=False), "", shown["whole"]
-    more = reached(proof, shown, sources[SETS]) if SETS in sources else []
-    return [*words(proof, shown, bool(more)), *more], "", shown["whole"]
+    return proof, shown, ""

@@ -42,7 +42,7 @@ else:
     theorem = beside("theorem", enclosure=enclosure, covered=covered, forms=forms, frame=frame, **by_c)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
-PROOF, SETS, by_kernel, long_run = theorem.PROOF, theorem.SETS, theorem.bound, theorem.long_run
+PROOF, SETS, by_kernel, of_its_proof = theorem.PROOF, theorem.SETS, theorem.bound, theorem.of_its_proof
 by_kernel_alone = theorem.proved
 integers, require = forms.integers, forms.require
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, MAX_FILES, FINE = 5_000_000, 32, 4096, 200_000, 1000, 2**128

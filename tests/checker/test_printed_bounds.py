@@ -61,7 +61,7 @@ def test_what_verify_prints_of_the_c(name: str) -> None:
     assert Fraction(fall) > 1 - 2 * rate * h and Fraction(slow) < rate
     grown = [Fraction(x) for x in re.findall(r"grows at most by the factor ([^;]+);", said)]
     assert all(x > Fraction(turn["growth"]) for x, turn in zip(grown, proof["reversals"], strict=True))
-    bounds = [x for ball in theorem.long_run(proof, files, files["ellipsoid.json"]) for x in ball]
+    bounds = [x for ball in theorem.kept(proof, theorem.proved(proof, files), files["ellipsoid.json"])[1] for x in ball]
     pairs = re.findall(r"in the long run at most (\S+)|(\S+) \d+ samples later", said)
     assert all(Fraction(a or b) > x for (a, b), x in zip(pairs, bounds, strict=True))
 

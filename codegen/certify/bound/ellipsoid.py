@@ -24,7 +24,7 @@ from codegen.certify.bound.error_response import Response, Sizes, disturbances, 
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
 from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts, upwards
-from codegen.checker import ellipsoid
+from codegen.checker import ellipsoid, theorem
 from codegen.checker import verify as checker
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
@@ -64,14 +64,14 @@ class Disturbance:
 
 
 def with_ellipsoid(
-    certificate: Certificate, spec: Spec, observer: Observer, places: Mapping[str, str], sources: Mapping[str, bytes]
+    certificate: Certificate, spec: Spec, observer: Observer, places: Mapping[str, str], shown: dict[str, Any]
 ) -> Certificate:
     """The certificate with the bounds that the checker finds of the C, as far as there are bounds at all.
 
     Args:
         certificate: with the kernel's proof.
         places: as of kernel_form.proof_text.
-        sources: the C among them.
+        shown: what the kernel finds of it (``theorem.proved``).
     """
     response = certificate.response
     if isinstance(certificate.bounds, str) or response is None or certificate.kernel is None:
@@ -84,7 +84,7 @@ def with_ellipsoid(
     if other := unlike_envelope(json.loads(text), spec, observer, places, sizes):
         raise ValueError(f"ellipsoid.json rests on sizes that are not the envelope's: {other}")
     try:
-        found = checker.long_run(proof, dict(sources), text.encode())
+        found = theorem.kept(proof, shown, text.encode())[1]
     except checker.Refused:
         return certificate
     h, bounds = float(observer.sample_time), []
