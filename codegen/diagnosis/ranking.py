@@ -15,6 +15,7 @@ from codegen.diagnosis.force_evidence import ForceCriterion
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.reservations import never_passed, passed_too_fast, shows_no_bend
 from codegen.diagnosis.residual import drive_left, drive_share, inverse_dynamics_residual
+from codegen.diagnosis.residual_regression import inertia_noise
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part, with_effects, with_values
@@ -373,7 +374,9 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
 
     A dead zone wider than the commands leaves only inertia to explain, which slow motion hardly shows. Friction that
     follows the drive removes noise and structure in proportion to it; more than that must be removed of the squared
-    free-run error or force residual.
+    free-run error or force residual. A limit of the drive far below the commands leaves free runs of a heavy machine
+    near the noise, as no force at all would: they go on at their start speed. So what the force residual holds beyond
+    noise must not be larger in proportion to the drive force that is left.
     """
     motion = before.search.motion
     acting = drive_share(after.fit.model, before.fit.model, motion)
@@ -381,11 +384,25 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
         return f"leaves {100 * acting:.2g} % of the drive force: a machine that moves needs more"
     left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)
     proportion = float(np.min(left / had))
+    if _leaves_more(before, after, min(1.0, acting / proportion) ** 2):
+        return f"leaves {100 * acting:.2g} % of the drive force, and a larger share of that unexplained"
     if proportion >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * proportion**2:
         return ""
     if after.over(before).left <= 1 - credit.LEAST_SHARE:
         return ""
     return f"leaves {100 * left.min():.2g} % of the drive force for the motion, and explains no larger share of that"
+
+
+def _leaves_more(before: ForceCriterion, after: ForceCriterion, part: float) -> bool:
+    """Whether a squared force residual is larger than this part of what was left before, and noise of M a."""
+    search = before.search
+    for i, used in enumerate(search.problem.masks.rows.T):
+        if used.any():
+            had, has = (float(np.mean(c.without_levels[used, i] ** 2)) for c in (before, after))
+            noise = inertia_noise(search.system, search.motion, i)
+            if has > CONTRADICTED * (part * had + (1 - part) * min(noise, had)):
+                return True
+    return False
 
 
 def matters(search: Search, found: Fit, base: Fit) -> bool:
