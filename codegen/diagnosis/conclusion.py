@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from math import isfinite, sqrt
+from math import floor, isfinite, log10, sqrt
 
 from codegen.base.text import render
 from codegen.diagnosis.answer import Answer
@@ -145,9 +145,16 @@ def changes_in_words(left: Remainder, system: System, i: int, material: float) -
             case _:
                 what = f"the viscous friction is {size} {speed} {'larger' if more else 'smaller'}"
         compared = "" if change.term == "force" else " than in the rest"
-        words.append(f"from {change.start:.4g} s to {change.stop:.4g} s {what}{compared}")
+        first, last = (_at(t, change.stop - change.start) for t in (change.start, change.stop))
+        words.append(f"from {first} s to {last} s {what}{compared}")
     further = len(left.changes) - len(words)
     return [*words, *([f"and so on in {further} further interval{'s' * (further > 1)}"] if further else [])]
+
+
+def _at(time: float, span: float) -> str:
+    """A time of the log to a hundredth of a span, to four digits at least: a log may count from 1970."""
+    digits = 3 + floor(log10(max(abs(time), span))) - floor(log10(span)) if span > 0 else 0
+    return f"{time:.{min(max(4, digits), 15)}g}"
 
 
 def worst(left: Sequence[Remainder], material: float) -> int:

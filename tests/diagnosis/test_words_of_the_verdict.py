@@ -11,9 +11,10 @@ import pytest
 from codegen.app.diagnose import Diagnosed
 from codegen.base.text import render
 from codegen.diagnosis.answer import Admitted
-from codegen.diagnosis.conclusion import _best_refused
+from codegen.diagnosis.conclusion import _best_refused, changes_in_words
 from codegen.diagnosis.results import (
     Candidate,
+    Change,
     Diagnosis,
     ErrorFigures,
     FoundEffect,
@@ -22,6 +23,7 @@ from codegen.diagnosis.results import (
     Separation,
     TiedPair,
 )
+from tests.diagnosis.stage import stage, system_of
 
 NONE: Any = SimpleNamespace()
 FIGURES = ErrorFigures(1.0, (1.0,), 0.1, 1e-3, (1e-3,))
@@ -151,3 +153,15 @@ def test_what_a_refused_option_leaves_is_told() -> None:
     (words,) = Admitted(None, FIGURES, ("on held-out data refitted values would be worse",)).remarks
     assert option[0] not in words
     assert Admitted(option, FIGURES, ()).remarks == ()
+
+
+def test_times_of_a_log_that_counts_from_1970_are_told_apart() -> None:
+    """It said `from 1.715e+09 s to 1.715e+09 s`."""
+    force = Change("force", 1715000007.3125, 1715000009.665, -72.0)
+    early = Change("force", 7.3114, 9.665, -72.0)
+    left = Remainder(10.0, 0.2, 0.9, {}, (force, early), 0.9)
+    system = system_of(stage())
+    assert changes_in_words(left, system, 0, 0.02) == [
+        "from 1715000007.31 s to 1715000009.66 s a force of +72 N acts that the model lacks",
+        "from 7.311 s to 9.665 s a force of +72 N acts that the model lacks",
+    ]
