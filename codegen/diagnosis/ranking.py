@@ -384,7 +384,8 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
         return f"leaves {100 * acting:.2g} % of the drive force: a machine that moves needs more"
     left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)
     proportion = float(np.min(left / had))
-    if _leaves_more(before, after, min(1.0, acting / proportion) ** 2):
+    taken = acting / proportion  # as by a limit or a dead zone, of whose drive no slope tells
+    if taken < 1 - credit.LEAST_SHARE and _leaves_more(before, after, taken**2):
         return f"leaves {100 * acting:.2g} % of the drive force, and a larger share of that unexplained"
     if proportion >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * proportion**2:
         return ""
