@@ -76,6 +76,8 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) -> None:
     """Raises ValueError where the C may compute exp of a number above 0, which may overflow: it would fault forever.
 
+    Or where a state that the machine has too (`shared`) begins as what stood in memory.
+
     What exp is of has to be -q - r, q a quadratic form in states, inputs and outputs that is not below 0 (lemma 2), and
     r a sum of clocks times numbers not below 0. A clock is a `shared` state that begins at a number not below 0, and
     to which each sample adds one.
@@ -84,12 +86,14 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
         begun: state -> what `init` sets.
     """
     c, names, term = shown["c"], shown["names"], kernel.term
-    rises = {z: (begun[z], shown["after"][z] - names[z]) for z in proof.get("shared", {}) if z in begun}
+    unset = [z for z in proof.get("shared", {}) if z not in begun]
+    kernel.demand(not unset, f"init: {unset}, which the machine has too, are not set")
+    rises = {z: (begun[z], shown["after"][z] - names[z]) for z in proof.get("shared", {})}
     clocks = {z for z, parts in rises.items() if all(not p.names() and p.constant() >= 0 for p in parts)}
     values, known = {p: names[p] for p in c.values}, kernel.Text({}, {}).known
-    for program in (c.step, c.init, c.reset, c.predict, c.resume):
+    for program in (c.step + c.commit, c.init, c.reset, c.predict, c.resume):
         of = {x: term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
-        kernel.Text(values | of, known).run(program, c.states)
+        kernel.Text(values | of, known).run(program, c.states + c.outputs)
     for name, p in known:
         if name == "exp" and p.names():
             above = [x for (x,), a in ((m, a) for m, a in p.items() if len(m) == 1) if x not in clocks or a > 0]

@@ -377,6 +377,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     first = ", to first order in them" if shown["first order"] else ""
     stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
     values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["values"].items())
+    begun = dict(shown["c"].init)
     guarded = shown["c"].sums is not None
     faults = "samples with a fault" if guarded else "inputs that are no numbers"
     of_floats = " (of single precision)" * (shown["c"].precision != frame.PRECISIONS["double"])
@@ -385,7 +386,8 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),
         *(
-            f"only where the machine's {plain(z)} is that of the code: in a sample it becomes {plain(of)}"
+            f"only where the machine's {plain(z)} is that of the code: at its start {plain(begun[z])}, in a sample it"
+            f" becomes {plain(of)}"
             for z, of in proof.get("shared", {}).items()
         ),
         *(f"only where {along.get(x, '')}{plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),

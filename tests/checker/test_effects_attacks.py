@@ -44,6 +44,10 @@ def test_each_is_verified_in_its_domain(kind: str) -> None:
     files = {name: text.encode() for name, text in sources.items()} | {"proof.json": proof.encode()}
     report = verify.check(text, sources=files)
     assert not report.unproved and report.proved and not report.whole
+    said = [line for line in report.proved if line.startswith("only where the machine's")]
+    assert len(said) == {"friction_drift": 1, "input_delay": 3, "actuator_lag": 1}.get(kind, 0)
+    start = "at its start 0.0, in a sample it becomes sample_time + t"
+    assert kind != "friction_drift" or said == [f"only where the machine's t is that of the code: {start}"]
 
 
 ARGUMENT = "exp(-(parameters->one_over_stribeck_rail_v_s_squared * v_hat * v_hat))"
@@ -69,6 +73,9 @@ C_TEXTS: list[tuple[str, str, str, str]] = [
     ("stribeck", "stribeck_rail_delta * sign_rail", "stribeck_rail_delta * v_hat", OTHER),
     ("stribeck", "stribeck_rail_delta * sign_rail", "stribeck_rail_delta", OTHER),
     ("stribeck", "inputs->w - F_hat_rail", "inputs->w - F_hat_rail + exp(v_hat) - exp(v_hat)", "exp of what may be"),
+    ("stribeck", "outputs->F_hat_rail = F", "outputs->F_hat_rail = exp(9.0 * v_hat) + F", "exp of what may be"),
+    ("stribeck", "outputs->v_hat - parameters->K_v", "exp(9.0 * outputs->v_hat) - exp(9.0 * outputs->v_hat) + "
+     "outputs->v_hat - parameters->K_v", "exp of what may be"),
     ("stribeck", "inputs->w - F_hat_rail", "inputs->w - F_hat_rail + 0.0 * exp(710.0)", "too large"),
     ("stribeck", "        * parameters->stribeck_rail_v_s);", "        * 0.2);", "prepare gives others"),
     ("stribeck", "h_K_F = ", "h_K_F = 0.0 * exp(710.0) + ", "too large"),
@@ -88,6 +95,8 @@ C_TEXTS: list[tuple[str, str, str, str]] = [
      "state->mode = ONE_MASS_RUNNING", "exp of what may be"),
     ("friction_drift", "state->t = 0.0;\n    state->mode = ONE_MASS_RUNNING", "state->t = inputs->x;\n    "
      "state->mode = ONE_MASS_RUNNING", "exp of what may be"),
+    ("friction_drift", "state->t = 0.0;\n    state->mode = ONE_MASS_RUNNING", "state->mode = ONE_MASS_RUNNING",
+     "not set"),
     ("quadratic_drag", "v_hat * abs_v_hat)", "v_hat * v_hat)", OTHER),
     ("quadratic_drag", "v_hat * abs_v_hat)", "abs_v_hat * abs_v_hat)", OTHER),
     ("quadratic_drag", "v_hat * abs_v_hat)", "v_hat * fabs(1.01 * v_hat))", OTHER),
