@@ -310,7 +310,10 @@ def reached(
         kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is no number of samples")
         kernel.demand(int(count) <= MOST_SAMPLES, "so many samples")
         counts.setdefault(tuple(c), set()).add(int(count))
-    known, bounds, (by, squares) = carried(counts, step, columns, larger), [], whole(Q)
+    known: Any = {}
+    for last in {max(n) for n in counts.values()}:
+        known |= carried({c: n for c, n in counts.items() if max(n) == last}, step, columns, larger)
+    bounds, (by, squares) = [], whole(Q)
     noise = [seen(p, most, proof) for p in shift]
     for (*c, bound), count, begun in lines:
         row, summed = known[tuple(c), int(count)]
