@@ -76,29 +76,35 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) -> None:
     """Raises ValueError where the C may compute exp of a number above 0, which may overflow: it would fault forever.
 
-    Or where a state that the machine has too (`shared`) begins as what stood in memory.
+    Or where a state that the machine has too (`shared`) does not begin at the expression that is printed: what stood in
+    memory, say, or a local that is called as a parameter is.
 
     What exp is of has to be -q - r, q a quadratic form in states, inputs and outputs that is not below 0 (lemma 2), and
     r a sum of clocks times numbers not below 0. A clock is a `shared` state that begins at a number not below 0, and
-    to which each sample adds one.
+    which each function that sets states sets to such a number, or adds one to.
 
     Args:
         begun: state -> what `init` sets.
     """
     c, names, term = shown["c"], shown["names"], kernel.term
-    unset = [z for z in proof.get("shared", {}) if z not in begun]
-    kernel.demand(not unset, f"init: {unset}, which the machine has too, are not set")
-    rises = {z: (begun[z], shown["after"][z] - names[z]) for z in proof.get("shared", {})}
-    clocks = {z for z, parts in rises.items() if all(not p.names() and p.constant() >= 0 for p in parts)}
+    start = kernel.Text({x: term(1, x) for x in (*c.values, *c.inputs)}, {})
+    first = {z: start.value(of) for z, of in c.init if z in proof.get("shared", {})}
+    unset = [z for z in proof.get("shared", {}) if z not in first or first[z] != begun[z]]
+    kernel.demand(not unset, f"init: {unset}, which the machine has too, are not set to what is printed")
     values, known = {p: names[p] for p in c.values}, kernel.Text({}, {}).known
-    for program in (c.step + c.commit, c.init, c.reset, c.predict, c.resume):
-        of = {x: term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
-        kernel.Text(values | of, known).run(program, c.states + c.outputs)
+    free = values | {x: term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
+    programs = (c.step + c.commit, c.init, c.reset, c.predict, c.resume)
+    ends = [kernel.Text(free, known).run(program, c.states + c.outputs) for program in programs]
+    clocks = {
+        z
+        for z in first
+        if all(any(not p.names() and p.constant() >= 0 for p in (end[z], end[z] - free[z])) for end in ends)
+    }
     for name, p in known:
         if name == "exp" and p.names():
             above = [x for (x,), a in ((m, a) for m, a in p.items() if len(m) == 1) if x not in clocks or a > 0]
             form = kernel.Poly({m: -a for m, a in p.items() if len(m) == 2})
             size = sorted(form.names())
             half = [[form.get(tuple(sorted((x, y))), 0) * (1 + (x == y)) for y in size] for x in size]
-            alike = not above and all(len(m) in (1, 2) for m in p) and kernel.positive(half)
-            kernel.demand(alike, "exp of what may be above 0")
+            kernel.demand(not above and all(len(m) in (1, 2) for m in p), "exp of what may be above 0")
+            kernel.semidefinite([[term(a) for a in row] for row in half], {}, "", {})

@@ -54,6 +54,7 @@ ARGUMENT = "exp(-(parameters->one_over_stribeck_rail_v_s_squared * v_hat * v_hat
 HEAD = "void one_mass_prepare("
 STEP = "    /* velocity estimate, (4.25) */\n"
 OTHER = "does not move the errors"
+CLOCK = "    state->t = state->t + parameters->sample_time;\n"
 FORM = "not of the form|holds more than|cannot be read|out of place|is a function"
 C_TEXTS: list[tuple[str, str, str, str]] = [
     ("stribeck", "* v_hat * v_hat)", "* v_hat * v_hat * 1.01)", OTHER),
@@ -97,6 +98,15 @@ C_TEXTS: list[tuple[str, str, str, str]] = [
      "state->mode = ONE_MASS_RUNNING", "exp of what may be"),
     ("friction_drift", "state->t = 0.0;\n    state->mode = ONE_MASS_RUNNING", "state->mode = ONE_MASS_RUNNING",
      "not set"),
+    ("friction_drift", CLOCK + "\n    /* after", "    state->t = -100000.0;\n\n    /* after", "exp of what may be"),
+    ("friction_drift", CLOCK + "    state->mode", "    state->t = state->t - 100000.0;\n    state->mode",
+     "exp of what may be"),
+    ("friction_drift", "state->t = 0.0;\n    state->mode = ONE_MASS_RUNNING", "const double friction_drift_rail_T = 5.0"
+     ";\n    state->t = friction_drift_rail_T;\n    state->mode = ONE_MASS_RUNNING", "nothing that is known here"),
+    ("friction_drift", "state->t = 0.0;\n    state->mode = ONE_MASS_RUNNING", "state->t = 0.0;\n    state->t = state->t"
+     " + 3.0;\n    state->mode = ONE_MASS_RUNNING", "nothing that is known here"),
+    ("stribeck", "outputs->F_hat_rail = F", "outputs->F_hat_rail = exp(-(0.5 * inputs->w * inputs->w + 0.25 * inputs->x"
+     " * inputs->x + 0.4 * inputs->x * state->z_v + 0.05 * state->z_v * state->z_v)) + F", "not positive semidefinite"),
     ("quadratic_drag", "v_hat * abs_v_hat)", "v_hat * v_hat)", OTHER),
     ("quadratic_drag", "v_hat * abs_v_hat)", "abs_v_hat * abs_v_hat)", OTHER),
     ("quadratic_drag", "v_hat * abs_v_hat)", "v_hat * fabs(1.01 * v_hat))", OTHER),
