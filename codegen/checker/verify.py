@@ -52,6 +52,7 @@ FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
 # unbound: files named, but not there. proved: what the kernel shows of the C, in words; unproved: why nothing; whole:
 # whether without conditions.
 Report = namedtuple("Report", "name claim facts unbound open assumptions proved unproved whole")
+TEXTS = ("makefile", "license", "readme", "copying", "dockerfile")  # without a suffix, and no header of any library
 # Exit statuses: proved of the C where stated conditions hold; the inequalities hold, and were not bound to code.
 DOMAIN, NO_CODE = 4, 5
 ALWAYS = (  # not compared, whatever is given
@@ -292,14 +293,27 @@ def alone(folder: Path | None, own: str) -> None:
     """Refused where a header that is not the code's own lies beside or below it, stated in the certificate or not.
 
     A compiler that is given this folder by -I may read it in place of one that the system's <math.h> includes, or that
-    it always reads first. GCC reads NAME.h.gch, a precompiled header, in place of NAME.h; what lies behind a link to a
-    folder is not seen here.
+    it always reads first. GCC reads NAME.h.gch, a precompiled header, in place of NAME.h; Clang reads with math.h what
+    a module.modulemap says; C++ has headers without a suffix, as <cmath>, which
+    its <math.h> includes. What lies behind a
+    link to a folder is not seen here.
     """
     below = [x for _, x in zip(range(MAX_FILES), folder.rglob("*"), strict=False)] if folder and folder.is_dir() else []
     demand(len(below) < MAX_FILES, f"{MAX_FILES} files or more beside the code")
-    headers = [x for x in below if re.search(r"\.h(\.|$)", x.name.lower()) and x.name != own]
+    headers = [x for x in below if re.search(r"\.(h|modulemap)(\.|$)|^module\.map$", x.name.lower()) and x.name != own]
+    headers += [x for x in below if x.parent == folder and "." not in x.name and not (x.is_dir() or program(x))]
     named = [one_line(x.name) for x in headers + [x for x in below if x.is_symlink() and x.is_dir()]]
     demand(not named, f"{', '.join(named[:3])} beside the code: a compiler may take it for a header of the system's")
+
+
+def program(path: Path) -> bool:
+    """Whether a file begins as a program of Linux or macOS does, and no C++ can; or is called as such a text is."""
+    if path.name.lower() in TEXTS:
+        return True
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(4) in (b"\x7fELF", b"\xcf\xfa\xed\xfe")
 
 
 def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, bytes] | None) -> Report:

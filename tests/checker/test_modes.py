@@ -171,6 +171,7 @@ def test_an_index_that_an_int_cannot_hold_is_refused(index: str) -> None:
 
 
 OTHERS = ["math.h", "Math.H", "features.h", "stdc-predef.h", "bits/math-vector.h", "one_mass.h.gch", "x/one_mass.h.gch"]
+OTHERS += ["module.modulemap", "x/module.map", "cmath", "__config"]  # of Clang's modules, and headers of C++
 
 
 @pytest.mark.parametrize("name", OTHERS)
@@ -185,6 +186,16 @@ def test_another_header_beside_the_code_is_refused(name: str, tmp_path: Path) ->
     (tmp_path / name).write_text("#define fabs(x) (-(x))\n", encoding="utf-8")
     for file in ("proof.json", "certificate.json"):
         assert verify.main([str(tmp_path / file)]) == 3
+
+
+def test_what_is_no_header_may_lie_beside_the_code(tmp_path: Path) -> None:
+    folder = shutil.copytree(GENERATED / "one_mass", tmp_path / "one_mass")
+    (folder / "Makefile").write_text("all:\n", encoding="utf-8")
+    (folder / "one_mass.map").write_text(".text\n", encoding="utf-8")
+    (folder / "build").mkdir()
+    (folder / "build" / "Makefile").write_text("all:\n", encoding="utf-8")
+    (folder / "run").write_bytes(b"\x7fELF\x02\x01")
+    assert verify.main([str(folder / "certificate.json")]) == 0
 
 
 def test_a_link_to_a_folder_of_headers_is_refused(tmp_path: Path) -> None:
