@@ -46,7 +46,7 @@ FORCES, FRICTION = MORE
 KINDS = ("noise", "drift", FRICTION)
 SET, LATER = ("matrix", "weights", "samples", "rows"), ("within", "after", FRICTION)  # LATER may be absent
 DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
-GRID, LARGEST, MOST_SAMPLES = 1 << 60, 84, 10_000
+GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 60, 84, 10_000, 1000
 Polys = list[list[Any]]
 
 
@@ -310,6 +310,7 @@ def reached(
         kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is no number of samples")
         kernel.demand(int(count) <= MOST_SAMPLES, "so many samples")
         counts.setdefault(tuple(c), set()).add(int(count))
+    kernel.demand(len(counts) <= MOST_ROWS, "so many rows")
     known: Any = {}
     for last in {max(n) for n in counts.values()}:
         known |= carried({c: n for c, n in counts.items() if max(n) == last}, step, columns, larger)

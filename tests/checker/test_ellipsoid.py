@@ -7,6 +7,7 @@ import random
 import re
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -459,6 +460,17 @@ def test_rows_are_carried_as_in_exact_numbers(seed: int) -> None:
                 assert worst <= told <= worst + Fraction((at + 1) * 5 * n * 1000, grid)
             total += sum(abs(sum(a * b for a, b in zip(exact, column, strict=True))) for column in columns)
             exact = [sum(a * b for a, b in zip(exact, column, strict=True)) for column in zip(*step, strict=True)]
+
+
+def test_many_rows_of_many_errors_are_refused_in_time() -> None:
+    """16 000 of 32 errors took a minute, in which nothing asked for the time."""
+    proof, claim = content("chain", "proof.json"), content("chain", "ellipsoid.json")
+    rows = [["0"] * 31 + [str(k + 1), "100000"] for k in range(8000)]
+    claim["sets"] = [{x: claim["sets"][0][x] for x in ("matrix", "weights")} | {"samples": "1", "rows": rows}]
+    shown, begun = kernel.prove(proof, texts("chain")), time.thread_time()
+    with pytest.raises(ValueError, match=r"so many rows|more work than the limit"):
+        ellipsoid.bounded(proof, claim, shown)
+    assert time.thread_time() - begun < 7
 
 
 def test_rows_too_large_for_the_grid_are_refused() -> None:
