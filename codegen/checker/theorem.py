@@ -499,12 +499,15 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
             turns = name not in signs or ({-1, 1} >= {*ends} if top["along"] else {-1, 1} <= {*ends})
             if name not in names or not turns or not low <= ends[0] <= ends[-1] <= high:
                 return False
+        if top["along"] and not met_by(top, proof, shown, signs | free):
+            return False
         rows = covered.step(top, names, text.known)
         # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
         # the variable stands in sines and cosines alone, of which a cover takes every angle.
         used = kernel.cleared(covered.joined([*rows, [kernel.term(1)]]), text.known).names()
         for name, ends in top["variables"].items():
-            same = within.get(free.get(name, "")) == [ends[0], ends[-1]]
+            x = free.get(name, "")  # what is in a range times a sign is with the other sign in the range turned round
+            same = within.get(x) == [ends[0], ends[-1]] and (not turned(proof).get(x) or ends[0] == -ends[-1])
             all_round = top["cover"] and free.get(name) not in (*proof["box"], *used)
             if not (top["along"] or claims_fall(top, proof, shown) or name in signs or same or all_round):
                 return False
@@ -512,6 +515,34 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
         return not kernel.cleared(covered.joined(off), text.known)
     except ValueError:  # one of them speaks of more than polynomials and quotients
         return False
+
+
+def met_by(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any], places: dict[str, str]) -> bool:
+    """Whether the point of a refutation is one where the signs that it states can be those of what they are of.
+
+    And where `domain` holds, as far as the point decides it. What the point leaves open can be any number: so is a sum,
+    of which one term is in no other.
+
+    Args:
+        places: variable of the certificate -> sign, position or truth of the proof.
+    """
+    at = {x: kernel.term(1, x) for x in (*shown["c"].inputs, *shown["aside"], *(e["truth"] for e in proof["errors"]))}
+    at |= {x: p for x, p in shown["names"].items() if x == "" or x.startswith("parameters.")}
+    at |= {s: kernel.term(1, s) for s in proof["signs"]}
+    at |= {places[name]: kernel.term(ends[0]) for name, ends in top["variables"].items()}
+    text = kernel.Text(at | {e["estimate"]: at[e["truth"]] for e in proof["errors"]}, {})
+    stated = [s for s in proof["signs"] if not at[s].names()]
+    slips = [at[s] * text.value(proof["signs"][s]) for s in stated]
+    told = [p.constant() for p in map(text.value, proof["domain"]) if not p.names()]
+    if min(told, default=1) <= 0 or any(p.constant() < 0 for p in slips if not p.names()):
+        return False
+    left = [p for p in slips if p.names()]
+    while left:
+        free = [p for p in left if any((x,) in p and sum(x in m for q in left for m in q) == 1 for x in p.names())]
+        if not free:
+            return False
+        left.remove(free[0])
+    return True
 
 
 def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], str, bool]:

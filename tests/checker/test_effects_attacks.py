@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from codegen.app.derived import Derived
@@ -239,3 +242,50 @@ def test_a_certificate_of_other_speeds_than_the_proof_is_not_bound() -> None:
     assert checked("0", "4").unproved
     with pytest.raises(verify.Refused, match="V may not fall"):
         checked("0", "6")
+
+
+def at_a_point(sign: str, v: str) -> tuple[str, dict[str, bytes]]:
+    """A refutation of the quadratic drag of 20 N s2/m2 at this sign and speed: A = [[-100 - 40 s v, -1], [1000, 0]]."""
+    effect = "effects: [{kind: quadratic_drag, on: [x], parameters: {c: 20}}]"
+    machine = Derived(parse_spec(SPEC.replace("effects: []", effect), Path("made.yaml")))
+    assert isinstance(machine.outcome, Certificate) and machine.outcome.kernel is not None
+    files = {name: text.encode() for name, text in machine.sources.items()}
+    slope = -100 - 40 * float(sign) * float(v)
+    step = np.eye(2) + 0.001 * np.array([[slope, -1], [1000, 0]])
+    fall = 1 - 2 * 0.001 * (0.001 if slope > 0 else 40)
+    P = np.linalg.solve(fall * np.eye(4) - np.kron(step.T, step.T), np.eye(2).flatten()).reshape(2, 2)
+    content = json.loads(machine.outcome.text) | {
+        "lyapunov_matrix": [[str(Fraction(round(x * 1000), 1000)) for x in row] for row in (P + P.T) / 2],
+        "along": [str(Fraction(round(x * 1000), 1000)) for x in np.linalg.eigh(P + P.T)[1][:, 0]],
+        "decay_rate": "1/1000" if slope > 0 else "40",
+        "reversals": [],
+        "variables": {"v": [v, v], "s_rail": [sign, sign]},
+        "parameters": [{"name": "q", "expression": ["*", "s_rail", "v"]}],
+        "matrix": [[["+", "-100", ["*", "-40", "q"]], "-1"], ["1000", "0"]],
+    }
+    return json.dumps(content), files | {"proof.json": machine.outcome.kernel.encode()}
+
+
+@pytest.mark.parametrize(("sign", "v", "bound"), [("-1", "3", False), ("1", "3", True), ("-1", "-3", True)])
+def test_a_refutation_is_of_a_point_where_the_sign_is_that_of_the_slip(sign: str, v: str, bound: bool) -> None:
+    """At s v = -3 the error would grow, and no machine is there: `limit.json` said so beside a true certificate."""
+    text, files = at_a_point(sign, v)
+    assert bool(verify.check(text, sources=files).proved) == bound
+
+
+def test_a_v_of_its_own_is_not_bound_where_it_is_of_one_direction_alone() -> None:
+    """Of drag that drives in one direction V was shown to fall for speeds above 0, and both were printed."""
+    certificate, sources, text = made("quadratic_drag")
+    code = sources["one_mass.c"].replace("v_hat * abs_v_hat", "v_hat * v_hat")
+    force = "-true.a_rail*sign.rail - parameters.quadratic_drag_x_c*true.v*true.v + inputs.w"
+    proof = json.loads(text) | {"force": [force], "acceleration": {"true.v": f"({force})/parameters.m"}}
+    proof["matrix"][0][0] = "1 + 1/1000*(-100 + -4*true.v)"
+    proof |= {"box": {"true.v": ["1", "5"]}, "decay_rate": "-100", "reversals": []}
+    content = json.loads(certificate) | {"variables": {"v": ["1", "5"]}, "reversals": []}
+    content["parameters"] = [{"name": "q", "expression": "v"}]
+    content["matrix"] = [[["+", "-100", ["*", "-4", "q"]], "-1"], ["1000", "0"]]
+    content["subject"]["files"]["one_mass.c"] = hashlib.sha256(code.encode()).hexdigest()
+    files = {name: text.encode() for name, text in (sources | {"one_mass.c": code}).items()}
+    report = verify.check(json.dumps(content), sources=files | {"proof.json": json.dumps(proof).encode()})
+    assert report.unproved and not report.proved
+    alone(proof, sources | {"one_mass.c": code})
