@@ -248,7 +248,8 @@ def whiteness(search: Search, fit: Fit) -> float:
     """Share of independent residuals: that of the noise among them; 0 far from it, where no likelihood holds.
 
     What a wrong form leaves in a segment is one error, however many samples it spans: only the noise's share of the
-    squared residual counts (quasi-likelihood, whose dispersion is the square of the residual over the noise).
+    squared residual counts, as fewer independent residuals. That is no quasi-likelihood: the dispersion of one is in
+    `segment_losses` already, whose scale is their own; at three times the noise this asks for nine times its gain.
     """
     soft = float(fit.runner.record.noise[0] / search.record.noise[0])
     dispersion = max(1.0, (soft * noise_ratio(fit)) ** 2)
