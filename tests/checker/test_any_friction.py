@@ -196,6 +196,24 @@ LAWS = {
 }
 
 
+RANGED = {
+    "coulomb, a: 30": 32,
+    "static_viscous, F_s: 40, F_c: 30, F_v: 2": 40,
+    "static_viscous, F_s: 31, F_c: 30, F_v: 2": 32,
+    "dahl, a: 30, c: 100": 32,
+    "reset_integrator, a: 30, c: 100, D1: 1000, D2: 0.001": 32 * (1 + Fraction("4.999") / 1000),
+    "lugre, F_s: 40, F_c: 30, sigma_0: 1e4, sigma_1: 10, sigma_2: 0, v_s: 0.1": None,
+}
+
+
+@pytest.mark.parametrize("law", RANGED)
+def test_a_range_of_the_level_is_none_of_what_friction_is_beyond_it(law: str) -> None:
+    """At rest up to the static level, by a state by more than the level, by LuGre's damping without bound."""
+    text = spec_path("rig_to").read_text("utf-8").replace("coulomb, a: 30", law).replace("[-20, 20]", "[-5, 5]")
+    machine = Derived(parse_spec(text.replace("envelope:", "envelope:\n  a_plates: [20, 32]"), Path("rig_to.yaml")))
+    assert largest_friction(machine.spec, machine.observer) == [RANGED[law]]
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_the_largest_friction_of_a_law(law: str) -> None:
     """By hand: what it is at rest and, where it rises, at the fastest slip of the envelope; none of LuGre's damping."""

@@ -353,8 +353,9 @@ def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
 def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
     """At least |friction| of each contact at any slip in the envelope, rest included; None where no bound is known.
 
-    That is the largest end of the envelope's ``a_NAME``, if it has one. Else, for a law without memory, the level at
-    rest and what its slope adds up to the fastest slip; for a law of states, its force at the ends of their ranges.
+    Of a law without memory that is the level at rest and what its slope adds up to the fastest slip, or the largest end
+    of the envelope's ``a_NAME`` if it has one, since that is of the level in motion; for a law of states, its force at
+    the ends of their ranges, with that end for the level that it is a multiple of.
     """
     system, found = observer.system, list[Fraction | None]()
     slips = system.distribution.subs(observer.values)
@@ -366,12 +367,15 @@ def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
         law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}
         reach = [0 if u == 0 else abs(u) * end(v.name) for u, v in zip(slips.col(c), system.velocities, strict=True)]
         fastest = sum(reach, sympy.Integer(0))
-        if f"a_{contact.name}" in spec.envelope:
-            most = end(f"a_{contact.name}")
-        elif contact.extra_level != 0 or slips.col(c).free_symbols:
+        ranged = f"a_{contact.name}" in spec.envelope
+        if ranged and not isinstance(law, DynamicLaw):
+            rest = contact.level_at_rest
+            most = sympy.Max(end(f"a_{contact.name}"), 0 if rest is None else rest.xreplace(observer.values))
+        elif (contact.extra_level != 0 and not ranged) or slips.col(c).free_symbols:
             most = sympy.oo
         elif isinstance(law, DynamicLaw):
-            most = _force_of_states(law, values, fastest)
+            scaled = {law.scale: end(f"a_{contact.name}")} if ranged and law.scale else {}
+            most = _force_of_states(law, values | scaled, fastest)
         elif isinstance(law, ZeroMemoryLaw) and contact.level_at_rest is not None:
             slope, s = law.slope_bound(values), sympy.Symbol("s", positive=True)
             slow = law.level(s, values).replace(Sgn, lambda _: sympy.Integer(1)).subs(s, 0)
