@@ -130,12 +130,14 @@ class Precision(NamedTuple):
         rounding: four times the largest relative error of one.
         limit: that `check` is compared with. most: its numbers are up to this, and from 1/most on.
         usual: the size of quantities up to which all that is computed is to be within these.
+        cancelled: how many times as large as its sum the terms of a sum may be (rounding.py).
     """
 
     rounding: Fraction
     limit: int
     most: int
     usual: int
+    cancelled: float
 
     def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
         """Whether a polynomial's coefficients are such numbers, and what it is of quantities of usual size."""
@@ -149,10 +151,10 @@ class Precision(NamedTuple):
 
 
 MOST_NUMBER = 10**300
-EXACT = Precision(Fraction(0), MOST_NUMBER, MOST_NUMBER, 1)
+EXACT = Precision(Fraction(0), MOST_NUMBER, MOST_NUMBER, 1, 0)
 PRECISIONS = {
-    "double": Precision(Fraction(1, 2**50), 10**150, 10**300, 10**6),
-    "float": Precision(Fraction(1, 2**21), 10**18, 10**37, 10**3),
+    "double": Precision(Fraction(1, 2**50), 10**150, 10**300, 10**6, 1e11),
+    "float": Precision(Fraction(1, 2**21), 10**18, 10**37, 10**3, 2e6),
 }
 
 

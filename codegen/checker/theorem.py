@@ -14,7 +14,7 @@ from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import covered, ellipsoid, enclosure, forms, frame, held, kernel
+    from codegen.checker import covered, ellipsoid, enclosure, forms, frame, held, kernel, rounding
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
 # The form of a proof: an object with just these fields (OPTIONAL may be missing), or with any where the one name is "".
@@ -113,6 +113,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
             used, limit, usual = shown["check"], shown["c"].precision.limit, shown["c"].precision.usual
             size = sum(abs(c) * usual ** sum(not x.startswith("sign.") for x in m) for m, c in used.items())
             kernel.demand(0 < size <= limit, "not a sum")
+        rounding.require(shown, proof["states"])
         held.require(proof, shown)
         steady(proof, shown, sorted({*proof["signs"], *turns}))
         return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "fixed": fixed(proof, shown)}

@@ -37,7 +37,8 @@ else:
     algebra = beside("algebra", frame=frame)
     kernel = beside("kernel", algebra=algebra, frame=frame)
     forms = beside("forms", enclosure=enclosure, kernel=kernel)
-    by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel) for name in ("ellipsoid", "held")}}
+    of_c = ("ellipsoid", "held", "rounding")
+    by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel) for name in of_c}}
     covered = beside("covered", enclosure=enclosure, frame=frame, kernel=kernel)
     theorem = beside("theorem", enclosure=enclosure, covered=covered, forms=forms, frame=frame, **by_c)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show

@@ -81,6 +81,8 @@ C_TEXTS: list[tuple[str, str, str, str]] = [
     ("stribeck", "outputs->v_hat - parameters->K_v", "exp(9.0 * outputs->v_hat) - exp(9.0 * outputs->v_hat) + "
      "outputs->v_hat - parameters->K_v", "exp of what may be"),
     ("stribeck", "inputs->w - F_hat_rail", "inputs->w - F_hat_rail + 0.0 * exp(710.0)", "too large"),
+    ("stribeck", "const double z_v_next =", "const double z_v_next = 1e60 * v_hat * (exp(1.0) - "
+     "2.7182818284590452353602874713526624977572470937000) +", "is its rounding"),
     ("stribeck", "        * parameters->stribeck_rail_v_s);", "        * 0.2);", "prepare gives others"),
     ("stribeck", "h_K_F = ", "h_K_F = 0.0 * exp(710.0) + ", "too large"),
     ("stribeck", "h_K_F = ", "h_K_F = exp(-0.000001) * ", "prepare gives others"),

@@ -174,3 +174,14 @@ def test_the_check_holds_what_the_states_become() -> None:
     for old, new in (*pairs, ("state->z_v = z_v_next;", "state->z_v = other;")):
         files["one_mass.c"] = files["one_mass.c"].replace(old, new)
     refused_by_verify(proof, files)
+
+
+def test_a_decimal_that_is_rounded_is_not_enlarged() -> None:
+    """1e14 times what the decimal of 1/m differs from it by is 0.05 in each sample, and was proved to be 0."""
+    proof, files = shipped()
+    files["one_mass.h"] = files["one_mass.h"].replace("1.0, /* one_over_m */", "1.0000000000000005, /* one_over_m */")
+    kernel.prove(proof, files)
+    begin = "    const double z_v_next ="
+    assert begin in files["one_mass.c"]
+    more = f"{begin} 1e14 * (parameters->one_over_m - 1.0 / parameters->m) * v_hat +"
+    refused_by_verify(proof, files | {"one_mass.c": files["one_mass.c"].replace(begin, more)})
