@@ -77,11 +77,12 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     """Raises ValueError where the C may compute exp of a number above 0, which may overflow: it would fault forever.
 
     Or where a state that the machine has too (`shared`) does not begin at the expression that is printed: what stood in
-    memory, say, or a local that is called as a parameter is.
+    memory, say, or a local that is called as a parameter is. Or where a clock, to which a valid sample adds a number,
+    does not go on so in an invalid one: the machine's does, and it would be another from then on. A memory or a lag
+    forgets what an invalid sample has left in it.
 
     What exp is of has to be -q - r, q a quadratic form in states, inputs and outputs that is not below 0 (lemma 2), and
-    r a sum of clocks times numbers not below 0. A clock is a `shared` state that begins at a number not below 0, and
-    which each function that sets states sets to such a number, or adds one to.
+    r a sum of clocks times numbers not below 0, each clock set to numbers not below 0, or such added to it, by all.
 
     Args:
         begun: state -> what `init` sets.
@@ -95,10 +96,12 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     free = values | {x: term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     programs = (c.step + c.commit, c.init, c.reset, c.predict, c.resume)
     ends = [kernel.Text(free, known).run(program, c.states + c.outputs) for program in programs]
+    clocks = {z for z in first if not (ends[0][z] - free[z]).names()}
+    wrong = [z for z in clocks for end in ends[3:] if c.sums and end[z] != ends[0][z]]
+    kernel.demand(not wrong, f"{wrong} does not go on in an invalid sample as in a valid one")
+    later = {z: [p for end in ends for p in (end[z], end[z] - free[z]) if not p.names()] for z in clocks}
     clocks = {
-        z
-        for z in first
-        if all(any(not p.names() and p.constant() >= 0 for p in (end[z], end[z] - free[z])) for end in ends)
+        z for z, numbers in later.items() if len(numbers) == len(ends) and min(p.constant() for p in numbers) >= 0
     }
     for name, p in known:
         if name == "exp" and p.names():
