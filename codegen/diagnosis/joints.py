@@ -331,4 +331,5 @@ def _record_of(record: Record, i: int) -> Record:
         velocities=record.velocities[:, [i]],
         noise=record.noise[[i]],
         joints=None,
+        integrated=record.integrated[i : i + 1],
     )

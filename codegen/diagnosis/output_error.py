@@ -232,8 +232,12 @@ def state_slopes(runner: Runner, theta: Array, offsets: Array, base: Array) -> S
         return np.asarray((base - mean_residuals(runner, runner.run(theta, moved))) / size[:, None])
 
     slopes = np.stack(in_parallel(slope, range(2 * n)), axis=2)
-    speed = record.of_starts(record.top_speed)
-    width = np.hstack([WIDE * noise, np.maximum(WIDE * noise / duration, SPEED_SHARE * speed)])
+    least = record.of_starts(SPEED_SHARE * record.top_speed)
+    width = np.hstack([WIDE * noise, np.maximum(WIDE * noise / duration, least)])
+    if any(record.integrated):  # a random walk over the log, from white noise of the speed
+        walks = record.of_starts(np.array(record.integrated, dtype=float)) > 0
+        wide = noise * np.sqrt(len(record.measured)), np.maximum(noise / record.sample_time, least)
+        width = np.where(np.hstack([walks, walks]), np.hstack(wide), width)
     normal = np.einsum("skp,skq->spq", slopes, slopes) + width[:, :, None] ** -2.0 * np.eye(2 * n)
     return Starts(slopes, np.linalg.solve(normal, slopes.transpose(0, 2, 1)), width)
 

@@ -50,11 +50,12 @@ class Record:
         measured: (N, n) raw positions. positions, velocities: (N, n) smoothed, for start states.
         commands: (N, m), held from t_k to t_(k+1).
         sample_time: s.
-        noise: (n,) standard deviation of the measured positions' noise.
+        noise: (n,) standard deviation of the noise of what is compared, ``compared``.
         start: (S,) first samples of the segments. length: samples of each.
         joints: for an arm that is run joint by joint, the joints that are compared; each segment of each joint is then
             a row of its own, the joints of a segment in turn. None where the coordinates of a segment are compared
             together.
+        integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
     """
 
     measured: Array
@@ -66,6 +67,7 @@ class Record:
     start: Indices
     length: int
     joints: tuple[int, ...] | None = None
+    integrated: tuple[bool, ...] = ()
 
     @cached_property
     def targets(self) -> Array:
@@ -98,6 +100,16 @@ class Record:
         """(n,) 95 % speeds."""
         return np.asarray(np.quantile(np.abs(self.velocities), 0.95, axis=0))
 
+    def compared(self, positions: Array) -> Array:
+        """Of positions (S, L, n), what has white noise where measured: themselves, or their steps from row to row.
+
+        The noise of a position that is the integral of a measured speed is a random walk, that of its steps is white.
+        """
+        if not any(self.integrated):
+            return positions
+        rows = self.of_starts(np.array(self.integrated, dtype=float))[:, None] > 0
+        return np.where(rows, np.diff(positions, axis=1, prepend=positions[:, :1]), positions)
+
     @property
     def group(self) -> int:
         """Samples whose mean error is one residual of a fit."""
@@ -109,11 +121,11 @@ class Record:
         return self.means(self.targets)
 
     def means(self, positions: Array) -> Array:
-        """Means of positions (S, L, n) over groups of samples, (S, L // group, n)."""
+        """Means of what is compared of positions (S, L, n) over groups of samples, (S, L // group, n)."""
         group, (rows, length, n) = self.group, positions.shape
         kept = length // group
-        cut = positions[:, : kept * group]
         with np.errstate(over="ignore", invalid="ignore"):  # a run may diverge
+            cut = self.compared(positions)[:, : kept * group]
             # A product of matrices takes a tenth of the time of numpy's mean over an axis inside, but spreads a NaN.
             found = cut.reshape(rows * kept, group * n) @ np.tile(np.eye(n) / group, (group, 1))
             if not np.isfinite(found).all():
@@ -166,7 +178,9 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
     steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
     starts = _evenly(starts, max(PLENTY, MOST_STEPS // steps))
     along = motion.measured, motion.positions, motion.velocities, motion.commands
-    return Record(*along, h, position_noise(motion, log), np.array(starts, dtype=np.int32), tried)
+    return Record(
+        *along, h, position_noise(motion, log), np.array(starts, dtype=np.int32), tried, integrated=motion.integrated
+    )
 
 
 def _evenly(starts: list[int], most: int) -> list[int]:
@@ -200,14 +214,15 @@ def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int
 def position_noise(motion: Motion, log: Log) -> Array:
     """(n,) standard deviation of the positions: from the log's description, else estimated above the fine filter.
 
-    Where stamps jitter, positions scatter by speed times jitter; what is seen near the Nyquist frequency then counts.
+    Of a position that is the integral of a measured speed, the standard deviation of its steps from row to row. Where
+    stamps jitter, positions scatter by speed times jitter; what is seen near the Nyquist frequency then counts.
     """
-    above = np.std((motion.measured - motion.positions)[motion.usable], axis=0)
-    seen = above / np.sqrt(max(0.05, 1 - 2 * motion.fine_hz * motion.sample_time))
+    walks = np.array(motion.integrated or (False,) * motion.measured.shape[1])
+    seen = motion.noise * np.where(walks, motion.sample_time, 1.0)
     step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * len(seen)) / np.sqrt(12)
     stated = np.hypot(step, np.array(log.description.position_noise_rms or (0.0,) * len(seen)))
     fastest = _fastest_noise(motion.measured)
-    stated = np.where(fastest > JITTERS * stated, fastest, stated) * (stated > 0)
+    stated = np.where(fastest > JITTERS * stated, fastest, stated) * ((stated > 0) & ~walks)
     size = np.ptp(motion.measured, axis=0)
     return np.asarray(np.where(stated > 0, stated, np.maximum(seen, 1e-9 * np.where(size > 0, size, 1.0))))
 

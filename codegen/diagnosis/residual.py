@@ -15,7 +15,7 @@ from scipy.ndimage import binary_opening, maximum_filter1d
 from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.record import STEPS_PER_PERIOD, Record
 from codegen.diagnosis.shooting import all_law_terms, owners
-from codegen.diagnosis.signals import Motion, central_difference
+from codegen.diagnosis.signals import Motion, central_difference, derivative_noise, white_noise
 from codegen.diagnosis.trial import runner_of
 from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
 from codegen.mechanics.loads import with_loads
@@ -120,11 +120,13 @@ class Problem:
 
     @cached_property
     def noise_speed(self) -> float:
-        """Three standard deviations of the velocity noise after the fine filter, from the noise of the positions."""
+        """Three standard deviations of the velocity noise after the fine filter."""
         motion = self.motion
-        noise = float(np.max(np.std(motion.measured - motion.positions, axis=0)))
-        band = motion.fine_hz
-        return float(3 * noise * 2 * np.pi * band / np.sqrt(3) * np.sqrt(2 * band * motion.sample_time))
+        above = white_noise(motion.measured, motion.positions, 0.0, motion.sample_time)
+        speeds = derivative_noise(above, motion.fine_hz, motion.sample_time, 1)
+        if any(motion.integrated):
+            speeds = np.where(motion.integrated, motion.noise_after(motion.fine_hz, 1), speeds)
+        return 3 * float(np.max(speeds))
 
     @cached_property
     def levels(self) -> list[sympy.Symbol]:

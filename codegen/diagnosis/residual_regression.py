@@ -90,16 +90,9 @@ def varying_terms(system: System, motion: Motion, i: int) -> dict[Term, Array]:
 
 
 def inertia_noise(system: System, motion: Motion, i: int) -> float:
-    """Mean square of what white noise of the positions makes in the low-passed row of M a.
-
-    Low-passed at f, its second derivative has the RMS σ (2πf)² √(2fh/5).
-    """
-    f, h = motion.cutoff_hz, motion.sample_time
-    above = np.std((motion.measured - motion.positions)[motion.usable], axis=0)
-    sigma = above / np.sqrt(max(0.05, 1 - 2 * motion.fine_hz * h))
+    """Mean square of what white noise of the measured positions or speeds makes in the low-passed row of M a."""
     row = evaluate_forces(system, [Matrix(list(system.mass_matrix[i, :]))], motion)[0]
-    acceleration = sigma * (2 * np.pi * f) ** 2 * np.sqrt(2 * f * h / 5)
-    return float(np.sum(np.mean(row**2, axis=0) * acceleration**2))
+    return float(np.sum(np.mean(row**2, axis=0) * motion.noise_after(motion.cutoff_hz, 2) ** 2))
 
 
 def _changed(
@@ -142,12 +135,21 @@ def acting_force(system: System, motion: Motion) -> Array:
 
 
 def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
-    """(N, n) the acting force less the residual, so that noise of the input does not explain itself.
+    """(N, n) the acting force less the share of the residual that is not noise of the measured acceleration.
 
-    Where no input acts, the acting force itself.
+    The residual is the noise of the input less that in the row of M a. The acting force holds the former, less the
+    residual the latter; with this share the noise is not correlated with that of the residual and does not explain
+    itself. Where no input acts, the acting force itself.
     """
     reached = np.any(drive_force(system, motion) != 0, axis=0)
-    return np.asarray(acting_force(system, motion) - np.where(reached, residual, 0.0))
+    shares = [1 - noise_share(system, motion, residual, i) for i in range(system.degrees_of_freedom)]
+    return np.asarray(acting_force(system, motion) - np.where(reached, shares * residual, 0.0))
+
+
+def noise_share(system: System, motion: Motion, residual: Array, i: int) -> float:
+    """Share of the squared residual of one coordinate that is noise of the measured acceleration; at most 1."""
+    whole = float(np.mean(residual[motion.usable, i] ** 2))
+    return min(1.0, inertia_noise(system, motion, i) / whole) if whole > 0 else 0.0
 
 
 def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.bool_]:
@@ -204,11 +206,13 @@ def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dic
     x, v = motion.positions[:, i], motion.velocities[:, i]
     rate = central_difference(acting_force(system, motion)[:, [i]], motion.sample_time)
     touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+    mass = evaluate_forces(system, [Matrix([system.mass_matrix[i, i], *[0] * (len(system.positions) - 1)])], motion)[0]
+    noise = noise_share(system, motion, residual, i) * residual[:, i] / mass[:, 0]
     return {
         "speed": slip_velocities(system, motion)[:, touching[0]] if touching else v,
         "position": x,
         "load": predicted_load(system, motion, residual)[:, i],
-        "acceleration": motion.accelerations[:, i],
+        "acceleration": motion.accelerations[:, i] + noise,  # uncorrelated as in ``predicted_load``
         "input rate": motion.low_pass(rate)[:, 0],
         "time": motion.time,
         "distance since reversal": since_reversal(x, v),

@@ -233,7 +233,10 @@ def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
     stated = np.array(log.description.position_noise_rms or (0.0,) * n)
     noise = np.where((step > 0) | (stated > 0), stated, search.record.noise)
     sensors = Sensors(np.broadcast_to(noise, n), np.broadcast_to(step, n))
-    return sensors.encoded(positions, sensors.noise(len(positions), n, seed)[0])
+    noises = sensors.noise(len(positions), n, seed)[0]
+    if any(log.intake.integrated):
+        noises = np.where(log.intake.integrated, np.cumsum(noises, axis=0), noises)
+    return sensors.encoded(positions, noises)
 
 
 def _search_there(search: Search, log: Log, simulated: LoopRun, seed: int) -> Search | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,8 @@ SHORTEST_TEST_S = 3.0
 """For a log that only compares models: both ends trimmed, it still holds two free runs."""
 CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
 """Default cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
+NOISE_WINDOWS, LEAST_USUAL = 40, 0.5
+"""Windows of a speed's noise, and the least share of its RMS in the whole log that the noise has in the median one."""
 NOISE_SHARE = 0.05
 """Largest share of noise in the low-passed acceleration, on every coordinate."""
 FASTER_HZ = (80.0, 56.0, 40.0, 28.0)
@@ -48,6 +51,7 @@ class Motion:
         usable: (N,) samples away from the ends and from gaps.
         measured: (N, n) the raw positions.
         counted: (N,) samples that were logged, where the grid is finer than the log; None where all were.
+        integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
     """
 
     time: Array
@@ -62,6 +66,16 @@ class Motion:
     usable: NDArray[np.bool_]
     measured: Array
     counted: NDArray[np.bool_] | None = None
+    integrated: tuple[bool, ...] = ()
+
+    @cached_property
+    def noise(self) -> Array:
+        """(n,) standard deviation of the white noise of what was measured: of the positions, or of the speed."""
+        return white_noise(self.measured, self.positions, self.fine_hz, self.sample_time, self.integrated, self.usable)
+
+    def noise_after(self, cutoff_hz: float, order: int) -> Array:
+        """(n,) RMS of what that noise makes in the derivative of the position of this order, low-passed."""
+        return derivative_noise(self.noise, cutoff_hz, self.sample_time, order, self.integrated)
 
     def low_pass(self, signals: Array) -> Array:
         """The coarse filter along the first axis."""
@@ -108,7 +122,8 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
     if log.used * h < shortest_s or log.used < 200:
         found = f"{log.used} samples over {log.used * h:.3g} s{log.intake.time_unit}"
         raise BadInput(log.where, found, f"at least {shortest_s:g} s and 200 samples for a diagnosis", code="LOG009")
-    coarse = cutoff_hz or log.cutoff_hz or quiet_cutoff(log.positions, h)
+    integrated = log.intake.integrated
+    coarse = cutoff_hz or log.cutoff_hz or quiet_cutoff(log.positions, h, integrated)
     fine = min(FINE_TO_COARSE * coarse, 0.4 / h)
     positions = low_pass(log.positions, fine, h)
     velocities = central_difference(positions, h)
@@ -121,17 +136,59 @@ def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = 
         reach = round(1 / (coarse * h))
         usable[max(0, start - reach) : stop + reach] = False
     moved, inputs = (positions, velocities, accelerations), ((before + log.inputs) / 2, log.inputs)
-    return Motion(log.time, *moved, *inputs, h, coarse, fine, usable, log.positions, log.counted)
+    return Motion(log.time, *moved, *inputs, h, coarse, fine, usable, log.positions, log.counted, integrated)
 
 
-def quiet_cutoff(positions: Array, h: float) -> float:
+def white_noise(
+    measured: Array,
+    smooth: Array,
+    cutoff_hz: float,
+    h: float,
+    integrated: Sequence[bool] = (),
+    rows: NDArray[np.bool_] | slice = slice(None),
+) -> Array:
+    """(n,) standard deviation of the white noise of what was measured, from what a low-pass of the positions leaves.
+
+    Where a position is the integral of a measured speed, the speed has that noise. The steps of such a position are
+    means of two neighbouring speeds, which leaves the share cos²(πν) of the noise's power at the frequency ν/h. A speed
+    shows impacts and vibrations more than a position does, so the median over windows counts.
+
+    Args:
+        measured, smooth: (N, n) positions, raw and low-passed at this cutoff. rows: samples that count.
+    """
+    above = measured - smooth
+    noise = np.std(above[rows], axis=0) / np.sqrt(max(0.05, 1 - 2 * cutoff_hz * h))
+    if any(integrated):
+        frequency = (np.arange(500) + 0.5) / 1000
+        passed = 1 / (1 + (np.tan(np.pi * frequency) / np.tan(np.pi * min(cutoff_hz * h, 0.475))) ** (2 * ORDER))
+        share = float(np.mean((1 - passed) ** 2 * np.cos(np.pi * frequency) ** 2))
+        steps = np.diff(above, axis=0, prepend=above[:1])[rows] / h
+        whole = np.std(steps, axis=0)
+        usual = np.median([np.std(part, axis=0) for part in np.array_split(steps, NOISE_WINDOWS)], axis=0)
+        noise = np.where(integrated, np.maximum(usual, LEAST_USUAL * whole) / np.sqrt(share), noise)
+    return np.asarray(noise)
+
+
+def derivative_noise(noise: Array, cutoff_hz: float, h: float, order: int, integrated: Sequence[bool] = ()) -> Array:
+    """(n,) RMS of a derivative of low-passed positions that white noise of what was measured makes.
+
+    Low-passed at f, the k-th derivative of white noise has the RMS σ (2πf)ᵏ √(2fh/(2k + 1)). Where the speed was
+    measured, k is one less than the order of the position's derivative.
+    """
+    k = order - np.array(integrated or (False,) * len(noise), dtype=float)
+    return np.asarray(noise * (2 * np.pi * cutoff_hz) ** k * np.sqrt(2 * cutoff_hz * h / (2 * k + 1)))
+
+
+def quiet_cutoff(positions: Array, h: float, integrated: Sequence[bool] = ()) -> float:
     """The highest cutoff in Hz at which the acceleration is mostly motion and not noise.
 
-    The noise is estimated above a fifth of the sample rate and taken as white: low-passed at f, its second derivative
-    has the RMS σ (2πf)² √(2fh/5). Above 20 Hz only where most of the acceleration is there.
+    The noise is estimated above a fifth of the sample rate and taken as white. Above 20 Hz only where most of the
+    acceleration is there.
+
+    Args:
+        integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
     """
-    above = positions - low_pass(positions, 0.2 / h, h)
-    noise = np.std(above, axis=0) / np.sqrt(0.6)
+    noise = white_noise(positions, low_pass(positions, 0.2 / h, h), 0.2 / h, h, integrated)
 
     def quiet(cutoffs: Sequence[float]) -> tuple[float, Array] | None:
         for cutoff in cutoffs:
@@ -139,7 +196,7 @@ def quiet_cutoff(positions: Array, h: float) -> float:
                 continue
             smooth = low_pass(positions, cutoff, h)
             acceleration = np.std(central_difference(central_difference(smooth, h), h), axis=0)
-            if np.all(noise * (2 * np.pi * cutoff) ** 2 * np.sqrt(2 * cutoff * h / 5) <= NOISE_SHARE * acceleration):
+            if np.all(derivative_noise(noise, cutoff, h, 2, integrated) <= NOISE_SHARE * acceleration):
                 return cutoff, acceleration
         return None
 

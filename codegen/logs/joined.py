@@ -148,6 +148,7 @@ def _merged(one: Intake, other: Intake) -> Intake:
         repaired=repaired,
         dropped=one.dropped + other.dropped,
         smallest_step=steps,
+        integrated=one.integrated,
         columns={**one.columns, **other.columns},
         brought={**one.brought, **other.brought},
     )

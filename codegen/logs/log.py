@@ -46,6 +46,7 @@ class Intake:
         repaired: symbol → how many of its values were not finite and were filled in.
         dropped: rows left out because they repeat a time stamp or have none.
         smallest_step: one a coordinate, SI: the measuring step seen in the raw positions; 0 if none is visible.
+        integrated: one a coordinate, whether its positions are the integral of its measured speed; empty for none.
         repeated, stale: shares of all rows, and of those in fast motion, that repeat the motion of the row before.
         findings: on how the raw numbers were stored, such as signed numbers stored unsigned.
         doubted: symbols whose numbers are wrong, by ``findings``.
@@ -60,6 +61,7 @@ class Intake:
     repaired: Mapping[str, int] = field(default_factory=dict)
     dropped: int = 0
     smallest_step: tuple[float, ...] = ()
+    integrated: tuple[bool, ...] = ()
     repeated: float = 0.0
     stale: float = 0.0
     findings: tuple[Finding, ...] = ()

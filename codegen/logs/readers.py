@@ -321,6 +321,7 @@ def _log(
         repaired=cleaned.repaired,
         dropped=cleaned.dropped,
         smallest_step=steps,
+        integrated=tuple(name in binding.integrated for name in spec.positions),
         repeated=repeated,
         stale=stale,
         findings=(*binding.findings, *(finding for _, finding in found)),
