@@ -2,10 +2,10 @@
 
 For each coordinate the low-passed residual r of a model is regressed on cubic B-splines of one variable at a time
 (speed, position, load, acceleration, rate of the input, time, distance since the last reversal), on a line of its
-spectrum, and on all of them together. The penalty on second differences of the weights (P-splines) is chosen by
-cross-validation; every share is 1 − Σ(r − r̂)²/Σr² on held-out parts of the log. A friction law should explain most of
-what a regression on its own variable can; what no variable explains is noise. The share of a constant is reported
-separately, since every variable includes it.
+spectrum, on all of them together, and on the ringing of a load behind a spring. The penalty on second differences of
+the weights (P-splines) is chosen by cross-validation; every share is 1 − Σ(r − r̂)²/Σr² on held-out parts of the log. A
+friction law should explain most of what a regression on its own variable can; what no variable explains is noise. The
+share of a constant is reported separately, since every variable includes it.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.residual import Masks, evaluate_forces, residual_at_drive, slip_velocities
 from codegen.diagnosis.results import Remainder, Term
 from codegen.diagnosis.signals import Motion, central_difference
+from codegen.diagnosis.starting_values import resonances, resonant
 from codegen.mechanics.system import Matrix, System
 
 Array = NDArray[np.float64]
@@ -46,6 +47,8 @@ STATE = ("speed", "position", "load", "acceleration", "distance since reversal")
 """Variables of the motion: what they predict is no change in time."""
 REPEATED = 2.0
 """Least z-score of the held-out gains by sign: their sum over the root of the sum of their squares."""
+SURELY_RINGS = 6.0
+"""Least standard deviations of the weight of a resonance, the best of 120: 1 % of false alarms asks for 4."""
 SLIDING = 0.03
 """Share of a contact's 95 % speed above which it surely slides; below, friction may balance any load."""
 
@@ -66,6 +69,10 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
         if not left.over:
             found.append(left)
             continue
+        acceleration = variables_of(system, motion, residual, i)["acceleration"]
+        inertia = float(np.mean(_inertia(system, motion, i)))
+        rings = ringing(residual[:, i], rows, acceleration, inertia, motion)
+        left = replace(left, structured=max(rings, left.structured), over={**left.over, "ringing": rings})
         terms = varying_terms(system, motion, i)
         changed = _changed(residual[:, i], rows, motion, terms, variables, inertia_noise(system, motion, i))
         share, over = changed.share, left.over
@@ -206,8 +213,7 @@ def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dic
     x, v = motion.positions[:, i], motion.velocities[:, i]
     rate = central_difference(acting_force(system, motion)[:, [i]], motion.sample_time)
     touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
-    mass = evaluate_forces(system, [Matrix([system.mass_matrix[i, i], *[0] * (len(system.positions) - 1)])], motion)[0]
-    noise = noise_share(system, motion, residual, i) * residual[:, i] / mass[:, 0]
+    noise = noise_share(system, motion, residual, i) * residual[:, i] / _inertia(system, motion, i)
     return {
         "speed": slip_velocities(system, motion)[:, touching[0]] if touching else v,
         "position": x,
@@ -217,6 +223,38 @@ def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dic
         "time": motion.time,
         "distance since reversal": since_reversal(x, v),
     }
+
+
+def _inertia(system: System, motion: Motion, i: int) -> Array:
+    """(N,) M_ii along the motion."""
+    column = Matrix([system.mass_matrix[i, i], *[0] * (system.degrees_of_freedom - 1)])
+    return np.asarray(evaluate_forces(system, [column], motion)[0][:, 0])
+
+
+def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inertia: float, motion: Motion) -> float:
+    """Share of a squared residual (N,) that a resonance explains on held-out pieces; 0 where it is not sure.
+
+    The residual of a load behind a spring is a filtered acceleration times a weight (``resonances``). A few moves may
+    excite most of it, so that most is explained on few pieces. So the pieces need not agree; the weight must differ
+    from zero by ``SURELY_RINGS`` standard deviations. These are from the sums over pieces of what the weight that is
+    fitted to the other folds leaves.
+
+    Args:
+        acceleration: (N,) without noise that is in the residual too. inertia: of the coordinate.
+    """
+    kept = _thinned(rows)
+    found = resonances(residual, acceleration, inertia, motion, 1) if kept.sum() >= LEAST_ROWS else ()
+    if not found:
+        return 0.0
+    column = resonant(found[0].frequency, found[0].damping_ratio, acceleration, motion)[kept]
+    y, piece, fold = residual[kept], _pieces(kept), np.arange(CHUNKS) % FOLDS
+    power, along = (np.bincount(piece, weights=z, minlength=CHUNKS) for z in (column**2, column * y))
+    rest_power, rest_along = (z.sum() - np.bincount(fold, weights=z)[fold] for z in (power, along))
+    weight = rest_along / np.maximum(rest_power, 1e-300)
+    deviation = float(np.sqrt(((along - weight * power) ** 2).sum()))
+    if -float(along.sum()) < SURELY_RINGS * deviation:
+        return 0.0
+    return max(0.0, float((2 * weight * along - weight**2 * power).sum()) / max(float(y @ y), 1e-300))
 
 
 def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:

@@ -344,12 +344,11 @@ def resonances(
     Args:
         acceleration: (N,) of the coordinate. inertia: M.
     """
-    used, rate = motion.usable, 1 / motion.sample_time
+    used = motion.usable
     y = residual[used] - residual[used].mean()
     found: list[tuple[float, Resonance]] = []
     for frequency, ratio in product(2 * np.pi * motion.cutoff_hz * FREQUENCIES, DAMPING_RATIOS):
-        b, a = bilinear([1.0, 0.0, 0.0], [1.0, 2 * ratio * frequency, frequency**2], rate)
-        column = motion.low_pass(lfilter(b, a, acceleration)[:, None])[used, 0]
+        column = resonant(float(frequency), ratio, acceleration, motion)[used]
         power = float(column @ column)
         share = -float(column @ y) / (power * inertia) if power > 0 else 0.0
         if share > 0:
@@ -363,3 +362,9 @@ def resonances(
         if len(chosen) == most:
             break
     return tuple(chosen)
+
+
+def resonant(frequency: float, damping_ratio: float, acceleration: Array, motion: Motion) -> Array:
+    """(N,) acceleration filtered by s²/(s² + 2ζω s + ω²), low-passed."""
+    b, a = bilinear([1.0, 0.0, 0.0], [1.0, 2 * damping_ratio * frequency, frequency**2], 1 / motion.sample_time)
+    return motion.low_pass(lfilter(b, a, acceleration)[:, None])[:, 0]
