@@ -27,6 +27,7 @@ def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any]) -> A
     word, *parts = entry
     kernel.demand(word in ("+", "*", "neg", "/", "^", *FUNCTIONS), f"matrix: {word}")
     first = polynomial(parts[0], names, known)
+    kernel.demand(word != "exp" or not first or first.names(), "matrix: exp of a number")
     if word in FUNCTIONS:
         return kernel.function(FUNCTIONS[word], first, known)
     if word == "^":

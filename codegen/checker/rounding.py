@@ -9,26 +9,31 @@ polynomial's coefficients. Of the shipped code it is 600 000 times at most.
 """
 
 import ast
+import json
+import re
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
     from codegen.checker import frame, kernel
 
 
-def require(shown: dict[str, Any], formulas: dict[str, str]) -> None:
-    """Raises ValueError where this does not hold in one of the functions of the C.
+def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
+    """Raises ValueError where this does not hold in one of the functions of the C, or a formula of the proof with exp.
 
     Args:
-        shown: of a proof, by kernel.prove; formulas: its `states`.
+        shown: of the proof, by kernel.prove.
     """
     c, names, known = shown["c"], shown["names"], shown["known"]
     values = {x: names[x] for x in c.values}
     Sized({x: p for x, p in values.items() if x not in dict(c.prepare)}, known, c.precision).run(c.prepare, [*values])
     claim = kernel.Text(names, known)
-    start = {z: claim.value(of) for z, of in formulas.items()}
+    start = {z: claim.value(of) for z, of in proof["states"].items()}
     text = Sized({x: p for x, p in names.items() if x not in c.outputs} | start, known, c.precision)
     text.run(c.step, [])
     text.run(c.commit, c.states + c.outputs)
+    said = Sized(names, known, c.precision)
+    for formula in set(re.findall(r'"([^"]*\bexp *\([^"]*)"', json.dumps(proof))):
+        said.checked(formula)
     free = values | {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):
         Sized(free, {}, c.precision).run(program, c.states)
@@ -43,10 +48,15 @@ class Sized(kernel.Text):
 
     def run(self, assignments: list[tuple[str, str]], writable: list[str]) -> dict[str, Any]:
         for name, value in assignments:
-            size = self.size(ast.parse(text := value.strip(), mode="eval").body, text)
+            size = self.checked(value)
             super().run([(name, value)], writable)
-            self.sizes[name] = self.left(self.names[name], size)
+            self.sizes[name] = size
         return self.names
+
+    def checked(self, value: str) -> float:
+        """The size of an expression."""
+        text = value.strip()
+        return self.left(self.value(text), self.size(ast.parse(text, mode="eval").body, text))
 
     def left(self, p: Any, size: float) -> float:
         """The size, if not nearly all of it cancels in p."""

@@ -113,7 +113,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
             used, limit, usual = shown["check"], shown["c"].precision.limit, shown["c"].precision.usual
             size = sum(abs(c) * usual ** sum(not x.startswith("sign.") for x in m) for m, c in used.items())
             kernel.demand(0 < size <= limit, "not a sum")
-        rounding.require(shown, proof["states"])
+        rounding.require(proof, shown)
         held.require(proof, shown)
         steady(proof, shown, sorted({*proof["signs"], *turns}))
         return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "fixed": fixed(proof, shown)}

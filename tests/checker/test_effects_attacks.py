@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import decimal
 import hashlib
 import json
 from collections.abc import Callable
@@ -297,3 +298,30 @@ def test_a_v_of_its_own_is_not_bound_where_it_is_of_one_direction_alone() -> Non
     report = verify.check(json.dumps(content), sources=files | {"proof.json": json.dumps(proof).encode()})
     assert report.unproved and not report.proved
     alone(proof, sources | {"one_mass.c": code})
+
+
+def enlarged(digits: int = 50) -> str:
+    """1e60 times what is left of e beside its first digits, which were taken for it: -4e10."""
+    return f"1e60*(exp(1) - {decimal.Context(digits).exp(1)})"
+
+
+def test_a_machine_of_what_is_left_of_an_exponential_is_refused() -> None:
+    """It was printed, and proved to be the one without."""
+    _, sources, text = made("actuator_lag")
+    proof, before = json.loads(text), "-true.a_rail*sign.rail"
+    for field, key in (("force", 0), ("acceleration", "true.v")):
+        assert before in proof[field][key]
+        proof[field][key] = proof[field][key].replace(before, f"{before} - {enlarged()}*true.v")
+    with pytest.raises(verify.Refused, match="is its rounding"):
+        alone(proof, sources)
+
+
+def test_a_matrix_with_the_exponential_of_a_number_is_not_rounded() -> None:
+    """Its V was shown to fall, by numbers of 50 digits, where A is -4e10."""
+    content = json.loads(made("actuator_lag")[0]) | {"reversals": [], "variables": {}, "splits": {}, "cover": [""]}
+    content |= {"error": content["error"][:1], "code": {"errors": [], "variables": {}, "motion": {}}}
+    e = Fraction(str(decimal.Context(50).exp(1)))
+    content["parameters"] = [{"name": "q", "expression": ["*", str(10**60), ["+", ["exp", "1"], str(-e)]]}]
+    content |= {"matrix": [[["+", "-1", "q"]]], "lyapunov_matrix": [["1"]], "decay_rate": "1/2"}
+    with pytest.raises(verify.Refused, match="exp of a number"):
+        verify.check(json.dumps(content), sources={})
