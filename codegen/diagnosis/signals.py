@@ -27,8 +27,8 @@ SHORTEST_TEST_S = 3.0
 """For a log that only compares models: both ends trimmed, it still holds two free runs."""
 CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
 """Default cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
-NOISE_WINDOWS, LEAST_USUAL = 40, 0.5
-"""Windows of a speed's noise, and the least share of its RMS in the whole log that the noise has in the median one."""
+NOISE_WINDOWS, LEAST_WINDOW, MOST_FREQUENCY = 40, 100, 0.47
+"""For the noise of a speed: windows of the log, least samples of one, and highest frequency over the sample rate."""
 NOISE_SHARE = 0.05
 """Largest share of noise in the low-passed acceleration, on every coordinate."""
 FASTER_HZ = (80.0, 56.0, 40.0, 28.0)
@@ -151,7 +151,7 @@ def white_noise(
 
     Where a position is the integral of a measured speed, the speed has that noise. The steps of such a position are
     means of two neighbouring speeds, which leaves the share cos²(πν) of the noise's power at the frequency ν/h. A speed
-    shows impacts and vibrations more than a position does, so the median over windows counts.
+    shows impacts and vibrations more than a position does: ``_white_speed`` leaves them out.
 
     Args:
         measured, smooth: (N, n) positions, raw and low-passed at this cutoff. rows: samples that count.
@@ -159,14 +159,30 @@ def white_noise(
     above = measured - smooth
     noise = np.std(above[rows], axis=0) / np.sqrt(max(0.05, 1 - 2 * cutoff_hz * h))
     if any(integrated):
-        frequency = (np.arange(500) + 0.5) / 1000
-        passed = 1 / (1 + (np.tan(np.pi * frequency) / np.tan(np.pi * min(cutoff_hz * h, 0.475))) ** (2 * ORDER))
-        share = float(np.mean((1 - passed) ** 2 * np.cos(np.pi * frequency) ** 2))
-        steps = np.diff(above, axis=0, prepend=above[:1])[rows] / h
-        whole = np.std(steps, axis=0)
-        usual = np.median([np.std(part, axis=0) for part in np.array_split(steps, NOISE_WINDOWS)], axis=0)
-        noise = np.where(integrated, np.maximum(usual, LEAST_USUAL * whole) / np.sqrt(share), noise)
+        steps = np.diff(measured, axis=0, prepend=measured[:1])[rows] / h
+        noise = np.where(integrated, _white_speed(steps, min(cutoff_hz * h, 0.4)), noise)
     return np.asarray(noise)
+
+
+def _white_speed(steps: Array, above: float) -> Array:
+    """(n,) standard deviation of the white noise of a speed, from means of its neighbours (N, n).
+
+    By the median of the spectral density over windows and frequencies, which has ln 2 times the mean's value: a
+    vibration stands out at few frequencies, an impact in few windows.
+
+    Args:
+        above: frequency, of the sample rate, above which no motion is expected.
+    """
+    length = max(LEAST_WINDOW, len(steps) // NOISE_WINDOWS)
+    starts = range(0, max(1, len(steps) - length + 1), length)
+    windows = np.stack([steps[k : k + length] for k in starts])
+    tapered = windows - windows.mean(axis=1, keepdims=True)
+    taper = np.hanning(tapered.shape[1])[:, None]
+    power = np.abs(np.fft.rfft(tapered * taper, axis=1)) ** 2 / np.sum(taper**2)
+    frequency = np.fft.rfftfreq(tapered.shape[1])
+    used = (frequency > above) & (frequency < MOST_FREQUENCY)
+    density = power[:, used] / (np.cos(np.pi * frequency[used]) ** 2)[:, None]
+    return np.asarray(np.sqrt(np.median(density, axis=(0, 1)) / np.log(2)))
 
 
 def derivative_noise(noise: Array, cutoff_hz: float, h: float, order: int, integrated: Sequence[bool] = ()) -> Array:

@@ -86,3 +86,11 @@ def test_what_is_lacking_is_found_by_speed_alone(tmp_path: Path) -> None:
     (one,) = found.effects
     assert (one.kind, one.on) == ("viscous", "rail")
     assert one.parameters["b"] == pytest.approx(4.0, rel=0.05)
+
+
+def test_a_vibration_is_no_noise_of_the_speed(tmp_path: Path) -> None:
+    """A loop that hums at 170 Hz, ten times as loud as the noise."""
+    log = speed_only(log_of(stage(), tmp_path, "train.csv"), tmp_path)
+    hum = 10 * SIGMA * np.sqrt(2) * np.sin(2 * np.pi * 170 * log.time) / (2 * np.pi * 170)
+    humming = replace(log, positions=log.positions + hum[:, None])
+    assert smooth_motion(humming, 10.0).noise[0] == pytest.approx(SIGMA, rel=0.15)
