@@ -8,7 +8,16 @@ from dataclasses import dataclass, field
 
 from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.base.user_text import shown
-from codegen.logs.column_names import is_brought, lines_of, proposed_columns, reasons, stated_unit, unit_behind, unit_of
+from codegen.logs.column_names import (
+    is_brought,
+    is_counter,
+    lines_of,
+    proposed_columns,
+    reasons,
+    stated_unit,
+    unit_behind,
+    unit_of,
+)
 from codegen.logs.description import LogDescription
 from codegen.logs.log import Finding
 from codegen.logs.source import LogFile, listing
@@ -228,8 +237,11 @@ class _Search:
         first = self.missing[lacking[0]]
         if not told:
             raise first
+        counted = "t" in lacking and "t" not in found and all(map(is_counter, left))
         absent = f"no {'columns' if len(lacking) > 1 else 'column'} {', '.join(f'`{s}`' for s in lacking)}"
-        lines = lines_of(told, {s: "..." for s in lacking if s not in found})
+        lines = lines_of(told, {s: "..." for s in lacking if s not in found and not (s == "t" and counted)})
+        if counted:
+            lines += " and `sample_time: SECONDS`"
         expected = f"{lines} in a meta.yaml beside the log ({reasons(told)}); it has {listing(self.names)}"
         nearest = told[0].column if told[0].symbol == lacking[0] else None
         raise BadInput(first.place, absent, expected, nearest, code="LOG003")

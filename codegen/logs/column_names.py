@@ -1,5 +1,6 @@
-"""What the name of a log's column says: its unit (``x [mm]``, ``x (mm)``, ``x / mm``, ``x_mm``), and which variable it
-may hold, for those that a log does not name: by name, by unit, by what is usually called so, or since no other is left.
+"""What the name of a log's column says: its unit (``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm``, ``x_mm``), and which
+variable it may hold, for those that a log does not name: by name, by unit, by what is usually called so, or since no
+other is left.
 A proposal is only shown in a message; no column is read because of it.
 """
 
@@ -17,7 +18,8 @@ from codegen.spec.units import base_units, is_unit, same_dimension, si_factor
 
 _IN_SQUARE = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*")
 _IN_ROUND = re.compile(r"(.*\S)\s*\(([^()]*)\)\s*")
-_BELOW_LINE = re.compile(r"(.+?)\s+/\s+(\S.*?)\s*")
+_BELOW_LINE = re.compile(r"(.+?)\s+/\s+(\S.*?)\s*|([^/\s]+)/(\S+)\s*")
+"""Behind a line with blanks around it; without blanks only where the name holds no other line, as paths do."""
 _BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
 """Units that the end of a name can mean and that are nothing else."""
 AMBIGUOUS = ("grad",)
@@ -37,19 +39,23 @@ COMMANDED = frozenset(
     {"command", "commands", "cmd", "desired", "target", "reference", "ref", "setpoint", "goal", "action"}
 )
 """Words that keep a column from being taken for a measured position."""
+COUNTED = frozenset({"sample", "samples", "index", "idx", "row", "line", "nr", "no", "number", "n", "k", "count", "id"})
+"""Words of which the name of a column of row numbers is made; it is no time."""
 
 
 def stated_unit(name: str) -> tuple[str, str]:
-    """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``, ``x / mm``; empty for none.
+    """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``, ``x/mm``; empty for none.
 
     Text in square brackets is always taken as a unit; text after the other signs only if it is a known unit.
     """
     square = _IN_SQUARE.fullmatch(name)
     if square is not None:
         return square[1], square[2].strip()
-    found = _IN_ROUND.fullmatch(name) or _BELOW_LINE.fullmatch(name)
-    if found is not None and is_unit(found[2].strip()):
-        return found[1], found[2].strip()
+    for form in (_BELOW_LINE, _IN_ROUND):
+        found = form.fullmatch(name)
+        bare, unit = (text.strip() for text in found.groups() if text) if found else ("", "")
+        if bare and is_unit(unit):
+            return bare, unit
     return name, ""
 
 
@@ -113,7 +119,9 @@ def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spe
     rest = [symbol for symbol in symbols if symbol not in told]
     if len(rest) == 1 and len(left) == 1:
         ((name, unit),) = left.items()
-        if _unit(name, unit) == "" or _fits(_unit(name, unit), unit_of(rest[0], spec)):
+        known = _unit(name, unit)
+        counted = rest[0] == "t" and is_counter(name)
+        if not counted and (known == "" or _fits(known, unit_of(rest[0], spec))):
             told[rest[0]] = _proposed(rest[0], name, unit, "since no other column is left", spec)
     return tuple(told[symbol] for symbol in symbols if symbol in told)
 
@@ -147,6 +155,11 @@ def _called(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool
 
 def _asked(symbol: str, name: str, spec: Spec) -> bool:
     return symbol in spec.positions and bool(COMMANDED & _words(name))
+
+
+def is_counter(name: str) -> bool:
+    """Whether a column's name says that it holds the numbers of the rows: ``Sample``, ``row_nr``, ``Index``."""
+    return bool(_words(name)) and _words(name) <= COUNTED
 
 
 def words_of(name: str) -> list[str]:

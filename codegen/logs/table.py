@@ -96,12 +96,16 @@ class Layout:
 
 @dataclass(frozen=True)
 class _Rows:
-    """The first rows of numbers: index of the first one, how lines are split, and whether they are numbered."""
+    """The first rows of numbers: index of the first one, how lines are split, and whether they are numbered.
+
+    ``width`` counts the fields up to the last one that is not empty, ``most`` the empty ones behind it too.
+    """
 
     index: int
     delimiter: str
     wrapped: bool
     width: int
+    most: int
     numbered: bool = False
 
 
@@ -287,14 +291,19 @@ def _is_another(texts: Sequence[str], row: Sequence[str]) -> bool:
     return len(texts) == len(row) and any(map(_is_number, pairs)) and missing
 
 
-def _split(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
+def _all_of(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
     """The fields of a line that may be anything; empty where it cannot be split."""
     if len(line) > LONGEST_LINE:
         return []
     try:
-        found = fields(unwrapped(line)[0] if wrapped else line, delimiter, Place(""))
+        return fields(unwrapped(line)[0] if wrapped else line, delimiter, Place(""))
     except BadInput:
         return []
+
+
+def _split(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
+    """The fields of a line, without empty ones at its end."""
+    found = _all_of(line, delimiter, wrapped)
     while len(found) > 1 and not found[-1].strip():
         found.pop()
     return found
@@ -354,10 +363,11 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
             last = texts
             if len(alike) == ROWS_ALIKE or (len(alike) == 2 and i == places[-1]):
                 above = [_split(lines[k], delimiter, wrapped) for k in places[: places.index(alike[0])]]
-                while above and _is_another(above[-1], last):  # rows with a text beside them, as oscilloscopes begin
-                    above.pop()
+                most = max(len(last), len(_all_of(lines[i], delimiter, wrapped)))
+                while above and len(above[-1]) <= most and _is_another(above[-1][: len(last)], last):
+                    above.pop()  # rows with a text beside them, as oscilloscopes begin, or with a remark at their end
                 begun = [t for k in places[len(above) :][:2] for t in _split(lines[k], delimiter, wrapped)[:1]]
-                return _Rows(places[len(above)], delimiter, wrapped, len(last), begun in (["1", "2"], ["0", "1"]))
+                return _Rows(places[len(above)], delimiter, wrapped, len(last), most, begun in (["1", "2"], ["0", "1"]))
     return None
 
 
@@ -377,7 +387,7 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
         lower, upper = split[near[0]], split[near[1]]
         sought = [sum(name.strip() in asked for name in line) for line in (lower, upper)]
         if _are_units(lower) or sought[1] > sought[0] or (sought[0] == sought[1] and _are_units(lower, but=1)):
-            at, units = near[1], tuple(zip(_named(upper), (_bare(u) for u in lower), strict=True))
+            at, units = near[1], tuple(zip(_named(upper), map(_bare, lower), strict=False))
         elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]):
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in a log description"
@@ -452,7 +462,7 @@ def _names_of(line: str, rows: _Rows) -> list[str]:
         texts = ["", *texts]
     if len(texts) == rows.width + 1 and texts[-1].strip().lower() == "comment":
         texts.pop()
-    if len(texts) != rows.width or any(map(_is_number, texts)) or not any(t.strip() for t in texts):
+    if not rows.width <= len(texts) <= rows.most or any(map(_is_number, texts)) or not any(t.strip() for t in texts):
         return []
     return texts
 

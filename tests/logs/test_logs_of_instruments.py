@@ -163,6 +163,23 @@ READ = {
         "column `t` is time of day",
     ),
     "units below a line": ("t / s;x / mm;w / N\n" + lines(";", comma=True, scale=(1, 1e3, 1)), "", "x is in mm"),
+    "units below a line without blanks": (
+        "t/ms;x/mm;w/N\n" + lines(";", comma=True, scale=(1e3, 1e3, 1)),
+        "",
+        "t is in ms",
+    ),
+    "a remark at the end, with units": (
+        "Rig 3;run 17\nDate;04.03.2026\n\nZeit;x;w;Remark\n[ms];[mm];[N];\n"
+        + lines(";", comma=True, scale=(1e3, 1e3, 1), tail=";"),
+        "",
+        "the header is line 4",
+    ),
+    "a remark in the first row": (
+        "Rig 3;run 17\nDate;04.03.2026\n\nZeit;x;w;Remark\n[ms];[mm];[N];\n"
+        + lines(";", comma=True, scale=(1e3, 1e3, 1), tail=";").replace(";\n", ";start\n", 1),
+        "",
+        "the header is line 4",
+    ),
     "units of a comment under the header": (
         "t,x,w\n# units: ms, mm, N\n" + lines(scale=(1e3, 1e3, 1)),
         "",

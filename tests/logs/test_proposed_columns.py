@@ -62,6 +62,15 @@ def test_the_proposed_line_reads_the_log(tmp_path, motor, header):
     assert read_log(path, motor).size > 2
 
 
+def test_row_numbers_are_no_time(tmp_path, motor):
+    """A log at 500 Hz with numbers of rows: asked for is the sample time, and the column is not offered as a time."""
+    path = write(tmp_path, "Sample,pos_deg,current_A")
+    with refused("LOG003") as caught:
+        read_log(path, motor)
+    assert tells(caught.value, "LOG003 `t` `sample_time: SECONDS` pos_deg current_A")
+    assert "t: " not in caught.value.expected.partition("it has")[0]
+
+
 @pytest.mark.parametrize("header", NOT_TOLD)
 def test_nothing_is_proposed_where_nothing_tells(tmp_path, motor, header):
     with pytest.raises(BadInput) as caught:
