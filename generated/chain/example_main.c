@@ -26,13 +26,12 @@ int main(void)
     chain_state state;
     chain_inputs inputs;
     chain_outputs outputs;
-    int first = 1;
+    unsigned long samples = 0;
 
     memset(&outputs, 0, sizeof outputs);
     while (read_sample(&inputs)) {
-        if (first) {
+        if (samples++ == 0) {
             chain_init(&state, &parameters, &inputs);
-            first = 0;
         }
         chain_step(&state, &parameters, &inputs, &outputs);
         for (int i = 0; i < 16; i++) {
@@ -48,6 +47,10 @@ int main(void)
             printf("%.17g ", outputs.F_hat_on_x[i]);
         }
         printf("%d\n", outputs.fault);
+    }
+    if (!feof(stdin)) { /* such as a header line */
+        fprintf(stderr, "sample %lu is not 17 numbers\n", samples + 1);
+        return 1;
     }
     return 0;
 }

@@ -24,13 +24,12 @@ int main(void)
     one_mass_cfo_semi_implicit_state state;
     one_mass_cfo_semi_implicit_inputs inputs;
     one_mass_cfo_semi_implicit_outputs outputs;
-    int first = 1;
+    unsigned long samples = 0;
 
     memset(&outputs, 0, sizeof outputs);
     while (read_sample(&inputs)) {
-        if (first) {
+        if (samples++ == 0) {
             one_mass_cfo_semi_implicit_init(&state, &parameters, &inputs);
-            first = 0;
         }
         one_mass_cfo_semi_implicit_step(&state, &parameters, &inputs, &outputs);
         printf("%.17g ", outputs.v_hat);
@@ -38,6 +37,10 @@ int main(void)
         printf("%.17g ", outputs.F_hat_rail);
         printf("%.17g ", outputs.F_hat_on_x);
         printf("%d\n", outputs.fault);
+    }
+    if (!feof(stdin)) { /* such as a header line */
+        fprintf(stderr, "sample %lu is not 2 numbers\n", samples + 1);
+        return 1;
     }
     return 0;
 }

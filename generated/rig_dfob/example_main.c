@@ -24,13 +24,12 @@ int main(void)
     rig_dfob_state state;
     rig_dfob_inputs inputs;
     rig_dfob_outputs outputs;
-    int first = 1;
+    unsigned long samples = 0;
 
     memset(&outputs, 0, sizeof outputs);
     while (read_sample(&inputs)) {
-        if (first) {
+        if (samples++ == 0) {
             rig_dfob_init(&state, &parameters, &inputs);
-            first = 0;
         }
         rig_dfob_step(&state, &parameters, &inputs, &outputs);
         printf("%.17g ", outputs.omega_hat);
@@ -39,6 +38,10 @@ int main(void)
         printf("%.17g ", outputs.F_hat_plates);
         printf("%.17g ", outputs.F_hat_on_theta);
         printf("%d\n", outputs.fault);
+    }
+    if (!feof(stdin)) { /* such as a header line */
+        fprintf(stderr, "sample %lu is not 2 numbers\n", samples + 1);
+        return 1;
     }
     return 0;
 }

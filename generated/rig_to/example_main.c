@@ -24,19 +24,22 @@ int main(void)
     rig_to_state state;
     rig_to_inputs inputs;
     rig_to_outputs outputs;
-    int first = 1;
+    unsigned long samples = 0;
 
     memset(&outputs, 0, sizeof outputs);
     while (read_sample(&inputs)) {
-        if (first) {
+        if (samples++ == 0) {
             rig_to_init(&state, &parameters, &inputs);
-            first = 0;
         }
         rig_to_step(&state, &parameters, &inputs, &outputs);
         printf("%.17g ", outputs.omega_hat);
         printf("%.17g ", outputs.tracked_theta);
         printf("%.17g ", outputs.F_hat_on_theta);
         printf("%d\n", outputs.fault);
+    }
+    if (!feof(stdin)) { /* such as a header line */
+        fprintf(stderr, "sample %lu is not 2 numbers\n", samples + 1);
+        return 1;
     }
     return 0;
 }

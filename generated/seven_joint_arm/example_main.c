@@ -38,13 +38,12 @@ int main(void)
     seven_joint_arm_state state;
     seven_joint_arm_inputs inputs;
     seven_joint_arm_outputs outputs;
-    int first = 1;
+    unsigned long samples = 0;
 
     memset(&outputs, 0, sizeof outputs);
     while (read_sample(&inputs)) {
-        if (first) {
+        if (samples++ == 0) {
             seven_joint_arm_init(&state, &parameters, &inputs);
-            first = 0;
         }
         seven_joint_arm_step(&state, &parameters, &inputs, &outputs);
         printf("%.17g ", outputs.v_shoulder_yaw_hat);
@@ -69,6 +68,10 @@ int main(void)
         printf("%.17g ", outputs.F_hat_on_wrist_pitch);
         printf("%.17g ", outputs.F_hat_on_hand_roll);
         printf("%d\n", outputs.fault);
+    }
+    if (!feof(stdin)) { /* such as a header line */
+        fprintf(stderr, "sample %lu is not 14 numbers\n", samples + 1);
+        return 1;
     }
     return 0;
 }

@@ -26,13 +26,12 @@ int main(void)
     two_link_arm_state state;
     two_link_arm_inputs inputs;
     two_link_arm_outputs outputs;
-    int first = 1;
+    unsigned long samples = 0;
 
     memset(&outputs, 0, sizeof outputs);
     while (read_sample(&inputs)) {
-        if (first) {
+        if (samples++ == 0) {
             two_link_arm_init(&state, &parameters, &inputs);
-            first = 0;
         }
         two_link_arm_step(&state, &parameters, &inputs, &outputs);
         printf("%.17g ", outputs.omega1_hat);
@@ -44,6 +43,10 @@ int main(void)
         printf("%.17g ", outputs.F_hat_on_theta1);
         printf("%.17g ", outputs.F_hat_on_theta2);
         printf("%d\n", outputs.fault);
+    }
+    if (!feof(stdin)) { /* such as a header line */
+        fprintf(stderr, "sample %lu is not 4 numbers\n", samples + 1);
+        return 1;
     }
     return 0;
 }

@@ -25,13 +25,12 @@ int main(void)
     two_mass_state state;
     two_mass_inputs inputs;
     two_mass_outputs outputs;
-    int first = 1;
+    unsigned long samples = 0;
 
     memset(&outputs, 0, sizeof outputs);
     while (read_sample(&inputs)) {
-        if (first) {
+        if (samples++ == 0) {
             two_mass_init(&state, &parameters, &inputs);
-            first = 0;
         }
         two_mass_step(&state, &parameters, &inputs, &outputs);
         printf("%.17g ", outputs.v1_hat);
@@ -43,6 +42,10 @@ int main(void)
         printf("%.17g ", outputs.F_hat_on_x1);
         printf("%.17g ", outputs.F_hat_on_x2);
         printf("%d\n", outputs.fault);
+    }
+    if (!feof(stdin)) { /* such as a header line */
+        fprintf(stderr, "sample %lu is not 3 numbers\n", samples + 1);
+        return 1;
     }
     return 0;
 }

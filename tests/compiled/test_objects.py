@@ -79,6 +79,8 @@ def test_example_prints_what_the_twin_computes(built):
     assert values[:, :-1].tobytes() == built.python_run(rows)[0].tobytes()
     assert values[:, -1].tolist() == [0, 0]
     assert run("./example", cwd=built.folder, text="") == ""
+    refused = subprocess.run("./example", cwd=built.folder, input="t,x\n" + text, capture_output=True, text=True)
+    assert (refused.returncode, refused.stdout) == (1, "") and "sample 1 is not" in refused.stderr
 
 
 @pytest.mark.skipif(shutil.which("g++") is None, reason="there is no g++ here")
