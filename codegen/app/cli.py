@@ -146,21 +146,19 @@ def verify(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check a certificate or proof.json by the independent checker (codegen/checker/, standard library only).
+    """Check a certificate, that of a generated folder, or proof.json by the independent checker (codegen/checker/).
 
     Exit status: 0 verified, and proved of the C beside it; 4 the same where the printed conditions hold; 5 the algebra
     holds, and it was not bound to code; 3 refused.
     """
+    from codegen.app.verify import certificate_in, readable, verification_json
     from codegen.checker import verify as checker
 
+    certificate = certificate_in(certificate)
     if as_json:
-        from codegen.app.verify import verification_json
-
         content, status = verification_json(certificate, spec)
         print_json(content)
     else:
-        from codegen.app.verify import readable
-
         readable(certificate)  # the checker says it too, but knows no codes of errors
         status = checker.main([str(certificate), *(["--spec", str(spec)] if spec is not None else [])])
     if status not in (2, REFUSED) and smt is not None:

@@ -40,15 +40,23 @@ class Verified(Shown):
         return {"format": FORMAT, "verified": True, **bound, **self.report._asdict()}
 
 
+def certificate_in(path: str | Path) -> Path:
+    """The certificate that a path names: a file, or certificate.json in a folder of generated code."""
+    return Path(path) / "certificate.json" if Path(path).is_dir() else Path(path)
+
+
 @verb_that_raises(checker.Refused)
 def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
     """Check a certificate or a proof by the independent checker, with the files that lie beside it.
+
+    Args:
+        path: of the file, or of the folder with a certificate.json.
 
     Raises:
         BadInput: if the file cannot be read.
         codegen.checker.verify.Refused: if the claim does not hold.
     """
-    path, spec = Path(path), None if spec is None else Path(spec)
+    path, spec = certificate_in(path), None if spec is None else Path(spec)
     try:
         return Verified(checker.check(read_text(path, CERTIFICATE, checker.MAX_TEXT), path.parent, spec))
     except json.JSONDecodeError as error:

@@ -9,6 +9,8 @@ from unittest.mock import patch
 
 import pytest
 
+import stiction as api
+
 from .command import COMMAND, SPECS, contents, is_one_message, process, stiction
 
 ONE = SPECS / "one_mass.yaml"
@@ -156,6 +158,14 @@ def test_certificate_that_cannot_be_read(folder):
         assert result.code == 2 and result.out == "" and len(result.err.splitlines()) == 1
     told = stiction("verify", "none.json").err
     assert told == "error: none.json: no such file; expected a certificate (JSON) [FILE001]\n"
+
+
+def test_the_folder_of_a_certificate_is_its_certificate(folder):
+    generated = SPECS.parent / "generated" / "one_mass"
+    named = stiction("verify", generated / "certificate.json")
+    assert stiction("verify", generated) == named and named.code == 0
+    assert api.verify(generated) == api.verify(generated / "certificate.json")
+    assert stiction("verify", "elsewhere").code == 2
 
 
 def test_words_that_look_like_markup_or_pictures(folder):
