@@ -17,6 +17,9 @@ Values = dict[sympy.Symbol, Any]
 Units = dict[sympy.Symbol, str]
 
 
+BESIDE = "what adds to a law, such as viscous friction, stands under `effects:` (`stiction effects`)"
+
+
 def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFriction, ...], Values, Units]:
     """The contacts in order, and the exact values and units of their laws' parameter symbols.
 
@@ -68,10 +71,11 @@ def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
         if meant:
             parameters = ", ".join(p.name for p in LAWS[meant].parameters)
             found += f", another name for `{meant}`: its parameters are {parameters}"
-        raise BadInput(spec.place(f"{key}.law"), found, f"one of {', '.join(LAWS)}", nearest, code="SPEC008")
+        expected = f"one of {', '.join(LAWS)}; {BESIDE}"
+        raise BadInput(spec.place(f"{key}.law"), found, expected, nearest, code="SPEC008")
     names = [p.name for p in law.parameters]
     for name in contact.parameters:
-        expected = f"name, law, unit and {', '.join(names)} of the law {law.name}"
+        expected = f"name, law, unit and {', '.join(names)} of the law {law.name}; {BESIDE}"
         refuse_unknown(name, names, spec.place(f"{key}.{name}"), "unknown key", expected, code="SPEC004")
     return law
 

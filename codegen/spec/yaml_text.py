@@ -161,13 +161,22 @@ def _key(name: object) -> str:
 
 
 def _collect(node: Any, key: str, file: str, places: dict[str, Place]) -> None:
-    """Add the place of each key in a node, and of each entry of its lists."""
+    """Add the place of each key in a node, and of each entry of its lists.
+
+    Raises:
+        BadInput: for a number with a decimal comma in a mapping, ``{value: 24,5}``, whose comma ends the value.
+    """
     listed = isinstance(node, CommentedSeq)
     entries = enumerate(node) if listed else node.items() if isinstance(node, CommentedMap) else ()
+    before: Any = None
     for name, value in entries:
         inner = f"{key}[{name}]" if listed else f"{key}.{_key(name)}" if key else _key(name)
         position = (node.lc.data or {}).get(name)
         places[inner] = Place(file, position[0] + 1 if position else None, inner)
+        if not listed and value is None and isinstance(before, int) and isinstance(name, int):
+            found, expected = f"`{before}` and a decimal comma", "a decimal point, as in `24.5`"
+            raise BadInput(Place(file, position[0] + 1 if position else None, key), found, expected, code="SPEC001")
+        before = value
         _collect(value, inner, file, places)
 
 

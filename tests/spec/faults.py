@@ -43,6 +43,7 @@ FAULTS: dict[str, tuple[str, str, str, str | None]] = {
     "misspelt key of a coordinate": ("velocity: v,", "velocty: v,", "SPEC004 `velocty`", "velocity"),
     "a list where a mapping belongs": ("coordinates:\n", "coordinates: []\nrest:\n", "SPEC004", None),
     "a mapping where text belongs": ("name: slider", "name: {a: b}", "SPEC006", None),
+    "a decimal comma": ("value: 2,", "value: 2,05,", "SPEC001 `2` comma `24.5`", None),
     "a word where a number belongs": ("value: 2,", "value: two,", "SPEC006", None),
     "true where a number belongs": ("value: 2,", "value: true,", "SPEC006", None),
     "nothing where a number belongs": ("value: 2,", "value: null,", "SPEC006", None),
@@ -91,6 +92,8 @@ FAULTS: dict[str, tuple[str, str, str, str | None]] = {
     "a law by its common name": ("law: coulomb, a: 5", "law: stribeck, a: 5", "SPEC008 `stribeck`", "gaussian"),
     "level missing": ("coulomb, a: 5,", "coulomb,", "SPEC003 `a`", None),
     "level negative": ("a: 5", "a: -5", "SPEC007 -5", None),
+    "viscous friction in a law": ("law: coulomb, a: 5", "law: coulomb+viscous, a: 5", "SPEC008 viscous effects:", None),
+    "viscous friction as a parameter": ("a: 5,", "a: 5, viscous: 1,", "SPEC004 `viscous` effects:", None),
     "unknown law parameter": ("a: 5,", "a: 5, a2: 1,", "SPEC004 `a2`", "a"),
     "contact that acts nowhere": ("[[1, 0], [0, 1]]", "[[1, 0], [0, 0]]", "SPEC019 2", None),
     # numbers
