@@ -106,12 +106,14 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded. But one that is
     # the exp of a number is its decimal, for all that is made of it, and so is this exp wherever it stands.
     known: Known = {}
+    decimals: Known = {}  # of an exp: one, or those of many parameters could lead away from it
     made = Text({x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)
     for parameter, text in c.prepare:
         exact = made.run([(parameter, text)], [*c.values])[parameter]
         decimal = c.values.get(parameter, exact.constant())
         demand(abs(exact.constant() - decimal) <= abs(decimal) * c.precision.rounding, "prepare gives others")
         exps = {key: term(decimal) for key, e in known.items() if key[0] == "exp" and e == exact}
+        demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), "prepare gives others")
         known |= exps
         made.names |= {parameter: term(decimal)} if exps else {}
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.

@@ -325,3 +325,21 @@ def test_a_matrix_with_the_exponential_of_a_number_is_not_rounded() -> None:
     content |= {"matrix": [[["+", "-1", "q"]]], "lyapunov_matrix": [["1"]], "decay_rate": "1/2"}
     with pytest.raises(verify.Refused, match="exp of a number"):
         verify.check(json.dumps(content), sources={})
+
+
+def test_the_decimals_of_one_exponential_do_not_lead_away_from_it() -> None:
+    """Each parameter may be off by 2^-50 from the last: ten thousand by 1e-11."""
+    _, sources, text = made("actuator_lag")
+    of, value = "exp_minus_h_over_actuator_lag_w_tau", "0.9048374180359595"
+    code, header = sources["one_mass.c"], sources["one_mass.h"]
+    line = code[code.index(f"    parameters->{of} =") :].split(";")[0] + ";\n"
+    code = code.replace(line, line.replace(of, "again") + line)
+    assert header.count(f"double {of};") == 1 and header.count(f"{value}, ") == 1
+    header = header.replace(f"double {of};", f"double again; double {of};")
+    for decimal_of, accepted in ((value, True), ("0.9048374180359596", False)):
+        other = {"one_mass.c": code, "one_mass.h": header.replace(f"{value}, ", f"{decimal_of}, {value}, ")}
+        if accepted:
+            alone(json.loads(text), sources | other)
+        else:
+            with pytest.raises(verify.Refused, match="prepare gives others"):
+                alone(json.loads(text), sources | other)
