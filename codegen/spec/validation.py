@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from codegen.base.errors import BadInput, Place, nearest_name
 
+EXAMPLE = 60
+"""Characters of what stands there, up to which a message shows it in brackets."""
 Model = TypeVar("Model", bound=BaseModel)
 
 _EXPECTED = {
@@ -95,6 +97,9 @@ def _explain(
             expected = f"a mapping with {', '.join(keys)}"
         case other:
             expected = _EXPECTED.get(other, fault["msg"])
+            if other == "list_type" and isinstance(one := fault["input"], (str, int)) and len(f"{one}") <= EXAMPLE:
+                depth = _list_depth(model, steps)
+                expected += f", as in `{'[' * depth}{one}{']' * depth}`"
     found = fault["input"]
     nearest = nearest_name(str(found), re.findall(r"'(\w+)'", expected)) if fault["type"] == "literal_error" else None
     words = "nothing" if found is None else f"`{found}`" if not isinstance(found, (dict, list)) else _shape(found)
@@ -134,6 +139,22 @@ def _known_keys(model: type[BaseModel], steps: list[Any]) -> list[str]:
         annotation = field.annotation if field else current
         current = _inner_model(annotation) or current
     return sorted(current.model_fields)
+
+
+def _list_depth(model: type[BaseModel], steps: Sequence[Any]) -> int:
+    """How many lists within each other stand at a key: 2 for a matrix, 1 for a row of it; at least 1."""
+    last = max(k for k, step in enumerate(steps) if isinstance(step, str))
+    owner: Any = model
+    for step in steps[:last]:
+        field = getattr(owner, "model_fields", {}).get(step) if isinstance(step, str) else None
+        owner = _inner_model(field.annotation) if field else owner
+    field = getattr(owner, "model_fields", {}).get(steps[last])
+    return max(1, _depth(field.annotation) - (len(steps) - 1 - last)) if field else 1
+
+
+def _depth(annotation: Any) -> int:
+    inner = [_depth(part) for part in get_args(annotation)]
+    return max(inner, default=0) + (get_origin(annotation) is list)
 
 
 def _inner_model(annotation: Any) -> Any:
