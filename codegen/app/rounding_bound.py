@@ -55,9 +55,9 @@ def rounding_bounds(
     observer = analysis.dynamics.observer
     system = observer.system
     if system.degrees_of_freedom > 1 or not isinstance(bound.domain, DomainBound) or bound.domain.inside is None:
-        return "rounding is bounded for an observer with a domain"
+        return "they are bounded only for an observer with a domain"
     if system.force.has(*system.positions):
-        return "rounding is bounded where the force does not depend on the position"
+        return "they are bounded only where the force does not depend on the position"
     needed = [s.name for s in (*system.positions, *system.velocities, *system.inputs)]
     missing = [name for name in needed if name not in spec.envelope]
     if missing:
@@ -67,11 +67,11 @@ def rounding_bounds(
         try:
             position, states, output = _of_a_step(spec, observer, bound.domain, precision)
         except Undecided as error:
-            return f"rounding has no bound: {error}"
+            return f"no bound of them: {error}"
         more = (Fraction(position), [Fraction(e) for e in states.values()])
         with_it, share = error_bounds(spec, analysis, certificate, more), rounding_share(observer, certificate, more)
         if isinstance(with_it, str) or share is None:
-            return "rounding has no bound: the error decays too slowly to be summed"
+            return "no bound of them: the error decays too slowly to be summed"
         after = with_it[0].domain
         inside = after.inside if isinstance(after, DomainBound) else None
         result[precision] = Rounding(

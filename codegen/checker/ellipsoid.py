@@ -1,22 +1,25 @@
-"""Whether noise and drift keep the errors of a kernel's proof below the bounds of a claim.
+"""Proof that bounded noise and drift keep the estimation errors within stated bounds (invariant ellipsoids).
 
 Standard library only: python3 ellipsoid.py FOLDER < ellipsoid.json, with proof.json and the C in the folder; uses
-kernel.py, algebra.py, enclosure.py and files.py, which must be beside it.
+kernel.py, algebra.py, enclosure.py and files.py, which must be in the folder of this file.
 
-THEOREM. Let all be as in the kernel's theorem of the proof, but for this: a position x is measured as x + noise, and x,
-v and the rest of `truth` move in a sample by what is said there and a drift, |noise| and |drift| at most as the claim
-says, and zero where it is silent; what is said is of the true positions or, if `forces` is "measured", with the
-accelerations at the measured ones. Then e = sign * (truth + shift - estimate) moves by
-e[k+1] = matrix e[k] + push w[k], w the noises and drifts; it tends to each of the claim's sets, whatever it is at
-first, and stays in one in which it is; and |sum of c_i sign_i (truth_i - estimate_i)|, c and then the bound being a row
-of the set, is from `samples` samples
-later on at most that bound and what the noise of the same sample adds to it. The same holds of each of the bounds of a
-row of `after`, so many samples after any in which each |truth_i - estimate_i| is at most that of its `start`. As the
-kernel's: of the machine that is printed, in exact arithmetic, while no sign turns.
+THEOREM. Assume what the kernel's theorem assumes of the proof, with these changes. Each position x is measured as
+x + noise. In a sample x, v and every other `truth` change as the kernel's machine says, plus a drift. |noise| and
+|drift| are at most the sizes that the claim states, and zero if it states none. The machine's accelerations are those
+at the true positions or, if `forces` is "measured", at the measured ones. Let w[k] be all noises and drifts. Then
 
-A set with "friction": "any" is of a proof without signs and conditions, and of a machine on which each truth that the
-claim's `friction` names acts in a sample with any mean within the size there, on either side, in place of a constant
-and its drift: whether contacts slide, stick, turn or chatter. The truth in its rows is then any number of that size.
+1. the errors e = sign * (truth + shift - estimate) obey e[k+1] = matrix e[k] + push w[k];
+2. from any initial value, e tends to each set (ellipsoid) of the claim, and does not leave a set that it is in;
+3. for each row (c, bound) of a set: `samples` samples after e came into the set, and ever after,
+   |sum of c_i sign_i (truth_i - estimate_i)| is at most bound plus the direct effect of the noise of that sample;
+4. for each row c of `after` and each of its bounds (n, bound): the same, n samples after any sample in which every
+   |truth_i - estimate_i| is at most its entry in `start`.
+
+As in the kernel's theorem, this holds for the machine that is printed, in exact arithmetic, while no sign changes.
+
+A set with "friction": "any" needs a proof without signs and conditions. Each truth named in the claim's `friction` then
+acts in each sample with any mean value up to the size stated there, in either direction, in place of a constant and its
+drift: contacts may slide, stick, reverse or chatter. In the rows of this set that truth is any number up to that size.
 """
 
 import json
@@ -41,10 +44,10 @@ elif "kernel" not in globals():  # verify.py hands its own in
         **runpy.run_path(str(Path(__file__).with_name("kernel.py")), {"algebra": algebra, "frame": frame})
     )
 
-FIELDS, MORE = ("name", "noise", "drift", "shifts", "push", "sets"), ("forces", "friction")  # MORE may be absent
-FORCES, FRICTION = MORE
+FIELDS, OPTIONAL = ("name", "noise", "drift", "shifts", "push", "sets"), ("forces", "friction")  # of a claim
+FORCES, FRICTION = OPTIONAL
 KINDS = ("noise", "drift", FRICTION)
-SET, LATER = ("matrix", "weights", "samples", "rows"), ("within", "after", FRICTION)  # LATER may be absent
+SET, SET_OPTIONAL = ("matrix", "weights", "samples", "rows"), ("within", "after", FRICTION)
 DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
 GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 60, 84, 10_000, 1000
 Polys = list[list[Any]]
@@ -52,25 +55,35 @@ Polys = list[list[Any]]
 
 @cache  # a claim repeats its numbers, the start at every bound
 def number(text: Any) -> Fraction:
+    """The exact value of a constant expression."""
     found: Fraction = kernel.Text({}, {}).value(text).constant()
     return found
 
 
-def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> tuple[Polys, Polys, list[Any]]:
-    """Matrix, push and sign * shift as polynomials, if the errors move so; ValueError if not.
+def error_dynamics(
+    proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]
+) -> tuple[Polys, Polys, list[Any]]:
+    """Matrix, push and sign * shift as polynomials, if the errors obey part 1 of the theorem; ValueError if not.
 
-    LEMMA A. What `step` makes of states and inputs is a function of them. So by the kernel's theorem the states after a
-    sample are G (`states`) of an undisturbed machine that was where the position was measured, and of its estimates.
-    Beside what is measured then they show the estimates of which G gives them; there are no two such (its lemma 10).
+    LEMMA A. The states after `step` depend only on the states and inputs before it. Compare the machine with an
+    undisturbed one that is at the measured position, with the same states. By the kernel's theorem the next states are
+    G(truth, estimates) of the undisturbed machine after the sample, G being `states`. With the next measurement, the
+    same states are G of the disturbed machine and of its estimates, and by the kernel's lemma 10 there is only one
+    such vector of estimates. So the next errors follow from equating both: an identity of polynomials.
     """
     term, zero, velocity, errors = kernel.term, kernel.Poly(), proof["positions"], proof["errors"]
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
     kernel.demand(not shown["first order"] and "rest" not in proof, "the errors are not linear, or have a rest")
-    kernel.demand({*claim["noise"]} <= {*velocity}, "noise of what is no position")
-    kernel.demand({*claim["drift"]} <= {*velocity, *truths, *proof["acceleration"]}, "drift of what does not move")
+    kernel.demand({*claim["noise"]} <= {*velocity}, "noise of a quantity that is not a position")
+    kernel.demand(
+        {*claim["drift"]} <= {*velocity, *truths, *proof["acceleration"]},
+        "drift of a quantity that is not a truth or velocity",
+    )
     constant = {t for t, s in zip(truths, turned, strict=True) if not s} - {*velocity, *proof["acceleration"]}
     free = shown["whole"] and not proof["signs"] and {*claim.get(FRICTION, {})} <= constant
-    kernel.demand(free or not claim.get(FRICTION), "any friction, beside a sign or a condition, or of no constant")
+    kernel.demand(
+        free or not claim.get(FRICTION), "any friction needs constant truths, and a proof without signs and conditions"
+    )
     noise, drift, friction = ({x: term(1, f"{kind}.{x}") for x in claim.get(kind, {})} for kind in KINDS)
     names = {x: p for x, p in shown["names"].items() if x not in estimates}
     h, fresh = (
@@ -109,24 +122,24 @@ def moves(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -
     following = kernel.times(wide, [[x] for x in (*error, *noise.values(), *drift.values(), *friction.values())], zero)
     found = shows(then, read(then, claim["shifts"], new), [e for (e,) in following])
     wrong = [z for z, a, b in zip(proof["states"], found, expected, strict=True) if a != b]
-    kernel.demand(not wrong, f"noise and drift do not enter so: {wrong[:3]}")
+    kernel.demand(not wrong, f"noise and drift do not act on the errors as claimed: {wrong[:3]}")
     return matrix, push, shift
 
 
-def root(x: Fraction) -> Fraction:
-    """Above the square root."""
+def root_above(x: Fraction) -> Fraction:
+    """A number above the square root, by at most a few steps of the grid."""
     return Fraction(isqrt(int(x * GRID * GRID) + 1) + 1, GRID)
 
 
-def whole(rows: Any) -> tuple[int, list[list[int]]]:
-    """(n, n * rows), the least n > 0 with which they are whole numbers."""
+def integers(rows: Any) -> tuple[int, list[list[int]]]:
+    """(n, n * rows), n the least common denominator of all entries."""
     rows = [*rows]
     n = lcm(*(x.denominator for row in rows for x in row))
     return n, [[x.numerator * (n // x.denominator) for x in row] for row in rows]
 
 
-def disturbing(push: Polys, most: list[Fraction]) -> list[list[Fraction]]:
-    """The columns of push, with each disturbance at its size, one for each product of signs in it."""
+def disturbance_columns(push: Polys, most: list[Fraction]) -> list[list[Fraction]]:
+    """Columns of push times the size of their disturbance, one for each product of signs that occurs in a column."""
     signs = {x for row in push for p in row for x in p.names()}
     kernel.demand(all(x.startswith("sign.") for x in signs), f"{sorted(signs)[:3]}: not signs alone")
     columns: list[list[Fraction]] = []
@@ -135,78 +148,81 @@ def disturbing(push: Polys, most: list[Fraction]) -> list[list[Fraction]]:
     return columns
 
 
-class Bundles:
-    """Many whole numbers in one.
+class PackedIntegers:
+    """Vectors of integers, each packed into one long integer, so that one operation acts on all entries.
 
-    LEMMA C. The bundle of numbers x_k, all |x_k| < 2^(width - 1), is the sum of x_k 2^(width k). The sum of two bundles
-    and the multiple of one are the bundles of sums and multiples, if these are as small. 2^(width - 1) + x_k are digits
-    to the base 2^width: the first bit is 1 just if x_k >= 0, and what follows then is x_k; without the last s bits it
-    is 2^(width - 1 - s) + x_k/2^s, rounded down. In 2^s + x_k, so written, no bit before the last s + 1 is 1 just if
-    -2^s <= x_k < 2^s.
+    LEMMA C. The entries x_k, |x_k| < 2^(width - 1), are packed as the sum of x_k 2^(width k). Sums and multiples of
+    packed vectors are the packed sums and multiples, as long as these entries are below the same limit. Adding
+    2^(width - 1) to every entry (`half`) makes them digits of `width` bits:
+    - the highest bit of a digit is 1 exactly if x_k >= 0, and the bits below it are then x_k;
+    - without its last s bits a digit is 2^(width - 1 - s) + x_k/2^s, rounded down;
+    - with 2^s added in place of 2^(width - 1), the bits above the last s + 1 are all 0 exactly if -2^s <= x_k < 2^s.
     """
 
     def __init__(self, width: int, count: int) -> None:
         self.width, self.ones = width, sum(1 << width * k for k in range(count))
         self.half = self.ones << width - 1
 
-    def of(self, numbers: Sequence[int]) -> int:
+    def pack(self, numbers: Sequence[int]) -> int:
         return sum(x << self.width * k for k, x in enumerate(numbers))
 
-    def at(self, bundle: int, k: int) -> int:
+    def entry(self, bundle: int, k: int) -> int:
         digit = (bundle + self.half) >> self.width * k & (1 << self.width) - 1
         return digit - (1 << self.width - 1)
 
-    def sizes(self, bundle: int) -> int:
-        """Of |x_k|: twice those above 0, less all."""
+    def magnitudes(self, bundle: int) -> int:
+        """The packed |x_k|: twice the positive entries, minus all entries."""
         digits = bundle + self.half
         up = digits >> self.width - 1 & self.ones
         return 2 * (digits & (up << self.width - 1) - up) - bundle
 
-    def over(self, bundle: int, s: int) -> int:
-        """Of x_k/2^s, rounded down."""
+    def shifted(self, bundle: int, s: int) -> int:
+        """The packed x_k/2^s, rounded down."""
         return (bundle + self.half >> s & (self.ones << self.width - s) - self.ones) - (self.half >> s)
 
     def within(self, bundle: int, s: int) -> bool:
-        """Whether -2^s <= x_k < 2^s."""
+        """Whether -2^s <= x_k < 2^s for all k."""
         return not bundle + (self.ones << s) & (self.ones << self.width) - (self.ones << s + 1)
 
 
-def carried(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns: Any, Q: Any) -> Any:
-    """c' and N, of the set of c' -> GRID times a row near c'Phi^N, and how far |c'e[k+N]| is at most above |row e[k]|.
+def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns: Any, Q: Any) -> Any:
+    """For each row c' and each N: GRID times a rounded row c'Phi^N, and an upper bound of |c'e[k+N]| - |row e[k]|.
 
-    LEMMA D. For rows r_0 near c' and r_i+1 near r_i Phi, Phi being constant, c'e[k+N] is the sum of r_N e[k], of r_i
-    push w[k+N-1-i] over i < N, and of what is left out of each r_i times an e, each of them in E(1), where |e_j| is at
-    most Q_jj's root. Entries of r_i are here whole numbers up to 2^LARGEST, over GRID, of Phi and push over `by` and
-    `unit`. For |m| < 2^s, m/by is taken as m R/2^s, R being 2^s/by, both rounded down: it is at most 2 off. So what is
-    left out of an entry is at most 2/GRID. A product of signs is 1 or -1.
+    LEMMA D. Let r_0 be c' and r_i+1 be r_i Phi, all rounded to multiples of 1/GRID. Then c'e[k+N] is the sum of
+    r_N e[k]; of r_i push w[k+N-1-i] over i < N; and of the rounding error of each r_i times the e of some sample. That
+    e is in E(1), where |e_j| is at most the root of Q_jj. A product of signs in push is 1 or -1.
+    Rounding: entries of GRID r_i are integers up to 2^LARGEST; Phi and push have the denominators `by` and `unit`. For
+    |m| < 2^s the quotient m/by is computed as m R/2^s with R = 2^s/by, both rounded down: the result is at most 2 off.
+    So the rounding error of an entry of r_i is at most 2/GRID.
 
     Args:
-        step: Phi, of numbers; columns: of push, with each disturbance at its size.
+        counts: row c' -> the numbers of samples N.
+        step: Phi. columns: those of push times the size of their disturbance. Q: matrix of the set.
     """
-    (by, across), (unit, entering), size = whole(zip(*step, strict=True)), whole(columns), len(step)
+    (by, across), (unit, entering), size = integers(zip(*step, strict=True)), integers(columns), len(step)
     s = LARGEST + max(sum(map(abs, column)) for column in [*across, *entering]).bit_length()
     R, most = (1 << s) // by, MOST_SAMPLES * (len(columns) + 1)
-    bundles = Bundles(s + max(R, most).bit_length() + 1, len(counts))
+    packed = PackedIntegers(s + max(R, most).bit_length() + 1, len(counts))
     starts = [[int(x * GRID) for x in c] for c in counts]
     of_all = all(len(c) == size and max(map(abs, c)) < 1 << LARGEST for c in starts)
     kernel.demand(starts and of_all, "no row of every error")
     sparse = [[(i, a) for i, a in enumerate(column) if a] for column in [*across, *entering]]
-    left_out = 2 * sum((root(Q[i][i]) for i in range(size)), Fraction(0)) / GRID
-    rows, total, found = [bundles.of(entries) for entries in zip(*starts, strict=True)], 0, {}
+    left_out = 2 * sum((root_above(Q[i][i]) for i in range(size)), Fraction(0)) / GRID
+    rows, total, found = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0, {}
     for n in range(max(map(max, counts.values())) + 1):
-        kernel.demand(all(bundles.within(row, LARGEST) for row in rows), "a row is too large")
-        for k, (c, asked_at) in enumerate(counts.items()):
-            if n in asked_at:
-                row = [bundles.at(entries, k) for entries in rows]
-                found[c, n] = row, Fraction(bundles.at(total, k), unit * GRID) + (n + 1) * left_out
+        kernel.demand(all(packed.within(row, LARGEST) for row in rows), "a row is too large")
+        for k, (c, samples_of_row) in enumerate(counts.items()):
+            if n in samples_of_row:
+                row = [packed.entry(entries, k) for entries in rows]
+                found[c, n] = row, Fraction(packed.entry(total, k), unit * GRID) + (n + 1) * left_out
         moved = [sum([a * rows[i] for i, a in column]) for column in sparse]
-        total += sum(map(bundles.sizes, moved[size:]))
-        rows = [bundles.over(m * R, s) for m in moved[:size]]
+        total += sum(map(packed.magnitudes, moved[size:]))
+        rows = [packed.shifted(m * R, s) for m in moved[:size]]
     return found
 
 
-def seen(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:
-    """What a polynomial in single disturbances, times signs, is at most."""
+def largest(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:
+    """The largest value of a sum of disturbances times coefficients and signs."""
     size = Fraction(0)
     for monomial, a in shift.items():
         (disturbance,) = (x for x in monomial if x not in proof["signs"])
@@ -214,69 +230,75 @@ def seen(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fracti
     return size
 
 
-def lists(x: Any, depth: int) -> bool:
-    """Whether these are lists of lists of texts or whole numbers: what is read of an object are its keys alone."""
-    return type(x) in (str, int) if depth == 0 else type(x) is list and all(lists(y, depth - 1) for y in x)
+def nested_lists(x: Any, depth: int) -> bool:
+    """Whether x is a list nested to this depth, of texts or integers. Iterating over an object would read its keys."""
+    return type(x) in (str, int) if depth == 0 else type(x) is list and all(nested_lists(y, depth - 1) for y in x)
 
 
-def asked(ball: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None]]:
-    """Of a set: its rows and those of `after`, with their samples, and where they begin (of the former anywhere)."""
-    later: list[Any] = [([*a["row"], b], n, a["start"]) for a in ball.get("after", []) for n, b in a["bounds"]]
-    return [(row, ball["samples"], None) for row in ball["rows"]] + later
+def claimed_rows(set_: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None]]:
+    """The rows of a set, then those of `after`: (c and bound, number of samples, `start` or, of the former, None)."""
+    later: list[Any] = [([*a["row"], b], n, a["start"]) for a in set_.get("after", []) for n, b in a["bounds"]]
+    return [(row, set_["samples"], None) for row in set_["rows"]] + later
 
 
 @frame.limited()
 def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> list[list[Fraction]]:
-    """The bounds that the rows of each set (``asked``) have with the noise of the same sample, or ValueError."""
-    fields = {*claim} - {*MORE} == {*FIELDS} and claim.get(FORCES, "measured") == "measured"
-    kernel.demand(fields and claim["name"] == proof["name"], f"not just {FIELDS}, or of another machine")
+    """For each set, the bounds of its ``claimed_rows`` with the noise of the same sample; ValueError if not proved."""
+    fields = {*claim} - {*OPTIONAL} == {*FIELDS} and claim.get(FORCES, "measured") == "measured"
+    kernel.demand(fields and claim["name"] == proof["name"], f"other fields than {FIELDS}, or of another machine")
     of_noise = [x for x in claim["noise"] for of in proof.get("shared", {}).values() if x in of]
     kernel.demand(not of_noise, "noise in a state that the machine has too")
-    parts = [claim["sets"], *(ball.get("after", []) for ball in claim["sets"])]
-    kernel.demand(lists(claim["shifts"], 1) and lists(claim["push"], 2) and {*map(type, parts)} == {list}, "no lists")
-    matrix, push, shift = moves(proof, claim, shown)
+    parts = [claim["sets"], *(set_.get("after", []) for set_ in claim["sets"])]
+    kernel.demand(
+        nested_lists(claim["shifts"], 1) and nested_lists(claim["push"], 2) and {*map(type, parts)} == {list},
+        "not lists of numbers",
+    )
+    matrix, push, shift = error_dynamics(proof, claim, shown)
     sizes = {f"{kind}.{x}": number(d) for kind in KINDS for x, d in claim.get(kind, {}).items()}
     kernel.demand(min([Fraction(0), *sizes.values()]) == 0, "noise, drift or friction below 0")
     step = [[x.constant() for x in row] for row in matrix]
     result = []
-    for ball in claim["sets"]:
-        # LEMMA F. In a set of any friction those truths are 0 without drift, and what acts is `friction`. So its rows
-        # bound c_i (0 - estimate_i), and with c_i truth_i at most |c_i| times that size besides what is said.
-        any_ = FRICTION in ball
-        known = ball.get(FRICTION) == "any" and claim.get(FRICTION) and "after" not in ball
-        kernel.demand(known or not any_, "friction")
-        still = {f"{'drift' if any_ else FRICTION}.{x}" for x in claim.get(FRICTION, {})}
+    for set_ in claim["sets"]:
+        # LEMMA F. In a set with any friction these truths are taken to be 0 without drift, and `friction` acts as a
+        # disturbance. So a row bounds the sum with 0 in place of such a truth_i; truth_i itself, which is at most its
+        # size, adds at most |c_i| times that size.
+        any_friction = FRICTION in set_
+        known = set_.get(FRICTION) == "any" and claim.get(FRICTION) and "after" not in set_
+        kernel.demand(known or not any_friction, "friction")
+        still = {f"{'drift' if any_friction else FRICTION}.{x}" for x in claim.get(FRICTION, {})}
         most = {x: Fraction(0) if x in still else d for x, d in sizes.items()}
-        kernel.demand({*ball, *LATER} == {*SET, *LATER}, "not just the fields of a set")
-        parts = [ball, *ball.get("after", [])]
-        kernel.demand(all({*a} == {"row", "start", "bounds"} for a in parts[1:]), "not just the fields of `after`")
-        kernel.demand(all(lists(a[x], DEPTH[x]) for a in parts for x in a if x in DEPTH), "no lists")
-        Q = [[number(x) for x in row] for row in ball["matrix"]]
-        keep(Q, [*map(number, ball["weights"])], [*most.values()], step, push, proof, shown)
-        found = reached(ball, Q, step, disturbing(push, [*most.values()]), shift, most, proof)
-        own = [sizes.get(f"{FRICTION}.{e['truth']}", Fraction(0)) * any_ for e in proof["errors"]]
-        more = (sum(abs(number(c)) * d for c, d in zip(row[:-1], own, strict=True)) for row, *_ in asked(ball))
+        kernel.demand({*set_, *SET_OPTIONAL} == {*SET, *SET_OPTIONAL}, "other fields than those of a set")
+        parts = [set_, *set_.get("after", [])]
+        kernel.demand(all({*a} == {"row", "start", "bounds"} for a in parts[1:]), "other fields than those of `after`")
+        kernel.demand(all(nested_lists(a[x], DEPTH[x]) for a in parts for x in a if x in DEPTH), "not lists of numbers")
+        Q = [[number(x) for x in row] for row in set_["matrix"]]
+        require_invariant(Q, [*map(number, set_["weights"])], [*most.values()], step, push, proof, shown)
+        found = require_bounds(set_, Q, step, disturbance_columns(push, [*most.values()]), shift, most, proof)
+        own = [sizes.get(f"{FRICTION}.{e['truth']}", Fraction(0)) * any_friction for e in proof["errors"]]
+        more = (sum(abs(number(c)) * d for c, d in zip(row[:-1], own, strict=True)) for row, *_ in claimed_rows(set_))
         result.append([bound + x for bound, x in zip(found, more, strict=True)])
     return result
 
 
-def keep(
+def require_invariant(
     Q: Any, weights: list[Fraction], sizes: list[Fraction], step: Any, push: Polys, proof: Any, shown: Any
 ) -> None:
-    """Whether the set E(1) of Q is kept, or ValueError.
+    """ValueError if the ellipsoid E(1) of Q is not shown to be invariant.
 
-    LEMMA B. E(r) be all e with (c'e)^2 <= r c'Qc for every c. If Q - Phi Q Phi'/f - sum t_j b_j b_j' is positive
-    semidefinite, b_j the columns of push, 0 < f < 1, t_j > 0, f + sum d_j^2/t_j <= 1 (over d_j > 0 alone, where t_j = 0
-    is for d_j = 0), then e in E(r), r >= 1, goes by
-    |w_j| <= d_j into E(1 + f (r - 1)): |c'Phi e| + sum |c'b_j| d_j is by Cauchy's inequality at most the root of
-    (c'Phi Q Phi'c/f + sum t_j (c'b_j)^2) (r f + sum d_j^2/t_j) <= c'Qc (r f + 1 - f). Hence r falls to 1, and E(1) is
-    not left. If Q is definite every e is in some E(r). In E(1) |c'e| is at most the root of c'Qc.
+    LEMMA B. Let E(r) be the ellipsoid of all e with (c'e)^2 <= r c'Qc for every c. Let b_j be the columns of push, and
+    0 < f < 1, t_j > 0 weights with f + sum d_j^2/t_j <= 1 (disturbances with d_j = 0 are left out, with t_j = 0). If
+    Q - Phi Q Phi'/f - sum t_j b_j b_j' is positive semidefinite, every e in E(r), r >= 1, is mapped into
+    E(1 + f (r - 1)) for all |w_j| <= d_j.
+    Proof: by Cauchy's inequality |c'Phi e| + sum |c'b_j| d_j is at most the root of
+    (c'Phi Q Phi'c/f + sum t_j (c'b_j)^2) (r f + sum d_j^2/t_j) <= c'Qc (r f + 1 - f).
+    So r decreases to 1, and E(1) is invariant. If Q is definite, every e is in some E(r). In E(1) |c'e| is at most the
+    root of c'Qc.
     """
     f, *t = weights
     acting = [(d, x) for d, x in zip(sizes, t, strict=True) if d or x]
     kernel.demand(min([f, *(x for _, x in acting)]) > 0, "weights not above 0")
     kernel.demand(f < 1 and f + sum(d * d / x for d, x in acting) <= 1, "weights too small")
-    (by, Q), (unit, step) = whole(Q), whole(step)
+    (by, Q), (unit, step) = integers(Q), integers(step)
     symmetric = [*map(list, zip(*Q, strict=True))] == Q
     kernel.demand(symmetric, "a set's matrix is not symmetric")
     kernel.demand(kernel.positive(Q, definite=True), "a set's matrix is not positive definite")
@@ -289,55 +311,62 @@ def keep(
     kernel.semidefinite(gap, shown["box"], proof["cover"], shown["known"])
 
 
-def reached(
-    ball: dict[str, Any], Q: Any, step: Any, columns: Any, shift: list[Any], most: dict[str, Fraction], proof: Any
+def require_bounds(
+    set_: dict[str, Any], Q: Any, step: Any, columns: Any, shift: list[Any], most: dict[str, Fraction], proof: Any
 ) -> list[Fraction]:
-    """The bounds of the rows of one set that is kept, with the noise of the same sample, or ValueError.
+    """The bounds of the rows of one invariant set, including the noise of the same sample; ValueError if not proved.
 
-    LEMMA E. If |e_i| <= s_i for each of n errors, r >= 1 and r Q - n diag(s_i^2) is positive semidefinite (r and s are
-    `within`), then e is in E(r), as (c'e)^2 <= n sum (c_i s_i)^2 by Cauchy's inequality, and stays there by lemma B: in
-    lemma D, r Q is for Q.
+    LEMMA E. Let r >= 1 and r Q - n diag(s_i^2) be positive semidefinite for n errors (`within` is r, s_1, ..., s_n). If
+    every |e_i| <= s_i, then e is in E(r), since (c'e)^2 <= n sum (c_i s_i)^2 by Cauchy's inequality, and stays in it by
+    lemma B. So lemma D holds with r Q in place of Q.
     """
-    r, *within = map(number, ball.get("within", ["1"]))
+    r, *within = map(number, set_.get("within", ["1"]))
     limits = [len(Q) * s * s for s in within] or [Fraction(0)] * len(Q)
     larger = [[r * x for x in row] for row in Q]
     inside = [[x - (limit if i == j else 0) for j, x in enumerate(row)]
               for i, (row, limit) in enumerate(zip(larger, limits, strict=True))]  # fmt: skip
-    kernel.demand(r >= 1 and kernel.positive(whole(inside)[1]), "`within` is not in the set: not positive semidefinite")
+    kernel.demand(
+        r >= 1 and kernel.positive(integers(inside)[1]),
+        "the box of `within` is not inside the set: not positive semidefinite",
+    )
     counts: dict[tuple[Fraction, ...], set[int]] = {}
-    lines = [(tuple(map(number, row)), count, begun) for row, count, begun in asked(ball)]
+    lines = [(tuple(map(number, row)), count, begun) for row, count, begun in claimed_rows(set_)]
     for (*c, _), count, _ in lines:
-        kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is no number of samples")
-        kernel.demand(int(count) <= MOST_SAMPLES, "so many samples")
+        kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is not a number of samples")
+        kernel.demand(int(count) <= MOST_SAMPLES, "too many samples")
         counts.setdefault(tuple(c), set()).add(int(count))
-    kernel.demand(len(counts) <= MOST_ROWS, "so many rows")
+    kernel.demand(len(counts) <= MOST_ROWS, "too many rows")
     known: Any = {}
     for last in {max(n) for n in counts.values()}:
-        known |= carried({c: n for c, n in counts.items() if max(n) == last}, step, columns, larger)
-    bounds, (by, squares) = [], whole(Q)
-    noise = [seen(p, most, proof) for p in shift]
+        known |= propagated({c: n for c, n in counts.items() if max(n) == last}, step, columns, larger)
+    bounds, (by, squares) = [], integers(Q)
+    noise = [largest(p, most, proof) for p in shift]
     for (*c, bound), count, begun in lines:
         row, summed = known[tuple(c), int(count)]
         if begun is not None:  # e is the error with the noise of that sample
             start = [number(s) + x for s, x in zip(begun, noise, strict=True)]
-            kernel.demand(all(0 <= s <= x for s, x in zip(start, within, strict=True)), "`start` is not `within`")
-            parts, (sizes,) = whole([start])
+            kernel.demand(
+                all(0 <= s <= x for s, x in zip(start, within, strict=True)),
+                "`start` is not inside the box of `within`",
+            )
+            parts, (sizes,) = integers([start])
             holds = (bound - summed) * parts * GRID >= sum(map(mul, map(abs, row), sizes))
         else:
             rest, square = bound - summed, sum(a * sum(map(mul, qs, row)) for a, qs in zip(row, squares, strict=True))
             holds = rest >= 0 and square <= rest * rest * by * GRID**2
-        kernel.demand(holds, "what is reached is larger than its bound")
+        kernel.demand(holds, "a bound of the claim is smaller than the proved one")
         direct = sum((kernel.term(a) * d for a, d in zip(c, shift, strict=True)), kernel.Poly())
-        bounds.append(bound + seen(direct, most, proof))
+        bounds.append(bound + largest(direct, most, proof))
     return bounds
 
 
 def prove(proof: dict[str, Any], claim: dict[str, Any], files: dict[str, str]) -> list[list[Fraction]]:
-    """The bounds of the rows of each set, if the kernel proves the proof of these files, and these of it."""
+    """The bounds of ``bounded``, after the kernel has verified the proof against these files; else ValueError."""
     return bounded(proof, claim, kernel.prove(proof, files))
 
 
 def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON in which no field appears twice."""
     kernel.demand(len(dict(pairs)) == len(pairs), "a field appears twice")
     return dict(pairs)
 
@@ -354,8 +383,8 @@ if __name__ == "__main__":
         found = prove(json.loads(proof, object_pairs_hook=once), given, files)
         lines = [
             f"at most {most(bound)}{f' {samples} samples after the start' * (begun is not None)}: {' '.join(c)}"
-            for ball, bounds in zip(given["sets"], found, strict=True)
-            for ((*c, _), samples, begun), bound in zip(asked(ball), bounds, strict=True)
+            for set_, bounds in zip(given["sets"], found, strict=True)
+            for ((*c, _), samples, begun), bound in zip(claimed_rows(set_), bounds, strict=True)
         ]
     except Exception as why:
         sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")

@@ -43,13 +43,14 @@ FORM: dict[str, Any] = {
 OPTIONAL: dict[str, Any] = {"along": {}, "shared": {}, "rest": [], "witness": {}}
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
-START = "at its start velocities are 0, all else the same whatever is measured; "
-HELD, BARE = START + "after invalid samples the held estimates", START + "an invalid sample is taken as any other"
-OUT = "rounding{}, {}, {}outputs that are no estimate of an error"
-ASSUMED = "where, as is assumed, "
-SIZES = "that noise and drift stay within the sizes assumed (generate and certify demand those of the spec's envelope)"
-UNREAD = f"{SETS}: it rests on the V of a {PROOF} which is not that of the certificate, and its bounds are not counted"
-WITHIN, SIZED = "noise, what moves within a sample, ", "noise and drift beyond the sizes below, "
+START = "initialisation sets the velocity estimates to 0, and all others to constants, whatever is measured; "
+HELD = START + "after invalid samples the held estimates continue"
+BARE = START + "an invalid sample is used like any other"
+OUT = "rounding{}, {}, {}outputs other than these estimates"
+ASSUMED = "error bounds, assuming that "
+SIZES = "that noise and drift stay within the bounds assumed (generate and certify take them from the envelope)"
+UNREAD = f"{SETS}: it belongs to a {PROOF} whose V is not that of the certificate, so its bounds are not used"
+WITHIN, SIZED = "noise, change of force or speed within a sample, ", "noise and drift beyond the bounds assumed below, "
 
 
 def read(text: str | bytes) -> dict[str, Any] | None:
@@ -82,7 +83,7 @@ def instead(raw: Any) -> str:
     if not isinstance(raw, tuple):
         return {list: "a list", str: "a text", bytes: "a number", type(None): "null"}.get(type(raw), "true or false")
     names = [name for name, _ in raw]
-    if {*names} - {*ellipsoid.MORE} == {*ellipsoid.FIELDS}:
+    if {*names} - {*ellipsoid.OPTIONAL} == {*ellipsoid.FIELDS}:
         return f"an {SETS}, and it is verified with the {PROOF} beside it"
     form = next((value for name, value in raw if name == "format" and isinstance(value, str)), "")
     if form:
@@ -277,11 +278,10 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     most, least, number = enclosure.most, enclosure.least, ellipsoid.number
     plain = partial(without_kinds, twice=ambiguous(proof, shown))
     errors = [lag(e, plain) for e in proof["errors"]]
-    at = ", its accelerations those at the measured positions" * bool(claim.get(ellipsoid.FORCES))
-    besides = f"all else is measured exactly and moves as the machine above{at}"
-    lines = [f"{ASSUMED}{disturbed(claim, plain)}; {besides} (whatever these do, without any turn):"]
-    within = [f"{plain(x)} within {least(number(d))}" for x, d in claim.get(ellipsoid.FRICTION, {}).items()]
-    whatever = f" whatever {', '.join(within)}, at its mean of each sample, does in place of being constant"
+    at = " (accelerations at the measured positions)" * bool(claim.get(ellipsoid.FORCES))
+    lines = [f"{ASSUMED}{disturbed(claim, plain, at)}; and that no slip reverses, except where said:"]
+    within = [f"|{plain(x)}| <= {least(number(d))}" for x, d in claim.get(ellipsoid.FRICTION, {}).items()]
+    whatever = f", for any friction, through stick and reversals, whose mean over each sample has {', '.join(within)}"
     for ball, bounds in zip(claim["sets"], found, strict=True):
         known, any_ = iter(bounds), whatever * (ellipsoid.FRICTION in ball)
         for *c, _ in ball["rows"]:
@@ -289,7 +289,7 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
         for after in ball.get("after", []):
             start = zip(errors, after["start"], strict=True)
             begun = ", ".join(f"|{e}| <= {least(number(s))}" for e, s in start)
-            later = ", ".join(f"{most(next(known))} {n} samples later" for n, _ in after["bounds"])
+            later = ", ".join(f"{most(next(known))} after {n} samples" for n, _ in after["bounds"])
             lines.append(f"  {combined(after['row'], errors, shown)} is at most {later}, from any sample with {begun}")
     return lines
 
@@ -298,16 +298,20 @@ def combined(row: list[str], errors: list[str], shown: dict[str, Any]) -> str:
     """|A sum of errors|, and its unit."""
     entries = zip(map(ellipsoid.number, row), errors, shown["units"], strict=True)
     used = [entry for entry in entries if entry[0]]
-    parts = " + ".join(of if x == 1 else f"{enclosure.exact(x)}*({of})" for x, of, _ in used)
+    factors = {Fraction(1): "", Fraction(-1): "-"}
+    terms = [of if x == 1 else f"{factors.get(x, f'{enclosure.exact(x)}*')}({of})" for x, of, _ in used]
+    parts = " + ".join(terms).replace("+ -", "- ")
     return f"|{parts}|{f' [{used[0][2]}]' if len({unit for *_, unit in used}) == 1 else ''}"
 
 
-def disturbed(claim: dict[str, Any], plain: Callable[[str], str]) -> str:
-    """The sizes of noise and drift that a claim of ellipsoid.json, which is accepted, rests on."""
+def disturbed(claim: dict[str, Any], plain: Callable[[str], str], at: str = "") -> str:
+    """The assumed bounds of noise and drift of an accepted claim of ellipsoid.json."""
     least, number = enclosure.least, ellipsoid.number
-    noise = [f"{plain(x)} is measured within {least(number(d))}" for x, d in claim["noise"].items()]
-    drift = [f"{plain(x)} moves in a sample by at most {least(number(d))} more" for x, d in claim["drift"].items()]
-    return ", ".join([*noise, *drift])
+    noise = [f"{plain(x)} is measured to within {least(number(d))}" for x, d in claim["noise"].items()]
+    drift = [f"{plain(x)} by at most {least(number(d))}" for x, d in claim["drift"].items()]
+    moving = f"in each sample the motion deviates from the machine above{at} in {', '.join(drift)}" if drift else ""
+    exact = f"all else is exact{'' if drift else f' and moves as the machine above{at}'}"
+    return "; ".join([*([", ".join(noise)] if noise else []), *([moving] if drift else []), exact])
 
 
 def sizes(lines: list[str]) -> list[str]:
@@ -367,23 +371,24 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     free = ", ".join(plain(x) for x in sorted({e["truth"] for e in proof["errors"]} - {*proof["acceleration"]}))
     along = {t: f"{plain(s)}*" for t, s in turned(proof).items() if s}
     left_over = [
-        f"besides, {lag(e, plain)} moves by {plain(r)} in a sample, whatever the errors; what V does by it is not said"
+        f"in addition, {lag(e, plain)} changes by {plain(r)} in each step, whatever the errors; what this does to V is"
+        " not bounded"
         for e, r in zip(proof["errors"], proof.get("rest", []), strict=False)
         if r != "0"
     ]
     left_out = ", ".join(plain(z) for z in shown["aside"] if z not in proof.get("shared", {}))
-    besides = f" but {left_out}, of which nothing is said" if left_out else ""
+    besides = f" except {left_out}, for which nothing is claimed" if left_out else ""
     if proof.get("shared"):
-        besides += f" but {', '.join(map(plain, proof['shared']))}, which the machine has too"
+        besides += f" except {', '.join(map(plain, proof['shared']))}, which the machine has too"
     first = ", to first order in them" if shown["first order"] else ""
-    stays = f" while {turns} {'stays' if len(proof['signs']) == 1 else 'stay'}" if turns else ""
+    stays = f", while {turns} {'does' if len(proof['signs']) == 1 else 'do'} not change" if turns else ""
     values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["values"].items())
     begun = dict(shown["c"].init)
     guarded = shown["c"].sums is not None
     faults = "samples with a fault" if guarded else "inputs that are no numbers"
     of_floats = " (of single precision)" * (shown["c"].precision != frame.PRECISIONS["double"])
     return [
-        f"machine: {'; '.join(pushed)}; {free} constant, whatever the value",
+        f"machine: {'; '.join(pushed)}; {free} constant, with any value",
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),
         *(
@@ -393,9 +398,9 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         ),
         *(f"only where {along.get(x, '')}{plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),
         *(f"only where the state {z} is {plain(proof['states'][z])}" for z in shown["fixed"]),
-        f"errors: {', '.join(errors)}: of every state of {c}{besides}",
-        f"in a sample of {h} s of {c} they become a matrix times what they were{first}: an identity in state, inputs,"
-        f" {free}{stays}",
+        f"errors: {', '.join(errors)}; they account for every state of {c}{besides}",
+        f"one step of {c} ({h} s) multiplies the vector of errors by the matrix of {PROOF}{first}: for every state, all"
+        f" inputs and every {free}{stays}",
         *left_over,
         *(falling(proof, shown, plain) if fall else ()),
         f"with the values of {proof['name']}.h: {values}",
@@ -406,12 +411,12 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
 
 def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], str]) -> list[str]:
     """What a proof says of its V."""
-    known, alone = shown["numbers"], ", but for that," * any(r != "0" for r in proof.get("rest", []))
+    known, alone = shown["numbers"], ", without that addition," * any(r != "0" for r in proof.get("rest", []))
     factor = enclosure.most(shown["fall"])
-    rate = f"V = e'Pe is afterwards{alone} at most {factor} times what it was ({enclosure.least(known['rate'])} 1/s)"
+    rate = f"the step multiplies V = e'Pe{alone} by at most {factor} (decay rate {enclosure.least(known['rate'])} 1/s)"
     return [rate] + [
-        f"where {plain(sign)} turns V grows at most by the factor {enclosure.most(growth)}; after"
-        f" {dwell} samples in which none turns it is{alone} not above what it was"
+        f"when {plain(sign)} changes, V grows by at most the factor {enclosure.most(growth)}; {dwell} samples later,"
+        f" if no sign has changed again, V is{alone} not above its value before"
         for sign, (growth, dwell) in known["turns"].items()
     ]
 

@@ -56,9 +56,9 @@ Report = namedtuple("Report", "name claim facts unbound open assumptions proved 
 TEXTS = ("makefile", "license", "readme", "copying", "dockerfile")  # without a suffix, and no header of any library
 # Exit statuses: proved of the C where stated conditions hold; the inequalities hold, and were not bound to code.
 DOMAIN, NO_CODE = 4, 5
-ALWAYS = (  # not compared, whatever is given
-    "__init__.py, the same in Python: its hash says nothing of what it computes (`stiction generate --check`)",
-    "that the model (M, g, input gain) is the machine's, and its envelope the specification's, which is not read",
+ALWAYS = (  # not checked, whatever is given
+    "what __init__.py, the Python version, computes (`stiction generate --check` compares it with the tool's output)",
+    "that the model (M, g, input gain) describes the real machine, and that the envelope is that of the specification",
 )
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
@@ -137,7 +137,8 @@ def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors
                 point = {name: points[end] for name, points, end in zip(used, corners, ends, strict=True)}
                 at = [f", {name} in [{show(low)}, {show(high)}]" for name, (low, high) in (cell | point).items()]
                 raise Refused(f"V may not fall{''.join(at)}{f': {why}' if str(why) else ''}") from None
-    return f"at {sum(counts)} corner matrices, of {cells} part{'s' * (cells > 1)} of the operating region"
+    corners_ = "1 corner matrix" if sum(counts) == 1 else f"{sum(counts)} corner matrices"
+    return f"at {corners_} of {cells} part{'s' * (cells > 1)} of the operating region"
 
 
 def words(entry: Any) -> int:
@@ -216,9 +217,8 @@ def verify(top: dict[str, Any]) -> list[str]:
     seen = covered.fall(top, ranges, fall) if top["cover"] else shown(top, axes, *map(Fraction, form))
     who = "no V with P > 0" if along else "V"
     facts = ["P is not positive definite" if along else f"P is positive definite: {n} positive pivots"]
-    word = "falls by at least" if fall < 1 else "grows by at most"
     factor = enclosure.least(fall) if along else enclosure.most(fall)  # that no V falls to less is the weaker claim
-    facts += [f"{seen}: {who} {word} the factor {law} = {factor} a sample"]
+    facts += [f"{seen}: {who} is multiplied by at most {law} = {factor} in every sample"]
     facts += [reversal(entry, P, fall) for entry in top["reversals"]]
     own = all([top["error"][i]["name"] for i in e["flips"]] == [f"e_a_{e['contact']}"] for e in top["reversals"])
     demand(own, "reversals: flips are not the error e_a_CONTACT of their contact")
@@ -248,9 +248,9 @@ def unsaid(top: dict[str, Any], spec: Path | None) -> list[str]:
     """What a certificate of this form leaves open."""
     turned = {f"e_a_{entry['contact']}" for entry in top["reversals"]}
     silent = [e["name"] for e in top["error"] if e["name"].startswith("e_a_") and e["name"] not in turned]
-    left = [f"a reversal: nothing is said of one of {', '.join(silent)}"] if silent and not top["along"] else []
-    left += [] if spec is not None else ["the specification's SHA-256: it was not given (--spec)"]
-    return left + ([] if top["assumptions"] else ["what the claim rests on: no assumption is stated"])
+    left = [f"reversals: nothing is claimed about one of {', '.join(silent)}"] if silent and not top["along"] else []
+    left += [] if spec is not None else ["the SHA-256 of the specification, which was not given (--spec)"]
+    return left + ([] if top["assumptions"] else ["the assumptions: none is stated"])
 
 
 def parsed(text: str) -> dict[str, Any]:
@@ -363,11 +363,12 @@ def main(argv: list[str] | None = None) -> int:
     where = "" if report.whole else ", where the conditions below hold"
     loose = "it was not bound to code:", f"  {report.unproved}"
     bound = f"proved of {report.name}.c itself by the kernel{where}:", *(f"  {line}" for line in report.proved)
-    print(*(bound if report.proved else loose), "not compared:", *(f"  {gap}" for gap in left), sep="\n")
+    print(*(bound if report.proved else loose), "not checked:", *(f"  {gap}" for gap in left), sep="\n")
     if report.claim:
         print("claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
         print("assumptions as written by the tool, not checked:", *(f"  {x}" for x in report.assumptions), sep="\n")
-    verdict = {0: "verified, of the C", DOMAIN: "verified, of the C in its domain", NO_CODE: "holds, bound to no code"}
+    verdict = {0: "verified for the C", NO_CODE: "the algebra holds; it was not bound to code"}
+    verdict[DOMAIN] = "verified for the C, under the conditions above"
     print(f"{verdict[status(report)]} (exit status {status(report)})")
     return status(report)
 

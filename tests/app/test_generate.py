@@ -282,7 +282,7 @@ def test_checker_alone(generated, tmp_path):
     script = shutil.copytree(Path(checker.__file__).parent, tmp_path / "alone") / "verify.py"
     command = [sys.executable, "-I", "-S", str(script), str(generated / "certificate.json")]
     done = subprocess.run(command, cwd="/", capture_output=True, text=True, check=False)
-    assert done.returncode == 0 and done.stderr == "" and "verified, of the C (exit status 0)\n" in done.stdout
+    assert done.returncode == 0 and done.stderr == "" and "verified for the C (exit status 0)\n" in done.stdout
 
 
 def test_the_folder_of_another_machine_is_refused(generated, folder):

@@ -71,7 +71,7 @@ def test_a_line_says_what_V_falls_by_and_which_number_is_the_rate(claim: str) ->
     if rate < 0:
         assert f"by at most the factor {1 - 2 * rate * h:.6g} a sample (rate {rate:.4g} 1/s)" in line
     else:
-        assert f"V falls by 1 - 2*rate*h a sample, rate {rate:.4g} 1/s" in line
+        assert f"each sample multiplies V by at most 1 - 2*rate*h, rate {rate:.4g} 1/s" in line
 
 
 class Machine:

@@ -106,12 +106,15 @@ def change(*path: Any) -> Callable[[Any], None]:
 
 
 FORGERIES: dict[str, tuple[Callable[[Any], None], str]] = {
-    "a smaller bound": (change("sets", -1, "rows", 0, -1, "60"), "larger than its bound"),
+    "a smaller bound": (change("sets", -1, "rows", 0, -1, "60"), "smaller than the proved one"),
     "more friction for the same bound": (change("friction", "true.F_theta", "31"), "too small"),
-    "friction that does not push": (lambda c: [row.__setitem__(-1, "0") for row in c["push"]], "do not enter so"),
+    "friction that does not push": (
+        lambda c: [row.__setitem__(-1, "0") for row in c["push"]],
+        "do not act on the errors as claimed",
+    ),
     "friction without a column": (drop_columns, "."),
-    "friction of a velocity": (change("friction", {"true.omega": "30"}), "of no constant"),
-    "friction of an input": (change("friction", {"inputs.w": "30"}), "of no constant"),
+    "friction of a velocity": (change("friction", {"true.omega": "30"}), "needs constant truths"),
+    "friction of an input": (change("friction", {"inputs.w": "30"}), "needs constant truths"),
     "friction below zero": (change("friction", "true.F_theta", "-30"), "below 0"),
     "a set of another friction": (change("sets", -1, "friction", "none"), "friction"),
     "a set of any friction, and none is said": (lambda c: c.pop("friction"), "."),
@@ -137,7 +140,7 @@ def test_no_claim_of_any_friction_where_the_code_has_its_sign(signs: bool) -> No
     claim, proof = content(name, "ellipsoid.json"), content(name, "proof.json")
     claim["friction"] = {proof["errors"][1]["truth"]: "50"}
     proof["signs"] = proof["signs"] or {"sign.plates": "outputs.omega_hat"}
-    with pytest.raises(ValueError, match="any friction, beside a sign"):
+    with pytest.raises(ValueError, match="any friction needs constant truths"):
         ellipsoid.prove(proof, claim, texts(name))
 
 

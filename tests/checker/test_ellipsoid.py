@@ -58,7 +58,7 @@ BOUNDED = [name for name in PROVED if (GENERATED / name / "ellipsoid.json").is_f
 def test_what_is_shipped_is_proved_and_near_the_worst(name: str) -> None:
     claim = content(name, "ellipsoid.json")
     for ball, found in zip(claim["sets"], bounds(name, claim), strict=True):
-        for line, bound in zip(ellipsoid.asked(ball), found, strict=True):
+        for line, bound in zip(ellipsoid.claimed_rows(ball), found, strict=True):
             worst = reachable(name, claim, line, any_friction="friction" in ball)
             assert worst <= float(bound) < (1.16 if name == "chain" and not line[2] else 1.01) * worst
     if name in SUMS:
@@ -173,7 +173,7 @@ def test_the_compiled_c_from_its_worst_start_comes_near_the_bound_and_not_above(
     """At one sample both errors are as large as is assumed, and what disturbs from there on is as bad as may be."""
     run, late = Run(name), 400
     ball = run.claim["sets"][1]
-    lines = list(zip(ellipsoid.asked(ball), bounds(name)[1], strict=True))
+    lines = list(zip(ellipsoid.claimed_rows(ball), bounds(name)[1], strict=True))
     for (_, samples, start), bound in (pair for pair in lines if pair[0][2]):
         count, (dv, df) = late + int(samples) + 1, (float(Fraction(x)) for x in start)
         quiet = run.errors({}, count)
@@ -209,12 +209,15 @@ def drop(field: str) -> Change:
 
 
 FORGERIES: dict[str, tuple[Change, str]] = {
-    "a bound that is too small": (put("sets", 1, "rows", 0, ["0", "1", "1.78"]), "larger than its bound"),
-    "a bound below zero": (put("sets", 1, "rows", 0, ["0", "1", "-100"]), "larger than its bound"),
-    "a bound of the velocity for the level": (put("sets", 0, "rows", 0, ["0", "1", "0.13"]), "larger than its bound"),
+    "a bound that is too small": (put("sets", 1, "rows", 0, ["0", "1", "1.78"]), "smaller than the proved one"),
+    "a bound below zero": (put("sets", 1, "rows", 0, ["0", "1", "-100"]), "smaller than the proved one"),
+    "a bound of the velocity for the level": (
+        put("sets", 0, "rows", 0, ["0", "1", "0.13"]),
+        "smaller than the proved one",
+    ),
     "more samples with the same set, and a smaller bound": (
         lambda c, _: (put("sets", 1, "samples", "2000")(c, _), put("sets", 1, "rows", 0, ["0", "1", "1.76"])(c, _)),
-        "larger than its bound",
+        "smaller than the proved one",
     ),
     "a negative number of samples": (put("sets", 1, "samples", "-1"), "number of samples"),
     "samples without an end": (put("sets", 1, "samples", "1" + "0" * 9), "number of samples"),
@@ -227,11 +230,17 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "a weight of zero": (put("sets", 1, "weights", 2, "0"), "."),
     "no fall": (put("sets", 1, "weights", 0, "1"), "too small"),
     "a weight is missing": (lambda c, _: c["sets"][1]["weights"].pop(), "."),
-    "the drift does not enter": (lambda c, _: [row.__setitem__(1, "0") for row in c["push"]], "do not enter so"),
-    "the noise enters less": (put("push", 0, 0, "8"), "do not enter so"),
-    "the noise does not enter": (lambda c, _: [row.__setitem__(0, "0") for row in c["push"]], "do not enter so"),
-    "the noise is not in the estimate": (put("shifts", ["0", "0"]), "do not enter so"),
-    "the noise is in one estimate": (put("shifts", 1, "0"), "do not enter so"),
+    "the drift does not enter": (
+        lambda c, _: [row.__setitem__(1, "0") for row in c["push"]],
+        "do not act on the errors as claimed",
+    ),
+    "the noise enters less": (put("push", 0, 0, "8"), "do not act on the errors as claimed"),
+    "the noise does not enter": (
+        lambda c, _: [row.__setitem__(0, "0") for row in c["push"]],
+        "do not act on the errors as claimed",
+    ),
+    "the noise is not in the estimate": (put("shifts", ["0", "0"]), "do not act on the errors as claimed"),
+    "the noise is in one estimate": (put("shifts", 1, "0"), "do not act on the errors as claimed"),
     "a shift by the level": (put("shifts", 1, "true.a_rail"), "."),
     "a shift by the square of the noise": (put("shifts", 1, "noise.inputs.x*noise.inputs.x"), "."),
     "a shift by what drifts": (put("shifts", 1, "drift.inputs.x"), "is nothing that is known"),
@@ -239,48 +248,57 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "drift below zero": (put("drift", "inputs.x", "-21/200000"), "below 0"),
     "more noise for the same bound": (put("noise", "inputs.x", "1/100000"), "too small"),
     "more drift for the same bound": (put("drift", "inputs.x", "1/1000"), "too small"),
-    "noise of a force": (lambda c, _: c["noise"].update({"inputs.w": "1"}), "noise of what is no position"),
-    "drift of a gain": (lambda c, _: c["drift"].update({"parameters.K_F": "1"}), "drift of what does not move"),
-    "drift of an estimate": (lambda c, _: c["drift"].update({"outputs.v_hat": "1"}), "drift of what does not move"),
+    "noise of a force": (lambda c, _: c["noise"].update({"inputs.w": "1"}), "that is not a position"),
+    "drift of a gain": (lambda c, _: c["drift"].update({"parameters.K_F": "1"}), "not a truth or velocity"),
+    "drift of an estimate": (lambda c, _: c["drift"].update({"outputs.v_hat": "1"}), "not a truth or velocity"),
     "no push": (put("push", []), "."),
-    "push by a state of the machine": (put("push", 1, 1, "1000 + inputs.x"), "do not enter so"),
+    "push by a state of the machine": (put("push", 1, 1, "1000 + inputs.x"), "do not act on the errors as claimed"),
     "another machine": (put("name", "rig"), "another machine"),
-    "a field of its own": (lambda c, _: c.update({"unit": "mN"}), "not just"),
+    "a field of its own": (lambda c, _: c.update({"unit": "mN"}), "other fields"),
     "a field too few": (drop("drift"), "."),
-    "a remark in a set": (lambda c, _: c["sets"][0].update({"claim": "1 mN"}), "not just the fields of a set"),
+    "a remark in a set": (lambda c, _: c["sets"][0].update({"claim": "1 mN"}), "other fields than those of a set"),
     "a number that is none": (put("sets", 1, "rows", 0, ["0", "1", "NaN"]), "."),
     "a number in place of text": (put("sets", 1, "rows", 0, ["0", "1", 1.8]), "."),
     "text that is run": (put("sets", 1, "rows", 0, ["0", "1", "__import__('os')"]), "."),
     "a row that reads as another": (put("sets", 1, "rows", 0, ["0 -0", "1", "1"]), "."),
     "a row of numbers in one": (put("sets", 1, "rows", 0, ["0 1", "1"]), "."),
-    "a smaller bound after a start": (put("sets", 1, "after", 0, "bounds", 0, 1, "438/10"), "larger than its bound"),
-    "the same bound later on": (put("sets", 1, "after", 0, "bounds", 4, 1, "5/2"), "larger than its bound"),
-    "a bound sooner": (put("sets", 1, "after", 0, "bounds", 1, 0, "170"), "larger than its bound"),
-    "a count in other digits": (put("sets", 1, "after", 0, "bounds", 1, 0, "١٨٠"), "no number of samples"),
-    "a count on two lines": (put("sets", 1, "after", 0, "bounds", 1, 0, "\n1_80\n"), "no number of samples"),
-    "a larger start": (put("sets", 1, "after", 0, "start", 1, "102"), "not `within`"),
-    "a start below zero": (put("sets", 1, "after", 0, "start", 1, "-1000"), "not `within`"),
+    "a smaller bound after a start": (
+        put("sets", 1, "after", 0, "bounds", 0, 1, "438/10"),
+        "smaller than the proved one",
+    ),
+    "the same bound later on": (put("sets", 1, "after", 0, "bounds", 4, 1, "5/2"), "smaller than the proved one"),
+    "a bound sooner": (put("sets", 1, "after", 0, "bounds", 1, 0, "170"), "smaller than the proved one"),
+    "a count in other digits": (put("sets", 1, "after", 0, "bounds", 1, 0, "١٨٠"), "not a number of samples"),
+    "a count on two lines": (put("sets", 1, "after", 0, "bounds", 1, 0, "\n1_80\n"), "not a number of samples"),
+    "a larger start": (put("sets", 1, "after", 0, "start", 1, "102"), "not inside the box"),
+    "a start below zero": (put("sets", 1, "after", 0, "start", 1, "-1000"), "not inside the box"),
     "a start of one error": (put("sets", 1, "after", 0, "start", ["1/10"]), "."),
     "no start": (put("sets", 1, "after", 0, "start", []), "."),
     "a start out of the set": (put("sets", 1, "within", 0, "100"), "not positive semidefinite"),
     "a start in no set": (lambda c, _: c["sets"][1].pop("within"), "."),
-    "a share below one": (put("sets", 1, "within", ["1/2", "0", "0"]), "not in the set"),
+    "a share below one": (put("sets", 1, "within", ["1/2", "0", "0"]), "not inside the set"),
     "a remark in `after`": (
         lambda c, _: c["sets"][1]["after"][0].update({"claim": "1 mN"}),
-        "not just the fields of `after`",
+        "other fields than those of `after`",
     ),
-    "a remark beside a shift": (lambda c, _: c.update({"shifts": dict.fromkeys(c["shifts"], "none")}), "no lists"),
-    "a remark beside a push": (lambda c, _: c["push"].__setitem__(0, dict.fromkeys(c["push"][0], "none")), "no lists"),
-    "a remark beside a bound": (lambda c, _: put("sets", 0, "rows", {"109": "1 mN"})(c, _), "no lists"),
+    "a remark beside a shift": (
+        lambda c, _: c.update({"shifts": dict.fromkeys(c["shifts"], "none")}),
+        "not lists of numbers",
+    ),
+    "a remark beside a push": (
+        lambda c, _: c["push"].__setitem__(0, dict.fromkeys(c["push"][0], "none")),
+        "not lists of numbers",
+    ),
+    "a remark beside a bound": (lambda c, _: put("sets", 0, "rows", {"109": "1 mN"})(c, _), "not lists of numbers"),
     "a remark beside a weight": (
         lambda c, _: c["sets"][1].update({"weights": dict.fromkeys(c["sets"][1]["weights"], "1")}),
-        "no lists",
+        "not lists of numbers",
     ),
     "a remark beside a start": (
         put("sets", 1, "after", 0, "start", {"30261/250000": "0", "25447/250": "0"}),
-        "no lists",
+        "not lists of numbers",
     ),
-    "a row that is one text": (put("sets", 0, "rows", 0, "109"), "no lists"),
+    "a row that is one text": (put("sets", 0, "rows", 0, "109"), "not lists of numbers"),
     "a row of `after` of more errors": (put("sets", 1, "after", 0, "row", ["0", "0", "1"]), "."),
     "a matrix with a smaller answer": (lambda _, p: p["matrix"][0].__setitem__(0, "8/10"), "does not move the errors"),
     "another step": (lambda _, p: p.update({"step": "semi_implicit"}), "does not move the errors"),
@@ -333,7 +351,7 @@ def judged(name: str, count: int) -> int:
             continue
         kept += 1
         for ball, bounds in zip(claim["sets"], found, strict=True):
-            for line, bound in zip(ellipsoid.asked(ball), bounds, strict=True):
+            for line, bound in zip(ellipsoid.claimed_rows(ball), bounds, strict=True):
                 worst = reachable(name, claim, line, shown, "friction" in ball)
                 assert worst <= float(bound) * (1 + 1e-9), (name, token[0], str(value))
     return kept
@@ -401,39 +419,39 @@ def test_noise_is_said_to_be_uncovered_only_where_nothing_is_said_of_it(sets: bo
     sources |= {"ellipsoid.json": (here / "ellipsoid.json").read_bytes()} if sets else {}
     report = verify.check((here / "proof.json").read_text("utf-8"), None, None, sources)
     (uncovered,) = [line for line in report.proved if "not covered: " in line]
-    assert ("fault, noise and drift beyond the sizes below," in uncovered) == sets
-    assert ("fault, noise, what moves within a sample," in uncovered) == (not sets)
-    assumed = "where, as is assumed, x is measured within 5e-06, x moves in a sample by at most 0.000105 more; "
+    assert ("fault, noise and drift beyond the bounds assumed below," in uncovered) == sets
+    assert ("fault, noise, change of force or speed within a sample," in uncovered) == (not sets)
+    assumed = "error bounds, assuming that x is measured to within 5e-06; in each sample the motion deviates"
     assert any(line.startswith(assumed) for line in report.proved) == sets
-    assert any(gap.startswith("that noise and drift stay within the sizes assumed") for gap in report.open) == sets
+    assert any(gap.startswith("that noise and drift stay within the bounds assumed") for gap in report.open) == sets
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_bundle_is_the_numbers_in_it(seed: int) -> None:
+def test_packed_integers_are_the_numbers_in_them(seed: int) -> None:
     """To the ends of what its digits hold."""
     dice, width = random.Random(seed), 40
     ends = [-(2**39) + 1, -(2**20), -1, 0, 1, 2**20 - 1, 2**39 - 1]
     numbers = [dice.choice([*ends, dice.randrange(-(2**39) + 1, 2**39)]) for _ in range(9)]
-    bundles = ellipsoid.Bundles(width, len(numbers))
+    packed = ellipsoid.PackedIntegers(width, len(numbers))
 
-    def held(bundle: int) -> list[int]:
-        return [bundles.at(bundle, k) for k in range(len(numbers))]
+    def held(one: int) -> list[int]:
+        return [packed.entry(one, k) for k in range(len(numbers))]
 
-    bundle = bundles.of(numbers)
-    assert held(bundle) == numbers
-    assert held(bundles.sizes(bundle)) == [abs(x) for x in numbers]
+    one = packed.pack(numbers)
+    assert held(one) == numbers
+    assert held(packed.magnitudes(one)) == [abs(x) for x in numbers]
     for s in (0, 1, 7, 20, 38):
-        assert held(bundles.over(bundle, s)) == [x // 2**s for x in numbers]
-        assert bundles.within(bundle, s) == all(-(2**s) <= x < 2**s for x in numbers)
+        assert held(packed.shifted(one, s)) == [x // 2**s for x in numbers]
+        assert packed.within(one, s) == all(-(2**s) <= x < 2**s for x in numbers)
     small = [dice.randrange(-(2**20), 2**20) for _ in numbers]
-    assert held(1000 * bundles.of(small) - bundles.of(small[::-1])) == [
+    assert held(1000 * packed.pack(small) - packed.pack(small[::-1])) == [
         1000 * x - y for x, y in zip(small, small[::-1], strict=True)
     ]
-    assert bundles.within(bundles.of([x % 2**20 for x in small]), 20)
+    assert packed.within(packed.pack([x % 2**20 for x in small]), 20)
     for k in range(len(numbers)):  # one alone is outside
         for x, inside in ((2**20, False), (2**20 - 1, True), (-(2**20), True), (-(2**20) - 1, False)):
-            one = [*small[:k], x, *small[k + 1 :]]
-            assert bundles.within(bundles.of(one), 20) == inside
+            other = [*small[:k], x, *small[k + 1 :]]
+            assert packed.within(packed.pack(other), 20) == inside
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -448,7 +466,7 @@ def test_rows_are_carried_as_in_exact_numbers(seed: int) -> None:
     columns = [[entry(9) for _ in range(n)] for _ in range(3)] + [[Fraction(0)] * n]
     rows = [tuple(entry(5) for _ in range(n)) for _ in range(3)]
     Q = [[Fraction(10**6 * (i == j)) for j in range(n)] for i in range(n)]
-    found = ellipsoid.carried({row: {0, 7, samples} for row in rows}, step, columns, Q)
+    found = ellipsoid.propagated({row: {0, 7, samples} for row in rows}, step, columns, Q)
     start, grid = [entry(100) for _ in range(n)], ellipsoid.GRID
     for c in rows:
         exact, total = [*c], Fraction(0)
@@ -468,16 +486,16 @@ def test_many_rows_of_many_errors_are_refused_in_time() -> None:
     rows = [["0"] * 31 + [str(k + 1), "100000"] for k in range(8000)]
     claim["sets"] = [{x: claim["sets"][0][x] for x in ("matrix", "weights")} | {"samples": "1", "rows": rows}]
     shown, begun = kernel.prove(proof, texts("chain")), time.thread_time()
-    with pytest.raises(ValueError, match=r"so many rows|more work than the limit"):
+    with pytest.raises(ValueError, match=r"too many rows|more work than the limit"):
         ellipsoid.bounded(proof, claim, shown)
     assert time.thread_time() - begun < 7
 
 
 def test_rows_too_large_for_the_grid_are_refused() -> None:
     one, most = [[Fraction(2)]], Fraction(2) ** (ellipsoid.LARGEST - 60)
-    ellipsoid.carried({(Fraction(1),): {ellipsoid.LARGEST - 61}}, one, [], one)
+    ellipsoid.propagated({(Fraction(1),): {ellipsoid.LARGEST - 61}}, one, [], one)
     for c, samples in ((Fraction(1), ellipsoid.LARGEST - 60), (most, 0)):
         with pytest.raises(ValueError, match=r"a row is too large|no row of every error"):
-            ellipsoid.carried({(c,): {samples}}, one, [], one)
+            ellipsoid.propagated({(c,): {samples}}, one, [], one)
     with pytest.raises(ValueError, match="no row of every error"):
-        ellipsoid.carried({(Fraction(1), Fraction(1)): {0}}, one, [], one)
+        ellipsoid.propagated({(Fraction(1), Fraction(1)): {0}}, one, [], one)

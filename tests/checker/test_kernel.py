@@ -173,7 +173,7 @@ def test_a_measured_velocity_that_moves_otherwise_is_another_machine() -> None:
     content = json.loads(outcome.kernel or "")
     sources = {name: text.encode() for name, text in files.items()}
     assert verify.theorem.words(content, verify.by_kernel_alone(content, sources))[0] == (
-        "machine: (m) v' = -a_rail*sign(rail) + w; x' = v; a_rail constant, whatever the value"
+        "machine: (m) v' = -a_rail*sign(rail) + w; x' = v; a_rail constant, with any value"
     )
     both = content | {"positions": {"inputs.v": "inputs.v"}}
     with pytest.raises(ValueError, match="not a velocity for each position"):
@@ -655,9 +655,9 @@ def test_verify_says_what_the_kernel_proved(name: str) -> None:
     h, alpha = Fraction(content["sample_time"]), Fraction(content["decay_rate"])
     said = "\n".join(report.proved)
     assert verify.status(report) == (4 if name == "one_mass_domain" else 0) and not report.unproved
-    assert f"at most {float(1 - 2 * alpha * h):.9g} times what it was ({float(alpha):.9g} 1/s)" in said
+    assert f"by at most {float(1 - 2 * alpha * h):.9g} (decay rate {float(alpha):.9g} 1/s)" in said
     for reversal in content["reversals"]:
-        assert f"after {reversal['dwell_samples']} samples in which none turns" in said
+        assert f"{reversal['dwell_samples']} samples later, if no sign has changed again" in said
     assert ("only where sign(rail)*v_hat - slip_speed > 0" in said) == (name == "one_mass_domain")
 
 

@@ -177,7 +177,7 @@ def test_what_is_printed_of_a_sliding_dfo(capsys: pytest.CaptureFixture[str]) ->
         "only where sign(rail)*f_rail is in [5001/5000, 10099999/10000000]",
         "only where a_rail is in [40, 60]",
         "only where sign(rail)*(f_hat_rail - 1) > 0",
-        "whatever the errors; what V does by it is not said",
-        "verified, of the C in its domain (exit status 4)",
+        "whatever the errors; what this does to V is not bounded",
+        "verified for the C, under the conditions above (exit status 4)",
     ):
         assert line in told

@@ -120,7 +120,8 @@ def test_a_state_of_which_nothing_is_said_is_named_and_the_proof_is_not_of_the_w
     shown = kernel.prove(proof, texts)
     shown = verify.theorem.proved(proof, {name: text.encode() for name, text in texts.items()})
     assert shown["aside"] == ["state.x_predicted"] and not shown["whole"]
-    assert any("but x_predicted, of which nothing is said" in line for line in verify.theorem.words(proof, shown))
+    said = verify.theorem.words(proof, shown)
+    assert any("except x_predicted, for which nothing is claimed" in line for line in said)
 
 
 def test_a_sign_is_a_number_s_own_and_one_variable_for_one_polynomial() -> None:

@@ -54,8 +54,8 @@ def test_a_parameter_that_is_called_like_a_true_level_is_told_apart() -> None:
     """The declared level and the true one: a claim for any level must not be read into one for the declared level."""
     sources: dict[str, Any] = {name: text.replace(b"rail_a", b"a_rail") for name, text in SOURCES.items()}
     before, after = checked(TEXT, SOURCES).proved, checked(TEXT, sources).proved
-    assert "machine: (m) v' = -a_rail*sign(rail) + w; x' = v; a_rail constant, whatever the value" in before
-    assert "machine: (m) v' = -true.a_rail*sign(rail) + w; x' = v; true.a_rail constant, whatever the value" in after
+    assert "machine: (m) v' = -a_rail*sign(rail) + w; x' = v; a_rail constant, with any value" in before
+    assert "machine: (m) v' = -true.a_rail*sign(rail) + w; x' = v; true.a_rail constant, with any value" in after
     assert "parameters.a_rail = 50" in "\n".join(after) and "rail_a = 50" in "\n".join(before)
 
 
@@ -84,6 +84,6 @@ def test_v_falls_but_for_a_rest() -> None:
     content = json.loads(TEXT) | {"rest": ["9.81*parameters.sample_time/parameters.m", "0"]}
     source = SOURCES["one_mass.c"].replace(b"inputs->w - F_hat_rail", b"inputs->w - 9.81 - F_hat_rail", 1)
     said = "\n".join(checked(json.dumps(content), SOURCES | {"one_mass.c": source}).proved)
-    assert "V = e'Pe is afterwards, but for that, at most" in said
-    assert "samples in which none turns it is, but for that, not above what it was" in said
-    assert "but for that" not in "\n".join(checked(TEXT, SOURCES).proved)
+    assert "the step multiplies V = e'Pe, without that addition, by at most" in said
+    assert "if no sign has changed again, V is, without that addition, not above its value before" in said
+    assert "that addition" not in "\n".join(checked(TEXT, SOURCES).proved)

@@ -202,7 +202,7 @@ def test_true_certificates_are_verified(name: str) -> None:
     report = check(text(cert))
     assert report.name == "example"
     assert report.facts[0].startswith(f"P is positive definite: {len(cert['error'])} positive pivots")
-    assert "V falls by at least the factor 1 - 2*alpha*h" in report.facts[1]
+    assert "V is multiplied by at most 1 - 2*alpha*h" in report.facts[1]
     assert report.facts[-1].startswith("reversal of ")
     assert report.unbound == ()
 
@@ -261,7 +261,7 @@ def test_a_matrix_of_sines_and_cosines_falls_just_as_fast_as_the_judge_says() ->
     within = covered() | {"cover": [fine], "decay_rate": str(Fraction(f"{best * 0.999:.6f}"))}
     beyond = covered() | {"cover": [fine], "decay_rate": str(Fraction(f"{best * 1.0001:.6f}"))}
     assert accepted(within) and not accepted(beyond)
-    assert check(text(covered())).facts[1].startswith("every coefficient of 4 cells: V falls")
+    assert check(text(covered())).facts[1].startswith("every coefficient of 4 cells: V is multiplied by at most")
 
 
 def test_the_interior_of_the_envelope_counts_and_not_its_corners() -> None:
@@ -318,7 +318,7 @@ def test_a_refutation_holds_for_all_that_its_enclosure_holds() -> None:
 
 def test_a_rate_below_zero_bounds_growth() -> None:
     growing = scalar() | {"matrix": [["50"]], "decay_rate": "-125/2", "reversals": []}  # 1 - 2αh = 9/4 = Φ², Φ = 3/2
-    assert any("V grows by at most the factor" in fact for fact in check(text(growing)).facts)
+    assert any("V is multiplied by at most 1 - 2*alpha*h = 2.25" in fact for fact in check(text(growing)).facts)
     assert not accepted(growing | {"decay_rate": "-62499999/1000000"})
     held = scalar() | {"matrix": [["0"]], "decay_rate": "0", "reversals": []}
     assert accepted(held) and not accepted(held | {"decay_rate": "1/1000000"})
@@ -969,12 +969,12 @@ def test_command_line_verifies(folder: Path) -> None:
         "  The error decays at the rate α.",
         "assumptions as written by the tool, not checked:",
         "  The friction level is constant between reversals.",
-        "holds, bound to no code (exit status 5)",
+        "the algebra holds; it was not bound to code (exit status 5)",
     ]
-    gaps = lines[lines.index("not compared:") + 1 : words]
+    gaps = lines[lines.index("not checked:") + 1 : words]
     assert gaps == [
         "  observer.h, which is not here",
-        "  a reversal: nothing is said of one of e_a_0",
+        "  reversals: nothing is claimed about one of e_a_0",
         *(f"  {gap}" for gap in verify.ALWAYS),
     ]
 
@@ -992,9 +992,9 @@ def test_what_is_never_compared_is_always_said(kernel: bool, tmp_path: Path) -> 
     if not kernel:
         (folder / "proof.json").unlink()
     status, out, _ = run(folder / "certificate.json", "--spec", SOURCE.parents[2] / "specs/one_mass.yaml")
-    gaps = out[out.index("not compared:") : out.index("claim as written")]
+    gaps = out[out.index("not checked:") : out.index("claim as written")]
     assert status == (0 if kernel else 5)
-    for words in ("__init__.py, the same in Python: its hash says nothing", "that the model (M, g, input gain)"):
+    for words in ("what __init__.py, the Python version, computes", "that the model (M, g, input gain)"):
         assert f"\n  {words}" in gaps
 
 

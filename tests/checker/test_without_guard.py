@@ -39,7 +39,7 @@ def test_a_shipped_proof_is_one_of_the_c_without_a_guard(name: str, precision: s
     report = checked(name, files)
     words = "\n".join(report.proved)
     assert report.whole == (name != "two_link_arm")
-    assert "an invalid sample is taken as any other" in words and "inputs that are no numbers" in words
+    assert "an invalid sample is used like any other" in words and "inputs that are no numbers" in words
     assert "samples with a fault" not in words and "held estimates" not in words
 
 

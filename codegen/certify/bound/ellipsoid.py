@@ -91,9 +91,9 @@ def with_ellipsoid(
     units = np.eye(len(proof["errors"]))[-len(certificate.bounds) :].tolist()
     for b, unit in zip(certificate.bounds, units, strict=True):
         own = [
-            (int(samples) * h, begun, float_above(x), ellipsoid.FRICTION in ball)
-            for ball, each in zip(json.loads(text)["sets"], found, strict=True)
-            for (row, samples, begun), x in zip(ellipsoid.asked(ball), each, strict=True)
+            (int(samples) * h, begun, float_above(x), ellipsoid.FRICTION in set_)
+            for set_, each in zip(json.loads(text)["sets"], found, strict=True)
+            for (row, samples, begun), x in zip(ellipsoid.claimed_rows(set_), each, strict=True)
             if [float(c) for c in row[:-1]] == unit
         ]
         later: dict[tuple[str, ...], list[tuple[float, float]]] = {}
