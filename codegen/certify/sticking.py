@@ -1,14 +1,15 @@
-"""The errors of a (G)CFO while some of its contacts stick and their estimated slips chatter about zero.
+"""Reduced error dynamics of a (G)CFO while a set S of contacts sticks and their estimated slips chatter about zero.
 
-A slip that chatters is zero on average, u_S = û_S = 0, by a friction estimate that takes the mean that keeps it there.
-So e_v = Z ξ with Z a basis of the velocities with U_S' v = 0, the errors at S drop out, and what is left of
-de/dt = Ae, A = (Φ − I)/h, is
+This is the sliding mode on the switching surface û_S = 0, by Utkin's equivalent control. On average u_S = û_S = 0, and
+the mean friction estimate at S is the one that keeps û_S at zero. So the velocity errors are e_v = Z ξ, Z a basis of
+the velocities with U_S' v = 0. The level errors at S do not enter. With A = (Φ − I)/h, the full dynamics de/dt = Ae are
+reduced to
 
     dξ/dt = (Z'MZ)⁻¹ Z'M (A_vv Z ξ + A_vL e_L),    de_L/dt = A_Lv Z ξ + A_LL e_L
 
-for the contacts L that slide. Where this matrix has an eigenvalue above zero, their errors do not converge while S
-sticks, whatever the certificate between reversals says. It is the equivalent motion on a switching surface (Utkin), to
-first order in h, in floating point: no claim of the certificate rests on it.
+for the set L of contacts that slide. If this matrix has an eigenvalue with positive real part, the errors of L do not
+converge while S sticks, even if a certificate holds between reversals. Computed in floating point to first order in h;
+no claim of a certificate depends on it.
 """
 
 from __future__ import annotations
@@ -22,16 +23,16 @@ from codegen.certify.bound.error_response import Response
 from codegen.observers.equations import Observer
 
 MOST = 6
-"""Up to so many contacts every set of them is looked at; of more, each contact alone."""
+"""With up to this many contacts every set of sticking contacts is examined; with more, each contact alone."""
 
 
 @dataclass(frozen=True)
 class Sticking:
-    """What is left of the errors while some contacts stick.
+    """Decay of the other contacts' errors while some contacts stick.
 
     Attributes:
-        contacts: names of those that stick, sorted by place.
-        rate: of the slowest error of the others, 1/s; below zero it grows.
+        contacts: names of those that stick, in the order of the spec.
+        rate: decay rate of the slowest remaining error, 1/s; negative if it grows.
     """
 
     contacts: tuple[str, ...]
@@ -39,7 +40,10 @@ class Sticking:
 
 
 def slowest_while_sticking(observer: Observer, response: Response) -> Sticking | None:
-    """The set of sticking contacts beside which another's error falls slowest; None without such a set, or levels."""
+    """The set of sticking contacts for which the remaining errors decay slowest.
+
+    None if the observer does not estimate levels, or there is no such set in which another contact slides.
+    """
     system, h = observer.system, float(observer.sample_time)
     step, inverse = (np.array(m.tolist(), dtype=float) for m in (response.step, -response.by_force))
     slips = np.array(system.distribution.subs(observer.values).tolist(), dtype=float)
@@ -51,18 +55,18 @@ def slowest_while_sticking(observer: Observer, response: Response) -> Sticking |
     for size in range(1, count) if count <= MOST else (1,):
         for stuck in combinations(range(count), size):
             _, sizes, rows = np.linalg.svd(slips[:, list(stuck)].T)
-            basis = rows[np.count_nonzero(sizes > 1e-9 * sizes[0]) :].T
+            basis = rows[np.count_nonzero(sizes > 1e-9 * sizes[0]) :].T  # Z, the null space of U_S'
             slide = [c for c in range(count) if np.abs(slips[:, c] @ basis).max(initial=0) > 1e-9]
             if not slide or any(c not in stuck and c not in slide for c in range(count)):
-                continue  # another contact sticks with them
-            onto = np.linalg.solve(basis.T @ mass @ basis, basis.T @ mass)
+                continue  # another contact cannot slide either: that is a larger set
+            project = np.linalg.solve(basis.T @ mass @ basis, basis.T @ mass)
             levels = [n + c for c in slide]
-            left = np.block(
+            reduced = np.block(
                 [
-                    [onto @ change[:n, :n] @ basis, onto @ change[:n, levels]],
+                    [project @ change[:n, :n] @ basis, project @ change[:n, levels]],
                     [change[levels, :n] @ basis, change[np.ix_(levels, levels)]],
                 ]
             )
             names = tuple(system.contacts[c].name for c in stuck)
-            found.append(Sticking(names, -float(np.linalg.eigvals(left).real.max())))
+            found.append(Sticking(names, -float(np.linalg.eigvals(reduced).real.max())))
     return min(found, key=lambda s: s.rate, default=None)

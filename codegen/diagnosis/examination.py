@@ -1,4 +1,4 @@
-"""Adoption of values, checks of the effects found, and refusal by held-out data: from the outcome to the answer."""
+"""From the outcome of forward selection to the answer: adopted values, checks of the effects, veto by held-out data."""
 
 from __future__ import annotations
 
@@ -30,14 +30,17 @@ def examine(
 ) -> tuple[Answer, Outcome]:
     """Adopt values, check the effects, and refuse a model that is worse on held-out data than the declared one.
 
-    Where candidates tie and held-out data refuse the first, the next is examined; what is refused is no rival.
+    If candidates tie and the first one is refused, the next one is examined; a refused candidate is not named as a
+    rival.
 
     Args:
-        final_search: the search on whose segments the outcome's last fit is.
-        verdict: by forward selection.
+        final_search: the search on whose segments the last fit of the outcome was made.
+        problem: the declared system on the log's motion.
+        verdict: of forward selection.
+        measured: function from a system to its errors on held-out data.
 
     Returns:
-        The answer, and the outcome that it is about.
+        The answer, and the outcome that it belongs to.
     """
     system = search.system
     declared = measured(system)
@@ -68,10 +71,10 @@ def examine(
 def with_estimate(
     search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured, by_force: Fit
 ) -> Answer:
-    """The answer with the effects of a fit to the force residual, which has their values and intervals.
+    """The answer with the effects of a fit to the force residual, with the values and intervals of that fit.
 
     Args:
-        outcome: with free runs of these values as its last fit. plain: the answer without effects.
+        outcome: its last fit is free runs with these values. plain: the answer without effects.
     """
     parts = outcome.final.runner.trial.parts
     named = named_effects(parts, estimate(by_force), plain.refit)
@@ -100,7 +103,10 @@ def _judged(
     fit: Fit,
     found: tuple[FoundEffect, ...],
 ) -> Answer:
-    """The answer with estimated effects, unless the force residual, a regression or held-out data refuse them."""
+    """The answer with the effects found, or ``plain`` with the reason if a check refuses them.
+
+    The checks are by the force residual, by a regression of it on smooth curves, and by held-out data.
+    """
     system = with_effects(final_search.system, found)
     richer = adopt_values(final_search, fit, problem, system)
     without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
@@ -128,13 +134,19 @@ def _judged(
 def references(
     plain: Answer, augmented: System, problem: Problem, settled: bool = False
 ) -> tuple[ErrorFigures, ErrorFigures, float]:
-    """What a model with effects is compared with: errors as declared and of the refit, and the share it may exceed the
-    refit's by.
+    """Held-out errors with which those of a model with effects are compared.
 
-    The motion of a load behind a spring is computed from differentiated noise, so its force residual is no criterion;
-    the free run alone must then confirm it: its squared error falls by ``LEAST_SHARE``. So it is where free runs settle
-    the question. Over the share of the drive
-    that load-dependent friction leaves, noise of the acceleration counts for more: the refit's does too.
+    The motion of a load behind a spring is computed from differentiated noise, so the force residual is not used for
+    it. The free run alone must confirm it: its squared error must fall by ``LEAST_SHARE``. The same holds if free runs
+    have settled the question. A force residual is divided by the share of the drive force that friction leaves, which
+    amplifies the noise of the acceleration; the refit's residual is divided by the same share.
+
+    Args:
+        settled: whether free runs alone decide.
+
+    Returns:
+        Errors as declared; errors of the refit; the fraction by which a model may exceed the latter (negative: by which
+        it must be smaller).
     """
     declared, refit = plain.figures[:2]
     if augmented.transmissions or settled:
@@ -149,8 +161,10 @@ def references(
 def _examined(
     search: Search, outcome: Outcome, problem: Problem, refit: System, strict: bool
 ) -> tuple[Fit, tuple[FoundEffect, ...], tuple[str, ...]]:
-    """The polished fit with the effects without objections; with all and the objections, where those without are none
-    or are not credited over the refit.
+    """The final fit, its effects, and the objections against them.
+
+    Effects with objections are removed one at a time and the others fitted again. If all have objections, or those
+    without are not credited over the refit, all effects are returned with the objections. Else there are none.
 
     Args:
         strict: whether to look for objections.
@@ -177,7 +191,7 @@ def _examined(
 
 
 def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> Fit | None:
-    """The fit with one effect in a form with fewer parameters, where their intervals do not exclude it; else None."""
+    """The fit with one effect in a form with fewer parameters, if the intervals allow it for some effect; else None."""
     trial = fit.runner.trial
     moved, values = trial.split(fit.theta)
     for k, (one, part) in enumerate(zip(found, trial.parts, strict=True)):
@@ -190,17 +204,18 @@ def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> F
 
 
 def without_effects(outcome: Outcome) -> Verdict:
-    """The verdict where no effect is credited: ``unknown`` if the refit leaves a material misfit above the noise."""
+    """The verdict if no effect is credited: ``unknown`` if the refit leaves a material misfit above the noise."""
     base = outcome.base
     far = credit.noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW
     return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
 
 
 def _options(system: System, refit: Refit, words: str, without: Mapping[str, float] | None = None) -> list[Option]:
-    """Models that may be written, from the values that the training log prefers to the declared ones, each once.
+    """Models that may be written, in order of preference, each once: with refitted values first, then declared ones.
 
     Args:
-        without: values adopted for the model without the effects.
+        words: description of the model with refitted values.
+        without: values adopted for the model without the effects, if ``system`` has effects.
     """
     ways: dict[str, Mapping[str, float]] = {
         words: refit.mapping(),

@@ -1,9 +1,9 @@
-"""Forward selection by the force residual, where free runs stay far from the data.
+"""Forward selection of effects by the force residual, for logs that free runs do not follow.
 
-Free runs of a real machine integrate everything that the model lacks. Their error may be led by something that is no
-effect, as jitter of the stamps or a drift, and then they choose and credit nothing. The force residual of a moment
-does not depend on what was before. Candidates are fitted to it by nonlinear least squares, judged on held-out blocks,
-and confirmed by free runs with the values found, to which nothing is fitted then.
+A free run integrates everything that the model lacks. Its error may be dominated by something that is not an effect,
+such as jitter of the time stamps or a drift, and then no effect is credited by free runs. The force residual at one
+time does not depend on earlier times. Candidates are fitted to it by nonlinear least squares and judged on held-out
+blocks. Free runs with the values found this way, in which only start states are fitted, must then confirm them.
 """
 
 from __future__ import annotations
@@ -45,23 +45,26 @@ from codegen.mechanics.system import System
 Array = NDArray[np.float64]
 
 LEVEL = 10.0
-"""RMS of the base's residual in the unit of the residuals: far above 1, so that each block counts by its ratio."""
+"""RMS to which the residual of the model without effects is scaled.
+
+It is far above 1, where the loss of a block is logarithmic, so each block counts by the ratio of its residuals."""
 FITTED = 8
-"""Candidates, by what least squares from their start leave, that are fitted."""
+"""Number of candidates that are fitted: those with the least residual after linear least squares from their start."""
 ELSEWHERE = 0.2
-"""Least share of what is left for a further effect over another variable than those found; over the same variable it
-may correct a misfit of their form, and must remove ``credit.FURTHER``."""
+"""Least share of the remaining squared residual that a further effect must remove, if it depends on another variable
+than those found. If it depends on the same variable it may only correct a misfit of their form, and must remove
+``credit.FURTHER``."""
 STEPS, DAMPED = 5, 4
-"""Most Gauss–Newton steps, and most of a step that are tried with more damping."""
+"""Most Gauss–Newton steps, and most attempts at one step with increasing damping."""
 
 
 @dataclass(frozen=True, eq=False)
 class ForceFits:
-    """Fits of trials to the low-passed force residual, in ``SIGNED`` blocks of the log as segments.
+    """Fits of models to the low-passed force residual, with the log in ``SIGNED`` blocks in place of segments.
 
     Attributes:
-        search: with the toleranced parameters' prior. problem: of the declared system on the log's motion.
-        base: the free-run refit, which gives simulator and start states.
+        search: gives the prior of parameters with a tolerance. problem: the declared system on the log's motion.
+        base: the refit by free runs, which gives the start states.
     """
 
     search: Search
@@ -70,14 +73,14 @@ class ForceFits:
 
     @cached_property
     def _rows(self) -> list[NDArray[np.int_]]:
-        """By coordinate, the samples used: away from standstill, two in a period of the cutoff."""
+        """Samples used, for each coordinate: away from standstill, two in each period of the cutoff."""
         motion = self.problem.motion
         every = max(1, round(1 / (2 * motion.cutoff_hz * motion.sample_time)))
         return [np.flatnonzero(used)[::every] for used in self.problem.masks.rows.T]
 
     @cached_property
     def _sizes(self) -> list[float]:
-        """By coordinate, the unit of the residual."""
+        """Scale of the residual, for each coordinate: that of the model without effects becomes ``LEVEL``."""
         residual = self._forces(self.search.declared_trial, self.adopted)
         sizes = [
             float(np.sqrt(np.mean(r[k] ** 2))) if len(k) else 1.0 for r, k in zip(residual.T, self._rows, strict=True)
@@ -86,12 +89,12 @@ class ForceFits:
 
     @cached_property
     def candidates(self) -> CandidateFits:
-        """Every effect, with the range that the log covers at its place."""
+        """All candidates: every effect at every place, with the range of its variable that the log covers."""
         return CandidateFits(self.search, self.base, tuple(every_part(self.search, ())), lambda share: None)
 
     @cached_property
     def adopted(self) -> Array:
-        """(p,) refitted values that both criteria choose."""
+        """Values (p,) of levels and toleranced parameters that free runs and force residual together choose."""
         values = adopt_values(self.search, self.base, self.problem, self.search.system)
         return np.array(values.values, dtype=float)
 
@@ -99,7 +102,7 @@ class ForceFits:
         return residual_at_drive(model_of(trial, theta), self.problem.motion)
 
     def _residual(self, trial: Trial, theta: Array) -> Array:
-        """(SIGNED, K) residuals by block of the log; blocks with fewer are filled with zeros."""
+        """Scaled residuals of each block, (SIGNED, K); shorter blocks are padded with zeros."""
         forces, count = self._forces(trial, theta), len(self.problem.motion.time)
         blocks: list[list[Array]] = [[] for _ in range(SIGNED)]
         for values, rows, size in zip(forces.T, self._rows, self._sizes, strict=True):
@@ -111,7 +114,7 @@ class ForceFits:
         return np.array([np.pad(block, (0, longest - len(block))) for block in joined])
 
     def fit(self, trial: Trial, theta: Array) -> Fit:
-        """The least-squares fit from these values, by Gauss–Newton steps with damping."""
+        """The fit from these values, by damped Gauss–Newton steps."""
         runner = self.search.runners([trial])[0]
         prior = self.search.prior(trial, theta)
         first, damping = theta, 1e-6
@@ -140,7 +143,10 @@ class ForceFits:
         return Fit(runner, theta, *at, prior, prior.limited(theta, theta))
 
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
-        """(p, SIGNED, K) slopes of the prediction; those by refitted values, in which forces are linear, are kept."""
+        """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
+
+        Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``.
+        """
         slopes = [] if before is None else list(before[: len(trial.moved)])
         for k in range(len(slopes), len(theta)):
             step, moved = STEP * float(size[k]), theta.copy()
@@ -153,19 +159,20 @@ class ForceFits:
         return self.fit(*fit.trial.without(fit.theta, index))
 
     def run(self, fit: Fit) -> Fit:
-        """Free runs with the values of a fit: only the start states are estimated."""
+        """Free runs with the values of a fit; only the start states are fitted."""
         prior = self.search.prior(fit.trial, fit.theta)
         return shooting_fit(fit.runner, fit.theta, self.search.record.at_rest, prior, 0)
 
 
 @dataclass(frozen=True, eq=False)
 class ForceSelection:
-    """Effects that the force residual credits and free runs confirm.
+    """Effects that are credited by the force residual and confirmed by free runs.
 
     Attributes:
-        fit: to the force residual, with all of them. run: free runs with its values.
-        explained: share of the squared error of free runs that they remove.
-        rounds: candidates, the best first, each round with the effects found before. rivals: of the first effect.
+        fit: to the force residual, with all of them. run: free runs with the values of ``fit``.
+        explained: share of the squared free-run error that they remove.
+        rounds: for each round its candidates, the best first, and the effects found before. rivals: of the first
+            effect.
     """
 
     fits: ForceFits
@@ -188,15 +195,15 @@ def credited_by_force(
     measured: Callable[[System], ErrorFigures],
     report_progress: Callable[[float], None],
 ) -> tuple[Answer, Outcome]:
-    """The answer with effects that the force residual credits and free runs confirm; as it is where there are none.
+    """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
 
-    The effects have their values and intervals from the force residual. They pass the same examination as others: their
-    intervals, a smooth curve over their own variable, and held-out data. Where free runs credit other effects, these
-    must also leave significantly more of the force residual on held-out blocks.
+    The values and intervals of the effects are those of the fit to the force residual. The effects are examined as
+    others are: by their intervals, by a smooth curve over their own variable, and by held-out data. Effects that free
+    runs credited are replaced only if ``against_free_runs`` gives a reason.
 
     Args:
-        outcome: of the selection by free runs. answer: that to it.
-        problem: of the log's motion.
+        outcome: of the selection by free runs. answer: the answer from that outcome.
+        problem: the declared system on the log's motion.
     """
     found = selected_by_force(search, outcome.base, problem, report_progress)
     if found is None:
@@ -222,14 +229,14 @@ def credited_by_force(
     second = with_estimate(search, led, problem, plain, measured, found.fit)
     if second.verdict != plain.verdict:
         return answer, outcome
-    words = f"by the residual force, and free runs with the values found confirm it; by free runs alone {alone}"
+    words = f"found by the residual force, and confirmed by free runs with these values; by free runs alone {alone}"
     return replace(second, remarks=(*second.remarks, words)), led
 
 
 def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
-    """What the force residual says against the effects that free runs credit, in words; empty where it says nothing.
+    """The objection of the force residual to the effects that free runs credit, in words; empty if there is none.
 
-    Nothing is asked of backlash: in the gap no log shows where the load is.
+    Backlash is exempt, since no log shows where the load is within the gap.
     """
     trial, fits = by_runs.trial, found.fits
     known, own = _forms(trial.parts), _forms(found.parts)
@@ -238,9 +245,9 @@ def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
         return ""
     needed = _needed(fits, fits.fit(trial, by_runs.theta))
     gained = _evidence_of_blocks(needed, found.fit)
-    spare = sorted(kind for kind, _ in known.keys() - _forms(needed.trial.parts).keys())
-    if (spare or larger) and random_signs(-gained.t) > credit.TIE_LEVEL:
-        return f"of which the residual force does not need {' and '.join(spare or larger)}"
+    not_needed = sorted(kind for kind, _ in known.keys() - _forms(needed.trial.parts).keys())
+    if (not_needed or larger) and random_signs(-gained.t) > credit.TIE_LEVEL:
+        return f"of which the residual force does not need {' and '.join(not_needed or larger)}"
     return "which leaves more of the residual force" if random_signs(gained.t) <= credit.TIE_LEVEL else ""
 
 
@@ -250,7 +257,7 @@ def _forms(parts: Sequence[Part]) -> dict[tuple[str, str], frozenset[str]]:
 
 
 def _needed(fits: ForceFits, fit: Fit) -> Fit:
-    """The fit to the force residual without effects that remove no significant and sufficient share of it."""
+    """The fit to the force residual, without effects that do not significantly remove at least ``ELSEWHERE`` of it."""
     while len(fit.trial.parts) > 1:
         others = [fits.without(fit, k) for k in range(len(fit.trial.parts))]
         shown = [_evidence_of_blocks(other, fit) for other in others]
@@ -262,7 +269,7 @@ def _needed(fits: ForceFits, fit: Fit) -> Fit:
 
 
 def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranked, ...]:
-    """The table of candidates with these in place of the same effects."""
+    """The table of candidates, with ``named`` in place of its entries for the same effects."""
     known = {(r.found.part.kind, r.found.part.on, r.found.part.names) for r in named}
     others = [r for r in first if (r.found.part.kind, r.found.part.on, r.found.part.names) not in known]
     return (*named, *others)
@@ -274,7 +281,7 @@ def selected_by_force(
     """Forward selection by the force residual, confirmed by free runs; None where no effect is credited.
 
     Args:
-        base: the refit of the declared structure by free runs. problem: of the log's motion.
+        base: the refit of the declared structure by free runs. problem: the declared system on the log's motion.
     """
     fits = ForceFits(search, problem, base)
     fit = plain = fits.fit(search.declared_trial, fits.adopted)
@@ -287,23 +294,23 @@ def selected_by_force(
             break
         fit = ranked[0].found
     first = rounds[0].ranked
-    fit = with_seen_forms(fits, fit)
+    fit = in_determined_forms(fits, fit)
     before = fits.run(plain)
     fit, run = confirmed(fits, fit, fits.run(fit))
     if not fit.trial.parts:
         return None
     leading = [first[0]]
     if first[0].found.part in fit.trial.parts:
-        again, leading = first_with_others(fits, fit, [first[0], *ties(search, first)])
+        again, leading = best_first_effect(fits, fit, [first[0], *ties(search, first)])
         fit, run = (fit, run) if again is fit else confirmed(fits, again, fits.run(again))
     rounds[0] = replace(rounds[0], ranked=tuple(led_by(leading[0], first)))
     return ForceSelection(fits, fit, run, _evidence_of_blocks(before, run).share, tuple(rounds), tuple(leading[1:]))
 
 
-def with_seen_forms(fits: ForceFits, fit: Fit) -> Fit:
-    """The fit with an effect in a simpler form where no interval of a parameter that scales it excludes its absence.
+def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
+    """The fit with a simpler form of each effect whose interval includes zero in a form with more parameters.
 
-    A form with more parameters than the log determines makes each of them uncertain, also those that the log shows.
+    If a form has more parameters than the log determines, all of them become uncertain, also the size of the effect.
     """
     trial, (moved, values) = fit.trial, fit.values
     named = named_effects(trial.parts, estimate(fit), fit.model)
@@ -314,17 +321,20 @@ def with_seen_forms(fits: ForceFits, fit: Fit) -> Fit:
         parts = [part_of(simpler[-1], p.place, trial.system) if p is part else p for p in trial.parts]
         kept = {name: values[k][name] for name in parts[k].names}
         other = replace(trial, parts=tuple(parts))
-        return with_seen_forms(fits, fits.fit(other, other.theta(moved, [*values[:k], kept, *values[k + 1 :]])))
+        return in_determined_forms(fits, fits.fit(other, other.theta(moved, [*values[:k], kept, *values[k + 1 :]])))
     return fit
 
 
-def first_with_others(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
-    """The fit with the best of the tied first effects, and those that tie with it in the presence of the later ones.
+def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
+    """Repeat the choice between tied first effects with the later effects in the model: the best fit, and what ties.
 
-    What one more effect explains may have hidden the difference between them.
+    Without the later effects, the residual that these explain may have hidden the difference between the first ones.
 
     Args:
-        leading: of the first round, the best and its rivals.
+        leading: the best candidate of the first round and its rivals.
+
+    Returns:
+        The fit with the best of them; the best, followed by those that still tie with it.
     """
     _, *later = fit.trial.parts
     if len(leading) < 2 or not later:
@@ -341,7 +351,7 @@ def first_with_others(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
 
 
 def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
-    """The fit, and its free runs, without effects whose removal does not make free runs significantly worse."""
+    """The fit and its free runs, without the effects whose removal does not make free runs significantly worse."""
     while parts := fit.trial.parts:
         others = [fits.without(fit, k) for k in range(len(parts))]
         runs = [fits.run(other) for other in others]
@@ -355,14 +365,14 @@ def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
 
 
 def _evidence_of_blocks(before: Fit, after: Fit) -> Evidence:
-    """Of what two fits leave as they are, without another step of either for held-out blocks."""
+    """Evidence for the second fit from the residuals of both as they are, without a correction for held-out blocks."""
     return evidence(segment_losses(before.residual), segment_losses(after.residual), before.residual.shape[1])
 
 
 def force_round(fits: ForceFits, plain: Fit, report_progress: Callable[[float], None]) -> list[Ranked]:
-    """Fit the best candidates by linear least squares in addition to a fit, and rank them: the credited ones first.
+    """Add to a fit each of the candidates that are best by linear least squares, and rank these: credited ones first.
 
-    Of forms of one effect the simplest that is as good stays.
+    Of several forms of one effect, the simplest is kept that fits as well.
     """
     taken = {(p.kind, p.on) for p in plain.trial.parts}
     parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken]
@@ -380,14 +390,15 @@ def force_round(fits: ForceFits, plain: Fit, report_progress: Callable[[float], 
 
 
 def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
-    """A candidate with its evidence by the force residual over a fit, and why it is not credited.
+    """A candidate with its evidence from the force residual over a fit without it, and the reason if not credited.
 
-    A stage of the drive that takes force away removes residual in proportion; it must remove its share of what is left.
-    Held-out blocks count by no more than what the fit to all of them removes: the step to a fit without them is linear.
+    An effect that reduces the drive force reduces the residual in proportion; only a larger reduction counts. The share
+    removed on held-out blocks is limited to the share that the fit to all blocks removes, since the correction of the
+    fit for a held-out block is linear.
     """
-    before_it = {p.effect.seen_over for p in plain.trial.parts if not _is_seen_otherwise(fits.search, p)}
+    variables = {p.effect.seen_over for p in plain.trial.parts if not _has_twin_elsewhere(fits.search, p)}
     least = credit.LEAST_SHARE if not plain.trial.parts else ELSEWHERE
-    least = credit.FURTHER if found.part.effect.seen_over in before_it else least
+    least = credit.FURTHER if found.part.effect.seen_over in variables else least
     ratio = float(np.sqrt(found.by_segment.sum() / plain.by_segment.sum()))
     acting = drive_share(found.model, plain.model, fits.problem.motion)
     one = evidence_of(plain, found, floored=False)
@@ -404,10 +415,11 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, False, p)
 
 
-def _is_seen_otherwise(search: Search, part: Part) -> bool:
-    """Whether an effect is the same motion as one that is seen over another variable, so it has no curve over its own.
+def _has_twin_elsewhere(search: Search, part: Part) -> bool:
+    """Whether an effect has the same equation of motion as one that depends on another variable.
 
-    An asymmetry of the friction level is a constant force: viscous friction beside it corrects no form of it.
+    Example: an asymmetric friction level is the same as a constant force, so viscous friction found in addition to it
+    does not correct a misfit of its form.
     """
     twins = part.effect.twins(search.system, part.place)
     return any(CATALOGUE[kind].seen_over != part.effect.seen_over for kind, _ in twins)

@@ -1,4 +1,4 @@
-"""The force residual of a model on a log: inverse dynamics with zero-phase filters, and its slopes by parameters."""
+"""Force residual of a model on a log, g − M a − U λ, by inverse dynamics with zero-phase filters; its derivatives."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ Array = NDArray[np.float64]
 
 
 def evaluate_forces(system: System, columns: Sequence[Matrix], motion: Motion, inputs: Array | None = None) -> Array:
-    """Generalised forces at every sample, unfiltered, along the motion without the declared sensor errors.
+    """Generalised forces at every sample, unfiltered, along the motion corrected for the declared sensor errors.
 
     Args:
         columns: n by 1 matrices over x, v, w, accelerations and parameters.
-        inputs: (N, m) in place of the motion's inputs.
+        inputs: (N, m), in place of the motion's inputs if given.
 
     Returns:
         (len(columns), N, n).
@@ -57,10 +57,11 @@ def force_function(
     values: Mapping[sympy.Symbol, float] | None = None,
     slopes: bool = False,
 ) -> casadi.Function:
-    """Forces, or their slopes by ``symbols``, as a function of a point of the motion followed by ``symbols``.
+    """Forces, or their derivatives by ``symbols``, as a function of a point of the motion followed by ``symbols``.
 
     Args:
-        values: of symbols, in place of the system's.
+        values: values of symbols that replace the system's.
+        slopes: whether to give the derivatives.
     """
     variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]
     point, more = casadi.SX.sym("point", len(variables)), casadi.SX.sym("more", len(symbols))
@@ -72,7 +73,7 @@ def force_function(
 
 @recent(OF_MODELS)
 def true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:
-    """True positions, velocities and accelerations, from the readings."""
+    """Positions, velocities and accelerations corrected for the declared sensor errors."""
     if not system.sensor_errors:
         return motion.positions, motion.velocities, motion.accelerations
     sensor = SensorError(system)
@@ -82,7 +83,7 @@ def true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:
 
 
 def level_parameters(system: System) -> list[sympy.Symbol]:
-    """The friction parameters in which the laws are linear; a refit estimates them."""
+    """The friction levels: the parameters in which the friction laws are linear. A refit estimates them."""
     found: list[sympy.Symbol] = []
     for contact in system.contacts:
         for s in contact.law_parameters.values():
@@ -94,7 +95,7 @@ def level_parameters(system: System) -> list[sympy.Symbol]:
 
 @recent(OF_MODELS)
 def slip_velocities(system: System, motion: Motion) -> Array:
-    """(N, contacts)."""
+    """Slip velocity of each contact, (N, contacts)."""
     rest = [0] * (system.degrees_of_freedom - 1)
     rows = [Matrix([speed, *rest]) for speed in system.slip_velocity]
     return np.ascontiguousarray(evaluate_forces(system, rows, motion)[:, :, 0].T)
@@ -102,7 +103,7 @@ def slip_velocities(system: System, motion: Motion) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A System and the Motion on which it is judged.
+    """A declared System and the Motion of the log on which it is judged.
 
     Attributes:
         system: as declared.
@@ -135,25 +136,25 @@ class Problem:
 
     @cached_property
     def uncertain(self) -> list[sympy.Symbol]:
-        """Parameters that may move within their tolerance."""
+        """Parameters with a tolerance that a fit may change, other than friction levels."""
         error = self.system.equation_error
         return [s for s, size in self.deviation.items() if size > 0 and error.has(s) and s not in self.levels]
 
 
 STICK_SHARE = 0.004
-"""A slip slower than this share of its own 95 % speed counts as standstill."""
+"""A contact is at standstill if its slip is slower than this fraction of the 95 % quantile of its speed."""
 LEAST_LEFT = 1e-6
-"""Least share of the drive force, to avoid a division by zero."""
+"""Lower limit of ``drive_left``, to avoid a division by zero."""
 LONGEST_CROSSING_S = 0.03
-"""A reversal passes through standstill faster than this; a longer standstill is stick."""
+"""Longest time for which a reversal is at standstill; a longer standstill is stick."""
 
 
 @dataclass(frozen=True, eq=False)
 class Masks:
-    """Samples that show sliding friction.
+    """Samples at which the force balance can be used.
 
     Attributes:
-        rows: (N, n) usable for each coordinate's force balance.
+        rows: (N, n), for each coordinate.
     """
 
     rows: NDArray[np.bool_]
@@ -161,7 +162,7 @@ class Masks:
 
 @recent(OF_MODELS)
 def effective_inputs(system: System, motion: Motion) -> Array:
-    """The motion's inputs after the declared actuators, as ``System.equation_error`` takes them."""
+    """Outputs of the declared actuators for the motion's inputs, (N, m), the inputs of ``System.equation_error``."""
     inputs = motion.inputs.copy()
     for k, w in enumerate(system.inputs):
         if w in system.actuators:
@@ -170,10 +171,11 @@ def effective_inputs(system: System, motion: Motion) -> Array:
 
 
 def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
-    """Samples to use: away from ends, gaps and standstill.
+    """Samples to use for the force balance of each coordinate: away from ends, gaps and standstill.
 
-    At standstill friction takes any value within its level, so these samples are left out, with the filter's reach
-    around them. Quick zero crossings stay. Of a log resampled on a finer grid, only as many samples are used as it had.
+    At standstill friction may have any value up to its level, so these samples are left out, and so are those around
+    them within the width of the filter. Samples of quick zero crossings are kept. If the log was resampled to a finer
+    grid, only as many samples are used as it had.
     """
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
@@ -199,9 +201,10 @@ def inverse_dynamics_residual(system: System, motion: Motion) -> Array:
 
 @recent(OF_MODELS)
 def residual_at_drive(system: System, motion: Motion) -> Array:
-    """The low-passed residual, (N, n), over the share of the logged drive force that is left to the motion.
+    """The low-passed residual divided by ``drive_left``, (N, n).
 
-    Friction that follows the drive force, or the gain of an actuator, scales residual and drive in the same proportion.
+    Friction in proportion to the drive force, or the gain of an actuator, scales the residual and the drive force that
+    is left by the same factor. The division makes residuals of models with and without it comparable.
     """
     return np.asarray(inverse_dynamics_residual(system, motion) / drive_left(system, motion))
 
@@ -216,7 +219,8 @@ def residual_without_levels(problem: Problem, system: System) -> Array:
 def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], residual: Array, i: int) -> Array:
     """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels.
 
-    Free runs weigh the log differently and may give other levels; what a level explains is not evidence for an effect.
+    Free runs weigh the samples differently and may give other levels. A residual that a level explains is no evidence
+    for an effect.
     """
     touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
     if not touching or not used.any():
@@ -227,11 +231,12 @@ def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], resi
 
 
 def drive_left(system: System, motion: Motion) -> Array:
-    """(n,) median over samples of Σ w ∂/∂w of g − U λ after the actuators over that of g as logged.
+    """Fraction of the logged drive force that remains after actuators and load-dependent friction, (n,).
 
-    Slopes, because a dead zone subtracts a constant and passes errors of the drive unchanged; samples at which a
-    saturation passes nothing are not counted. The median, because at very low speed the sign of the speed is noise and
-    friction may then add to the drive.
+    It is the median over samples of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs, over that for f = g with
+    the logged inputs. Derivatives are used because a dead zone subtracts a constant and passes an error of the drive
+    unchanged. Samples at which a saturation passes nothing are not counted. The median is used because at very low
+    speed the sign of the speed is noise, and friction may then seem to add to the drive.
     """
     n = system.degrees_of_freedom
     if not _changes_drive(system):
@@ -249,7 +254,7 @@ def drive_left(system: System, motion: Motion) -> Array:
 
 
 def drive_share(system: System, other: System, motion: Motion) -> float:
-    """RMS of the force by which the inputs change g − U λ, over that of another system: least over the coordinates."""
+    """RMS of the effect of the inputs on g − U λ, divided by that of another system; the least over coordinates."""
     if not _changes_drive(system):
         return 1.0
     rms = [_drive_rms(s, motion) for s in (system, other)]
@@ -257,6 +262,7 @@ def drive_share(system: System, other: System, motion: Motion) -> float:
 
 
 def _changes_drive(system: System) -> bool:
+    """Whether actuators or friction change the drive force."""
     return bool(system.actuators) or any(c.force.has(w) for c in system.contacts for w in system.inputs)
 
 
@@ -268,7 +274,10 @@ def _drive_rms(system: System, motion: Motion) -> Array:
 
 
 def unfiltered_residual(system: System, motion: Motion) -> Array:
-    """g − M a − U λ, (N, n); states that are not logged are simulated along the measured motion."""
+    """Force residual g − M a − U λ, (N, n).
+
+    States that are not logged (bristles, states of laws, loads behind springs) are simulated along the measured motion.
+    """
     inputs = effective_inputs(system, motion)
     laws = dict(all_law_terms(system))
     bristles = [k for k, c in enumerate(system.contacts) if c.law.bristle_stiffness(c.law_parameters) != 0]
@@ -306,7 +315,7 @@ def unfiltered_residual(system: System, motion: Motion) -> Array:
 
 
 def _hidden_states(system: System, motion: Motion) -> Array:
-    """(N, contacts + states + 2 loads) bristle deflections, states of laws, positions and velocities of loads."""
+    """Bristle deflections, states of laws, positions and velocities of loads, (N, contacts + states + 2 loads)."""
     h, each = motion.sample_time, np.arange(len(motion.time), dtype=np.int32)
     along = motion.measured, motion.positions, motion.velocities, motion.commands
     record = Record(*along, h, np.ones(system.degrees_of_freedom), each, 1)
@@ -314,7 +323,7 @@ def _hidden_states(system: System, motion: Motion) -> Array:
 
 
 def friction_estimate(system: System, motion: Motion) -> Array:
-    """g − M a, (N, n): total generalised friction by inverse dynamics, unfiltered."""
+    """Total generalised friction force g − M a by inverse dynamics, unfiltered, (N, n)."""
     bare = replace(
         system,
         contacts=tuple(replace(c, extra_level=sympy.Integer(0), extra_force=sympy.Integer(0)) for c in system.contacts),
@@ -345,7 +354,7 @@ class ForceRows:
 
 
 def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
-    """The rows of each coordinate that moves."""
+    """Linearised force residual of each coordinate that has usable samples."""
     motion = problem.motion
     residual = inverse_dynamics_residual(system, motion)
     slopes = motion.low_pass(_slopes(system, motion, symbols))
@@ -358,10 +367,11 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
 
 
 def scales(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.bool_], pull: Array) -> Array:
-    """Residual RMS on each coordinate after the fit of the free parameters.
+    """Residual RMS of each coordinate after a linear fit of the free parameters.
 
     Args:
-        prior_precision: (p,). pull: (p,) from the system's values to the centre of the prior.
+        prior_precision: (p,), of the Gaussian prior. free: (p,) whether a parameter is fitted.
+        pull: (p,) centre of the prior minus the system's values.
     """
     size = np.array([_rms(r.residual) for r in rows])
     for _ in range(REWEIGHED):

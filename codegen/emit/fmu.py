@@ -1,6 +1,6 @@
-"""Program and its C → a functional mock-up unit for co-simulation, FMI 3.0 and 2.0.
+"""Functional mock-up unit (FMU) of an observer for co-simulation, FMI 3.0 and 2.0, from its Program and generated C.
 
-The variables of an FMU are what a Program's fields are to a simulator. The same spec, compiler and platform give the
+Parameters, inputs and outputs of the Program become variables of the FMU. The same spec, compiler and platform give the
 same bytes.
 """
 
@@ -59,8 +59,8 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", c
         compiled: replaces the local compiler in tests.
 
     Raises:
-        BadInput: for another version, a platform that the version has no folder for, no C compiler, or a name that an
-            FMU keeps for itself.
+        BadInput: for another version, a platform for which the version defines no folder, a missing C compiler, or a
+            quantity with a name that is reserved (``time``, ``fault``).
     """
     if version not in VERSIONS:
         raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}", code="CALL001")
@@ -98,7 +98,7 @@ def _compiled(sources: Mapping[str, str], units: tuple[str, ...]) -> bytes:
 
 
 def _library(name: str, version: str) -> str:
-    """Where this platform's binary lies in the zip."""
+    """Path of this platform's binary within the zip."""
     system, ending = _SYSTEMS.get(platform.system(), ("", ""))
     machine = _MACHINES.get(platform.machine().lower(), "")
     folder: str | None = f"{machine}-{system}" if system and machine else None
@@ -111,7 +111,7 @@ def _library(name: str, version: str) -> str:
 
 
 def _token(program: Program, files: Mapping[str, str], version: str, variables: tuple[Variable, ...]) -> str:
-    """The instantiation token: a hash of all that the description and the code must agree on, written as a GUID."""
+    """The instantiation token, which must agree in description and binary: a hash of code and variables as a GUID."""
     code = [files[f"{program.name}.h"], files[f"{program.name}.c"]]
     digest = sha256("\0".join([VERSION, version, *code, repr(variables)]))
     return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
@@ -151,9 +151,9 @@ class Variable:
         reference: its value reference.
         name, unit, meaning: as in the Program; the unit is empty where it has none.
         role: ``time``, ``parameter``, ``constant``, ``input`` or ``output``.
-        place: how the wrapper writes the struct's field.
+        place: the C expression of the struct's field in the wrapper.
         integer: whether it is an int in C.
-        start: the value it begins with, as text; None where it is computed.
+        start: its initial value, as text; None for an output.
     """
 
     reference: int
@@ -168,7 +168,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit by its exponents of SI base units; none are given where one is not a whole number."""
+    """A unit as exponents of SI base units; empty if it is not SI, or an exponent is not a whole number."""
 
     name: str
     exponents: tuple[tuple[str, int], ...]
@@ -178,7 +178,7 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
     """Time, parameters, inputs and outputs, numbered from 0 in this order.
 
     Raises:
-        BadInput: for a name that FMI keeps for itself.
+        BadInput: for a quantity with a name that is reserved (``time``, ``fault``).
     """
     found = [Variable(0, TIME, "s", "time of the simulation", "time", "time")]
 
@@ -201,7 +201,7 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
     taken = [variable.name for variable in found]
     for name in (TIME, FAULT):
         if taken.count(name) > 1:
-            expected = "another name, since every FMU has a variable of this one"
+            expected = "another name, since the FMU has a variable of this name already"
             raise BadInput(f"spec {program.name}", f"a quantity called `{name}`", expected, code="SPEC009")
     return tuple(found)
 

@@ -1,4 +1,4 @@
-"""Several records of one machine as one log: one after the other, with pauses between that nothing uses."""
+"""Concatenation of several records of one machine to one log, with pauses between them that are not used."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ from codegen.logs.log import Array, Finding, Flags, Intake, Log
 
 PAUSE_S = 2.0
 SAME_STEP = 1e-6
+"""Relative difference up to which two sample times are taken to be equal."""
 LONGEST_NAME = 100
 MOST_GROWTH = 3
-"""Times the samples that there are: what is put between them costs time and says nothing."""
+"""Most samples of the common grid over those of the records: interpolated samples cost time and add no information."""
 
 
 def join_logs(read: Sequence[Callable[[float | None], Log]]) -> Log:
-    """One experiment of one or several records.
+    """One experiment from one or several records.
 
-    Records are put on the finest of their steps, so that none loses what it shows; on a coarser one where that would
-    make more than ``MOST_SAMPLES``, or ``MOST_GROWTH`` times the samples that there are. Between two of them lies a
-    pause of ``PAUSE_S`` in which the position goes from the end of the one to the start of the next with continuous
-    velocity, so that filters do not ring; the pause is a joint and no sample of it is used. ``records`` keeps each as
-    it was sampled.
+    The records are resampled to the finest of their sample times, so that none loses information; to a coarser one if
+    there would be more than ``MOST_SAMPLES`` samples, or more than ``MOST_GROWTH`` times those of the records. Between
+    two records is a pause of ``PAUSE_S``, in which the position goes from the end of one to the start of the next with
+    continuous velocity, so that filters do not ring. No sample of a pause (``joints``) is used. ``records`` keeps each
+    record as it was sampled.
 
     Args:
-        read: a function for each record, from a step in seconds (None for the record's own) to the record.
+        read: for each record, a function that reads it with a sample time in seconds, or with its own for None.
 
     Raises:
         BadInput: if the records differ in cutoff, tolerance or encoder step, or one cannot be read.
@@ -38,7 +39,7 @@ def join_logs(read: Sequence[Callable[[float | None], Log]]) -> Log:
         return logs[0]
     step = _common_step(logs)
     same = [abs(log.sample_time / step - 1) <= SAME_STEP for log in logs]
-    joined = [log if fits else _brought(log, one(step)) for log, one, fits in zip(logs, read, same, strict=True)]
+    joined = [log if fits else _resampled(log, one(step)) for log, one, fits in zip(logs, read, same, strict=True)]
     whole = joined[0]
     for log in joined[1:]:
         _refuse_other(whole, log)
@@ -52,7 +53,7 @@ def join_logs(read: Sequence[Callable[[float | None], Log]]) -> Log:
 
 
 def _common_step(logs: Sequence[Log]) -> float:
-    """The finest step, or a coarser one that the number of samples asks for."""
+    """The finest sample time of the logs, or a coarser one if there would be too many samples."""
     finest = min(log.sample_time for log in logs)
     seconds = sum(log.duration + PAUSE_S for log in logs)
     most = min(MOST_SAMPLES, MOST_GROWTH * sum(log.size for log in logs))
@@ -61,10 +62,10 @@ def _common_step(logs: Sequence[Log]) -> float:
     return float(f"{max(finest, seconds / most):.6g}")
 
 
-def _brought(log: Log, other: Log) -> Log:
-    """A record on the experiment's grid, with what was found of it at its own rate."""
+def _resampled(log: Log, other: Log) -> Log:
+    """A record on the experiment's grid (``other``), with the findings at its own rate (``log``)."""
     counted = np.ones(other.size, dtype=bool)
-    if log.sample_time > other.sample_time:  # a finer grid makes no data
+    if log.sample_time > other.sample_time:  # interpolated samples do not count as data
         places = np.round((log.time - other.time[0]) / other.sample_time).astype(int)
         counted[:] = False
         counted[np.clip(places, 0, other.size - 1)] = True
@@ -72,6 +73,7 @@ def _brought(log: Log, other: Log) -> Log:
 
 
 def _refuse_other(one: Log, other: Log) -> None:
+    """BadInput if two records have different settings."""
     for name in ("cutoff_hz", "tolerance", "encoder_step"):
         mine, theirs = getattr(one, name), getattr(other, name)
         if mine != theirs:
@@ -113,14 +115,14 @@ def _counted(log: Log) -> Flags:
 
 
 def _name(one: str, other: str) -> str:
-    """Both names; of many that would be long, the first few."""
+    """Both names, joined by +; if that would be long, the names so far, followed by +…"""
     if one.endswith("+…") or len(one) + len(other) > LONGEST_NAME:
         return f"{one.removesuffix('+…')}+…"
     return f"{one}+{other}"
 
 
 def _bridge(one: Log, other: Log, pause: int) -> Array:
-    """(pause, n) cubic from the last position and velocity of the one to the first of the other."""
+    """Cubic Hermite curve from the last position and velocity of one log to the first of the other, (pause, n)."""
     h = one.sample_time
     reach = max(1, min(round(0.05 / h), one.size // 2, other.size // 2))
     start, end = one.positions[-1], other.positions[0]
@@ -155,6 +157,6 @@ def _merged(one: Intake, other: Intake) -> Intake:
 
 
 def _named_once(some: tuple[Finding, ...], more: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """Findings of several records: the first of each topic and severity stands for all."""
+    """Findings of several records, only the first of each topic and severity."""
     known = {(f.topic, f.severity) for f in some}
     return (*some, *(f for f in more if (f.topic, f.severity) not in known))

@@ -1,4 +1,4 @@
-"""Log files → Log: the registry of formats, and the way every format takes from its columns to SI on a grid."""
+"""Reading of log files: the registry of formats, and the common steps from columns to SI values on a uniform grid."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ Opener = Callable[[Path, Allowance, LogDescription], LogFile]
 
 
 def _of_messages(storage: Callable[[Path], Storage]) -> Opener:
-    """The log in a storage of ROS messages."""
+    """The opener of a format that stores ROS messages."""
     return lambda path, allowance, description: RosFile(storage(path), allowance, description)
 
 
@@ -67,7 +67,7 @@ FORMATS: Mapping[str, Opener] = {
     ".ulg": UlogFile,
     ".tdms": TdmsFile,
 }
-"""Ending of a file → what opens it. A file with another ending is a table if it is text."""
+"""File name extension → its opener. A text file with another extension is read as a table."""
 
 
 def read_logs(
@@ -83,7 +83,7 @@ def read_logs(
     Args:
         paths: at least one; no file twice.
         description, columns: as for ``read_log``, for all of them.
-        allowance: counts their bytes, where other logs are read beside them.
+        allowance: limit of the bytes of all logs that are read together; by default, of these.
 
     Raises:
         BadInput: as ``read_log``, for a file named twice, or for records that do not go together.
@@ -155,14 +155,15 @@ _CLOCKS = {
     "microseconds since 1970": (1e-6, 0.0),
     "nanoseconds since 1970": (1e-9, 0.0),
 }
-"""Clock → its step in s, and its time at the start of 1970."""
+"""Clock → its unit in s, and its time in s at the start of 1970."""
 _YEARS_2000_TO_2100 = (946_684_800.0, 4_102_444_800.0)
 
 
 def since_epoch(binding: Binding, raw: Columns, description: LogDescription, spec: Spec) -> Binding:
-    """A binding with the factor of a time in milli-, micro- or nanoseconds since 1970, or in Windows' FILETIME.
+    """The binding, with the factor to seconds if time is in ms, µs or ns since 1970, or in Windows' FILETIME.
 
-    No time in seconds can be as large.
+    The clock is recognised by its value at the first sample, which must be a time between 2000 and 2100. A time in
+    seconds is never that large. A unit or scale given for ``t`` takes precedence.
     """
     term = binding.terms.get("t")
     if term is None or term.expression is not None or binding.scale["t"] != 1.0 or not len(raw.values):
@@ -197,7 +198,7 @@ def _loaded(source: LogFile, wanted: Sequence[str], description: LogDescription)
 
 
 def _opened(reader: Opener, path: Path, allowance: Allowance, description: LogDescription) -> LogFile:
-    """The file, of a long table its signals."""
+    """The opened file; for a long table (a row for each value), its signals as columns."""
     source = reader(path, allowance, description)
     if not description.long:
         return source
@@ -207,7 +208,7 @@ def _opened(reader: Opener, path: Path, allowance: Allowance, description: LogDe
 
 
 def _with_others(path: Path, log: LogFile, description: LogDescription, allowance: Allowance) -> LogFile:
-    """The log with the files beside it that its description names."""
+    """The log together with the other files that its description names."""
     if not description.beside:
         return log
     plain = description.model_copy(update={"columns": {}, "long": None})
@@ -226,7 +227,7 @@ def _with_others(path: Path, log: LogFile, description: LogDescription, allowanc
 
 
 def format_of(path: Path) -> Opener:
-    """What opens a file, by its ending, or else by its first bytes.
+    """The opener of a file, by its extension, or else by its first bytes.
 
     Raises:
         BadInput: for a file that is not there, or of a format that is not read.
@@ -255,7 +256,7 @@ def format_of(path: Path) -> Opener:
 
 
 def log_description(path: Path, description: str | Path | None) -> LogDescription:
-    """What is said of a log: by the file given, else by ``meta.yaml`` beside it, else nothing."""
+    """The description of a log: the given file, else ``meta.yaml`` in its folder, else an empty one."""
     if description is not None:
         return read_description(description)
     beside = path.parent / "meta.yaml"
@@ -263,7 +264,7 @@ def log_description(path: Path, description: str | Path | None) -> LogDescriptio
 
 
 def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, description: LogDescription) -> Clean:
-    """The bound columns with time first; where no column gives it, from the description's sample rate."""
+    """The cleaned columns with time first, which is made from the description's sample rate if no column has it."""
     inputs = {i.name for i in spec.inputs}
     symbols = list(binding.terms)
     scale = dict(binding.scale)
@@ -279,7 +280,7 @@ def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, descripti
 
 
 def _with_integrals(cleaned: Clean, symbols: Sequence[str], binding: Binding, spec: Spec) -> Clean:
-    """Positions, velocities if all were logged, and inputs; positions that no column gives from their velocities."""
+    """Positions, velocities if all were logged, and inputs; positions without a column are integrals of velocities."""
     given = dict(zip(symbols, cleaned.data.T, strict=True))
     for c in spec.coordinates:
         if c.name in binding.integrated:
@@ -310,7 +311,7 @@ def _log(
     _per_coordinate(description.position_noise_rms, spec, description, "position_noise_rms")
     steps = tuple(
         0.0 if name in binding.integrated else smallest_step(cleaned.data[:, j])
-        for j, name in enumerate(spec.positions)  # steps of an integral are not those of a sensor
+        for j, name in enumerate(spec.positions)  # an integral does not show the steps of a sensor
     )
     repeated, stale = repeats(cleaned.data[:, :split], steps)
     intake = Intake(
@@ -375,5 +376,5 @@ def _hold_note(description: LogDescription) -> list[str]:
     if not hold or hold.lower().startswith(ZERO_ORDER):
         return []
     if description.measured_inputs:
-        return ["input_hold `linear`: between two rows each input is taken as the mean of what they say"]
-    return [f"input_hold `{shown(hold)}`: the inputs are taken as held from row to row all the same"]
+        return ["input_hold `linear`: between two rows each input is taken as the mean of both"]
+    return [f"input_hold `{shown(hold)}` is not known: the inputs are taken as held from row to row"]

@@ -1,13 +1,13 @@
-"""Base parameters of a kinematic tree: an equal tree with fewer inertial parameters, and these by name.
+"""Base inertial parameters of a kinematic tree: the combinations of masses and inertias that joint torques depend on.
 
-Masses on the axis of a revolute joint move with the parent as well as with the body. So of each such body a line of
-mass along its axis can be taken — its mass, its first and its second moment along the axis — and given to the parent
-without a change of M(x) or h(x, v) (Khalil and Dombre 2002, section 9.4). The zeros that this leaves cost nothing in
-the recursions. All of it in exact numbers, which are rounded to doubles once, in the recursions.
+Rotation about a joint does not move mass on its axis. So the mass of each revolute body, and its first and second
+moment along the axis, can be moved to the parent body without a change of M(x) or h(x, v) (Khalil and Dombre 2002,
+section 9.4). This leaves zeros, which cost nothing in the recursions. The regrouping is done in exact numbers, which
+are rounded to doubles once, in the recursions.
 
-What is left are the base parameters, which a log of joint torques can tell, in each joint's frame with its z axis along
-the joint: of a revolute joint's body the first moment mx, my and the inertia xx (I_xx − I_yy), xy, xz, yz, zz; of a
-prismatic joint's all ten. M(x) and h(x, v) are linear in them.
+The parameters that remain are the base parameters, which can be identified from a log of joint torques. In each joint's
+frame, with its z axis along the joint, they are for the body of a revolute joint the first moments mx, my and the
+inertias xx (I_xx − I_yy), xy, xz, yz, zz; for that of a prismatic joint all ten. M(x) and h(x, v) are linear in them.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from codegen.spec.model import Spec
 Inertia = tuple[Fraction, Exact, Exact]
 """Mass, first moment and rotational inertia about the origin."""
 ROUNDING = Fraction(1, 10**14)
-"""Sums below this share of their terms are taken for zero: files hold rounded angles."""
-TURNING = ("mx", "my", "xx", "xy", "xz", "yz", "zz")
-SLIDING = ("m", "mx", "my", "mz", "xx", "xy", "xz", "yy", "yz", "zz")
+"""Sums below this fraction of their terms are set to zero, since the angles in robot files are rounded."""
+REVOLUTE = ("mx", "my", "xx", "xy", "xz", "yz", "zz")
+PRISMATIC = ("m", "mx", "my", "mz", "xx", "xy", "xz", "yy", "yz", "zz")
 POINTS, SEED = 24, 5
-SEEN = 1e-9
-"""A parameter counts as without effect where its largest torque over random states is below this share of all's."""
+LEAST_EFFECT = 1e-9
+"""A parameter whose largest torque over random states is below this fraction of the largest of all has no effect."""
 
 
 def regrouped(tree: KinematicTree) -> KinematicTree:
-    """The tree with the same M(x) and h(x, v); its bodies are no longer those of the machine one by one."""
+    """A tree with the same M(x) and h(x, v) and regrouped inertias; its bodies are not the physical ones any more."""
     bodies = [_about_z(body) for body in tree.bodies]
     for i, body in enumerate(tree.bodies):
         if body.parent >= 0:
@@ -48,20 +48,20 @@ def regrouped(tree: KinematicTree) -> KinematicTree:
             bodies[i] = replace(bodies[i], rotation=_rows(rotation), offset=_vector(offset))
     for i, body in enumerate(bodies):
         if body.kind == "revolute":
-            _slide(bodies, i)
+            _move_origin(bodies, i)
     for i in reversed(range(len(bodies))):
         body = bodies[i]
         if body.kind != "revolute":
             continue
-        line = _on_the_axis(body)
-        bodies[i] = _with(body, line, -1)
+        moved = _mass_on_axis(body)
+        bodies[i] = _added(body, moved, -1)
         if body.parent >= 0:
-            bodies[body.parent] = _with(bodies[body.parent], _in_parent(line, body), 1)
+            bodies[body.parent] = _added(bodies[body.parent], _in_parent(moved, body), 1)
     return replace(tree, bodies=tuple(bodies))
 
 
 def _about_z(body: MovingBody) -> MovingBody:
-    """The body in a frame whose z axis is the joint's."""
+    """The body in a frame whose z axis is the joint axis."""
     turn = _turn_to(body.axis)
     return replace(
         body,
@@ -72,8 +72,11 @@ def _about_z(body: MovingBody) -> MovingBody:
     )
 
 
-def _slide(bodies: list[MovingBody], i: int) -> None:
-    """Move a frame's origin along its joint's axis to where it is nearest the parent's: offsets of zero come of it."""
+def _move_origin(bodies: list[MovingBody], i: int) -> None:
+    """Move the origin of a body's frame along its joint axis to the point nearest the parent's origin.
+
+    This makes components of the offset zero.
+    """
     body = bodies[i]
     up = exact_array([0, 0, 1])
     axis = exact_array(body.rotation) @ up
@@ -91,7 +94,7 @@ def _slide(bodies: list[MovingBody], i: int) -> None:
 
 
 def _turn_to(axis: Vector) -> Exact:
-    """A rotation whose third column is the axis; a permutation with signs where the axis is one of the frame's."""
+    """A rotation whose third column is the axis; a signed permutation if the axis is along x, y or z."""
     third = exact_array(axis)
     first = exact_array(np.eye(3, dtype=int))[int(np.argmin(np.abs(third)))]
     first = first - third * (third @ first)
@@ -99,16 +102,16 @@ def _turn_to(axis: Vector) -> Exact:
     return np.column_stack([first, np.cross(third, first), third])
 
 
-def _on_the_axis(body: MovingBody) -> Inertia:
-    """The line of mass on z that leaves the body without mass, first and second moment along z."""
+def _mass_on_axis(body: MovingBody) -> Inertia:
+    """The mass distribution on the z axis with the body's mass, and its first and second moment along z."""
     inertia = exact_array(body.inertia)
     second = (inertia[0, 0] + inertia[1, 1] - inertia[2, 2]) / 2
     return body.mass, exact_array([0, 0, body.first_moment[2]]), second * exact_array(np.diag([1, 1, 0]))
 
 
-def _in_parent(line: Inertia, body: MovingBody) -> Inertia:
-    """In the parent's coordinates, about the parent's origin."""
-    mass, moment, inertia = line
+def _in_parent(given: Inertia, body: MovingBody) -> Inertia:
+    """An inertia of the body's frame, in the parent's coordinates about the parent's origin."""
+    mass, moment, inertia = given
     rotation, r = exact_array(body.rotation), exact_array(body.offset)
     turned = rotation @ moment
     shifted = turned + mass * r
@@ -116,7 +119,8 @@ def _in_parent(line: Inertia, body: MovingBody) -> Inertia:
     return mass, shifted, moved
 
 
-def _with(body: MovingBody, more: Inertia, sign: int) -> MovingBody:
+def _added(body: MovingBody, more: Inertia, sign: int) -> MovingBody:
+    """The body with an inertia added (sign 1) or taken away (−1)."""
     mass, moment, inertia = more
     old, first = exact_array(body.inertia), exact_array(body.first_moment)
     return replace(
@@ -128,7 +132,7 @@ def _with(body: MovingBody, more: Inertia, sign: int) -> MovingBody:
 
 
 def _without_rounding(values: Exact, size: Fraction) -> Exact:
-    """The values, with zeros where they are the rounding of terms of this size."""
+    """The values, with zero in place of those that are only rounding errors of terms of this size."""
     return np.where(abs(values) > ROUNDING * size, values, exact_array(0))
 
 
@@ -151,7 +155,7 @@ class LinkParameter:
 
     Attributes:
         name: joint and moment, such as elbow_pitch_mx. unit: kg, kg*m or kg*m^2.
-        value: as the robot file has it, or the spec in its place.
+        value: that of the spec, or of the robot file if the spec gives none.
         deviation: standard deviation by the spec's tolerance.
     """
 
@@ -168,8 +172,8 @@ def link_parameters(spec: Spec, tree: KinematicTree) -> tuple[LinkParameter, ...
         BadInput: for a name under ``base_parameters`` that there is not.
     """
     values = base_values(spec, tree)
-    seen, spread = _acting(regrouped(tree), tuple(values)), _deviations(tree)
-    return tuple(LinkParameter(n, _unit(n), value, spread[n]) for n, value in values.items() if n in seen)
+    acting, deviation = _acting(regrouped(tree), tuple(values)), _deviations(tree)
+    return tuple(LinkParameter(n, _unit(n), value, deviation[n]) for n, value in values.items() if n in acting)
 
 
 def base_values(spec: Spec, tree: KinematicTree) -> dict[str, Fraction]:
@@ -192,7 +196,10 @@ def masses_of(tree: KinematicTree, values: Mapping[str, Any]) -> list[Points]:
 
 
 def _acting(tree: KinematicTree, names: Sequence[str]) -> set[str]:
-    """Those with a torque on some joint in some state, tried at random states: a base joint leaves few."""
+    """Names of the parameters that change a joint torque in at least one of some random states.
+
+    Near the base few do: the body of a vertical first joint acts by its zz alone.
+    """
     n = len(tree.bodies)
     x, v, a = (casadi.SX.sym(name, n) for name in "xva")
     p = casadi.SX.sym("p", len(names))
@@ -202,11 +209,11 @@ def _acting(tree: KinematicTree, names: Sequence[str]) -> set[str]:
     random = np.random.default_rng(SEED)
     tried = [np.array(slopes(*random.uniform(-2, 2, (3, n)))) for _ in range(POINTS)]
     sizes = np.abs(tried).max(axis=(0, 1))
-    return {name for name, size in zip(names, sizes, strict=True) if size > SEEN * sizes.max()}
+    return {name for name, size in zip(names, sizes, strict=True) if size > LEAST_EFFECT * sizes.max()}
 
 
 def _moments(tree: KinematicTree) -> dict[str, Fraction]:
-    """Name → value, of a regrouped tree."""
+    """Name → value of each base parameter of a regrouped tree."""
     found: dict[str, Fraction] = {}
     for body in tree.bodies:
         first, inertia = body.first_moment, body.inertia
@@ -222,7 +229,10 @@ def _moments(tree: KinematicTree) -> dict[str, Fraction]:
 
 
 def _points(body: MovingBody, values: Mapping[str, Any]) -> Points:
-    """The inverse of ``_moments``; on a revolute joint with ∫ρ z² = 0, as regrouping leaves it."""
+    """Mass moments of a body from its base parameters, the inverse of ``_moments``.
+
+    For a revolute joint mass, first moment and second moment along z are 0, as after regrouping.
+    """
     v = {key: values[f"{body.joint}_{key}"] for key in _keys(body)}
     if body.kind == "revolute":
         across = (v["zz"] - v["xx"]) / 2, (v["zz"] + v["xx"]) / 2, 0.0
@@ -240,7 +250,7 @@ def _points(body: MovingBody, values: Mapping[str, Any]) -> Points:
 
 
 def _keys(body: MovingBody) -> tuple[str, ...]:
-    return TURNING if body.kind == "revolute" else SLIDING
+    return REVOLUTE if body.kind == "revolute" else PRISMATIC
 
 
 def _unit(name: str) -> str:
@@ -249,21 +259,21 @@ def _unit(name: str) -> str:
 
 
 def _deviations(tree: KinematicTree) -> dict[str, float]:
-    """Standard deviation of each base parameter: what each uncertain number of each body does to it, in squares."""
+    """Standard deviation of each base parameter: root of the sum of squared changes by each uncertain number."""
     nominal = _moments(regrouped(tree))
     squares = dict.fromkeys(nominal, 0.0)
     if tree.tolerance is not None:
         for k, body in enumerate(tree.bodies):
-            for moved in _moved(body, tree.tolerance):
-                bodies = (*tree.bodies[:k], moved, *tree.bodies[k + 1 :])
-                there = _moments(regrouped(replace(tree, bodies=bodies)))
+            for changed in _perturbed(body, tree.tolerance):
+                bodies = (*tree.bodies[:k], changed, *tree.bodies[k + 1 :])
+                moments = _moments(regrouped(replace(tree, bodies=bodies)))
                 for name, value in nominal.items():
-                    squares[name] += float(there[name] - value) ** 2
+                    squares[name] += float(moments[name] - value) ** 2
     return {name: square**0.5 for name, square in squares.items()}
 
 
-def _moved(body: MovingBody, tolerance: LinkTolerance) -> list[MovingBody]:
-    """The body with one of its numbers one standard deviation off, for each that is uncertain."""
+def _perturbed(body: MovingBody, tolerance: LinkTolerance) -> list[MovingBody]:
+    """For each uncertain number of the body, the body with this number changed by one standard deviation."""
     unit = exact_array(np.eye(3, dtype=int))
     centre = exact_array(body.first_moment) / body.mass
     about = exact_array(body.inertia) - _of_point(body.mass, centre)

@@ -22,7 +22,7 @@ from codegen.program.implicit_step import implicit_blocks
 from codegen.program.lost_sample import carried_states, most_lost, resumed_states
 from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program, State
-from codegen.program.naming import WORDS, Names
+from codegen.program.naming import RESERVED, Names
 from codegen.program.signals import effective_input, held_input, true_positions
 from codegen.spec.model import CodeChoice
 
@@ -220,7 +220,7 @@ def _arrays(fields: list[list[str]], blocks: list[Block]) -> dict[str, Element]:
     for block in blocks:
         together.setdefault(block.name, []).extend(block.elements)
     groups = [*fields, *together.values()]
-    taken = Names({name for group in groups for name in group} | WORDS)
+    taken = Names({name for group in groups for name in group} | RESERVED)
     places: dict[str, Element] = {}
     visible = {*fields[1], *fields[2], *(e for b in blocks if b.output for e in b.elements)}
     for group in groups:

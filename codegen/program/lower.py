@@ -14,7 +14,7 @@ from codegen.program.code import Assignment, Code, Group, Setting
 from codegen.program.evaluate import constant_values
 from codegen.program.graph import Graph, Node, reachable, to_graph
 from codegen.program.model import HELD, Program
-from codegen.program.naming import WORDS, Names, constant_name, partial_name
+from codegen.program.naming import RESERVED, Names, constant_name, partial_name
 from codegen.program.normal import normalise
 from codegen.program.roll import roll
 
@@ -44,7 +44,7 @@ class _Lowering:
         self.symbols |= {name: self.graph.symbol(name, False) for name in varying}
         elements = {e for b in program.blocks for e in b.elements}
         following = {f"{f.name}_next" for f in program.states}
-        self.names = Names(elements | following | {f.name for f in program.inputs} | WORDS)
+        self.names = Names(elements | following | {f.name for f in program.inputs} | RESERVED)
 
     def code(self) -> Code:
         raw: dict[str, Node] = {}

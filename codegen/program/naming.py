@@ -1,4 +1,4 @@
-"""Names for constants derived from parameters and for partial results, which a spec does not name."""
+"""Names in the generated code for quantities that a spec does not name: derived constants and intermediate results."""
 
 from __future__ import annotations
 
@@ -8,18 +8,23 @@ from collections.abc import Mapping
 from codegen.program.graph import Node
 
 LONGEST = 40
+"""Most characters of a name that is made from a formula."""
 DEEPEST = 8
-"""Formulas with more levels get no name of their own."""
-OWN = """
+"""Most levels of nested operations in a formula that a name is made from."""
+_RESERVED = """
 state parameters inputs outputs check given fresh faults missed valid mode invalid_samples first lane i
 field dataclass math
 """
-WORDS = set(re.findall(r"\w+", OWN))
-"""Names that the generated code uses itself."""
+RESERVED = set(re.findall(r"\w+", _RESERVED))
+"""Names that the templates of the generated code use themselves."""
 
 
 class Names:
-    """Provider of unique names, compared without case; ``taken`` are those in use already."""
+    """Provider of names that are unique without regard to case.
+
+    Args:
+        taken: names that are in use already.
+    """
 
     def __init__(self, taken: set[str]) -> None:
         self._taken = {name.lower() for name in taken}
@@ -35,7 +40,7 @@ class Names:
         return name
 
     def numbered(self, stem: str) -> str:
-        """stem_1, stem_2, …"""
+        """The first of stem_1, stem_2, … that is free."""
         while True:
             self._counts[stem] = self._counts.get(stem, 0) + 1
             name = f"{stem}_{self._counts[stem]}"
@@ -51,6 +56,7 @@ def constant_name(node: Node) -> str | None:
 
 
 def _words(node: Node, deep: int) -> str | None:
+    """A formula spelled as an identifier; None if it cannot be, or has more than ``deep`` levels of operations."""
     if deep == 0:
         return None
     match node.kind:
@@ -80,12 +86,17 @@ def _words(node: Node, deep: int) -> str | None:
 
 
 def _powers(words: list[str]) -> list[str]:
+    """Factors of a product, with two equal ones as x_squared."""
     squared = [f"{word}_squared" if words.count(word) == 2 else word for word in words]
     return list(dict.fromkeys(squared)) if all(words.count(w) <= 2 for w in words) else words
 
 
 def partial_name(node: Node, known: Mapping[Node, str]) -> str | None:
-    """A name from one operation on a named node: sin_x, omega_squared, one_over_d; else None."""
+    """A name of an intermediate result that is one operation on a named node: sin_x, omega_squared, one_over_d.
+
+    Args:
+        known: names given to other nodes. A node of another form has no such name: None.
+    """
     inner = [known.get(a) or (a.name if a.kind == "symbol" else None) for a in node.arguments]
     if None in inner[:1] and not (node.kind == "quotient" and inner[-1]):
         return None

@@ -1,4 +1,4 @@
-"""The functions an expression may call.
+"""The functions and constants that an expression of a spec may use.
 
 ``Magnitude`` (abs) and ``Sgn`` are our own SymPy functions: SymPy's ``Abs`` and ``sign`` bring Dirac deltas and complex
 cases, while friction is analysed between reversals, where the sign of a slip velocity is a constant.
@@ -12,7 +12,7 @@ import sympy
 
 
 def _sign(argument: Any) -> Any:
-    """The sign of a constant, such as pi - 3; None where the argument is none, or its sign is not known."""
+    """The sign of a constant, such as pi - 3; None if the argument is not a constant, or its sign is not known."""
     if argument.is_Number:
         return sympy.sign(argument)
     known = (argument.is_positive, 1), (argument.is_negative, -1), (argument.is_zero, 0)
@@ -20,7 +20,7 @@ def _sign(argument: Any) -> Any:
 
 
 class Sgn(sympy.Function):
-    """Sign with sgn(0) = 0; constant between reversals, so its derivative is zero."""
+    """Sign function with sgn(0) = 0. It is constant between reversals, so its derivative is zero."""
 
     nargs = 1
     is_real = True

@@ -1,8 +1,8 @@
-"""An exact number → the number that generated code has for it: rounded once to a double, and what that prints as.
+"""Conversion of an exact number of a spec to the decimal that the generated code contains for it.
 
-C and the Python twin print the shortest decimal that denotes a double, and the checker reads that decimal in the twin.
-So a number of a spec is this decimal from the start, and equations, certificate and code use the same number. A
-decimal of up to 15 digits is its own shortest one: 0.1 is 1/10.
+The number is rounded once to a double, and the decimal is the shortest one that denotes this double. C and the Python
+twin print this decimal, and the checker reads it in the C. So equations, certificate and code use the same number. A
+decimal of up to 15 digits is not changed by this: 0.1 remains 1/10.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def decimal_of(double: float) -> sympy.Rational:
 
 
 def in_range(double: float) -> bool:
-    """Whether a number other than zero has a size that a spec may have."""
+    """Whether the magnitude of a number other than zero is within the range that a spec may use."""
     return 1e-300 < abs(double) < 1e300
 
 
@@ -31,7 +31,7 @@ def printed(value: Any, place: Place, found: str) -> sympy.Rational:
     """A rational number rounded once to a double, as the decimal that code prints.
 
     Args:
-        found: what was read there, for the message.
+        found: the text of the spec that gives the number, for the message.
 
     Raises:
         BadInput: for a number that is not zero and not between 1e-300 and 1e300 in size.

@@ -16,11 +16,11 @@ from codegen.diagnosis.force_led import (
     ForceFits,
     ForceSelection,
     against_free_runs,
+    best_first_effect,
     confirmed,
-    first_with_others,
+    in_determined_forms,
     judged,
     selected_by_force,
-    with_seen_forms,
 )
 from codegen.diagnosis.record import position_noise, record_of
 from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
@@ -138,7 +138,7 @@ def test_the_first_effect_is_chosen_again_beside_the_second(tmp_path: Path) -> N
         leading.append(judged(fits, plain, fits.fit(trial, np.append(fits.adopted, value)), 10))
     both = search.declared_trial.with_part(cubic).with_part(viscous)
     fit = fits.fit(both, np.append(fits.adopted, [300.0, 4.0]))
-    best, kept = first_with_others(fits, fit, leading)
+    best, kept = best_first_effect(fits, fit, leading)
     assert [p.kind for p in best.runner.trial.parts] == ["spring", "viscous"]
     assert kept == [leading[1]]
 
@@ -180,7 +180,7 @@ def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(
     spring = part_of(CATALOGUE["spring"], 0, search.system)
     trial = search.declared_trial.with_part(spring).with_part(curve)
     start = trial.theta(found.fits.adopted, [{"k": 30.0}, {"b": 2.0, "v_s": 2.0, "b_inf": 2.0}])
-    fit = with_seen_forms(found.fits, found.fits.fit(trial, start))
+    fit = in_determined_forms(found.fits, found.fits.fit(trial, start))
     assert [p.names for p in fit.trial.parts] == [("k",), ("b", "v_s")]
     assert estimate(fit).effects[1]["b"][1][0] > 0
 

@@ -1,7 +1,7 @@
-"""Effect of measurement noise on the estimate: stationary covariance of the sampled error (discrete Lyapunov equation).
+"""Effect of measurement noise on the friction estimate: stationary covariance of the sampled error.
 
-The noise input matrix is the derivative of the observer's equations by CasADi: one explicit Euler step with noise on
-the measured x and v, then estimates at the next sample without.
+The covariance solves a discrete Lyapunov equation. Its matrices are derivatives of the observer's equations by CasADi:
+one explicit Euler step from noisy measurements of x and v, then the estimates at the next sample without noise.
 """
 
 from __future__ import annotations
@@ -25,9 +25,11 @@ from codegen.spec.model import Spec
 
 Array = NDArray[np.float64]
 POINTS = 12
+"""Operating points at which the noise is computed."""
 DOUBLINGS = 44
+"""Most doublings of the number of samples that the sum of the covariance covers."""
 DEFAULT_STEP = 1e-5
-"""Encoder step, m or rad, where the spec gives neither a step nor a noise."""
+"""Encoder step, m or rad, if the spec gives neither a step nor a noise."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +37,9 @@ class PositionNoise:
     """White noise of the measured positions.
 
     Attributes:
-        rms: one a coordinate, m or rad: encoder step/√12 and position noise together.
-        sources: one a coordinate: the spec's ``simulation`` or ``envelope``, or ``assumed``.
-        given: coordinates with a value in the spec; the others have an encoder step of 1e-5.
+        rms: for each coordinate, m or rad: root of the sum of squares of encoder step/√12 and position noise.
+        sources: for each coordinate, where the value is from: ``simulation``, ``envelope`` or ``assumed``.
+        given: names of the coordinates with a value in the spec; the others have an encoder step of 1e-5.
     """
 
     rms: tuple[float, ...]
@@ -66,16 +68,16 @@ def position_noise(spec: Spec) -> PositionNoise:
 
 
 class NoiseModel:
-    """Sampled error with noise: e⁺ = Φ e + B n, friction estimate F̂ = C e + D n.
+    """Linear model of the sampled error with position noise n: e[k+1] = Φ e[k] + B n[k], F̂[k] − F[k] = C e[k] + D n[k].
 
-    e is the estimates' deviation from the truth without the part of the present noise. With velocity: measured the
-    velocity is taken as the difference of two noisy positions over h, so the noise of the previous sample is a state
-    too.
+    e is the deviation of the estimates from the truth, without the direct effect of the present noise on them (D). With
+    a measured velocity, this is taken to be the difference of two noisy positions over h, so the noise of the previous
+    sample is part of the state.
 
     Attributes:
-        variables, points: operating points at which it is computed, points by variables.
-        outputs, units: of the friction estimate: contact forces, or generalised ones for a (G)TO.
-        levels: steady friction there at each point, points by outputs.
+        variables, points: the operating points, (points, variables).
+        outputs, units: of the friction estimate F̂: forces of contacts, or generalised forces for a (G)TO.
+        levels: steady friction force at each point, (points, outputs).
     """
 
     def __init__(self, observer: Observer, spec: Spec, noise: PositionNoise) -> None:
@@ -97,7 +99,7 @@ class NoiseModel:
         self.levels = self._levels(known, arguments[0], by_contact="contact_friction" in names)
 
     def matrices(self, settings: Settings) -> tuple[Array, Array, Array, Array]:
-        """Φ, B, C, D at each set and point: sets by points by their size, noise per unit RMS of each coordinate."""
+        """Φ, B, C, D, each (gain sets, points, rows, columns), for noise of RMS 1 on each coordinate."""
         sets, count = len(settings), len(self.points)
         values = np.tile(self.points, (sets, 1))
         flat = evaluate_columns(self._function, values, np.repeat(settings.columns, count, axis=0))[:, :, 0]
@@ -106,55 +108,55 @@ class NoiseModel:
             block = flat[:, start : start + rows * columns].reshape(sets, count, columns, rows)
             parts.append(np.ascontiguousarray(block.swapaxes(2, 3)))
             start += rows * columns
-        step, by_position, by_velocity, output, at_position, at_velocity = parts
+        step, by_position, by_velocity, output, direct_position, direct_velocity = parts
         if self.observer.velocity != "measured":
-            return step, by_position, output, at_position
+            return step, by_position, output, direct_position
         h = settings.sample_time[:, None, None, None]
         m, n = by_position.shape[2:]
         phi = np.zeros((sets, count, m + n, m + n))
         phi[:, :, :m, :m], phi[:, :, :m, m:] = step, -by_velocity
-        driven = np.concatenate(
+        noise_input = np.concatenate(
             [by_position + by_velocity / h, np.broadcast_to(np.eye(n), (sets, count, n, n)) / h], axis=2
         )
-        seen = np.concatenate([output, -at_velocity], axis=3)
-        return phi, driven, seen, at_position + at_velocity / h
+        output = np.concatenate([output, -direct_velocity], axis=3)
+        return phi, noise_input, output, direct_position + direct_velocity / h
 
     def rms(self, settings: Settings) -> Array:
-        """RMS of the friction estimate's noise, sets by points by outputs; infinite where Φ is not stable.
+        """RMS of the noise of the friction estimate, (gain sets, points, outputs); infinite where Φ is not stable.
 
-        P = Φ P Φ' + B N B' by doubling, vectorised.
+        The covariance P = Φ P Φ' + B B' = Σ Φ^k B B' Φ'^k is summed by doubling the number of terms.
         """
-        phi, driven, seen, direct = self.matrices(settings)
+        phi, noise_input, output, direct = self.matrices(settings)
         scale = np.asarray(self.noise.rms)
-        driven, direct = driven * scale, direct * scale
-        covariance, power = driven @ driven.swapaxes(2, 3), phi
+        noise_input, direct = noise_input * scale, direct * scale
+        covariance, power = noise_input @ noise_input.swapaxes(2, 3), phi
         with np.errstate(all="ignore"):
             for _ in range(DOUBLINGS):
                 covariance = covariance + power @ covariance @ power.swapaxes(2, 3)
                 power = power @ power
                 if np.max(np.abs(power), where=np.isfinite(power), initial=0.0) < 1e-12:
                     break
-            total = seen @ covariance @ seen.swapaxes(2, 3) + direct @ direct.swapaxes(2, 3)
+            total = output @ covariance @ output.swapaxes(2, 3) + direct @ direct.swapaxes(2, 3)
             found = np.sqrt(np.diagonal(total, axis1=2, axis2=3))
         return np.where(np.isfinite(found), found, np.inf)
 
     def exact_rms(self, settings: Settings) -> Array:
-        """The RMS of one stable set by SciPy's discrete Lyapunov solver, points by outputs."""
+        """The RMS for one stable gain set by SciPy's discrete Lyapunov solver, (points, outputs)."""
         scale = np.asarray(self.noise.rms)
         result = []
-        for phi, driven, seen, direct in zip(*(m[0] for m in self.matrices(settings)), strict=True):
-            noise, now = driven * scale, direct * scale
-            covariance = solve_discrete_lyapunov(phi, noise @ noise.T)
-            result.append(np.sqrt(np.diag(seen @ covariance @ seen.T + now @ now.T)))
+        for phi, noise_input, output, direct in zip(*(m[0] for m in self.matrices(settings)), strict=True):
+            scaled, scaled_direct = noise_input * scale, direct * scale
+            covariance = solve_discrete_lyapunov(phi, scaled @ scaled.T)
+            result.append(np.sqrt(np.diag(output @ covariance @ output.T + scaled_direct @ scaled_direct.T)))
         return np.array(result)
 
     def share(self, settings: Settings) -> Array:
-        """Largest noise RMS over friction level, over points and outputs with friction, one a set."""
+        """For each gain set, the largest ratio of noise RMS to friction over all points and outputs."""
         found: Array = self.shares(self.rms(settings)).max(axis=-1)
         return found
 
     def shares(self, rms: Array) -> Array:
-        """Largest ratio of RMS to level over the points, for each output."""
+        """For each output, the largest ratio of noise RMS to friction over the points; 0 without friction."""
         with np.errstate(all="ignore"):
             ratio = np.where(self.levels > 0, rms / self.levels, 0.0)
         found: Array = ratio.max(axis=-2)
@@ -172,7 +174,7 @@ class NoiseModel:
 
 
 def _points(observer: Observer, spec: Spec) -> tuple[tuple[sympy.Symbol, ...], Array]:
-    """Random points of the envelope in sliding; default ranges: x = 0, w = 0, |v| up to 1."""
+    """Random operating points in the envelope; without a range there x = 0, w = 0 and |v| up to 1."""
     system = observer.system
     ranges = dict.fromkeys((*system.positions, *system.inputs), (0.0, 0.0)) | dict.fromkeys(
         system.velocities, (-1.0, 1.0)
@@ -184,15 +186,28 @@ def _points(observer: Observer, spec: Spec) -> tuple[tuple[sympy.Symbol, ...], A
 
 
 def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, friction: Any) -> list[Any]:
-    """Φ, B by position and by velocity, C, and D by position and by velocity, as SX over ``known`` and h."""
+    """The matrices of ``NoiseModel`` as SX: Φ, B for position and velocity noise, C, D for position and velocity noise.
+
+    Args:
+        known: value of each symbol.
+        h: sample time.
+        friction: symbols of the friction estimate.
+    """
     system = observer.system
     x, v = (casadi.vertcat(*[known[s] for s in part]) for part in (system.positions, system.velocities))
     truth = _truth(observer, known)
-    e, n, u = (casadi.SX.sym(name, size) for name, size in (("e", truth.numel()), ("n", x.numel()), ("u", x.numel())))
-    at_truth = [(e, casadi.SX.zeros(e.shape)), (n, casadi.SX.zeros(n.shape)), (u, casadi.SX.zeros(u.shape))]
+    e, x_noise, v_noise = (
+        casadi.SX.sym("e", truth.numel()),
+        casadi.SX.sym("n", x.numel()),
+        casadi.SX.sym("u", x.numel()),
+    )
+    deviations = e, x_noise, v_noise
 
-    def walk(state: Any, at_x: Any, at_v: Any, estimates: Any = None) -> tuple[dict[sympy.Symbol, Any], Any]:
-        """All symbols from the states; with ``estimates`` given the states from these. And the estimates."""
+    def evaluate(state: Any, at_x: Any, at_v: Any, estimates: Any = None) -> tuple[dict[sympy.Symbol, Any], Any]:
+        """Values of all symbols, and the estimates, from the states and measurements.
+
+        With ``estimates`` in place of states (None), the states are those with these estimates.
+        """
         values = dict(known)
         values |= zip(system.positions, casadi.vertsplit(at_x), strict=True)
         values |= zip(system.velocities, casadi.vertsplit(at_v), strict=True)
@@ -212,19 +227,18 @@ def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, fric
                 found += [values[s] for s in equation.symbols]
         return values, casadi.vertcat(*found)
 
-    start, _ = walk(None, x, v, truth + e)
+    start, _ = evaluate(None, x, v, truth + e)
     state = casadi.vertcat(*[start[s] for s in observer.states])
-    noisy, _ = walk(state, x + n, v + u)
-    following = state + h * to_casadi(observer.rates, noisy)
-    _, later = walk(following, x + h * v, v)
-    seen = casadi.vertcat(*[noisy[s] for s in friction])
-    slopes = [casadi.jacobian(result, to) for result in (later, seen) for to in (e, n, u)]
-    arguments, zeros = zip(*at_truth, strict=True)
-    return list(casadi.substitute(slopes, list(arguments), list(zeros)))
+    noisy, _ = evaluate(state, x + x_noise, v + v_noise)
+    next_state = state + h * to_casadi(observer.rates, noisy)
+    _, next_estimates = evaluate(next_state, x + h * v, v)
+    output = casadi.vertcat(*[noisy[s] for s in friction])
+    slopes = [casadi.jacobian(result, by) for result in (next_estimates, output) for by in deviations]
+    return list(casadi.substitute(slopes, list(deviations), [casadi.SX.zeros(d.shape) for d in deviations]))
 
 
 def _truth(observer: Observer, known: dict[sympy.Symbol, Any]) -> Any:
-    """True values of the estimates: velocities, assumed values and friction states as in ``known``, else friction."""
+    """True values of the estimated quantities: those of ``known``, and for friction the law's force or level."""
     system = observer.system
     slips = to_casadi(system.slip_velocity, known)
     laws = [c.law_level.subs(c.slip, u) for c, u in zip(system.contacts, system.slip_velocity, strict=True)]
