@@ -78,7 +78,7 @@ def pieces(text: str, size: int) -> Iterator[bytes]:
 def test_a_machine_as_declared_stays_silent(logs: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(logs[""])
     done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
-    assert done.code == 0 and "no violation of the bound" in done.out and "t = 0 to 3.999 s; the rows ended" in done.out
+    assert done.code == 0 and "never out of its bound" in done.out and "t = 0 to 3.999 s; the rows ended" in done.out
     seen = watch(belt(), tmp_path / "log.csv")
     assert seen.alarms == () and seen.tally.samples == 4000 and seen.tally.judged > 2000
     assert 0 < seen.tally.worst[0] < 1
