@@ -258,13 +258,13 @@ def test_a_dfo_s_assumptions_are_about_its_friction_state(assumed: str) -> None:
     words = " ".join(found.content["assumptions"])
     assert "friction that is estimated is constant" not in words
     assert "true friction jumps" not in words
-    assert ("e = 0 is no equilibrium" in words) == bool(assumed)
+    assert ("e = 0 is not an equilibrium" in words) == bool(assumed)
 
 
 def test_a_claim_names_an_envelope_only_where_it_holds_over_one() -> None:
     plain = outcome("one_mass", ONE.format(kind="cfo", velocity="estimated", gains="{K_F: 10, K_v: 100}", h="0.001"))
     assert isinstance(plain, Certificate)
-    assert "at every operating point, since the error dynamics do not depend on it" in plain.content["claim"]
+    assert "at every operating point (the error dynamics do not depend on it)" in plain.content["claim"]
     assert "envelope" not in plain.content["claim"]
     drag = "[{kind: quadratic_drag, on: x, parameters: {c: -9}}]"
     section = "{kind: to, velocity: estimated, sample_time: 0.001, gains: {K_1: 5, K_2: -20, K_v: 100}}"

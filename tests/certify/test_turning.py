@@ -70,7 +70,7 @@ def test_v_falls_whatever_the_signs_do(name: str) -> None:
     assert set(certificate.proofs) == {"certificate.json", "limit.json", "turning.json"}
     report = verify.check(json.dumps(turning))
     assert sum(" 1-fold, and 0 samples later" in fact for fact in report.facts) == len(turning["reversals"])
-    assert turning["claim"].startswith("In every sample in which no slip turns, with one V whatever signs")
+    assert turning["claim"].startswith("In every sample in which no slip reverses, with one V for all signs")
     p, steps = lyapunov(turning), turned(certificate)
     h = 0.001 if name == "one_mass" else 0.002
     fall, dice, e = 1 - 2 * certificate.turning_rate * h, np.random.default_rng(4), np.ones(len(p))
@@ -99,8 +99,8 @@ def test_the_sample_in_which_a_slip_turns_is_not_claimed() -> None:
     spec, analysis = analysis_of("one_mass", text)
     certificate = certify(spec, analysis, {"a.c": "0" * 64}, "none")
     assert isinstance(certificate, Certificate) and certificate.turning is not None
-    assert any("where it chatters" in sentence for sentence in certificate.turning["assumptions"])
-    assert not any("where it chatters" in sentence for sentence in certificate.content["assumptions"])
+    assert any("while a slip chatters" in sentence for sentence in certificate.turning["assumptions"])
+    assert not any("while a slip chatters" in sentence for sentence in certificate.content["assumptions"])
     program = build_program(analysis.dynamics.observer)
     engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
     names = [name for name, _, _ in program.outputs]

@@ -15,6 +15,7 @@ from codegen.spec import parse_spec
 SPEC = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text("utf-8")
 NAMES = ("ellipsoid.json", "proof.json")
 DELAY = "[{kind: input_delay, on: w, parameters: {T: 0.001}}]"
+ECCENTRIC = "[{kind: encoder_eccentricity, on: x, parameters: {amplitude: 0.001, period: 1, phase: 0}}]"
 COGGING = "[{kind: cogging, on: x, parameters: {amplitude: 1, period: 1, phase: 0}}]"
 UNSTABLE = "[{kind: inertia_error, on: x, parameters: {delta: -0.999}}]"
 
@@ -28,7 +29,8 @@ def machine(effects: str) -> Derived:
     ("effects", "words"),
     [
         ("[]", ()),
-        (DELAY, ("a delay or lag of an input", "it rests on proof.json")),
+        (DELAY, ()),
+        (ECCENTRIC, ("a sensor that reads wrong", "the sensor of x reads wrong")),
         (COGGING, ()),
         (UNSTABLE, ("no certificate",)),
     ],

@@ -54,7 +54,8 @@ def test_results_stand_in_order_and_calls_within_run_one_after_the_other(monkeyp
 @pytest.mark.parametrize(("length", "n"), [(41, 1), (134, 1), (400, 2), (90, 3), (30, 2)])
 def test_means_of_a_run_are_those_of_numpy_and_a_coordinate_that_diverges_spoils_no_other(length: int, n: int) -> None:
     noise = np.random.default_rng(length)
-    record = cast(Any, SimpleNamespace(length=length, group=max(1, length // 40)))
+    group = max(1, length // 40)
+    record = cast(Any, SimpleNamespace(length=length, group=group, compared=lambda positions: positions))
     run = 3 + noise.normal(size=(7, length, n))
     kept = length // record.group
     expected = run[:, : kept * record.group].reshape(7, kept, record.group, n).mean(axis=2)
