@@ -269,7 +269,7 @@ def plainly(why: Exception) -> str:
     """What stopped the kernel: its own words, or that a part is not as it must be."""
     words = str(why)[:200]
     own = words if type(why) is ValueError else f"a part is missing or not as it must be ({words})"
-    return f"the kernel does not accept it: {own}"
+    return f"its formulas are not read by the kernel in this form: {own}"
 
 
 def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
