@@ -116,7 +116,7 @@ FIELD = r"double ((?!STICTION)[A-Za-z]\w*)(?:\[([1-9]\d{0,2})\])?; ?"
 INDEX = r"(?:0|[1-9]\d{0,3})"
 ARRAY = r"double (\w+)\[([1-9]\d{0,2})\]; ?"
 STATEMENT = re.compile(r"((?:const )?double )?([A-Za-z_][\w.]*(?:\[[\d.]+\])?) (\+?=) ([^;={}]+); ?")
-SECONDS, OF_ALGEBRA = 5.0, 30.0
+SECONDS, OF_ALGEBRA = 15.0, 30.0
 MOST_FIELDS, MOST_ARRAYS, MOST_TEXT = 10_000, 100, 1_000_000
 
 
