@@ -1,7 +1,6 @@
 """Proof that bounded noise and drift keep the estimation errors within stated bounds (invariant ellipsoids).
 
-Standard library only: python3 ellipsoid.py FOLDER < ellipsoid.json, with proof.json and the C in the folder; uses
-kernel.py, algebra.py, enclosure.py and files.py, which must be in the folder of this file.
+Standard library only; verify.py runs it, after theorem.py has compared the proof with its machine and with the C.
 
 THEOREM. Assume what the kernel's theorem assumes of the proof, with these changes. Each position x is measured as
 x + noise. In a sample x, v and every other `truth` change as the kernel's machine says, plus a drift. |noise| and
@@ -22,27 +21,16 @@ acts in each sample with any mean value up to the size stated there, in either d
 drift: contacts may slide, stick, reverse or chatter. In the rows of this set that truth is any number up to that size.
 """
 
-import json
 import re
-import runpy
-import sys
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 from math import isqrt, lcm
 from operator import mul
-from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
     from codegen.checker import frame, kernel
-elif "kernel" not in globals():  # verify.py hands its own in
-    frame = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("frame.py"))))
-    algebra = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("algebra.py")), {"frame": frame}))
-    kernel = SimpleNamespace(
-        **runpy.run_path(str(Path(__file__).with_name("kernel.py")), {"algebra": algebra, "frame": frame})
-    )
 
 FIELDS, OPTIONAL = ("name", "noise", "drift", "shifts", "push", "sets"), ("forces", "friction")  # of a claim
 FORCES, FRICTION = OPTIONAL
@@ -363,29 +351,3 @@ def require_bounds(
 def prove(proof: dict[str, Any], claim: dict[str, Any], files: dict[str, str]) -> list[list[Fraction]]:
     """The bounds of ``bounded``, after the kernel has verified the proof against these files; else ValueError."""
     return bounded(proof, claim, kernel.prove(proof, files))
-
-
-def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object of JSON in which no field appears twice."""
-    kernel.demand(len(dict(pairs)) == len(pairs), "a field appears twice")
-    return dict(pairs)
-
-
-if __name__ == "__main__":
-    folder = Path(sys.argv[1])
-    read, most = (runpy.run_path(str(Path(__file__).with_name(f"{of}.py")))[name]
-                  for of, name in (("files", "read"), ("enclosure", "most")))  # fmt: skip
-    try:
-        given = json.loads(sys.stdin.read(10**7), object_pairs_hook=once)
-        paths = [folder / name for name in ("proof.json", f"{given['name']}.c", f"{given['name']}.h")]
-        proof, *sources = [read(path, 10**6).decode() for path in paths]
-        files = dict(zip((path.name for path in paths[1:]), sources, strict=True))
-        found = prove(json.loads(proof, object_pairs_hook=once), given, files)
-        lines = [
-            f"at most {most(bound)}{f' {samples} samples after the start' * (begun is not None)}: {' '.join(c)}"
-            for set_, bounds in zip(given["sets"], found, strict=True)
-            for ((*c, _), samples, begun), bound in zip(claimed_rows(set_), bounds, strict=True)
-        ]
-    except Exception as why:
-        sys.exit(f"refused: {type(why).__name__} {str(why)[:200]}")
-    print("\n".join(lines))

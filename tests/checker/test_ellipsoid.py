@@ -367,13 +367,22 @@ def test_mutants_of_every_shipped_claim_that_are_proved_are_true(name: str) -> N
     assert 5 <= judged(name, 150) <= 145
 
 
-def test_it_runs_alone_and_prints_no_traceback() -> None:
-    folder = GENERATED / "one_mass"
-    command = [sys.executable, "-I", str(Path(ellipsoid.__file__)), str(folder)]
-    done = subprocess.run(command, input=(folder / "ellipsoid.json").read_text("utf-8"), capture_output=True, text=True)
+def test_verify_alone_proves_it_and_prints_no_traceback(tmp_path: Path) -> None:
+    for path in (GENERATED / "one_mass").glob("*.*"):
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    command = [sys.executable, "-I", str(Path(verify.__file__)), str(tmp_path / "proof.json")]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0 and "at most 1.78" in done.stdout
-    done = subprocess.run(command, input="[]", capture_output=True, text=True)
-    assert done.returncode == 1 and done.stderr.startswith("refused: ") and "Traceback" not in done.stderr
+    (tmp_path / "ellipsoid.json").write_text("[]")
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 3 and done.stdout.startswith("refused: ") and "Traceback" not in done.stderr
+
+
+def test_no_other_file_of_the_checker_gives_a_verdict() -> None:
+    """ellipsoid.py was a command too, and printed bounds of a machine of 10⁶ kg, which verify.py refuses."""
+    files = Path(verify.__file__).parent.glob("*.py")
+    commands = {path.name for path in files if "__main__" in path.read_text("utf-8")}
+    assert commands == {"verify.py", "counterexamples.py"}
 
 
 def test_verify_says_it_and_refuses_a_false_one(tmp_path: Path) -> None:
