@@ -17,11 +17,6 @@ from typing import Any
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 
-try:
-    import resource
-except ImportError:  # no Unix: the lengths that a file states are checked all the same
-    resource = None  # type: ignore[assignment]
-
 MOST_MEMORY = 2_000_000_000
 """Bytes that a library may take at once for a file, whatever the file states of itself."""
 
@@ -74,11 +69,17 @@ def _release(error: BaseException | None) -> None:
 
 @contextlib.contextmanager
 def _bounded() -> Iterator[None]:
-    """A limit of the address space: compressed data that swell beyond it end in MemoryError."""
-    used = _address_space()
-    if resource is None or used is None:
+    """A limit of the address space: compressed data that swell beyond it end in MemoryError.
+
+    None without /proc, as outside Linux: the lengths that a file states are checked all the same.
+    """
+    pages = _pages()
+    if pages is None:
         yield
         return
+    import resource  # Unix alone has it
+
+    used = pages * resource.getpagesize()
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     known = [limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY]
     resource.setrlimit(resource.RLIMIT_AS, (min([used + MOST_MEMORY, *known]), hard))
@@ -88,12 +89,12 @@ def _bounded() -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
-def _address_space() -> int | None:
+def _pages() -> int | None:
+    """The size of this process's address space in pages, as Linux states it."""
     try:
-        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        return int(Path("/proc/self/statm").read_text().split()[0])
     except (OSError, ValueError, IndexError):
         return None
-    return pages * resource.getpagesize()
 
 
 @contextlib.contextmanager

@@ -161,8 +161,9 @@ class RosFile(SignalFile):
         return decoder
 
     def _decoded(self, message: Message) -> Any:
+        decode = self._decoders[message.topic]
         try:
-            return self._decoders[message.topic](message.data)
+            return decode(message.data)
         except MemoryError:
             raise
         except Exception as error:  # whatever a message raises that does not fit its definition

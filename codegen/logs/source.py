@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -112,11 +113,11 @@ class File:
         return library.reading(self.path, self.expected)
 
 
-class LogFile(File):
-    """An opened log: a subclass is a format, and its ``find`` finds the columns.
+class OpenedLog(File, ABC):
+    """An opened log whose columns are found by ``find`` and read some rows at a time.
 
     Attributes:
-        names: of the columns; ``load`` may refuse one that holds no numbers.
+        names: of the columns; reading may refuse one that holds no numbers.
         units: column → the unit that the file itself states; empty where it states none.
         unread: part of the file → why it is no column.
         asked: column of commanded positions whose name does not say so → column of the measured ones.
@@ -146,20 +147,16 @@ class LogFile(File):
 
     @property
     def notes(self) -> Sequence[str]:
-        """Notes on how the file was read; complete once ``load`` has run."""
+        """Notes on how the file was read; complete once it has been."""
         return self.said
 
-    def load(self, wanted: Sequence[str]) -> Columns:
-        """The numbers of the wanted columns, each a member of ``names``.
+    @abstractmethod
+    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
+        """The numbers of the wanted columns, each a member of ``names``, some rows at a time.
 
         Raises:
             BadInput: for the first value that is not a number, columns of different length, or too many numbers.
         """
-        raise NotImplementedError
-
-    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
-        """The same some rows at a time, of a format that can be read so; else all at once."""
-        yield self.load(wanted)
 
     def take(self, size: int) -> None:
         """Count the bytes that the file holds when unpacked; see ``Allowance.take``."""
@@ -171,6 +168,17 @@ class LogFile(File):
         for name, count in lengths.items():
             if count != rows:
                 raise self.fault(f"{count} values", f"{rows} values as in `{shown(first)}`", name, "LOG011")
+
+
+class LogFile(OpenedLog):
+    """An opened log that is read as a whole; a subclass is a format."""
+
+    @abstractmethod
+    def load(self, wanted: Sequence[str]) -> Columns:
+        """All rows of the wanted columns; raises as ``blocks``."""
+
+    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
+        yield self.load(wanted)
 
 
 class BlockFile(LogFile):

@@ -11,7 +11,7 @@ from codegen.logs.csv_file import CsvSource, open_csv, open_lines
 from codegen.logs.description import SAYS_NOTHING, LogDescription
 from codegen.logs.readers import format_of
 from codegen.logs.row_forms import upright
-from codegen.logs.source import Allowance, BlockFile, Columns, LogFile
+from codegen.logs.source import Allowance, BlockFile, Columns, OpenedLog
 from codegen.logs.text_lines import EXPECTED, lines_of
 
 PIECE = 1 << 22
@@ -22,7 +22,7 @@ class NotStreamed(Exception):
     """The log must be read whole, which also finds the words for what is wrong with it."""
 
 
-class CsvStream(LogFile):
+class CsvStream(OpenedLog):
     """A text table whose header is found in the first block.
 
     Raises:
@@ -62,7 +62,7 @@ class CsvStream(LogFile):
             raise NotStreamed from None
 
 
-def open_stream(path: Path, description: LogDescription | None = None) -> LogFile:
+def open_stream(path: Path, description: LogDescription | None = None) -> OpenedLog:
     """Open a log to be read in blocks.
 
     Raises:
