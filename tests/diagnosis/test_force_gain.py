@@ -28,7 +28,7 @@ from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics import System
 from codegen.simulate.drive import mean_about_samples
-from codegen.spec import parse_spec
+from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 
 ONE_WAY = "0.25*t + 0.02*sin(2*pi*0.7*t)"
@@ -234,44 +234,33 @@ def test_a_command_that_steps_through_a_dead_zone_has_the_mean_of_what_acts() ->
     assert found[1:5] == pytest.approx([-3.0, -1.5, 2.0, 1.5])
 
 
-CYLINDER = """\
-name: cylinder
-coordinates:
-  x: {{velocity: v, unit: m}}
-inputs:
-  w: {{unit: N}}
-parameters:
-  m: {{value: 240, unit: kg}}
-  b: {{value: 900, unit: N*s/m}}
-mass_matrix: [[m]]
-force: [w - b*v]
-friction:
-  distribution: [[1]]
-  contacts:
-    - {{name: rail, law: coulomb, a: 330, unit: N}}
-effects: {effects}
-simulation:
-  duration: 20
-  sample_time: 0.002
-  reference: {{x: "0.14*sin(2*pi*0.13*t) + 0.03*sin(2*pi*0.41*t)"}}
-  position_gain: {{w: 120000}}
-  velocity_gain: {{w: 9000}}
-  encoder_step: {{x: 5e-6}}
-"""
+HEAVY = {
+    "value: 2,": "value: 240,",
+    "value: 6,": "value: 900,",
+    "w: 900}": "w: 120000}",
+    "w: 30}": "w: 9000}",
+    "2e-6": "5e-6",
+}
+
+
+def cylinder(effects: str = "[]") -> Spec:
+    """The stage with the mass, friction and drive of a slow hydraulic cylinder."""
+    text = stage(effects, 330, "0.14*sin(2*pi*0.13*t) + 0.03*sin(2*pi*0.41*t)", 20).text
+    for light, heavy in HEAVY.items():
+        assert text.count(light) == 1
+        text = text.replace(light, heavy)
+    return parse_spec(text, Path("cylinder.yaml"))
 
 
 def test_a_limit_far_below_the_commands_is_no_effect_of_a_slow_heavy_machine(tmp_path: Path) -> None:
     """Without forces it goes on at its speed: free runs of 0.2 s leave little, and the balance of forces nearly all."""
     lacking = "[{kind: coulomb_asymmetry, on: rail, parameters: {d: 90}}, "
     lacking += "{kind: position_dependent_friction, on: rail, parameters: {amplitude: 80, period: 0.16, phase: 0.7}}]"
-    spec = parse_spec(CYLINDER.format(effects="[]"), Path("cylinder.yaml"))
-    log = log_of(parse_spec(CYLINDER.format(effects=lacking), Path("cylinder.yaml")), tmp_path, "train.csv")
-    problem = Problem(system_of(spec), smooth_motion(log), {})
+    log = log_of(cylinder(lacking), tmp_path, "train.csv")
+    problem = Problem(system_of(cylinder()), smooth_motion(log), {})
     search = search_on(problem, partial(record_of, problem.motion, log))
     base = search.refit()
-    evidence = Evidence(
-        1.0, 0.96, 3.0, 8, 8
-    )  # of free runs on the log of such a machine with moves from point to point
+    evidence = Evidence(1.0, 0.96, 3.0, 8, 8)  # of free runs of such a machine that moves from point to point
     for kind, values, wrong in (("saturation", {"limit": 151.0}, True), ("offset", {"f0": -90.0}, False)):
         part = part_of(CATALOGUE[kind], 0, search.system)
         trial = base.trial.with_part(part)
