@@ -268,8 +268,7 @@ def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dic
 def plainly(why: Exception) -> str:
     """What stopped the kernel: its own words, or that a part is not as it must be."""
     words = str(why)[:200]
-    own = words if type(why) is ValueError else f"a part is missing or not as it must be ({words})"
-    return f"its formulas are not read by the kernel in this form: {own}"
+    return words if type(why) is ValueError else f"a part is missing or not as it must be ({words})"
 
 
 def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:

@@ -731,7 +731,7 @@ def test_a_proof_that_claims_the_same_and_is_false_is_refused() -> None:
     wrong = proof("one_mass").replace('"parameters.m"', '"2*parameters.m"')
     with pytest.raises(verify.Refused, match="the kernel does not prove") as refused:
         verified("one_mass", beside("one_mass", proof__json=wrong))
-    assert "in this form: mass * acceleration is not force" in str(refused.value)
+    assert "of the C: mass * acceleration is not force" in str(refused.value)
     assert "ValueError" not in str(refused.value)
 
 

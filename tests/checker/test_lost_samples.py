@@ -47,7 +47,7 @@ ATTACKS = {
 
 @pytest.mark.parametrize("case", ATTACKS)
 def test_what_no_observer_does_between_steps_is_refused(case: str) -> None:
-    with pytest.raises(Refused, match=f"in this form: {case.split(':')[0]}: .*(more than a constant|what was held)"):
+    with pytest.raises(Refused, match=f"of the C: {case.split(':')[0]}: .*(more than a constant|what was held)"):
         check(*changed("one_mass", ATTACKS[case]))
 
 
@@ -66,7 +66,7 @@ def test_what_no_observer_does_between_steps_is_refused(case: str) -> None:
     ],
 )
 def test_other_machines(name: str, old: str, new: str) -> None:
-    with pytest.raises(Refused, match=r"in this form: (init|predict|resume): "):
+    with pytest.raises(Refused, match=r"of the C: (init|predict|resume): "):
         check(*changed(name, (old, new)))
 
 
