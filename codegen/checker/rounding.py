@@ -1,11 +1,11 @@
-"""Whether rounding in the C may be more than small: refused is a sum of which nearly all cancels.
+"""Refuses sums in the C that suffer from catastrophic cancellation.
 
 Standard library only; part of the checker (verify.py), which hands ``frame`` and ``kernel`` in. The kernel's theorem is
-in exact arithmetic, with parameters as `prepare` gives them; what a double holds of these, of a number in the C and of
-an exp is off by a share of 2^-50 at most. In the C a number may multiply this share: 1e14 * (0.1 + 0.2 - 0.3) is 0 in
-exact arithmetic, and 0.006 in doubles. So for each value that is assigned, and each that a function or a quotient is
-of, the sum of its terms without their signs, quantities being 1, is to be at most `cancelled` times that of its
-polynomial's coefficients. Of the shipped code it is 600 000 times at most.
+in exact arithmetic. In doubles each parameter, number and exp has a relative rounding error of at most 2^-50, which a
+large factor can amplify: 1e14 * (0.1 + 0.2 - 0.3) is 0 in exact arithmetic and 0.006 in doubles. So this ratio is
+bounded by `cancelled` for each assigned value and each argument of a function or a quotient: the sum of the absolute
+terms as written in the C, over the sum of the absolute coefficients of the polynomial that they add up to, with all
+variables equal to 1. In the shipped code the ratio is at most 600 000.
 """
 
 import ast

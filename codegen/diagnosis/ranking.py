@@ -245,11 +245,11 @@ def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidat
 
 
 def whiteness(search: Search, fit: Fit) -> float:
-    """Share of independent residuals: that of the noise among them; 0 far from it, where no likelihood holds.
+    """Share of the residuals that count as independent; 0 far from the noise, where no likelihood holds.
 
-    What a wrong form leaves in a segment is one error, however many samples it spans: only the noise's share of the
-    squared residual counts, as fewer independent residuals. That is no quasi-likelihood: the dispersion of one is in
-    `segment_losses` already, whose scale is their own; at three times the noise this asks for nine times its gain.
+    A wrong model form leaves one error in a segment, however many samples the segment spans. So only the noise's share
+    of the squared residual counts: at three times the noise a ninth of the residuals, and the likelihood gain must be
+    nine times as large. This is a cautious count and no quasi-likelihood, whose dispersion `segment_losses` holds.
     """
     soft = float(fit.runner.record.noise[0] / search.record.noise[0])
     dispersion = max(1.0, (soft * noise_ratio(fit)) ** 2)

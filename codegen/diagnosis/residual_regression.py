@@ -232,12 +232,12 @@ def _inertia(system: System, motion: Motion, i: int) -> Array:
 
 
 def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inertia: float, motion: Motion) -> float:
-    """Share of a squared residual (N,) that a resonance explains on held-out pieces; 0 where it is not sure.
+    """Share of a squared residual (N,) that one resonance explains on held-out pieces; 0 where it is not significant.
 
-    The residual of a load behind a spring is a filtered acceleration times a weight (``resonances``). A few moves may
-    excite most of it, so that most is explained on few pieces. So the pieces need not agree; the weight must differ
-    from zero by ``SURELY_RINGS`` standard deviations. These are from the sums over pieces of what the weight that is
-    fitted to the other folds leaves.
+    A load behind a spring leaves a residual that is the acceleration, filtered by a resonance, times a weight
+    (``resonances``). A few moves may excite nearly all of it, so the test does not ask that most pieces agree: the
+    weight must differ from zero by ``SURELY_RINGS`` standard deviations. The deviation is estimated from the sums over
+    pieces of column times remainder, each with the weight that is fitted to the other folds.
 
     Args:
         acceleration: (N,) without noise that is in the residual too. inertia: of the coordinate.

@@ -150,8 +150,8 @@ def white_noise(
     """(n,) standard deviation of the white noise of what was measured, from what a low-pass of the positions leaves.
 
     Where a position is the integral of a measured speed, the speed has that noise. The steps of such a position are
-    means of two neighbouring speeds, which leaves the share cos²(πν) of the noise's power at the frequency ν/h. A speed
-    shows impacts and vibrations more than a position does: ``_white_speed`` leaves them out.
+    means of two neighbouring speeds, which leaves the share cos²(πν) of the noise's power at the frequency ν/h. In a
+    speed, impacts and vibrations are larger than in a position; ``_white_speed`` excludes them.
 
     Args:
         measured, smooth: (N, n) positions, raw and low-passed at this cutoff. rows: samples that count.
