@@ -43,6 +43,16 @@ class OperatingPoints:
     missing: tuple[sympy.Symbol, ...]
 
 
+def refuse_missing_ranges(spec: Spec, points: OperatingPoints) -> None:
+    """Raise BadInput where Ψ depends on something for which the envelope gives no range: nothing is proved of it."""
+    if not points.missing:
+        return
+    names = [s.name for s in points.missing]
+    ranges = " and ".join(f"`{name}: [low, high]`" for name in names)
+    expected = f"{ranges}, since Ψ depends on {'it' if len(names) == 1 else 'them'}"
+    raise BadInput(spec.place("envelope"), f"no range for {', '.join(names)}", expected, code="SPEC026")
+
+
 @dataclass(frozen=True, eq=False)
 class OverEnvelope:
     """The error dynamics of an observer and their matrices at sampled points of the envelope.

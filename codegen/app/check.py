@@ -8,6 +8,7 @@ import sympy
 
 from codegen.app.derived import Derived, Source, derived_from
 from codegen.base.border import verb
+from codegen.base.errors import BadInput
 from codegen.base.text import render
 from codegen.certify.size import beyond_checker
 from codegen.emit.c import c_language
@@ -28,6 +29,7 @@ def check(source: Source) -> Derived:
         BadInput: for anything in it that cannot be used.
     """
     machine = derived_from(source)
+    machine.refuse_unknown_words()
     observer = None
     if machine.spec.observer is not None:
         observer = machine.nominal.observer
@@ -76,8 +78,19 @@ def _observer_json(machine: Derived, observer: Observer) -> dict[str, Any]:
         "velocity": observer.velocity,
         "sample_time": float(observer.sample_time),
         "gains": {name: gain for name, gain in gains.items() if name not in free} | free,
-        "uncertifiable": beyond_checker(observer) or None,
+        "uncertifiable": _uncertifiable(machine.nominal) or None,
     }
+
+
+def _uncertifiable(machine: Derived) -> str:
+    """Why the spec alone rules out a certificate; "" where nothing does."""
+    from codegen.analysis.operating_points import refuse_missing_ranges
+
+    try:
+        refuse_missing_ranges(machine.spec, machine.dynamics.points)
+    except BadInput as missing:
+        return f"the envelope has {missing.found}; add {missing.expected}"
+    return beyond_checker(machine.observer)
 
 
 def free_gains(machine: Derived) -> dict[str, dict[str, Any]]:

@@ -180,6 +180,7 @@ def generate(
     uncertified: Annotated[
         bool, typer.Option("--uncertified", help="write the code even without a certificate")
     ] = False,
+    force: Annotated[bool, typer.Option("--force", help="replace generated files that were edited, too")] = False,
     target: Annotated[
         list[str] | None,
         typer.Option("--target", metavar="TARGET", help="c, python (these two by default), simd, all; or fmu alone"),
@@ -211,7 +212,7 @@ def generate(
         if fmu:
             made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides)
         else:
-            made = generate(spec, out, check_only, uncertified, overrides)
+            made = generate(spec, out, check_only, uncertified, overrides, force)
         results.append(made.content)
         if not as_json:
             output.print(made.text(check_only=check_only, uncertified=uncertified), end="")

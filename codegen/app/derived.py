@@ -13,12 +13,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codegen.base.errors import refuse_unknown
+from codegen.base.errors import Faults, refuse_unknown
 from codegen.base.files import sha256
 from codegen.base.shown import Shown
 from codegen.effects.declare import system_of
 from codegen.mechanics.system import System
-from codegen.observers import Observer, observer_of
+from codegen.observers import Observer, observer_of, refuse_unknown_words
 from codegen.spec import Spec, read_spec
 from codegen.spec.free_gains import at_middle
 from codegen.spec.model import CancellationChoice, CodeChoice
@@ -78,14 +78,13 @@ class Derived(Shown):
 
     Args:
         overrides: the command's own choices of precision, fault policy and targets.
-        system: that of another machine which differs in its observer alone.
+        origin: another machine, which differs in its observer and code alone; its system is taken.
     """
 
-    def __init__(self, spec: Spec, overrides: Overrides | None = None, system: System | None = None) -> None:
+    def __init__(self, spec: Spec, overrides: Overrides | None = None, origin: Derived | None = None) -> None:
         self.spec = spec if overrides is None else overrides.applied(spec)
         self.overrides = overrides
-        if system is not None:
-            self.system = system
+        self._origin = origin
 
     def __fspath__(self) -> str:
         """Its file, by which errors name it."""
@@ -104,11 +103,11 @@ class Derived(Shown):
 
     def with_spec(self, spec: Spec) -> Derived:
         """The same mechanics with another observer section."""
-        return Derived(spec, self.overrides, self.system)
+        return Derived(spec, self.overrides, self)
 
     def with_overrides(self, overrides: Overrides | None) -> Derived:
         """The same machine with the command's own choices for its code."""
-        return self if overrides is None else Derived(self.spec, overrides, self.system)
+        return self if overrides is None else Derived(self.spec, overrides, self)
 
     def controller(self, precision: str, cancelling: bool = False) -> Controller:
         """The generated observer for ``export``, also with a cancelling input that the spec does not ask for."""
@@ -117,7 +116,7 @@ class Derived(Shown):
         spec = self.spec
         if cancelling and spec.cancellation is None:
             spec = replace(spec, cancellation=CancellationChoice())
-        machine = Derived(spec, Overrides(precision=precision), self.system)
+        machine = Derived(spec, Overrides(precision=precision), self)
         return Controller(machine.program, machine.sources, lambda: machine.outcome)
 
     @cached_property
@@ -129,11 +128,21 @@ class Derived(Shown):
     @cached_property
     def system(self) -> System:
         """M, g, U and the contacts, declared effects included."""
-        return system_of(self.spec)
+        return system_of(self.spec) if self._origin is None else self._origin.system
+
+    def refuse_unknown_words(self) -> None:
+        """Raise BadInput for all that is wrong in the system and in the names of the observer's section together."""
+        faults = Faults()
+        with faults.noting():
+            assert self.system
+        with faults.noting():
+            refuse_unknown_words(self.spec)
+        faults.raise_noted()
 
     @cached_property
     def observer(self) -> Observer:
         """The observer's equations. Raises BadInput for a spec without one, or with free gains."""
+        self.refuse_unknown_words()
         return observer_of(self.spec, self.system)
 
     @cached_property

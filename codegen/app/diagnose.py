@@ -102,8 +102,11 @@ def diagnose(
     spec = machine.spec
     if spec.observer is not None:
         from codegen.app.check import refuse_ungenerable  # a third of a second that a plain spec need not pay
+        from codegen.app.generate import listed_files, refuse_edited
 
         refuse_ungenerable(machine.nominal)
+        target = folder / "generated" / spec.name
+        refuse_edited(target, dict.fromkeys(listed_files(target)))
     allowance = Allowance()
     train = read_logs(logs, spec, description=description, columns=columns, allowance=allowance)
     held_out = None

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.app.derived import Source, derived_from
-from codegen.app.generate import refuse_hand_written
+from codegen.app.generate import refuse_edited, refuse_hand_written
 from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, write_all, write_atomically
@@ -105,6 +105,7 @@ def export(
     made = target.write(machine, choices)
     if not target.endings:
         refuse_hand_written(path, made.files)
+        refuse_edited(path, made.files)
         write_all(path, made.files, ("manifest.json",))
         return Exported(path, to, tuple(made.files), made.remarks)
     write_atomically(path, made.files[""])

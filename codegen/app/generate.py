@@ -124,6 +124,7 @@ def generate(
     check_only: bool = False,
     uncertified: bool = False,
     overrides: Overrides | None = None,
+    force: bool = False,
 ) -> Generated:
     """C, Python, certificate and README of a spec's observer.
 
@@ -132,9 +133,11 @@ def generate(
         check_only: write nothing; say what on disk is not current.
         uncertified: write the code even where no certificate can be given.
         overrides: the command's own choices of precision, fault policy and targets.
+        force: replace generated files that were edited, too.
 
     Raises:
-        BadInput: for a bad spec, or a folder that cannot be written or where files lie that we did not write.
+        BadInput: for a bad spec, or a folder that cannot be written or has files that we did not write or that were
+            edited.
     """
     machine = derived_from(source).with_overrides(overrides)
     spec = machine.spec
@@ -147,6 +150,8 @@ def generate(
     if isinstance(outcome, Certificate) or uncertified:
         _refuse_folder_of_another(target, spec.name)
         refuse_hand_written(target, files)
+        if not force:
+            refuse_edited(target, files, "--force, which discards the edits")
         write_all(target, files, ("manifest.json",))
         _make_importable(target, folder)
         _drop_old_proofs(target, spec, files)
@@ -198,30 +203,62 @@ def _bytes_of(path: Path) -> bytes | None:
 def _refuse_folder_of_another(target: Path, name: str) -> None:
     """Raise BadInput where another machine's code was generated: half of its files would be overwritten."""
     own = (f"{name}.h", f"{name}_lanes.h")
-    header = next((file for file in _listed(target) if file.endswith(".h") and file not in own), None)
+    header = next((file for file in listed_files(target) if file.endswith(".h") and file not in own), None)
     if header is not None:
         found = f"generated code of {header.removesuffix('.h')}"
         raise BadInput(str(target), found, f"another folder for {name}", code="FILE004")
 
 
 def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
-    """Raise BadInput where a file of these names lies in a folder, and no manifest of ours says that we wrote it."""
-    listed = _listed(target)
-    foreign = [name for name in files if name not in listed and is_there(target / name)]
+    """Raise BadInput where a folder has a file of these names with another text, which no manifest of ours lists."""
+    listed = listed_files(target)
+    foreign = [name for name, text in files.items() if name not in listed and _differs(target / name, text)]
     if foreign:
         found = f"{', '.join(foreign)}, which stiction did not write (no manifest.json lists them)"
         expected = "a new folder, or one that stiction wrote (no file was replaced)"
         raise BadInput(str(target), found, expected, code="FILE004")
 
 
-def _listed(folder: Path) -> tuple[str, ...]:
-    """The files that a manifest of ours in a folder lists, with itself; () without one."""
+def refuse_edited(target: Path, files: Mapping[str, str | None] | Mapping[str, str], otherwise: str = "") -> None:
+    """Raise BadInput where a file that would be replaced is no longer what its manifest says that we wrote.
+
+    The manifest on disk has the SHA-256 of each file, so files of an older version of ours are no edits.
+
+    Args:
+        files: name → its new text, which is no edit; None where that is not known yet.
+        otherwise: what the user can do instead of moving the files away, in words; "" for nothing.
+    """
+    listed = listed_files(target)
+    edited = [
+        name
+        for name, text in files.items()
+        if listed.get(name) and _differs(target / name, text) and sha256(_text(target / name) or "") != listed[name]
+    ]
+    if edited:
+        found = f"{', '.join(edited)}, edited after stiction wrote it (manifest.json has another SHA-256)"
+        ways = " or ".join(("the file as it was written, another folder", *([otherwise] if otherwise else ())))
+        raise BadInput(str(target), found, ways, code="FILE008")
+
+
+def _text(path: Path) -> str | None:
+    """A file's text with the line ends that we write, whatever a version control system made of them."""
+    text = read_or_none(path)
+    return None if text is None else text.replace("\r\n", "\n")
+
+
+def _differs(path: Path, text: str | None) -> bool:
+    """Whether a file is there, with another text."""
+    return is_there(path) and _text(path) != text
+
+
+def listed_files(folder: Path) -> dict[str, object]:
+    """The files that a manifest of ours in a folder lists → SHA-256, and itself → None; {} without one."""
     try:
         manifest = json.loads(read_text(folder / "manifest.json", "a manifest", LARGEST_GENERATED))
         ours = manifest["tool"]["name"] == "stiction"
-        return (*map(str, manifest["files"]), "manifest.json") if ours else ()
+        return {**manifest["files"], "manifest.json": None} if ours else {}
     except (BadInput, ValueError, KeyError, TypeError, RecursionError):
-        return ()
+        return {}
 
 
 def _make_importable(target: Path, folder: str | Path | None) -> None:

@@ -96,6 +96,10 @@ CODES: dict[str, tuple[str, str]] = {
     "FILE005": ("The name of a file cannot be used, or has an ending that is not known.", "Take an ending as named."),
     "FILE006": ("A file is not text in UTF-8.", "Save it as UTF-8."),
     "FILE007": ("There is no safe temporary folder.", "Set TMPDIR to a folder of your own."),
+    "FILE008": (
+        "A generated file was edited since, and would be replaced.",
+        "Put the change into the spec or a file of your own, or discard it with `generate --force`.",
+    ),
     "CALL001": ("An argument has an unknown value.", "Choose one that is listed."),
     "CALL002": ("Arguments exclude each other, or one is given twice.", "Leave one out."),
     "CALL003": ("The file is not a certificate, or not of the kind that the command takes.", "Run `stiction certify`."),

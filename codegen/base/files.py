@@ -134,8 +134,8 @@ def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]
 
     Args:
         files: name, or path below the folder → text, or the bytes of a picture.
-        marks: names by which a later run knows that the others are ours. They take their places first, so that a run
-            that is killed leaves nothing that the next would take for another's.
+        marks: names by which a later run knows that the others are ours. A new one takes its place first, and one that
+            replaces an earlier one last; so what a killed run leaves is to the next neither another's nor edited.
 
     Raises:
         BadInput: if a target is a folder or a device, or a folder cannot be made or written.
@@ -145,7 +145,9 @@ def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]
         for name, text in files.items():
             waiting.append(stack.enter_context(Waiting(folder / name)))
             waiting[-1].write(text.encode() if isinstance(text, str) else text)
-        for file in sorted(waiting, key=lambda file: file.path.name not in marks):
+        early = [file for file in waiting if file.path.name in marks and not is_there(file.path)]
+        late = [file for file in waiting if file.path.name in marks and is_there(file.path)]
+        for file in (*early, *(file for file in waiting if file not in early + late), *late):
             file.take_place()
 
 

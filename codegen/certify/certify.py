@@ -17,7 +17,7 @@ import numpy as np
 import sympy
 
 from codegen.analysis.analysis import Analysis
-from codegen.base.errors import BadInput
+from codegen.analysis.operating_points import refuse_missing_ranges
 from codegen.base.text import render
 from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells, enclose_family
@@ -71,17 +71,7 @@ def certify(
     Raises:
         BadInput: if the envelope lacks a range for something that Ψ depends on.
     """
-    points = analysis.points
-    if points.missing:
-        names = [s.name for s in points.missing]
-        ranges = " and ".join(f"`{name}: [low, high]`" for name in names)
-        depends = "it" if len(names) == 1 else "them"
-        raise BadInput(
-            spec.place("envelope"),
-            f"no range for {', '.join(names)}",
-            f"{ranges}, since Ψ depends on {depends}",
-            code="SPEC026",
-        )
+    refuse_missing_ranges(spec, analysis.points)
     if beyond := beyond_checker(analysis.dynamics.observer):
         return _undecided(analysis, beyond, narrower=False)
     stated = partial(frame, spec, files, command)

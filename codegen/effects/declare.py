@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
+from codegen.base.errors import BadInput, Faults, Place, nearest_name, refuse_unknown
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.places import pairs
 from codegen.friction import DynamicLaw
@@ -43,7 +43,13 @@ def system_of(spec: Spec) -> System:
     Raises:
         BadInput: as ``build_system`` and ``add_declared_effects``.
     """
-    return add_declared_effects(build_system(spec), spec)
+    faults = Faults()
+    with faults.noting():
+        _refuse_unknown_kinds(spec)
+    with faults.noting():
+        system = build_system(spec)
+    faults.raise_noted()
+    return add_declared_effects(system, spec)
 
 
 def add_declared_effects(system: System, spec: Spec) -> System:
@@ -52,11 +58,24 @@ def add_declared_effects(system: System, spec: Spec) -> System:
     Raises:
         BadInput: for an unknown kind or place, or a parameter missing, unknown or out of range.
     """
+    _refuse_unknown_kinds(spec)
+    faults = Faults()
     for index, declared in enumerate(spec.effects):
-        system = _add(system, spec, index, declared)
+        with faults.noting():
+            system = _add(system, spec, index, declared)
+    faults.raise_noted()
     if spec.effects:
         check_mass_matrix(system, spec)
     return system
+
+
+def _refuse_unknown_kinds(spec: Spec) -> None:
+    faults = Faults()
+    for index, declared in enumerate(spec.effects):
+        with faults.noting():
+            place = spec.place(f"effects[{index}].kind")
+            refuse_unknown(declared.kind, CATALOGUE, place, "unknown effect", code="SPEC008")
+    faults.raise_noted()
 
 
 def effect_symbols(effect: Effect, on: str, system: System) -> dict[str, sympy.Symbol]:
@@ -90,7 +109,6 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
         found = f"the same {declared.kind} on {', '.join(declared.on)} twice"
         expected = "each effect once; a second one of its kind has other parameters"
         raise BadInput(spec.place(key), found, expected, code="SPEC021")
-    refuse_unknown(declared.kind, CATALOGUE, spec.place(f"{key}.kind"), "unknown effect", code="SPEC008")
     effect = CATALOGUE[declared.kind].with_parameters(list(declared.parameters))
     on = _place(effect, declared, system, spec, key)
     place = places_of(effect, system).index(on)

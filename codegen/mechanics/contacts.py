@@ -6,7 +6,7 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, nearest_name, refuse_unknown
+from codegen.base.errors import BadInput, Faults, nearest_name, refuse_unknown
 from codegen.friction import ALSO_CALLED, LAWS, FrictionLaw, LawParameter
 from codegen.mechanics.system import ContactFriction, Matrix
 from codegen.spec.model import Contact, Spec, symbol
@@ -32,13 +32,16 @@ def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFrict
     contacts: list[ContactFriction] = []
     values: Values = {}
     units: Units = {}
+    faults = Faults()
     for index, contact in enumerate(spec.contacts):
-        slip_unit = _slip_unit(spec, distribution, index, contact)
-        law, symbols, own, named = law_of(spec, f"friction.contacts[{index}]", contact, slip_unit)
-        values |= own
-        units |= named
-        slip = symbol(f"slip_{contact.name}")
-        contacts.append(ContactFriction(contact.name, contact.unit, slip_unit, slip, law, symbols))
+        with faults.noting():
+            slip_unit = _slip_unit(spec, distribution, index, contact)
+            law, symbols, own, named = law_of(spec, f"friction.contacts[{index}]", contact, slip_unit)
+            values |= own
+            units |= named
+            slip = symbol(f"slip_{contact.name}")
+            contacts.append(ContactFriction(contact.name, contact.unit, slip_unit, slip, law, symbols))
+    faults.raise_noted()
     return tuple(contacts), values, units
 
 
@@ -56,7 +59,15 @@ def law_of(
     """
     law = _law(spec, key, contact)
     symbols = {p.name: symbol(f"{prefix}{contact.name}_{p.name}") for p in law.parameters}
-    values = {symbols[p.name]: _value(spec, key, law, p, contact) for p in law.parameters}
+    faults = Faults()
+    values: Values = {}
+    for name in contact.parameters:
+        with faults.noting():
+            _refuse_unknown_parameter(spec, key, law, name)
+    for p in law.parameters:
+        with faults.noting():
+            values[symbols[p.name]] = _value(spec, key, law, p, contact)
+    faults.raise_noted()
     units = {symbols[p.name]: p.unit.format(F=contact.unit, q=slip_unit) for p in law.parameters}
     for name, given in contact.units.items():
         refuse_other_unit(given, units[symbols[name]], f"{name} in `{given}`", spec.place(f"{key}.{name}"))
@@ -73,11 +84,13 @@ def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
             found += f", another name for `{meant}`: its parameters are {parameters}"
         expected = f"one of {', '.join(LAWS)}; {BESIDE}"
         raise BadInput(spec.place(f"{key}.law"), found, expected, nearest, code="SPEC008")
-    names = [p.name for p in law.parameters]
-    for name in contact.parameters:
-        expected = f"name, law, unit and {', '.join(names)} of the law {law.name}; {BESIDE}"
-        refuse_unknown(name, names, spec.place(f"{key}.{name}"), "unknown key", expected, code="SPEC004")
     return law
+
+
+def _refuse_unknown_parameter(spec: Spec, key: str, law: FrictionLaw, name: str) -> None:
+    names = [p.name for p in law.parameters]
+    expected = f"name, law, unit and {', '.join(names)} of the law {law.name}; {BESIDE}"
+    refuse_unknown(name, names, spec.place(f"{key}.{name}"), "unknown key", expected, code="SPEC004")
 
 
 def _slip_unit(spec: Spec, distribution: Matrix, index: int, contact: Contact) -> str:

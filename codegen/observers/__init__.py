@@ -10,6 +10,7 @@ from codegen.mechanics.system import System
 from codegen.observers.coulomb import coulomb_friction_observer
 from codegen.observers.dynamic import dynamic_friction_observer
 from codegen.observers.equations import Equation, ErrorVariable, Observer
+from codegen.observers.gains import refuse_unknown_gains
 from codegen.observers.independent import refuse_dependent_contacts
 from codegen.observers.tracking import tracking_observer
 from codegen.observers.velocity import refuse_integration
@@ -27,6 +28,8 @@ OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {
     "dfo": dynamic_friction_observer,
     "gdfo": dynamic_friction_observer,
 }
+GAINS = {"cfo": ("K_F", "K_v"), "to": ("K_1", "K_2", "K_v"), "dfo": ("K_a", "K_f1", "K_f2", "K_v")}
+"""End of an observer's kind → the gains that it can have."""
 SINGLE = {"cfo": "gcfo", "to": "gto", "dfo": "gdfo"}
 
 
@@ -53,8 +56,8 @@ def build_observer(spec: Spec, system: System) -> Observer:
     if choice is None:
         expected = "observer: {kind, velocity, gains, sample_time}"
         raise BadInput(spec.place("name"), "no `observer:` section", expected, code="SPEC029")
+    refuse_unknown_words(spec)
     place = spec.place("observer.kind")
-    refuse_unknown(choice.kind, OBSERVERS, place, "unknown observer", code="SPEC008")
     builder = OBSERVERS[choice.kind]
     if choice.kind in SINGLE and (system.degrees_of_freedom > 1 or len(system.contacts) > 1):
         found = f"{choice.kind} on {system.degrees_of_freedom} coordinates and {len(system.contacts)} contacts"
@@ -67,6 +70,15 @@ def build_observer(spec: Spec, system: System) -> Observer:
         observer = replace(observer, integration=choice.integration, euler=euler)
     _refuse_shared_names(spec, observer)
     return observer
+
+
+def refuse_unknown_words(spec: Spec) -> None:
+    """Raise BadInput for an unknown kind of observer, or for gains that its kind does not have; needs no system."""
+    choice = spec.observer
+    if choice is not None:
+        refuse_unknown(choice.kind, OBSERVERS, spec.place("observer.kind"), "unknown observer", code="SPEC008")
+        known = next(gains for end, gains in GAINS.items() if choice.kind.endswith(end))
+        refuse_unknown_gains(spec, choice, known)
 
 
 def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:
@@ -98,4 +110,12 @@ def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
             raise BadInput(place_of(spec, name), found, "another name", code="SPEC009")
 
 
-__all__ = ["OBSERVERS", "Equation", "ErrorVariable", "Observer", "build_observer", "observer_of"]
+__all__ = [
+    "OBSERVERS",
+    "Equation",
+    "ErrorVariable",
+    "Observer",
+    "build_observer",
+    "observer_of",
+    "refuse_unknown_words",
+]

@@ -15,7 +15,7 @@ from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Cascade, Domain, Equation, Observer
-from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
+from codegen.observers.gains import GainMatrix, read_gain
 from codegen.observers.velocity import States, velocity_of
 from codegen.spec.functions import Magnitude
 from codegen.spec.model import Spec, symbol
@@ -39,7 +39,6 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     choice = spec.observer
     assert choice is not None
     shape = read_shape(spec, system)
-    refuse_unknown_gains(spec, choice, ("K_F", "K_v"))
     names, units = parts.contact_names(system), parts.contact_units(system)
     friction_gain = read_gain(spec, choice, "K_F", names, names, sign=1)
     velocity = velocity_of(spec, choice, system)

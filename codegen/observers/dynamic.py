@@ -13,7 +13,7 @@ from codegen.mechanics.contacts import law_of
 from codegen.mechanics.system import ContactFriction, Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Equation, LawFunction, Observer
-from codegen.observers.gains import GainMatrix, read_gain, refuse_unknown_gains
+from codegen.observers.gains import GainMatrix, read_gain
 from codegen.observers.velocity import States, velocity_of
 from codegen.spec.model import Spec, symbol
 
@@ -64,7 +64,6 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     """
     choice = spec.observer
     assert choice is not None
-    refuse_unknown_gains(spec, choice, ("K_a", "K_f1", "K_f2", "K_v"))
     laws = [_assumed_law(spec, system, contact) for contact in system.contacts]
     names = parts.contact_names(system)
     positions = [x.name for x in system.positions]

@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, refuse_unknown
+from codegen.base.errors import BadInput, Faults, refuse_unknown
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix
 from codegen.spec.expression import exact_number
@@ -98,12 +98,15 @@ def _full(name: str, raw: Any, rows: list[str], columns: list[str], place: Any) 
     return GainMatrix(Matrix(matrix), values)
 
 
-def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: tuple[str, ...]) -> None:
-    """Raise BadInput for a gain that this observer does not have."""
-    if choice.velocity == "measured" and "K_v" in choice.gains:
-        expected = "no K_v with `velocity: measured`, since it is the gain of the velocity observer"
-        place = spec.place("observer.gains.K_v")
-        raise BadInput(place, "a gain `K_v`", expected, "velocity: estimated", code="SPEC004")
+def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: Sequence[str]) -> None:
+    """Raise BadInput for the gains that this observer does not have."""
+    faults = Faults()
     for name in choice.gains:
-        place, expected = spec.place(f"observer.gains.{name}"), f"{', '.join(known)} for {choice.kind}"
-        refuse_unknown(name, known, place, "unknown gain", expected, code="SPEC008")
+        place = spec.place(f"observer.gains.{name}")
+        with faults.noting():
+            if name == "K_v" and choice.velocity == "measured":
+                expected = "no K_v with `velocity: measured`, since it is the gain of the velocity observer"
+                raise BadInput(place, "a gain `K_v`", expected, "velocity: estimated", code="SPEC004")
+            expected = f"{', '.join(known)} for {choice.kind}"
+            refuse_unknown(name, known, place, "unknown gain", expected, code="SPEC008")
+    faults.raise_noted()

@@ -7,7 +7,7 @@ import sympy
 from codegen.mechanics.system import Matrix, System
 from codegen.observers import parts
 from codegen.observers.equations import Cascade, Equation, Observer
-from codegen.observers.gains import read_gain, refuse_unknown_gains
+from codegen.observers.gains import read_gain
 from codegen.observers.velocity import States, velocity_of
 from codegen.spec.model import Spec
 
@@ -22,7 +22,6 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
     """
     choice = spec.observer
     assert choice is not None
-    refuse_unknown_gains(spec, choice, ("K_1", "K_2", "K_v"))
     by_contact = choice.kind == "mgto"
     positions = [x.name for x in system.positions]
     names = parts.contact_names(system) if by_contact else positions

@@ -96,3 +96,30 @@ def test_twenty_faults_at_most_are_shown_and_the_rest_counted(tmp_path: Path) ->
     told = stiction("check", path).err.splitlines()
     assert len(told) == 21 and all(line.startswith("error: ") for line in told[:20])
     assert told[20] == "and 30 more, which are shown once these are mended"
+
+
+def test_unknown_words_of_every_section(tmp_path: Path) -> None:
+    """A law, an effect and a gain, or a kind of observer, do not depend on each other."""
+    effects = ("effects: []", "effects: [{kind: viscos, on: x, parameters: {b: 1}}]")
+    law = ("law: coulomb, a: 50", "law: coulom, a: 50")
+    text = spoilt(law, effects, ("K_F: 10, K_v: 100", "K_G: 10, K_w: 100"))
+    lines = changed_lines(text)
+    assert lines_told(tmp_path, text) == [*lines, lines[-1]]
+    text = spoilt(law, effects, ("kind: cfo", "kind: cfoo"))
+    assert lines_told(tmp_path, text) == changed_lines(text)
+    result = stiction("generate", tmp_path / "s.yaml", "-o", tmp_path / "made")
+    assert len(result.err.splitlines()) == 3
+
+
+def test_unknown_parameters_of_laws_and_effects(tmp_path: Path) -> None:
+    text = spoilt(("law: coulomb, a: 50", "law: coulomb, b: 50, c: 3"))
+    (line,) = changed_lines(text)
+    assert lines_told(tmp_path, text) == [line] * 3, "two that are unknown, and one that is missing"
+    text = spoilt(("effects: []", "effects: [{kind: viscous, on: y}, {kind: viscous, on: z}]"))
+    assert lines_told(tmp_path, text) == changed_lines(text) * 2
+
+
+def test_free_gains_are_no_obstacle(tmp_path: Path) -> None:
+    law = ("law: coulomb, a: 50", "law: coulom, a: 50")
+    text = spoilt(law, ("K_F: 10, K_v: 100", "K_G: {free: [1, 20]}, K_v: 100"))
+    assert lines_told(tmp_path, text) == changed_lines(text)

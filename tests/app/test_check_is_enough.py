@@ -90,8 +90,8 @@ SIMULATED = {
         "s.yaml:32: simulation.position_gain.w: a gain",
     ),
     "a law without a plant": (
-        changed(("law: coulomb, a: 50", "law: ruina, a: 50")),
-        "s.yaml:17: friction.contacts[0]",
+        changed(("law: coulomb, a: 50", "law: ruina, F_0: 50, a: 1, b: 2, L: 0.001, v_0: 0.1")),
+        "s.yaml:17: friction.contacts[0].law: the law ruina at rail in a simulation",
     ),
 }
 
@@ -103,3 +103,15 @@ def test_simulate_and_check_agree(folder, fault):
     result = stiction("check", "s.yaml")
     assert is_one_message(result) and f"error: {words}" in result.err, result
     assert stiction("simulate", "s.yaml", "-o", "log.csv") == result
+
+
+def test_check_says_that_a_range_is_missing(folder):
+    """No fault for it: derive, simulate and diagnose take such a spec."""
+    text = (SPECS / "two_link_arm.yaml").read_text()
+    (line,) = (line for line in text.splitlines(keepends=True) if line.startswith("  omega1: [-0.3"))
+    (folder / "s.yaml").write_text(text.replace(line, ""))
+    result = stiction("check", "s.yaml")
+    why = "the envelope has no range for omega1; add `omega1: [low, high]`, since Ψ depends on it"
+    assert result.code == 0 and f"  certificate    none: {why}\n" in result.out
+    refused = stiction("certify", "s.yaml")
+    assert refused.code == 2 and "envelope: no range for omega1" in refused.err and "[SPEC026]" in refused.err

@@ -325,3 +325,49 @@ def test_a_file_that_our_manifest_does_not_list_is_kept(folder):
     (folder / "here" / "__init__.py").unlink()
     assert stiction("generate", "one_mass.yaml", "-o", "here").code == 0
     assert stiction("generate", "one_mass.yaml", "-o", "here", "--target", "c").code == 0
+
+
+def test_an_edited_file_is_replaced_by_force_alone(generated, folder):
+    source = generated / "one_mass.c"
+    source.write_text(source.read_text().replace("/*", "/* mine", 1))
+    (folder / "one_mass.yaml").write_text((folder / "one_mass.yaml").read_text().replace("v: [-5, 5]", "v: [-4, 4]"))
+    before = contents(folder)
+    result = stiction("generate", "one_mass.yaml")
+    assert result.code == 2 and is_one_message(result) and contents(folder) == before
+    assert (
+        all(word in result.err for word in ("[FILE008]", "one_mass.c, edited", "--force"))
+        and "one_mass.h" not in result.err
+    )
+    assert stiction("generate", "one_mass.yaml", "--force").code == 0
+    assert "/* mine" not in source.read_text()
+    assert stiction("generate", "one_mass.yaml").code == 0
+
+
+def test_an_edit_that_would_be_written_anyway_is_no_edit(generated, folder):
+    """As where a run was killed before it wrote the manifest of the new files."""
+    manifest = (generated / "manifest.json").read_text()
+    text = (folder / "one_mass.yaml").read_text()
+    (folder / "one_mass.yaml").write_text(text.replace("v: [-5, 5]", "v: [-4, 4]"))
+    assert stiction("generate", "one_mass.yaml").code == 0
+    (generated / "manifest.json").write_text(manifest)
+    assert stiction("generate", "one_mass.yaml").code == 0
+
+
+def test_files_of_an_older_version_and_other_line_ends_are_no_edits(generated, folder):
+    """What identifies a file of ours is its hash in the manifest beside it, whatever we write now."""
+    manifest = json.loads((generated / "manifest.json").read_text())
+    old = "/* as version 0.0.1 wrote it */\n"
+    (generated / "one_mass.c").write_text(old)
+    manifest["files"]["one_mass.c"] = hashlib.sha256(old.encode()).hexdigest()
+    (generated / "manifest.json").write_text(json.dumps(manifest))
+    for name in ("one_mass.h", "README.md"):
+        (generated / name).write_bytes((generated / name).read_bytes().replace(b"\n", b"\r\n"))
+    assert stiction("generate", "one_mass.yaml").code == 0
+    assert b"\r" not in (generated / "one_mass.h").read_bytes()
+
+
+def test_diagnose_refuses_an_edited_file_before_any_work(generated, folder):
+    source = generated / "one_mass.c"
+    source.write_text(source.read_text() + "/* mine */")
+    result = stiction("diagnose", "one_mass.yaml", "log.csv", "-o", ".")
+    assert is_one_message(result) and "[FILE008]" in result.err and "--force" not in result.err

@@ -7,9 +7,11 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import IO
 
 import pytest
 
+from codegen.base import files as files_of
 from codegen.base.files import write_all
 from codegen.base.temporary import private_folder, sweep_files, sweep_folders, temporary_file
 
@@ -18,6 +20,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="no locks that end wi
 STOPPED = """
 import sys, time
 from pathlib import Path
+from typing import IO
 import codegen.base.files as files
 from codegen.base.temporary import private_folder
 
@@ -114,3 +117,20 @@ def test_a_folder_without_a_lock_stays(tmp_path: Path, monkeypatch: pytest.Monke
     (tmp_path / name / "lock").touch()
     sweep_folders(tmp_path)
     assert not (tmp_path / name).exists()
+
+
+def test_marks_take_their_places_first_where_new_and_last_where_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    order: list[str] = []
+    taken = files_of.take_place
+
+    def noted(temporary: Path, stream: IO[bytes], target: Path) -> None:
+        order.append(target.name)
+        taken(temporary, stream, target)
+
+    monkeypatch.setattr(files_of, "take_place", noted)
+    for expected in (["mark", "a", "b"], ["a", "b", "mark"]):
+        order.clear()
+        write_all(tmp_path, {"a": "", "mark": "", "b": ""}, ("mark",))
+        assert order == expected
