@@ -15,11 +15,11 @@ from sympy.utilities.iterables import strongly_connected_components
 
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.polynomials import characteristic_polynomial, jury, routh_hurwitz
+from codegen.base.arrays import Array
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import symbol
 
-Array = NDArray[np.float64]
 SYMBOLIC_ORDER = 4
 WRITABLE = 40
 

@@ -11,16 +11,15 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
 from codegen.analysis.conditions import Condition
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.polynomials import expand_products
+from codegen.base.arrays import Array
 from codegen.base.exact_numbers import eigenvalues, first_largest
 from codegen.mechanics.sparse import each, scaled, sparse
 from codegen.mechanics.system import Matrix
 
-Array = NDArray[np.float64]
 LAMBDA = sympy.Symbol("lambda", real=True)
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from codegen.analysis.error_dynamics import ErrorDynamics, derive_error_dynamics
 from codegen.analysis.polynomials import expand_products
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.exact_numbers import powers_of_ten
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
@@ -23,7 +24,6 @@ from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
-Array = NDArray[np.float64]
 RANDOM_POINTS = 400
 
 

@@ -6,9 +6,8 @@ from math import atan2, pi, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from codegen.base.arrays import Array
 
 
 def of_quaternion(quaternion: Array) -> Array:

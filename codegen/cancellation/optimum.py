@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.mechanics.system import Matrix
 
-Array = NDArray[np.float64]
 SINGULAR = 1e-9
 
 

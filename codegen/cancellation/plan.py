@@ -14,8 +14,9 @@ import numpy as np
 import sympy
 from scipy import optimize
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.cancellation.optimum import SINGULAR, Array, best_inputs, whitener
+from codegen.cancellation.optimum import SINGULAR, best_inputs, whitener
 from codegen.cancellation.reach import Reach
 from codegen.certify.prefix import rational_text, to_prefix
 from codegen.checker import verify

@@ -13,7 +13,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from codegen.base.arrays import Array
+
 Group = tuple[Sequence[Array] | Array, float]
 Pattern = NDArray[np.bool_]
 RATIO = 0.99

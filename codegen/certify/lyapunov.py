@@ -17,7 +17,8 @@ from scipy.linalg import eigh, matrix_balance, solve_continuous_lyapunov, solve_
 from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
-from codegen.certify.centre import Array, Group, Pattern, centred, climbed, half, slower_until
+from codegen.base.arrays import Array
+from codegen.certify.centre import Group, Pattern, centred, climbed, half, slower_until
 
 Worst = list[list[int]]
 """Of each group of matrices the indices of those that P has to serve."""

@@ -11,14 +11,13 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.operating_points import evaluate_columns, matrix_function
+from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric, powers_of_ten
 from codegen.certify.prefix import rounded
 
-Array = NDArray[np.float64]
 POINTS = 4000
 KEPT, CHILDREN, ROUNDS = 20, 10, 30
 DECADES = 4

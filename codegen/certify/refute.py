@@ -22,7 +22,7 @@ from scipy.optimize import minimize
 
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.polynomials import characteristic_polynomial
-from codegen.certify.centre import Array
+from codegen.base.arrays import Array
 from codegen.certify.content import lines, one_line
 from codegen.certify.family import PI, Family
 from codegen.certify.lyapunov import decay_rate_limit

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.certify import centre
 from codegen.certify.along_friction import AlongFriction, Box, ContactAxes
 from codegen.certify.centre import Group
@@ -23,7 +23,6 @@ from codegen.certify.enclosure import Enclosure, cells_of, exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import Worst, common_at, decay_rate_limit, fastest, middle_at, shown_rates
 
-Array = NDArray[np.float64]
 KEPT, KEPT_BESIDE = 0.5, 0.4
 """Sliding are the slips at which this share of the best rate is certified at the largest |f|, and the |f| at which so
 much of it is; and a P that serves through zero too is to have this share of the rate of sliding."""

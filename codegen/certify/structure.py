@@ -39,9 +39,9 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
 from codegen.analysis.analysis import Analysis
+from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
 from codegen.certify.content import Frame, lines, one_line
 from codegen.certify.family import Family
@@ -52,7 +52,6 @@ from codegen.checker import verify
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import symbol
 
-Array = NDArray[np.float64]
 SLOWER = 1 - 1e-3
 DIGITS = 6
 MODES = 40

@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.certify.content import Found
 from codegen.certify.enclosure import exact_ranges
 from codegen.certify.family import Family
@@ -24,7 +24,6 @@ from codegen.certify.lyapunov import common_lyapunov
 from codegen.certify.prefix import rounded_matrix, to_prefix
 from codegen.checker import covered, frame, kernel
 
-Array = NDArray[np.float64]
 MOST_POINTS, MOST_CORNERS = 16, 64
 LESS = (0.99, 0.97, 0.9, 0.75, 0.5)
 DEEPEST, MOST_ERRORS = 6, 12

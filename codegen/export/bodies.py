@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.rotations import quaternion, roll_pitch_yaw
 from codegen.export.mechanism import Mechanism
 from codegen.export.numbers import number, numbers
 
-Array = NDArray[np.float64]
 MARGIN = 1e-9
 """Of the triangle inequality of principal moments."""
 SWEEPS, DIAGONAL = 8, 1e-14

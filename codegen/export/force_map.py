@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from math import isfinite, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.text import render
 from codegen.base.user_text import UserText
@@ -23,7 +23,6 @@ from codegen.export.mechanism import Mechanism, Wave, coordinate_of, mechanism_o
 from codegen.export.remarks import Remark
 from codegen.spec.model import DeclaredEffect, Spec
 
-Array = NDArray[np.float64]
 WHOLE = 1e-6
 """Greatest distance to a whole number at which a wave counts as repeating a whole number of times in a turn."""
 NEARLY = 0.05

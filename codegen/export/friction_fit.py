@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import casadi
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
+from codegen.base.arrays import Array
 from codegen.export.mechanism import HIGHEST, SPEED
 from codegen.mechanics.casadi_form import to_casadi
 
-Array = NDArray[np.float64]
 WIDTHS = 120
 
 

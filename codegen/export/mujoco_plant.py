@@ -6,16 +6,14 @@ from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.export.mechanism import coordinate_of, mechanism_of
 from codegen.export.mjcf import FrictionElement, MjcfModel, build_mjcf
 from codegen.mechanics.system import System
 from codegen.simulate.observed_loop import PlantMaker
 from codegen.spec.model import Spec
-
-Array = NDArray[np.float64]
 
 
 def mujoco_plant(spec: Spec, system: System) -> tuple[PlantMaker, MjcfModel]:

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from codegen.base.arrays import Array
 from codegen.base.rotations import quaternion
 from codegen.base.text import render
-from codegen.export.bodies import Array, Link, links_of, principal
+from codegen.export.bodies import Link, links_of, principal
 from codegen.export.joints import JointTerms, joint_terms
 from codegen.export.mechanism import Mechanism
 from codegen.export.numbers import number

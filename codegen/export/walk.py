@@ -8,15 +8,14 @@ from math import pi
 import casadi
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.export.mechanism import SPEED, Direction, Leftover, Line, LineFriction, Mechanism
 from codegen.export.remarks import Held, Remark
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME, System
 from codegen.spec.model import Spec
 
-Array = NDArray[np.float64]
 POINTS = 4096
 SPEEDS = 1000
 NEGLIGIBLE = 0.05

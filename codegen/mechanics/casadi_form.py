@@ -10,12 +10,10 @@ from typing import Any
 import casadi
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.mechanics.computed import ComputedEntry
 from codegen.spec.functions import Magnitude, Sgn
-
-Array = NDArray[np.float64]
 
 MANY_WAVES = 4
 """Sines and cosines of multiples of one angle that are worth being built from one of each."""

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.compiler import cached_library, compile_shared, find_compiler, load_library
 from codegen.base.text import render
 from codegen.program import Program
 from codegen.replay.samples import Block
 
-Array = NDArray[np.float64]
 Faults = NDArray[np.intc]
 
 

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from codegen.base.arrays import Array
 from codegen.base.errors import refuse_unknown
 from codegen.base.shown import Result
 from codegen.logs.stream import NotStreamed
 from codegen.program import Program
-from codegen.replay.engine import Array, Engine, Faults
+from codegen.replay.engine import Engine, Faults
 from codegen.replay.samples import Block, Irregular, Samples
 from codegen.replay.writer import open_writer
 

@@ -8,8 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
 from codegen.logs import LogDescription, read_log
 from codegen.logs.binding import Binding, bind
@@ -23,7 +23,6 @@ from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
 from codegen.spec import Spec
 
-Array = NDArray[np.float64]
 ROWS = 1 << 16
 
 

@@ -15,11 +15,12 @@ import casadi
 import numpy as np
 import sympy
 
+from codegen.base.arrays import Array
 from codegen.friction import DynamicLaw
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 from codegen.program import Program
-from codegen.replay.engine import Array, Engine
+from codegen.replay.engine import Engine
 from codegen.replay.samples import Block
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import Spec

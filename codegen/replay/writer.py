@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.files import Waiting, refuse_ending, refuse_target, write_atomically
 
-Array = NDArray[np.float64]
 Column = tuple[str, str]
 """Name and unit."""
 Add = Callable[[Array, Array, NDArray[np.intc]], None]

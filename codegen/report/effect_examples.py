@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.effects import Effect
 from codegen.effects.declare import effect_symbols, places_of
 from codegen.friction.zero_memory import Coulomb
@@ -18,7 +18,6 @@ from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensors import SensorError
 from codegen.spec.model import symbol
 
-Array = NDArray[np.float64]
 MASS, LEVEL, STIFFNESS = 2.0, 3.0, 40.0
 TIME: Array = np.arange(0, 12, 0.002)
 COMMAND: Array = 9 * np.sin(1.7 * TIME) + 5 * np.sin(4.3 * TIME + 0.4) + 2 * np.sin(11.9 * TIME)

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.conclusion import acts_on
 from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.force_evidence import VARIABLES
@@ -22,9 +22,6 @@ from codegen.diagnosis.trial import with_effects, with_values
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 from codegen.report.series import Curve, bin_means, thin
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 BOTH_WAYS = ("position", "load")
 """Variables over which a residual may have a different shape in each direction of motion."""

@@ -9,14 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
+from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.diagnose import Models
 from codegen.diagnosis.measure import free_run_series
 from codegen.diagnosis.residual import residual_at_drive
 from codegen.diagnosis.residual_regression import predicted_load
 from codegen.mechanics.system import System
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 MOST_POINTS = 4000
 BUCKETS = 900

@@ -9,14 +9,13 @@ from typing import NamedTuple, Protocol
 import casadi
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME
 from codegen.spec.model import Simulation, Spec
 
-Array = NDArray[np.float64]
 Signal = Callable[[float], Array]
 """t in s → a value for each coordinate or each input."""
 

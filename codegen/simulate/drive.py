@@ -8,15 +8,14 @@ from typing import Any
 import casadi
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from codegen.base.arrays import Array
 from codegen.mechanics.actuator import Actuator, decayed
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
 
-Array = NDArray[np.float64]
 NEAR_LIMIT = 1 - 1e-9
 """Share of a limit up to which a rounded saturation is inverted; at the limit the input would be infinite."""
 UNEVEN = 1e-6

@@ -10,15 +10,13 @@ from typing import Any
 import casadi
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.friction import DynamicLaw
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import solve_by_elimination
 from codegen.mechanics.system import ContactFriction, System
 from codegen.spec.functions import Sgn
-
-Array = NDArray[np.float64]
 
 ITERATIONS = 6
 STANDSTILL = 1e-9

@@ -7,8 +7,8 @@ from typing import Any
 
 import casadi
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
@@ -17,7 +17,6 @@ from codegen.simulate.drive import HeldInput, edges_at_changes
 from codegen.simulate.mode_search import Limits, Mode, NoMode, find_mode, forces_of
 from codegen.simulate.plant_contacts import PlantContacts
 
-Array = NDArray[np.float64]
 TOLERANCE = 1e-11
 """Relative error of a step of the integrator; absolute 1/10 of it."""
 _REST = 1e-11

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.cancellation import cancelling_outputs
 from codegen.mechanics.sampling import numbers_over
@@ -21,7 +21,6 @@ from codegen.simulate.simulable import refuse_unsimulable
 from codegen.spec.model import CancellationChoice, Simulation, Spec
 from codegen.spec.numerics import numerical
 
-Array = NDArray[np.float64]
 WINDOWS = 3
 PERIODS = 2
 KEEPS = 0.95

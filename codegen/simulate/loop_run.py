@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.files import write_atomically
 from codegen.logs.column_names import factor_in_name
 from codegen.spec.model import Spec
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from codegen.base.arrays import Array
+
 ROUNDING = 1e-9
 """What an inequality may miss, relative to the sizes it compares."""
 _SINGULAR = 1e-11

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args
 
 import casadi
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.system import System
 from codegen.simulate.controller import Controller, Sample
@@ -22,7 +22,6 @@ from codegen.simulate.sensors import SensorError, Sensors, low_passed_velocity
 if TYPE_CHECKING:
     from codegen.simulate.event_plant import EventPlant
 
-Array = NDArray[np.float64]
 Method = Literal["steps", "events"]
 METHODS: tuple[Method, ...] = get_args(Method)
 PARTS = 20

@@ -6,8 +6,8 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.system import System
 from codegen.observers import Observer
@@ -15,7 +15,6 @@ from codegen.program import Program, build_program
 from codegen.replay.engine import Engine, TwinEngine, engine_for
 from codegen.spec.model import Spec
 
-Array = NDArray[np.float64]
 FRICTION = "F_hat_on_"
 
 

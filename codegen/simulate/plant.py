@@ -7,8 +7,8 @@ from typing import Any
 
 import casadi
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.solve import factorised
@@ -17,7 +17,6 @@ from codegen.simulate.drive import drive_columns
 from codegen.simulate.dynamic_contact import DynamicContacts
 from codegen.simulate.plant_contacts import PlantContacts
 
-Array = NDArray[np.float64]
 _ROUNDING = 64 * float(np.finfo(np.float64).eps)
 
 

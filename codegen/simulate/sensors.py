@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 
 import casadi
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
 from codegen.mechanics.system import System
 
-Array = NDArray[np.float64]
 VELOCITY_FILTER_SAMPLES = 4
 
 

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_bytes
 from codegen.base.rotations import of_quaternion, roll_pitch_yaw
@@ -23,7 +23,6 @@ from codegen.base.user_text import one_line
 from codegen.spec.urdf import LARGEST, identifier
 
 EXPECTED = "a MuJoCo model (MJCF) of an arm of hinge and slide joints"
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

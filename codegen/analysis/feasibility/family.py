@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.feasibility.axes import SAMPLE_TIME, GainAxis
 from codegen.analysis.operating_points import OperatingPoints, evaluate_columns, matrix_function
+from codegen.base.arrays import Array
 
-Array = NDArray[np.float64]
 BATCH = 60_000
 
 

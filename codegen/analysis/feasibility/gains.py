@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.analysis.feasibility.axes import GainAxis, chosen_axes, gain_axes, sample_time_axis
@@ -20,12 +19,12 @@ from codegen.analysis.feasibility.noise import NoiseModel, PositionNoise, positi
 from codegen.analysis.feasibility.region import GainMap, Margin, intervals, map_region, margin
 from codegen.analysis.feasibility.suggest import NothingStable, Suggestion, suggest
 from codegen.analysis.operating_points import operating_points
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.observers import Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
-Array = NDArray[np.float64]
 Intervals = tuple[tuple[float, float], ...]
 
 

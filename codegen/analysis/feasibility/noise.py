@@ -12,18 +12,17 @@ from typing import Any
 import casadi
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
 from codegen.analysis.feasibility.family import Settings
 from codegen.analysis.operating_points import evaluate_columns
+from codegen.base.arrays import Array
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.observers import Observer
 from codegen.observers.velocity import SAMPLE_TIME
 from codegen.spec.model import Spec
 
-Array = NDArray[np.float64]
 POINTS = 12
 """Operating points at which the noise is computed."""
 DOUBLINGS = 44

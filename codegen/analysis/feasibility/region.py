@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from codegen.analysis.feasibility.axes import GainAxis
 from codegen.analysis.feasibility.family import Family, Settings, joined
+from codegen.base.arrays import Array
 
-Array = NDArray[np.float64]
 SYSTEMS = ("sampled", "continuous")
 LIMIT = {"sampled": 1 - 1e-12, "continuous": -1e-9}
 GRID = 49

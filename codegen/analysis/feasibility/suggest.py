@@ -12,8 +12,8 @@ from codegen.analysis.feasibility.axes import GainAxis
 from codegen.analysis.feasibility.family import Family, Settings, joined
 from codegen.analysis.feasibility.noise import NoiseModel
 from codegen.analysis.feasibility.region import GRID, LINE, stable
+from codegen.base.arrays import Array
 
-Array = NDArray[np.float64]
 NOISE_SHARE = 0.05
 """Largest RMS noise of a friction estimate over its friction level."""
 GAIN_FACTOR = 2.0

@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.significant import float_above
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_response import Response, Sizes, disturbances, dot, fraction
@@ -29,7 +29,6 @@ from codegen.checker import verify as checker
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 
-Array = NDArray[np.float64]
 FEW = 8
 """Up to so many errors each row has its own ellipsoid; above, one ellipsoid is for all rows."""
 SHARES = 64

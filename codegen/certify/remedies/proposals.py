@@ -20,6 +20,7 @@ from codegen.analysis.analysis import Analysis
 from codegen.analysis.feasibility.axes import AROUND, GainAxis, gain_axes, sample_time_axis
 from codegen.analysis.feasibility.family import Family, Settings
 from codegen.analysis.feasibility.region import LINE, bisect, stable
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
 from codegen.base.text import render
 from codegen.certify.certify import Certificate, Proposal, Proposals, Refusal, certify
@@ -34,7 +35,6 @@ from codegen.spec.free_gains import gain_entries, with_gains
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
-Array = NDArray[np.float64]
 Numbers = Mapping[tuple[str, tuple[int, ...]], float]
 
 

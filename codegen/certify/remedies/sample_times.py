@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.analysis.error_dynamics import ErrorDynamics
@@ -39,8 +38,6 @@ FACTOR = 4.0
 MARGIN, NEAR = 0.995, 0.99
 SLOWEST = 1e-3
 """Where A varies: the share of the slowest vertex' rate that is asked for."""
-
-Array = NDArray[np.float64]
 
 
 @numerical("the largest sample times")

@@ -9,6 +9,7 @@ import casadi
 import numpy as np
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
+from codegen.base.arrays import Array
 from codegen.effects.declare import system_of
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.observers import build_observer
@@ -16,7 +17,7 @@ from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.figure import Runs
-from codegen.thesis.gallery.measures import Array, Reading, after, friction_error, ratio, rms
+from codegen.thesis.gallery.measures import Reading, after, friction_error, ratio, rms
 from codegen.thesis.gallery.runs import Gains, watch
 from codegen.thesis.gallery.setting import Setting
 

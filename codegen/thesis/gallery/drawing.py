@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.report.style import CURVE, GRID, INK, QUIET, SECOND, THIRD
 
-Array = NDArray[np.float64]
 TRUE, ESTIMATED, OTHER, THIRD_ONE, IDEAL = INK, CURVE, SECOND, THIRD, QUIET
 WIDTH_IN, ROW_IN, LEGEND_IN, DPI = 11.0, 2.7, 0.45, 90
 STYLE = {"font__size": 13, "axes__titlesize": 13.5, "xtick__labelsize": 12, "ytick__labelsize": 12}

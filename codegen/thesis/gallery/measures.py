@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.simulate.loop_run import LoopRun
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 

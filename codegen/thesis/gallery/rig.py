@@ -11,6 +11,7 @@ import numpy as np
 import sympy
 
 from codegen.analysis.analysis import analyse
+from codegen.base.arrays import Array
 from codegen.effects.declare import system_of
 from codegen.mechanics.system import System
 from codegen.observers import build_observer
@@ -19,7 +20,7 @@ from codegen.spec.functions import Sgn
 from codegen.spec.model import Spec, symbol
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.figure import Runs
-from codegen.thesis.gallery.measures import Array, Mask, Reading, hang_off, ratio, rms, sliding
+from codegen.thesis.gallery.measures import Mask, Reading, hang_off, ratio, rms, sliding
 from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, reference_of, servo_run, tuned_pid
 from codegen.thesis.gallery.setting import Setting, from_zero, observer_choice, simulation_of, with_observer
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from codegen.base.arrays import Array
 from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
@@ -22,7 +22,6 @@ from codegen.spec.model import Spec
 from codegen.thesis.gallery.measures import rms
 from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
 
-Array = NDArray[np.float64]
 Gains = tuple[float, float, float]
 """Of position, velocity and integral."""
 STIFFNESSES = (1.0, 2.0, 4.0, 8.0)

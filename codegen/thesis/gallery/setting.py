@@ -7,14 +7,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.simulate.sensors import Sensors
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.model import ObserverChoice, Simulation, Spec, symbol
 
-Array = NDArray[np.float64]
 LEVELS = ("a", "a1", "a2", "a4", "F_c", "F_s")
 
 
