@@ -168,10 +168,7 @@ def test_the_worst_motion_comes_within_a_tenth(kind: str, step: str) -> None:
     v = np.cumsum(a) * H
     force, _ = bench.run(a, NOISE * np.sign(by_noise[::-1]), v0=41.0 + max(0.0, -v.min()))
     assert force[-1] <= min(bench.bound.steady, bench.checked)
-    if step == "euler":
-        assert force[-1] > max(bench.bound.steady, bench.checked) / 1.1
-    else:  # of which the bound in doubles counts the bias of the step and the curve of the motion as two
-        assert force[-1] > bench.checked / 1.1
+    assert force[-1] > max(bench.bound.steady, bench.checked) / 1.1
 
 
 LEFT_OUT = {

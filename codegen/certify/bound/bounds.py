@@ -32,7 +32,7 @@ class ErrorBound:
     Attributes:
         name, unit: of the error component, as e_a_rail in N.
         steady: long after a reversal.
-        parts: cause → its share of ``steady``: noise, displacement, velocity, friction, acceleration.
+        parts: cause → its share of ``steady``: noise, displacement, velocity, friction, acceleration, rounding.
         start: |error| that is assumed at time 0, when the slip has its new sign in truth and estimate, and a law with a
             state has come to its level; every other error is taken to be within its own ``steady``.
         starts: the same of every error, in the order of the observer's.

@@ -58,13 +58,14 @@ def domain_bound(
     noise, displacement, curve, acceleration = (
         float(sizes[cause][0]) for cause in ("noise", "displacement", "velocity", "acceleration")
     )
-    rate = float(sum(sizes["friction"], Fraction(0)))
+    rate = float(sum([*sizes["friction"], *sizes["rounding"][1:]], Fraction(0)))
     direct = [abs(float(e)) * noise for e in response.direct.col(0)]
     in_step = abs(float(response.noise[0, 0]) + step[0, 1] * float(response.direct[1, 0])) * noise
     rest = scale * (
         in_step
         + abs(float(response.displacement[0, 0])) * displacement
-        + curve
+        + abs(float(response.velocity[0, 0])) * curve
+        + float(sizes["rounding"][0])
         + abs(float(response.acceleration[0, 0])) * acceleration
     )
     low, high = (float(e) for e in domain.level)

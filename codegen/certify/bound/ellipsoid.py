@@ -212,17 +212,16 @@ def _disturbances(
 ) -> list[Disturbance]:
     """What is not zero, noise first; ``friction``: largest force of truths of which a set is to hold for any."""
     n, unit = len(positions), sympy.eye(len(proof["errors"]))
-    late = observer.sample_time if observer.integration == "semi_implicit" else 0
     truths, signs = ([e[part] for e in proof["errors"]] for part in ("truth", "sign"))
     blocks = [
         ("noise", positions, sizes["noise"], response.noise),
         ("drift", positions, sizes["displacement"], response.displacement),
-        ("drift", truths[:n], sizes["velocity"], unit[:, :n] + late * response.displacement),  # x moves by h v[k+1]
+        ("drift", truths[:n], sizes["velocity"], response.velocity),
         ("drift", truths[n:], sizes["friction"], unit[:, n:]),
     ]
     onto = [e.coordinate for e in observer.errors[n:]]
-    if friction:  # a force moves v, and with a late step x too
-        pushed = observer.sample_time * (unit[:, :n] + late * response.displacement) * response.by_force
+    if friction:
+        pushed = observer.sample_time * response.velocity * response.by_force
         blocks.append((ellipsoid.FRICTION, truths[n:], [*friction.values()], pushed[:, onto]))
     turned = dict(zip(truths[n:], signs[n:], strict=True))
     return [

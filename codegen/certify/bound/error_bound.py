@@ -100,9 +100,10 @@ def impulse_sums(response: Response, sizes: Sequence[Sizes], certificate: Certif
     blocks = {
         "noise": _doubles(response.noise),
         "displacement": _doubles(response.displacement),
-        "velocity": unit[:, :n],
+        "velocity": _doubles(response.velocity),
         "acceleration": _doubles(response.acceleration),
         "friction": unit[:, n:],
+        "rounding": unit,
     }
     named = {
         (cause, k): column
@@ -252,7 +253,7 @@ def rounding_share(
     if isinstance(response, str):
         return None
     n, rest = observer.system.degrees_of_freedom, len(observer.errors) - observer.system.degrees_of_freedom
-    counts = {"noise": n, "displacement": n, "velocity": n, "acceleration": n, "friction": rest}
+    counts = {"noise": n, "displacement": n, "velocity": n, "acceleration": n, "friction": rest, "rounding": n + rest}
     sizes = with_rounding({cause: [Fraction(0)] * count for cause, count in counts.items()}, response, *rounding)
     sums = impulse_sums(response, [sizes], certificate)
     return None if sums is None else [b.bound for b in steady_bounds(response, sums, sizes)[n:]]

@@ -2,9 +2,10 @@
 
 With ẽ the error that the estimates would have without noise in this sample, by explicit steps and exact numbers,
 
-    ẽ[k+1] = Φ ẽ[k] + N n[k] + X d_x[k] + d_v[k] + a-terms + ΔF[k],    e[k] = ẽ[k] − D n[k],
+    ẽ[k+1] = Φ ẽ[k] + N n[k] + X d_x[k] + V d_v[k] + A a[k] + ΔF[k],    e[k] = ẽ[k] − D n[k],
 
-n the position noise, d_x = x[k+1] − x[k] − h v[k], d_v = v[k+1] − v[k] − h a[k], ΔF the change of friction in a sample.
+n the position noise, d_v = v[k+1] − v[k] − h a[k], ΔF the change of friction in a sample, and
+d_x = x[k+1] − x[k] − h v[k], or − h v[k+1] for a semi-implicit observer: of this motion its error is free.
 All hold for an observer that is affine in states and positions while no slip turns: constant M and U, g affine in v,
 h(s) = s. For others there is no such response, and no bound. Terms of g that are not affine in x, such as gravity on a
 tilting axis or cogging, are computed by the observer at the measured position: the difference to the true position
@@ -45,8 +46,8 @@ class Response:
     Attributes:
         step: Φ, m by m.
         noise: N, m by n; ``direct``: D, m by n.
-        displacement: X, m by n.
-        acceleration: what the true acceleration adds at e = 0, m by n (zero for explicit Euler).
+        displacement: X, m by n; velocity: V, m by n.
+        acceleration: A, what the acceleration adds at e = 0, m by n (zero for Euler and semi-implicit steps).
         by_position, by_velocity, by_force: slopes of the model's acceleration in x, v and the friction on coordinates.
         by_input: in the inputs, n by inputs.
         curved: parts of forces that are not affine in positions or inputs, over these and signs; they are in none of
@@ -58,6 +59,7 @@ class Response:
     noise: Matrix
     direct: Matrix
     displacement: Matrix
+    velocity: Matrix
     acceleration: Matrix
     by_position: Matrix
     by_velocity: Matrix
@@ -106,7 +108,9 @@ def error_response(observer: Observer) -> Response | str:
     turn = [1 if e.contact is None or not observer.level_errors else observer.signs[e.contact] for e in observer.errors]
     from_state, from_position = jacobian(found, z), jacobian(found, x)
     n, m = mass.rows, len(estimates)
-    direct_acceleration = h * sympy.eye(m)[:, :n]
+    onto_velocity = sympy.eye(m)[:, :n]
+    # x[k+1] − x[k] − h v[k] = d_x + h (h a[k] + d_v[k]) with d_x about v[k+1]
+    late = -h * from_position if observer.integration == "semi_implicit" else sympy.zeros(m, n)
     plain, to_state, by_state = [1] * max(m, n), from_state.inv(), jacobian(model, z)
     # The truth as a state: v̂ = v and ẽ = 0, so z = v − (the rest of the estimate); only slopes in a count here.
     if curved.parts and (observer.domain is not None or rates.free_symbols & curved.parts.keys()):
@@ -116,7 +120,8 @@ def error_response(observer: Observer) -> Response | str:
         "noise": scaled(turn, -h * from_state * jacobian(stepped, x), plain),
         "direct": scaled(turn, from_position, plain),
         "displacement": scaled(turn, -from_position, plain),
-        "acceleration": scaled(turn, direct_acceleration - h * from_state * jacobian(rates, a), plain),
+        "velocity": scaled(turn, onto_velocity + late, plain),
+        "acceleration": scaled(turn, h * (onto_velocity + late) - h * from_state * jacobian(rates, a), plain),
         "by_position": jacobian(model, x) - by_state * to_state * from_position,
         "by_velocity": (by_state * to_state)[:, :n],
         "by_force": -inverse,
@@ -320,6 +325,7 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
         "velocity": [h * h * j / 2 + h * m for j, m in zip(jerk, more, strict=True)],
         "acceleration": [a + m for a, m in zip(acceleration, more, strict=True)],
         "friction": [h * r for r in rates],
+        "rounding": [Fraction(0)] * len(observer.errors),
     }
 
 
@@ -418,12 +424,8 @@ def with_rounding(sizes: Sizes, response: Response, positions: Fraction, states:
     """The sizes with what rounding adds: to every position, and to the errors by every state in a step."""
     if not states:
         return sizes
-    n, errors = len(sizes["noise"]), [dot(response.by_state.row(i), states) for i in range(len(states))]
-    return sizes | {
-        "noise": [s + positions for s in sizes["noise"]],
-        "velocity": [s + e for s, e in zip(sizes["velocity"], errors[:n], strict=True)],
-        "friction": [s + e for s, e in zip(sizes["friction"], errors[n:], strict=True)],
-    }
+    errors = [dot(response.by_state.row(i), states) for i in range(len(states))]
+    return sizes | {"noise": [s + positions for s in sizes["noise"]], "rounding": errors}
 
 
 def dot(row: Any, sizes: Sequence[Fraction]) -> Fraction:
