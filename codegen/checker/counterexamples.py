@@ -387,6 +387,8 @@ def answer(case: Case, folder: Path, proof: str) -> str:
 
 def main() -> None:
     """Print every case and the checker's answer."""
+    if len(sys.argv) != 2 or not (Path(sys.argv[1]) / "one_mass.c").is_file():
+        sys.exit("usage: python3 counterexamples.py generated/one_mass < generated/one_mass/proof.json")
     proof = sys.stdin.read()
     for case in CASES:
         print(f"{case.why}:\n    {answer(case, Path(sys.argv[1]), proof)[:300]}")

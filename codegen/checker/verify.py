@@ -13,6 +13,7 @@ import json
 import math
 import re
 import runpy
+import signal
 import sys
 from collections import namedtuple
 from fractions import Fraction
@@ -374,4 +375,6 @@ def main(argv: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
+    if hasattr(signal, "SIGPIPE"):
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # whose reader has gone, as `| head`, ends without a traceback
     sys.exit(main())

@@ -15,6 +15,7 @@ import math
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -1005,6 +1006,16 @@ def test_command_line_prints_greek_on_an_ascii_screen(folder: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-I", "-S", "-c", script], capture_output=True, timeout=60, check=False)
     assert done.returncode == 5 and rb"rate \u03b1" in done.stdout, done.stderr
+
+
+def test_a_reader_that_goes_away_sees_no_traceback(folder: Path) -> None:
+    """``verify.py … | head -1``: the pipe is closed before anything is printed."""
+    command = [sys.executable, "-I", "-S", str(SOURCE), str(folder / "certificate.json")]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None and process.stderr is not None
+    process.stdout.close()
+    said = process.stderr.read()
+    assert process.wait(60) == -signal.SIGPIPE and said == b""
 
 
 def test_command_line_refuses(folder: Path) -> None:
