@@ -44,7 +44,6 @@ class Analysis(Shown):
         factors: |sI − Ψ| in force errors as a product over the diagonal blocks of a block-triangular Ψ.
         modes: modal form, where the conditions are signs of gains for any order; else None.
         routh, jury: conditions > 0, necessary and sufficient; () where a block is above the fourth order.
-        points: sampled operating points.
         worst: the point of the largest spectral radius.
         radii: largest |z| of the step at each point, to ten digits.
         deciding: the matrices, m by m, from which the figures below are computed.

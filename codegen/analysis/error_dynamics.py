@@ -29,7 +29,6 @@ class ErrorDynamics:
     """de/dt = Ψ e and e[k+1] = (I + h A) e[k], to first order, between reversals; (I − h A) e[k+1] = e[k] if implicit.
 
     Attributes:
-        observer: from which it is derived.
         jacobian: Ψ, m by m, over gains, parameters, x, v, w, ``inverse_mass`` symbols and slip signs.
         sampled: A at sample time h (symbol ``h``), by the observer's integration; in force errors by ``in_force``.
         inverse_mass: symbol W_ij → (i, j); empty where M is diagonal.

@@ -36,7 +36,6 @@ class CancelReport(Result):
         left: the friction that remains with this input; None as for ``plan``.
         refusal: why no input can be generated, where the rank of B falls in the envelope.
         hunting: limit cycles of the closed loop, and the largest gain without one; None if not asked for.
-        files: what was written.
     """
 
     template = "cancel"

@@ -20,13 +20,7 @@ PLANT = "plants/belt_axis.yaml"
 
 
 def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, float], None]) -> Diagnosed:
-    """Derive, certify and generate a belt-driven axis; simulate it with an effect that its spec lacks; find the effect.
-
-    Args:
-        folder: where everything is written.
-        say: takes each station's words.
-        tell: takes progress.
-    """
+    """Derive, certify and generate a belt-driven axis; simulate it with an effect that its spec lacks, and find it."""
     specs = resource_folder("specs")
     spec = specs / SPEC
     say(render("text/demo_spec.txt.j2", file=SPEC, **check_json(check(spec))))

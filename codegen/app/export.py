@@ -28,8 +28,6 @@ class Exported(Result):
     """What ``export`` wrote.
 
     Attributes:
-        path: the file, or the folder.
-        target: its format.
         files: names in a folder; () of a single file.
         remarks: what it holds of the machine, and what the rest costs.
     """

@@ -54,9 +54,7 @@ class Generated(Certifiable):
     """What ``generate`` made.
 
     Attributes:
-        folder: where the files belong.
         files: name → text.
-        outcome: the certificate, or why there is none.
         stale: with ``check``, the files on disk that are missing or not current.
     """
 
@@ -87,8 +85,6 @@ class GeneratedFmu(Certifiable):
     """What ``generate --target fmu`` made.
 
     Attributes:
-        path: of the FMU.
-        version: of FMI.
         members: paths in the zip.
         outcome: the certificate, which lies in the FMU's documentation, or why there is none.
         stale: with ``check_only``, whether the file on disk is missing or not current.

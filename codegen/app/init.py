@@ -36,7 +36,6 @@ def init(
         name: of the machine, and of the file; or a robot file, whose name it then has.
         source: a spec, a shipped one by its name (``specs/two_mass.yaml`` or ``two_mass``), a robot description (URDF)
             or a MuJoCo model (MJCF, .xml); None for a new machine of one mass.
-        folder: where it is written.
         log: of a robot: the spec names its columns as far as their names tell.
 
     Returns:

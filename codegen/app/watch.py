@@ -33,7 +33,6 @@ class Watched(Result):
     Attributes:
         limits: what was compared with which bound, from ``settle`` seconds after a reversal on.
         alarms: when an estimate was out of its bound for longer than the dwell time.
-        ended: how it ended, in words.
         fault: the error at the row at which reading ended, or None.
         notes: how the log was read, where that is not plain.
     """

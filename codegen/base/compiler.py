@@ -47,7 +47,6 @@ def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
 
     Args:
         sources: file name → text, headers included.
-        units: the files to compile.
         flags: beside ``FLAGS``.
 
     Raises:

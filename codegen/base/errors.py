@@ -41,9 +41,7 @@ class BadInput(Exception):
     """Input that cannot be used, reported so that its author can mend it.
 
     Args:
-        place: its file and line.
         found: what was found there, in a few words.
-        expected: what would have been right.
         nearest: the closest right thing, if there is one.
         about: the name in the generated code that it is about, where ``place`` could not be known.
         code: of the kind of fault, a key of ``error_codes.CODES``; it stays when the words change.
@@ -107,8 +105,6 @@ class InternalError(Exception):
     """A fault of the tool itself, or of a library below it: no input should be able to cause it.
 
     Args:
-        verb: what was being done.
-        files: that it was given.
         cause: the exception that nothing expected; ``__cause__`` holds it.
     """
 
@@ -152,10 +148,8 @@ def refuse_unknown(
     """Raise BadInput unless a name is a known one.
 
     Args:
-        place: file and line of the name.
         what: it is, such as ``unknown contact``; the name follows. "" for the name alone.
         expected: one of the known names by default.
-        code: as of BadInput.
     """
     names = list(known)
     if name not in names:

@@ -27,7 +27,6 @@ def opened(path: Path, expected: str, largest: int, named_at: Place | None = Non
     even for a named pipe.
 
     Args:
-        path: of the file.
         expected: what the file should be, for messages.
         largest: greatest admissible size in bytes.
         named_at: where the user named the file, if that was in another file.

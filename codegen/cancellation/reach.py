@@ -102,7 +102,6 @@ class Reach:
         constant: whether B, U and M depend on parameters only.
         together: dimension of the friction vectors F̄ with U F̄ in the range of B; it may exceed the number of contacts
             that can be cancelled one by one, where several forces add up to a reachable one.
-        contacts, coordinates: verdicts in order.
         variables, ranges: positions on which B, U and M depend, and their ranges.
     """
 

@@ -33,7 +33,6 @@ class ContactAxes:
     """A contact's variables times the sign σ of its friction state, and how far the envelope lets them go.
 
     Attributes:
-        name: of the contact.
         state, slip, slip_rate: the symbols of σf, σu and σ du/dt.
         largest_state, largest_slip: of |f| and |u|, exact.
         largest_rate: of |du/dt|, exact; None where the envelope does not bound it.

@@ -62,9 +62,7 @@ def certify(
     a V is found for that (``levels``).
 
     Args:
-        analysis: of the spec's observer.
         files: name → SHA-256 of the generated sources that the certificate is bound to.
-        command: that writes it.
         further: whether to look for one function for all signs of the slips too, and after a refusal for regions.
         places: where the code has its inputs and outputs; None where the certificate need not say.
 

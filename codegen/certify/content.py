@@ -42,7 +42,6 @@ def frame(
 
     Args:
         files: name → SHA-256 of the generated sources.
-        command: that writes it.
         places: where the code has its inputs and outputs; None where the certificate need not say.
     """
     observer = analysis.dynamics.observer

@@ -35,7 +35,6 @@ class Extremes:
         slowest, fastest: eigenvalues ν of G M⁻¹, 1/s.
         growth: μ, M(x + hv) ≤ (1 + μh) M(x), 1/s, exact.
         shift, slope: ζ, η: |(M⁻¹∂g/∂v + ζ) e|_M ≤ η |e|_M, 1/s, exact.
-        points: how many were sampled.
     """
 
     slowest: float

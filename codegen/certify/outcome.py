@@ -26,7 +26,6 @@ class Certificate(Shown):
         content: the JSON object (docs/certificate_format.md).
         decay_rate: α, 1/s; V falls by 1 − 2αh in each sample, by 1/(1 + αh)² where the step is implicit.
         spectral_rate: the largest rate that any P could show at the worst operating point.
-        facts: what the checker verified.
         limit: the refutation of every faster rate, which the checker has accepted too; None if none was found.
         turning: a certificate whose V serves all signs of the slips, but for the samples in which one turns; or None.
         no_turning: whether there is proved to be none.
@@ -118,7 +117,6 @@ class Refusal(Shown):
     """Why no certificate is given.
 
     Attributes:
-        reason: in a sentence.
         counterexample: an exact operating point at which the sampled error is unstable; None if none is known.
         spectral_radius: of I + hA there, or the largest over the envelope.
         failing: the gain conditions that fail, as text.

@@ -76,7 +76,6 @@ class Confusion:
 
     Attributes:
         other: a kind of the catalogue, or another cause in words.
-        separated_by: the motion or other measure.
     """
 
     other: str

@@ -40,9 +40,7 @@ class Fmu:
     """An FMU in memory.
 
     Attributes:
-        name: its file name.
         members: path in the zip → content.
-        data: the zip.
     """
 
     name: str
@@ -148,7 +146,6 @@ class Variable:
     """A scalar variable of an FMU.
 
     Attributes:
-        reference: its value reference.
         name, unit, meaning: as in the Program; the unit is empty where it has none.
         role: ``time``, ``parameter``, ``constant``, ``input`` or ``output``.
         place: the C expression of the struct's field in the wrapper.

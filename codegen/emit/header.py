@@ -16,7 +16,6 @@ class Header:
     Attributes:
         spec_file: its name, reduced to letters, digits, ``_``, ``.``, ``-`` and ``+``.
         spec_sha256: of the spec with the robot file that it names.
-        source: as in the spec.
         robot: that file's name, reduced in the same way, and hash.
         envelope: variable → exact (low, high), the ranges for which the observer is certified or refused.
     """

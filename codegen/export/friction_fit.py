@@ -54,7 +54,6 @@ def fit_friction(level: sympy.Expr, speeds: Array, powers: int, stribeck: bool) 
 
     Args:
         level: over SPEED, in force.
-        speeds: where it is compared.
         powers: of the speed that the target has: 1 for viscous friction alone. A law is fitted by the first alone:
             higher powers of a fit run away beyond the envelope.
         stribeck: whether it has the rise at standstill.

@@ -42,11 +42,9 @@ class LineFriction:
     """Friction of one contact along a line, in the line's own units.
 
     Attributes:
-        contact: its name.
         level: over SPEED alone, in steady sliding: what opposes the motion.
         bristles: (σ0, σ1) of a law of LuGre's form, else None.
         has_states: whether its law has states, or another memory.
-        law: its name.
         at_rest: the level at standstill, where the law jumps there; else None.
     """
 
@@ -65,8 +63,6 @@ class Line:
     Attributes:
         constant: a force that does not depend on the motion.
         stiffness, damping: of −Σ k_j y^(j+1) and −Σ d_j |y'|^(j+1) sgn(y'), j from 0.
-        waves: periodic forces.
-        frictions: of the contacts along it.
         gap: full width of the play in which the spring does not act.
     """
 
@@ -117,7 +113,6 @@ class Leftover:
     """A force that is none of the elements above.
 
     Attributes:
-        direction: the line along which it acts.
         where: words, such as ``the force on x``.
         force: along the line, over coordinates, velocities, inputs, the time and SPEED; of a friction what opposes the
             motion.
@@ -139,7 +134,6 @@ class Mechanism:
         tree: the bodies of a robot file; None for one body a coordinate, of these inertias.
         inertias: (n,) constant, on a tree those added to the joints.
         lines: each direction once.
-        leftovers: forces that are no element.
     """
 
     system: System

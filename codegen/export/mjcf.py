@@ -78,11 +78,9 @@ class MjcfModel:
     """An MJCF model and what it holds.
 
     Attributes:
-        text: the XML file.
         timestep: s.
         joints, actuators: names, in the order of coordinates and inputs.
         tendons: direction of a line → its tendon.
-        frictions: of the contacts.
     """
 
     text: str

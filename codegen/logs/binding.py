@@ -38,7 +38,6 @@ class Binding:
         scale: symbol → factor to SI, 1 where nobody said.
         integrated: positions that no column gives, and that are the integral of their measured velocity.
         logged: whether every velocity was logged.
-        notes: what was found on the way.
         findings: units that could not be used.
         brought: symbol → the unit that the file or a column's name states, in words; values are converted from it.
     """

@@ -29,8 +29,6 @@ class Clean:
         data: (N, c) the other columns in SI, finite.
         source: where the rows stand, for messages.
         repaired: symbol → values filled in.
-        dropped: rows left out.
-        notes: what was done, in plain words.
     """
 
     time: Array

@@ -47,12 +47,10 @@ class CsvSource(LogFile):
 
     Args:
         file: name of the file.
-        layout: where the table is.
         lines: every line of the file without its end, or those of a part of it.
         first: index into ``lines`` of the first line after the header.
         before: lines of the file before ``lines``, for messages.
         encoding: notes on the file's encoding.
-        description: what is said of the log.
     """
 
     expected = EXPECTED

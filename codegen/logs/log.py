@@ -39,7 +39,6 @@ class Intake:
     """Properties of the raw file, before the data were put on a uniform grid.
 
     Attributes:
-        rows: usable rows of the file.
         jitter: RMS deviation of the steps (gaps left out) from their median, relative to it.
         longest_step: seconds between the two neighbouring rows that lie furthest apart.
         resampled: whether the data were interpolated onto the grid.
@@ -93,7 +92,6 @@ class Log:
         gaps: half-open index ranges [start, stop) of grid samples without data near by; they must not be used.
         joints: those of ``gaps`` that lie between two records of the experiment, where no data are missing.
         records: the records of an experiment, each at its own rate; empty for a single one.
-        intake: figures of the raw file.
         description: the log's description, for what else it says (noise, trim, restart).
         counted: (N,) samples that count as data. Of a record that was put on a finer grid, only as many count as it
             has rows, since interpolation makes no data. None if all count.

@@ -40,8 +40,6 @@ class Variable:
     """One variable of the file.
 
     Attributes:
-        name: as MATLAB calls it.
-        shape: its dimensions.
         kind: MATLAB's class, or what else it is.
         numeric: whether it is a full array of real numbers.
         data, stored: its numbers in the file's own type; empty unless ``numeric``.

@@ -121,7 +121,6 @@ def at_common_times(
     sample before. Rows in a gap of one of them are left out.
 
     Args:
-        file: for messages.
         series: no column twice.
         in_seconds: whether times are known to be in s; else rates are told by the number of samples.
 

@@ -24,7 +24,6 @@ class Term:
     """A column or an expression of columns.
 
     Attributes:
-        text: as it was written.
         columns: the file's columns that are needed.
         expression: None for a column as it stands.
         symbols: a symbol of the expression for each of ``columns``.

@@ -31,7 +31,6 @@ class Uniform:
         jitter: RMS deviation of the file's steps from their median, gaps left out, relative.
         longest_step: s.
         resampled: whether anything was interpolated.
-        notes: in plain words.
     """
 
     time: Array

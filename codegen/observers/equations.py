@@ -134,7 +134,6 @@ class Observer:
     """An observer on a System.
 
     Attributes:
-        kind, velocity: as in the spec.
         equations: in the order in which they are computed.
         states: z, in order; ``rates`` is dz/dt over the equations' symbols; ``initial`` is z at the first sample, with
             zero velocity estimate and the declared friction level.

@@ -61,7 +61,6 @@ class Run:
     Attributes:
         members: the columns, in order of computation.
         forward, backward: whether an iteration depends on one of a lower index, or of a higher one.
-        position: in the schedule.
     """
 
     members: list[list[Value]]

@@ -42,7 +42,6 @@ class Replayed(Result):
     """Result of ``replay``.
 
     Attributes:
-        name: of the spec.
         engine: what ran the observer (compiled C or Python), in words.
         samples: steps taken; duration: from the first to the last, s.
         starts: number of initialisations: 1, and 1 more for each gap in the log.
@@ -50,7 +49,6 @@ class Replayed(Result):
         peaks: the largest value of each friction estimate.
         step_seconds: mean computing time of one step.
         seconds: total time.
-        notes: preprocessing of the log, in words.
         path: file of the estimates, or None.
     """
 

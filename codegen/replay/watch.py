@@ -109,8 +109,6 @@ class Watch:
 
     Attributes:
         limits: one a bound; settle: samples after a reversal from which they hold.
-        alarms: all so far.
-        tally: what was seen.
     """
 
     def __init__(

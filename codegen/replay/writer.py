@@ -25,7 +25,6 @@ def open_writer(path: Path | None, columns: Sequence[Column], flagged: bool) -> 
 
     Args:
         path: None writes nothing.
-        columns: of the estimates.
         flagged: whether the fault flags are written too.
 
     Raises:

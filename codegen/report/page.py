@@ -143,7 +143,6 @@ def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mappi
     """The self-contained HTML report of a diagnosis; deterministic.
 
     Args:
-        spec: that was diagnosed.
         files: label → path relative to the report, of the other files written.
     """
     page = Page(

@@ -58,7 +58,6 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
         slip: u at the start, contacts by 1.
         free: slip acceleration without contact forces, contacts by 1.
         mobility: U' M⁻¹ U, contacts by contacts.
-        levels: of each contact.
         step: h, seconds.
         start: the guess for q, contacts by 1, such as the step before.
 

@@ -75,7 +75,6 @@ def run_loop(
     Args:
         system: the plant, with its effects; the observer may have been made for another.
         period: s between samples.
-        samples: how many.
         controller: asked once a sample.
         observer: with its own ratio ``every``; None leaves it out.
         cancellation: of the observer's estimates; None leaves it out.
@@ -83,7 +82,6 @@ def run_loop(
         limit: (m,) of the magnitude of what is sent; None is without limit.
         start: positions and velocities (n,), zero by default.
         substeps: plant steps in a sample; by default as many as ``substeps_of`` says.
-        seed: of the noise.
         progress: called with the share that is done, from 0 to 1.
         method: of the plant: the time stepper, or the slow reference that is exact between events.
         make_plant: another plant in place of both, such as one of another simulator.

@@ -34,9 +34,7 @@ class Plant:
     that have any. ``t`` in an expression is time from the start of the run, in seconds.
 
     Attributes:
-        system: what it was built from.
         substeps: steps in one sample.
-        contacts: how each contact is taken.
         state_size: 2 n + 2 loads + set-valued forces + states.
         sample: CasADi function (state, drive column) → (state one sample later, contact forces λ in the first substep).
             A drive column is (t, h, w of substep 1, …, w of the last substep).

@@ -43,7 +43,6 @@ class Expression:
     Attributes:
         text: what the author wrote, on one line.
         tree: its syntax tree; holds arithmetic only.
-        place: its file and line.
     """
 
     text: str
@@ -85,7 +84,6 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
 
     Args:
         text: the expression, or a bare number as YAML gives it.
-        place: its file and line, for messages.
 
     Raises:
         BadInput: if the text is not an expression of numbers, names, + - * / ** (or ^) and the listed functions.

@@ -83,7 +83,6 @@ def read_cancellation(
     """Read the section; None where the spec has none.
 
     Args:
-        contacts: of the spec.
         place: key → its file and line.
 
     Raises:

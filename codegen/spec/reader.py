@@ -43,9 +43,6 @@ Result = TypeVar("Result")
 def read_spec(path: str | Path) -> Spec:
     """Read and validate a spec file.
 
-    Args:
-        path: the YAML file.
-
     Raises:
         BadInput: for a path that is none, a robot file, or what in it cannot be used, with file and line; ``others``
             holds the further faults.

@@ -226,7 +226,6 @@ def dimension_of(expression: Expression, dimensions: Mapping[str, Dimension]) ->
     """The dimension of an expression, or None for a bare number, which may stand for any unit.
 
     Args:
-        expression: the parsed text.
         dimensions: of every name in it.
 
     Raises:

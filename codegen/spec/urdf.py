@@ -54,7 +54,6 @@ def read_kinematic_tree(path: Path, named_at: Place, gravity: Sequence[Fraction]
     """Read a URDF file.
 
     Args:
-        path: of the file.
         named_at: where the spec names it, for a file that cannot be read.
         gravity: in the base's frame, m/s².
 

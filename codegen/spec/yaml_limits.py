@@ -50,11 +50,7 @@ class _Open:
 
 
 class Limits:
-    """What is counted while the events of a file's text come by, one after the other.
-
-    Args:
-        file: for messages.
-    """
+    """What is counted while the events of a file's text come by, one after the other."""
 
     def __init__(self, file: str) -> None:
         self._file = file

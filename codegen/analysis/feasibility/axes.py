@@ -28,7 +28,6 @@ class GainAxis:
         unit: of the number; "1" for a factor on a matrix whose entries differ.
         weights: gain symbol → weight; the sign of a negative gain is in the weight.
         entries: (gain, path) in the spec → weight.
-        low, high: the range that is examined.
         chosen: the number in the spec, or None where the gain is free.
         logarithmic: whether steps along it are factors; else the range contains zero.
     """

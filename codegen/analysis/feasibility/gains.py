@@ -72,10 +72,8 @@ class Feasibility:
     """The feasibility report of a spec.
 
     Attributes:
-        axes: what is varied.
         free: whether the spec leaves gains free; else its chosen gains are varied.
         points: sampled operating points; ``deciding`` of them decide about stability somewhere in the range.
-        noise: of the measured positions.
         units: friction output → unit.
         chosen: the spec's gains, or None where they are free.
         suggestion, suggested: the suggested set and its assessment; None where nothing in the range is stable.

@@ -189,7 +189,6 @@ def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, fric
 
     Args:
         known: value of each symbol.
-        h: sample time.
         friction: symbols of the friction estimate.
     """
     system = observer.system

@@ -70,7 +70,6 @@ def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[Ga
     """Search over all axes together: first the whole range, then around the best.
 
     Args:
-        noise: model of the noise of the friction estimate.
         base: one gain set; the axes' numbers replace its values.
     """
     generator = np.random.default_rng(3)

@@ -73,7 +73,6 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
     as a whole, and a change of sign counts as a factor of ten. Sums favour proposals that change few gains.
 
     Args:
-        analysis: of the spec.
         derive: the same for another observer section; what is proposed has a certificate as its outcome.
     """
     system = analysis.dynamics.observer.system

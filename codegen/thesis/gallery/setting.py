@@ -27,7 +27,6 @@ class Setting:
         hold: s for which one value of the noise is held, so that its bandwidth is about 0.44/hold; 0 for each sample.
         step: sample time of observer and controller, s.
         inputs: what drives an open loop, expressions of t.
-        seed: of the noise.
         levels: factor on the machine's friction, where a figure takes one.
         delay: samples between an estimate and its use, where a figure takes one.
         slower: factor on the time of the reference and on the duration.

@@ -74,7 +74,6 @@ class Figure(BaseModel):
 
     Attributes:
         figure: its number, "2.4".
-        title: what it shows.
         specs: files in specs/gallery/, first those that are drawn.
         settings: names in settings.yaml: beside the one as drawn, those in which the statements are checked again.
         open: what the text does not state or states inconsistently, and what we assumed.
