@@ -14,11 +14,11 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.files import refuse_target, remove, sha256, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_bytes, read_or_none, read_text
-from codegen.base.shown import Result
+from codegen.base.shown import Result, json_text
 from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
 from codegen.certify.kernel_form import proof_json, with_solution
-from codegen.certify.outcome import PROOFS, Certificate, Refusal, json_text
+from codegen.certify.outcome import PROOFS, Certificate, Refusal
 from codegen.checker import verify as checker
 from codegen.emit.fmu import VERSIONS, emit_fmu
 from codegen.emit.package import proof_lines

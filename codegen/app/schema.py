@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_atomically
+from codegen.base.shown import json_text
 from codegen.spec.schema import json_schema
 
 
 def schema_text() -> str:
     """The schema as JSON."""
-    return json.dumps(json_schema(), indent=1, ensure_ascii=False) + "\n"
+    return json_text(json_schema())
 
 
 @verb

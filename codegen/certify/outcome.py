@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-from codegen.base.shown import Shown
+from codegen.base.shown import Shown, json_text
 from codegen.certify import REGION_PROOFS
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_response import Response
@@ -151,8 +150,3 @@ class Refusal(Shown):
         refusal = {} if self.proof is None else {"refusal.json": self.proof}
         regions = {} if self.regions is None else self.regions.proofs
         return {name: json_text(content) for name, content in {**refusal, **regions}.items()}
-
-
-def json_text(content: Mapping[str, Any]) -> str:
-    """A certificate or a refutation as it is written."""
-    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"

@@ -12,7 +12,7 @@ from matplotlib.ticker import NullFormatter
 
 from codegen.report.evidence import LawPanel
 from codegen.report.series import CoordinateSeries
-from codegen.report.style import GRID, INK, QUIET, svg
+from codegen.report.style import INK, QUIET, labelled, svg
 from codegen.report.wording import number, prefixed, unit_text
 
 COLOURS = {"declared": "#7d848d", "refit": "#e08214", "augmented": "#1f6fb4"}
@@ -139,12 +139,7 @@ def _spectrum(axes: Any, coordinate: CoordinateSeries) -> None:
 
 
 def _frame(axes: Any, x: str, y: str) -> None:
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-    axes.grid(True, color=GRID, linewidth=0.6)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    labelled(axes, x, y, grid=0.6)
     if axes.get_yscale() == "linear":
         axes.axhline(0, color=QUIET, linewidth=0.8, zorder=1.5)
         axes.locator_params(axis="both", nbins=5)

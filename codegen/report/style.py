@@ -100,14 +100,19 @@ def rounded(values: Any) -> Any:
     return array if size == 0 or np.nanmin(array) > 0 else np.round(array / size, DIGITS) * size
 
 
-def framed(axes: Any, x: str, y: str) -> None:
-    """Labels, a grid, and lines at zero."""
+def labelled(axes: Any, x: str, y: str, grid: float = 0.8) -> None:
+    """Labels, a grid of this line width, and no frame on top and at the right."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
-    axes.grid(True, color=GRID, linewidth=0.8)
+    axes.grid(True, color=GRID, linewidth=grid)
     axes.set_axisbelow(True)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
+
+
+def framed(axes: Any, x: str, y: str) -> None:
+    """Labels, a grid, and lines at zero."""
+    labelled(axes, x, y)
     low, high = axes.get_ylim()
     if axes.get_xscale() == "linear":
         axes.locator_params(axis="x", nbins=5)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.report.style import CURVE, GRID, INK, QUIET, SECOND, THIRD
+from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD, labelled
 
 TRUE, ESTIMATED, OTHER, THIRD_ONE, IDEAL = INK, CURVE, SECOND, THIRD, QUIET
 WIDTH_IN, ROW_IN, LEGEND_IN, DPI = 11.0, 2.7, 0.45, 90
@@ -40,14 +40,9 @@ def dots(axes: Any, x: Array, y: Array, colour: str, label: str | None = None) -
 
 def frame(axes: Any, x: str, y: str, title: str = "") -> None:
     """Labels, a light grid and a line at zero."""
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
+    labelled(axes, x, y)
     if title:
         axes.set_title(title, loc="left", color=INK)
-    axes.grid(True, color=GRID, linewidth=0.8)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
     axes.locator_params(axis="both", nbins=5)
     low, high = axes.get_ylim()
     if low < 0 < high:
