@@ -1,8 +1,12 @@
-"""Error dynamics of an observer: Ψ of the continuous error and the matrix of the sampled one, for all kinds.
+"""Linearised error dynamics of an observer: Ψ in continuous time, A in discrete time; one routine for all kinds.
 
-Both are derived to first order in the error e at e = 0, between reversals, with the plant M v' = g − F. M⁻¹ stays a
-symbol W (or 1/M_ii where M is diagonal), and the model's acceleration stays a symbol with its derivative by e, so that
-expressions stay short.
+With e = truth − estimate and the plant M(x) v' = g(x, v, w) − F, linearised at e = 0 while no contact reverses,
+
+    de/dt = Ψ e,    e[k+1] = (I + h A) e[k]  (explicit step),    (I − h A) e[k+1] = e[k]  (backward Euler).
+
+``_linearise`` writes every quantity of the observer as a function of truth and e; ``_flow``, ``_explicit_step`` and
+``_implicit_step`` differentiate these. Expressions stay short because M⁻¹ is kept as symbols W_ij (as 1/M_ii where M is
+diagonal), and the entries of ∂v̂'/∂e as symbols that are inserted at the end.
 """
 
 from __future__ import annotations
@@ -22,18 +26,20 @@ from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
 SHORT = 6
+"""Default of ``longest``: the value or slope of a friction law with more operations stays a symbol."""
 
 
 @dataclass(frozen=True)
 class ErrorDynamics:
-    """de/dt = Ψ e and e[k+1] = (I + h A) e[k], to first order, between reversals; (I − h A) e[k+1] = e[k] if implicit.
+    """Ψ and A of the module's equations.
 
     Attributes:
         jacobian: Ψ, m by m, over gains, parameters, x, v, w, ``inverse_mass`` symbols and slip signs.
-        sampled: A at sample time h (symbol ``h``), by the observer's integration; in force errors by ``in_force``.
+        sampled: A, m by m, also over the sample time (symbol ``h``), for the observer's integration method.
         inverse_mass: symbol W_ij → (i, j); empty where M is diagonal.
-        next_velocity: symbol → velocity: that of one sample later (before, if implicit), in the same envelope.
-        slopes: symbol for the value or a slope of a friction law at the true slip and state → its expression.
+        next_velocity: symbol of v[k+1] in A → symbol of v[k]; with an implicit step, of v[k−1] → of v[k]. Both have the
+            range that the envelope gives v.
+        slopes: symbol of a friction law's value or partial derivative at the true slip and state → its expression.
     """
 
     observer: Observer
@@ -49,22 +55,29 @@ class ErrorDynamics:
 
     @property
     def implicit(self) -> bool:
-        """Whether the step is (I − h A) e[k+1] = e[k]."""
+        """Whether the observer is integrated by backward Euler: (I − h A) e[k+1] = e[k]."""
         return self.observer.integration == "implicit"
 
     @property
     def period(self) -> float:
-        """h in the condition A'P + PA + hA'PA < 0 of a V = e'Pe that falls, s: 0 where the step is implicit."""
+        """h of the Lyapunov inequality A'P + PA + h A'PA < 0 of V = e'Pe, s; 0 with an implicit step.
+
+        V decreases under (I − h A) e[k+1] = e[k] if A'P + PA < 0, whatever h is.
+        """
         return 0.0 if self.implicit else float(self.observer.sample_time)
 
     def at(self, sample_time: Any) -> ErrorDynamics:
-        """The same at another sample time, exact, s."""
-        other = replace(self, observer=replace(self.observer, sample_time=sample_time))
-        other.__dict__["_in_force"] = self._in_force  # h is a symbol there
+        """The same at another sample time (exact, s). A has h as a symbol, so nothing is derived again."""
+        return self._with_observer(replace(self.observer, sample_time=sample_time))
+
+    def _with_observer(self, observer: Observer) -> ErrorDynamics:
+        """The same matrices for an observer that differs in numbers alone, with the cache of ``in_force`` shared."""
+        other = replace(self, observer=observer)
+        other.__dict__["_in_force"] = self._in_force
         return other
 
     def multipliers(self, eigenvalues: Any, h: Any) -> Any:
-        """Eigenvalues of the step over one sample, from those of A (array) and h in s."""
+        """Eigenvalues of the map e[k] → e[k+1], from the eigenvalues of A (array) and h in s."""
         return 1 / (1 - h * eigenvalues) if self.implicit else 1 + h * eigenvalues
 
     @property
@@ -73,19 +86,20 @@ class ErrorDynamics:
         return inverse_mass_symbols(self.observer.system)[0]
 
     def tidied(self, matrix: Matrix) -> Matrix:
-        """A matrix over the system's symbols in the form of Ψ: slip signs as symbols, products expanded."""
+        """A matrix over the system's symbols in the normal form of Ψ: slip signs as symbols, products expanded."""
         slips = _slip_signs(self.observer, {})
         return each(matrix, lambda e: _tidy(e, slips, self.observer.signs))
 
     def in_force(self, matrix: Matrix) -> Matrix:
-        """Ψ or A with force errors s·e_a in place of level errors e_a.
+        """S Ψ S or S A S: Ψ or A for force errors s e_a in place of level errors e_a, S diagonal with entries s or 1.
 
-        Between reversals s is constant; for diagonal K_F the signs cancel, so that the error dynamics do not switch.
+        The slip sign s = ±1 is constant between reversals, so S S = I. For diagonal K_F the signs cancel, and the error
+        dynamics do not depend on the directions of slip.
         """
         if not self.observer.level_errors:
             return matrix
         if matrix not in self._in_force:
-            self._in_force[matrix] = self._turned(matrix)
+            self._in_force[matrix] = self._to_force_errors(matrix)
         return self._in_force[matrix]
 
     @cached_property
@@ -93,18 +107,18 @@ class ErrorDynamics:
         """Cache of ``in_force``."""
         return {}
 
-    def _turned(self, matrix: Matrix) -> Matrix:
+    def _to_force_errors(self, matrix: Matrix) -> Matrix:
         signs = [1 if e.contact is None else self.observer.signs[e.contact] for e in self.observer.errors]
         return each(scaled(signs, matrix, signs), lambda e: drop_squares(expand_products(e), self.observer.signs))
 
 
 def drop_squares(expression: Any, signs: tuple[sympy.Symbol, ...]) -> Any:
     """Replace s² by 1 for every slip sign."""
-    there = expression.free_symbols & set(signs)
-    if not there:
+    present = expression.free_symbols & set(signs)
+    if not present:
         return expression
     return expression.replace(
-        lambda e: e.is_Pow and e.base in there and e.exp.is_Integer, lambda e: e.base ** (e.exp % 2)
+        lambda e: e.is_Pow and e.base in present and e.exp.is_Integer, lambda e: e.base ** (e.exp % 2)
     )
 
 
@@ -130,8 +144,9 @@ def derive_error_dynamics(
     """Derive Ψ from an observer's differential equations, and the sampled matrix from its step.
 
     Args:
-        longest: most operations of a law's value or slope that is inserted; longer ones stay symbols.
-        differential: of the same equations with an explicit step, where these are known.
+        longest: a friction law's value or slope with at most this many operations is inserted; others stay symbols.
+        differential: the error dynamics of the same differential equations with an explicit step, if already derived;
+            its Ψ is taken over.
     """
     if differential is None and (observer.euler is None or observer.integration == "implicit"):
         return _derive(observer, longest)
@@ -151,24 +166,22 @@ def derive_step(observer: Observer, longest: int = SHORT) -> ErrorDynamics:
 
 
 def _derive(observer: Observer, longest: int, psi: bool = True, step: bool = True) -> ErrorDynamics:
-    """Both matrices, or zeros in place of one that is not asked for; observers that differ in numbers share them."""
+    """Ψ and A, zero where ``psi`` or ``step`` is false; cached for observers that differ in numbers alone."""
     key = (_symbolic(observer), longest, psi, step)
-    if key not in _derived:
-        if len(_derived) == MOST_KEPT:
-            del _derived[next(iter(_derived))]
-        _derived[key] = _derive_anew(observer, longest, psi, step)
-    found = replace(_derived[key], observer=observer)
-    found.__dict__["_in_force"] = _derived[key]._in_force
-    return found
+    if key not in _cache:
+        if len(_cache) == MOST_KEPT:
+            del _cache[next(iter(_cache))]
+        _cache[key] = _derive_anew(observer, longest, psi, step)
+    return _cache[key]._with_observer(observer)
 
 
 MOST_KEPT = 32
-_derived: dict[Any, ErrorDynamics] = {}
-"""What was derived last."""
+_cache: dict[Any, ErrorDynamics] = {}
+"""The last ``MOST_KEPT`` derivations."""
 
 
 def _symbolic(observer: Observer) -> tuple[Any, ...]:
-    """All of an observer that its error dynamics follow from: everything but numbers, which are symbols there."""
+    """Everything that determines an observer's error dynamics; values of parameters and gains do not."""
     system = observer.system
     laws = [tuple((f.label, tuple(f.arguments.items())) for f in e.law) for e in observer.equations]
     equations = [(e.name, e.symbols, e.expression, e.form, e.state) for e in observer.equations]
@@ -179,96 +192,150 @@ def _symbolic(observer: Observer) -> tuple[Any, ...]:
 
 
 def _derive_anew(observer: Observer, longest: int, psi: bool, step: bool) -> ErrorDynamics:
-    system = observer.system
-    inverse_mass, inverse_names = inverse_mass_symbols(system)
-    e = [error.symbol for error in observer.errors]
-    zero = dict.fromkeys(e, sympy.S.Zero)
-    h = symbol("h")
-    accelerations = system.accelerations
+    inverse_mass, inverse_names = inverse_mass_symbols(observer.system)
+    linear = _linearise(observer, inverse_mass, longest)
+    zeros = Matrix(sympy.zeros(len(observer.errors)))
+    continuous = _flow(observer, linear) if psi else zeros
+    sampled, other_sample = zeros, dict[sympy.Symbol, sympy.Symbol]()
+    if step:
+        of_method = _implicit_step if observer.integration == "implicit" else _explicit_step
+        sampled, other_sample = of_method(observer, linear)
 
-    # Substitute in order: estimates are truth − e, states follow from them, the acceleration is v' + (∂a/∂e) e.
-    truth = {error.truth: error.truth - error.symbol for error in observer.errors}
-    estimate_of = iter(observer.errors)
+    slips = _slip_signs(observer, {})
+    slips |= _slip_signs(observer, {v: name for name, v in other_sample.items()})
+    acceleration_slopes = linear.acceleration_slopes
+    continuous = each(continuous.xreplace(acceleration_slopes), lambda x: _tidy(x, slips, observer.signs))
+    sampled = each(sampled, lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs))
+    in_either = continuous.free_symbols | sampled.free_symbols
+    return ErrorDynamics(
+        observer,
+        continuous,
+        sampled,
+        {s: ij for s, ij in inverse_names.items() if s in in_either},
+        {name: v for name, v in other_sample.items() if name in sampled.free_symbols},
+        {s: e for s, e in linear.slopes.items() if s in in_either},
+    )
+
+
+@dataclass(frozen=True)
+class _Linearised:
+    """An observer's quantities as functions of the truth and the error e, to first order in e.
+
+    Attributes:
+        values: symbol of an estimate, a state or another equation's element → its expression in truth and e.
+        slopes: as in ``ErrorDynamics``.
+        acceleration_slopes: symbol → entry of ∂v̂'/∂e.
+    """
+
+    values: Mapping[sympy.Symbol, Any]
+    slopes: Mapping[sympy.Symbol, Any]
+    acceleration_slopes: Mapping[sympy.Symbol, Any]
+
+
+def _linearise(observer: Observer, inverse_mass: Matrix, longest: int) -> _Linearised:
+    """Go through the equations in order and substitute.
+
+    An estimate with a state z is estimate = z + rest: the estimate is truth − e, and z = truth − e − rest. The
+    acceleration that the model computes is v̂' = v' + (∂v̂'/∂e) e, with the symbols of v' for the true one.
+    """
+    e = [error.symbol for error in observer.errors]
+    at_truth = dict.fromkeys(e, sympy.S.Zero)
+    errors = iter(observer.errors)
+    slip_signs = _slip_signs(observer, {})
+    longest_law = 0 if observer.integration == "implicit" else longest
     values: dict[sympy.Symbol, Any] = {}
     slopes: dict[sympy.Symbol, Any] = {}
-    signs_of_slip = _slip_signs(observer, {})
-    carried: dict[sympy.Symbol, Any] = {}
+    acceleration_slopes: dict[sympy.Symbol, Any] = {}
     for equation in observer.equations:
         if equation.law:
             for element, value, function in zip(equation.symbols, equation.expression, equation.law, strict=True):
-                short = 0 if observer.integration == "implicit" else longest
-                values[element] = _first_order(value, function, values, zero, signs_of_slip, slopes, short)
-            continue
-        expression = equation.expression.xreplace(values)
-        if equation.state is not None:
-            rest = (equation.expression - equation.state).xreplace(values)
-            for element, state, other in zip(equation.symbols, equation.state, rest, strict=True):
-                values[element] = truth[next(estimate_of).truth]
-                values[state] = values[element] - other
+                values[element] = _first_order(value, function, values, at_truth, slip_signs, slopes, longest_law)
+        elif equation.state is not None:
+            rests = (equation.expression - equation.state).xreplace(values)
+            for element, state, rest in zip(equation.symbols, equation.state, rests, strict=True):
+                error = next(errors)
+                values[element] = error.truth - error.symbol
+                values[state] = values[element] - rest
         elif equation.form == "mass_solve":
-            slope = (inverse_mass * jacobian(expression, e)).xreplace(zero)
-            # Each slope gets a symbol of its own, so that the expressions differentiated below stay short.
-            carried = {sympy.Dummy(f"slope{k}", real=True): entry for k, entry in enumerate(slope) if entry != 0}
-            name_of = {entry: name for name, entry in carried.items()}
+            slope = (inverse_mass * jacobian(equation.expression.xreplace(values), e)).xreplace(at_truth)
+            acceleration_slopes = {
+                sympy.Dummy(f"slope{k}", real=True): entry for k, entry in enumerate(slope) if entry != 0
+            }
+            name_of = {entry: name for name, entry in acceleration_slopes.items()}
             first_order = each(slope, name_of.__getitem__) * Matrix(e)
-            for element, a, change in zip(equation.symbols, accelerations, first_order, strict=True):
+            for element, a, change in zip(equation.symbols, observer.system.accelerations, first_order, strict=True):
                 values[element] = a + change
         else:
-            values.update(zip(equation.symbols, expression, strict=True))
+            values.update(zip(equation.symbols, equation.expression.xreplace(values), strict=True))
+    return _Linearised(values, slopes, acceleration_slopes)
 
-    state_values = observer.states.xreplace(values)
-    rate_values = observer.rates.xreplace(values)
+
+def _flow(observer: Observer, linear: _Linearised) -> Matrix:
+    """Ψ = −∂/∂e of d/dt estimate(z, x, v), by the chain rule with dz/dt of the observer and x' = v of the plant."""
+    system, e = observer.system, [error.symbol for error in observer.errors]
+    at_truth = dict.fromkeys(e, sympy.S.Zero)
     estimates = _estimates_of_state(observer)
-    position_rate = dict(zip(system.positions, system.velocities, strict=True))
-    velocity_rate = dict(zip(system.velocities, accelerations, strict=True))
+    states = dict(zip(observer.states, observer.states.xreplace(linear.values), strict=True))
+    plant = dict(zip((*system.positions, *system.velocities), (*system.velocities, *system.accelerations), strict=True))
+    flow = jacobian(estimates, observer.states) * Matrix(observer.rates.xreplace(linear.values))
+    flow += jacobian(estimates, list(plant)) * Matrix(list(plant.values()))
+    return -jacobian(flow.xreplace(states), e).xreplace(at_truth)
 
-    # Continuous: the chain rule on estimate(z, x, v).
-    at_truth = dict(zip(observer.states, state_values, strict=True))
-    moved = {**position_rate, **velocity_rate}
-    flow = jacobian(estimates, observer.states) * Matrix(rate_values)
-    flow += jacobian(estimates, list(moved)) * Matrix(list(moved.values()))
-    none = Matrix(sympy.zeros(len(e)))
-    slope_of_flow = -jacobian(flow.xreplace(at_truth), e).xreplace(zero) if psi else none
 
-    # Sampled: one step of the states, and the plant's own motion to first order in h.
-    rate_of = _true_state_rates(observer, values, zero) if observer.integration == "implicit" else {}
-    if observer.integration == "implicit":
-        later = {symbol(f"{s.name}_before"): s for s in (*system.velocities, *rate_of)}
-        earlier = {x: x - h * v for x, v in position_rate.items()} | {v: name for name, v in later.items()}
-        at_truth = dict(zip(observer.states, state_values.xreplace(zero).xreplace(earlier), strict=True))
-        from_state = jacobian(estimates, observer.states).xreplace(earlier).xreplace(at_truth)
-        ahead = jacobian(state_values - h * rate_values, e).xreplace(zero)
-        sampled = (sympy.eye(len(e)) + from_state * ahead) / h
-        moving = (*accelerations, *rate_of.values())
-        to_next = {rate: (s - n) / h for rate, (n, s) in zip(moving, later.items(), strict=True)}
-    else:
-        stepped: dict[sympy.Symbol, Any] = dict(zip(observer.states, state_values + h * rate_values, strict=True))
-        stepped |= {x: x + h * v for x, v in position_rate.items()}
-        later = {symbol(f"{v.name}_next"): v for v in system.velocities}
-        if (
-            observer.euler is not None
-        ):  # v̂ = v must stay an equilibrium: the plant's mean velocity over the sample moves Γ x
-            change = sympy.Matrix([stepped[z] for z in observer.states[: len(later)]])
-            known = (observer.equations[0].expression - observer.equations[0].state).xreplace(stepped)
-            held = sympy.Matrix(list(later)) - known + change - change.xreplace(zero)
-            stepped |= dict(zip(observer.states, held, strict=False))
-        stepped |= {v: name for name, v in later.items()}
-        next_estimates = estimates.xreplace(stepped)
-        sampled = (-jacobian(next_estimates, e).xreplace(zero) - sympy.eye(len(e))) / h if step else none
-        to_next = {a: (n - v) / h for a, (n, v) in zip(accelerations, later.items(), strict=True)}
-    sampled = sampled.xreplace(carried).xreplace(to_next)
-    slips = {**signs_of_slip, **_slip_signs(observer, {v: n for n, v in later.items()})}
-    flowing = each(slope_of_flow.xreplace(carried), lambda x: _tidy(x, slips, observer.signs))
-    stepping = each(sampled, lambda x: _tidy(_speeds_as_slips(x, slips), slips, observer.signs))
-    in_step = stepping.free_symbols
-    either = flowing.free_symbols | in_step
-    used = {s: ij for s, ij in inverse_names.items() if s in either}
-    slopes = {s: e for s, e in slopes.items() if s in either}
-    return ErrorDynamics(observer, flowing, stepping, used, {n: v for n, v in later.items() if n in in_step}, slopes)
+def _explicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dict[sympy.Symbol, sympy.Symbol]]:
+    """A = (−∂estimate[k+1]/∂e[k] − I)/h, and the symbols of v[k+1] → v[k].
+
+    z[k+1] = z + h dz/dt by the observer, x[k+1] = x + h v by the plant to first order in h, and v' = (v[k+1] − v)/h.
+    """
+    system, h = observer.system, symbol("h")
+    e = [error.symbol for error in observer.errors]
+    at_truth = dict.fromkeys(e, sympy.S.Zero)
+    next_velocity = {symbol(f"{v.name}_next"): v for v in system.velocities}
+    states, rates = observer.states.xreplace(linear.values), observer.rates.xreplace(linear.values)
+    stepped: dict[sympy.Symbol, Any] = dict(zip(observer.states, states + h * rates, strict=True))
+    stepped |= {x: x + h * v for x, v in zip(system.positions, system.velocities, strict=True)}
+    if observer.euler is not None:
+        # With another method than Euler, e = 0 stays an equilibrium only if the velocity states at e = 0 are those of
+        # v̂[k+1] = v[k+1]: the plant's mean velocity over the sample moves Γ x.
+        velocity = observer.equations[0]
+        change = sympy.Matrix([stepped[z] for z in observer.states[: len(next_velocity)]])
+        rest = (velocity.expression - velocity.state).xreplace(stepped)
+        corrected = sympy.Matrix(list(next_velocity)) - rest + change - change.xreplace(at_truth)
+        stepped |= dict(zip(observer.states, corrected, strict=False))
+    stepped |= {v: name for name, v in next_velocity.items()}
+    next_estimates = _estimates_of_state(observer).xreplace(stepped)
+    sampled = (-jacobian(next_estimates, e).xreplace(at_truth) - sympy.eye(len(e))) / h
+    accelerations = {
+        a: (name - v) / h for a, (name, v) in zip(system.accelerations, next_velocity.items(), strict=True)
+    }
+    return sampled.xreplace(linear.acceleration_slopes).xreplace(accelerations), next_velocity
+
+
+def _implicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dict[sympy.Symbol, sympy.Symbol]]:
+    """A = (I + (∂estimate/∂z)[k−1] ∂(z − h dz/dt)/∂e[k])/h, and the symbols of v and law states at k−1 → at k.
+
+    Backward Euler solves z[k] − h (dz/dt)[k] = z[k−1]. Of the plant, x[k−1] = x − h v and v' = (v − v[k−1])/h; the
+    rates of friction laws' states are replaced alike.
+    """
+    system, h = observer.system, symbol("h")
+    e = [error.symbol for error in observer.errors]
+    at_truth = dict.fromkeys(e, sympy.S.Zero)
+    state_rates = _true_state_rates(observer, linear.values, at_truth)
+    before = {symbol(f"{s.name}_before"): s for s in (*system.velocities, *state_rates)}
+    earlier = {x: x - h * v for x, v in zip(system.positions, system.velocities, strict=True)}
+    earlier |= {s: name for name, s in before.items()}
+    states, rates = observer.states.xreplace(linear.values), observer.rates.xreplace(linear.values)
+    states_before = dict(zip(observer.states, states.xreplace(at_truth).xreplace(earlier), strict=True))
+    from_state = jacobian(_estimates_of_state(observer), observer.states).xreplace(earlier).xreplace(states_before)
+    residual = jacobian(states - h * rates, e).xreplace(at_truth)
+    sampled = (sympy.eye(len(e)) + from_state * residual) / h
+    moving = (*system.accelerations, *state_rates.values())
+    differences = {rate: (s - name) / h for rate, (name, s) in zip(moving, before.items(), strict=True)}
+    return sampled.xreplace(linear.acceleration_slopes).xreplace(differences), before
 
 
 def _true_state_rates(observer: Observer, values: Mapping[sympy.Symbol, Any], zero: Any) -> dict[sympy.Symbol, Any]:
-    """True friction state → its rate ξ at the truth, a symbol."""
+    """Symbol of a friction law's true state → symbol of its true rate ξ."""
     rates = next((e.symbols for e in observer.equations if e.name == "friction_state_rate"), ())
     of_state = [e.truth for e in observer.errors if e.of == "state"]
     return {f: values[r].xreplace(zero) for f, r in zip(of_state, rates, strict=True)}
@@ -283,25 +350,29 @@ def _first_order(
     slopes: dict[sympy.Symbol, Any],
     longest: int,
 ) -> Any:
-    """A law at the estimates: value at the truth plus slopes times errors; longer terms become symbols."""
-    at = {s: values[s].xreplace(zero) for s in function.arguments.values()}
+    """f(truth) + Σ ∂f/∂s (ŝ − s) of a friction law f over its arguments s.
 
-    def written(label: str, expression: Any) -> Any:
-        plain = expression.xreplace(at)
-        plain = plain.replace(Sgn, lambda u: _sign(sympy.expand(u), slips))
-        if int(sympy.count_ops(plain)) <= longest and not (longest == 0 and label.startswith("xi")):
-            return plain
-        slopes[symbol(label)] = plain
+    Value and slopes with more than ``longest`` operations become symbols, whose expressions are added to ``slopes``;
+    with ``longest`` = 0 so do all those of a state's rate ξ.
+    """
+    true = {s: values[s].xreplace(zero) for s in function.arguments.values()}
+
+    def inserted_or_named(label: str, expression: Any) -> Any:
+        expression = expression.xreplace(true)
+        expression = expression.replace(Sgn, lambda u: _sign(sympy.expand(u), slips))
+        if int(sympy.count_ops(expression)) <= longest and not (longest == 0 and label.startswith("xi")):
+            return expression
+        slopes[symbol(label)] = expression
         return symbol(label)
 
-    total = written(function.label, value)
+    total = inserted_or_named(function.label, value)
     for letter, s in function.arguments.items():
-        total += written(function.slope_label(letter), value.diff(s)) * (values[s] - at[s])
+        total += inserted_or_named(function.slope_label(letter), value.diff(s)) * (values[s] - true[s])
     return total
 
 
 def _estimates_of_state(observer: Observer) -> Matrix:
-    """The estimates whose errors are e, as functions of z, x and v only."""
+    """The estimates whose errors are e, in the order of e, as functions of z, x and v."""
     values: dict[sympy.Symbol, Any] = {}
     estimates: list[Any] = []
     for equation in observer.equations:
@@ -315,13 +386,13 @@ def _estimates_of_state(observer: Observer) -> Matrix:
 
 
 def _slip_signs(observer: Observer, rename: Mapping[sympy.Symbol, sympy.Symbol]) -> dict[Any, sympy.Symbol]:
-    """Slip expression → its sign symbol."""
+    """Slip velocity of each contact, expanded → its sign symbol; ``rename`` replaces velocities in the slip."""
     slips = observer.system.slip_velocity.xreplace(rename)
     return {sympy.expand(u): s for u, s in zip(slips, observer.signs, strict=True)}
 
 
 def _tidy(expression: Any, slips: Mapping[Any, sympy.Symbol], signs: tuple[sympy.Symbol, ...]) -> Any:
-    """Signs of slips as ±1 symbols, u·sgn(u) as |u|, products expanded."""
+    """Normal form: sgn of a slip as its sign symbol, u·sgn(u) as |u|, s² = 1, products expanded."""
     expression = expression.replace(lambda e: e.func in (Sgn, Magnitude), lambda e: e.func(sympy.expand(e.args[0])))
     expression = expression.replace(Sgn, lambda u: _sign(sympy.expand(u), slips))
     expression = drop_squares(expand_products(expression), signs)
@@ -332,7 +403,7 @@ def _tidy(expression: Any, slips: Mapping[Any, sympy.Symbol], signs: tuple[sympy
 
 
 def _speeds_as_slips(expression: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
-    """Replace |u| by s·u for slips, whose sign is constant between reversals; terms of neighbouring samples cancel."""
+    """Replace |u| by s·u for slips u, so that terms of u[k] and u[k+1] cancel; s is constant between reversals."""
 
     def speed(u: Any) -> Any:
         sign = _sign(sympy.expand(u), slips)
@@ -342,6 +413,7 @@ def _speeds_as_slips(expression: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
 
 
 def _sign(u: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
+    """sgn(u): ±s where ±u is a contact's slip velocity with sign symbol s."""
     if u in slips:
         return slips[u]
     if sympy.expand(-u) in slips:

@@ -121,7 +121,7 @@ def users(owner: Any, name: str) -> list[tuple[Any, str]]:
 def replaced(owner: Any, name: str, by: Callable[..., Any]) -> Iterator[None]:
     for kept in (codegen.analysis.conditions._reduced, codegen.spec.yaml_text.load_plain):
         kept.cache_clear()  # what was computed before meets no fault
-    codegen.analysis.error_dynamics._derived.clear()
+    codegen.analysis.error_dynamics._cache.clear()
     with pytest.MonkeyPatch.context() as patch:
         for user, key in users(owner, name):
             patch.setattr(user, key, by)
