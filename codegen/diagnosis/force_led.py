@@ -400,7 +400,7 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     least = credit.LEAST_SHARE if not plain.trial.parts else ELSEWHERE
     least = credit.FURTHER if found.part.effect.seen_over in variables else least
     ratio = float(np.sqrt(found.by_segment.sum() / plain.by_segment.sum()))
-    acting = drive_share(found.model, plain.model, fits.problem.motion)
+    acting = drive_share(found.model, plain.model, fits.problem.motion, fits.problem.masks.rows)
     one = evidence_of(plain, found, floored=False)
     p = min(1.0, candidates * random_signs(one.t))
     why_not = ""

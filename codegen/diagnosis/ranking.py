@@ -257,14 +257,19 @@ def whiteness(search: Search, fit: Fit) -> float:
 
 
 def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
-    """Whether a model with more effects is credited over one with fewer."""
+    """Whether a model with more effects is credited over one with fewer.
+
+    Each effect may have passed its tests beside another one that was dropped since, so the drive that they leave
+    together is asked for too.
+    """
     soft, base = search.with_noise_floor(before)
     richer = soft.fitted_again(after)
     one = evidence_of(base, richer)
     if one.share < credit.LEAST_SHARE:
         return False
     p = chance(search, richer, one, candidates)
-    return combined_p(p, ForceCriterion(search, before), ForceCriterion(search, after), candidates) <= credit.ALPHA
+    plain, found = ForceCriterion(search, before), ForceCriterion(search, after)
+    return combined_p(p, plain, found, candidates) <= credit.ALPHA and not only_reduces_drive(plain, found, one)
 
 
 def relative_size(search: Search, found: Fit, base: Fit) -> float:
@@ -380,7 +385,7 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     noise must not be larger in proportion to the drive force that is left.
     """
     motion = before.search.motion
-    acting = drive_share(after.fit.model, before.fit.model, motion)
+    acting = drive_share(after.fit.model, before.fit.model, motion, before.search.problem.masks.rows)
     if acting < LEAST_DRIVE:
         return f"leaves {100 * acting:.2g} % of the drive force: a machine that moves needs more"
     left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)

@@ -253,12 +253,25 @@ def drive_left(system: System, motion: Motion) -> Array:
     return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
 
 
-def drive_share(system: System, other: System, motion: Motion) -> float:
-    """RMS of the effect of the inputs on g − U λ, divided by that of another system; the least over coordinates."""
+def drive_share(system: System, other: System, motion: Motion, rows: NDArray[np.bool_]) -> float:
+    """RMS of the effect of the inputs on g − U λ, divided by that of another system; the least over coordinates.
+
+    The same ratio is taken, while the machine moves, of what no friction level explains, and the smaller one counts.
+    A limit below the friction level turns the drive into the sign of the speed. A level then cancels it, and
+    nothing is left that moves the machine, although the RMS of the drive is still that of the limit.
+
+    Args:
+        rows: (N, n) samples in motion, as of ``Masks``.
+    """
     if not _changes_drive(system):
         return 1.0
-    rms = [_drive_rms(s, motion) for s in (system, other)]
-    return float(np.min(rms[0][rms[1] > 0] / rms[1][rms[1] > 0], initial=1.0))
+    drives = [_drive(s, motion) for s in (system, other)]
+    pairs = [tuple(np.sqrt(np.mean(d[motion.usable] ** 2, axis=0)) for d in drives)]
+    for i, used in enumerate(rows.T):
+        if used.any():
+            rest = (without_levels(other, motion, used, motion.low_pass(d)[:, i], i)[used] for d in drives)
+            pairs.append(tuple(np.array([np.sqrt(np.mean(r**2))]) for r in rest))
+    return min(float(np.min(a[b > 0] / b[b > 0], initial=1.0)) for a, b in pairs)
 
 
 def _changes_drive(system: System) -> bool:
@@ -266,11 +279,11 @@ def _changes_drive(system: System) -> bool:
     return bool(system.actuators) or any(c.force.has(w) for c in system.contacts for w in system.inputs)
 
 
-def _drive_rms(system: System, motion: Motion) -> Array:
+def _drive(system: System, motion: Motion) -> Array:
+    """(N, n) change of g − U λ by the inputs, unfiltered."""
     inputs = effective_inputs(system, motion)
     forces = [evaluate_forces(system, [Matrix(system.equation_error)], motion, w) for w in (inputs, 0 * inputs)]
-    change = (forces[0] - forces[1])[0, motion.usable]
-    return np.asarray(np.sqrt(np.mean(change**2, axis=0)))
+    return np.asarray((forces[0] - forces[1])[0])
 
 
 def unfiltered_residual(system: System, motion: Motion) -> Array:

@@ -17,6 +17,7 @@ from codegen.diagnosis.ranking import (
     absorbed_by_refit,
     combined_p,
     contradicted_by_force,
+    credible,
     only_reduces_drive,
 )
 from codegen.diagnosis.record import record_of
@@ -137,6 +138,33 @@ def test_an_input_of_which_nothing_acts_is_no_effect(kind: str, share: float, lo
     moved = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, value))
     before, after = ForceCriterion(search, base), ForceCriterion(search, moved)
     assert ("needs more" in only_reduces_drive(before, after, Evidence(1.0, 0.99, 3.0, 8, 8))) is (share != 0.3)
+
+
+SLOW = "0.25*sin(2*pi*0.08*t)"
+"""At most 0.13 m/s and 0.13 N of inertia force, beside 40 N of friction."""
+
+
+@pytest.mark.parametrize("kind", ["dead_zone", "saturation"])
+def test_a_drive_that_friction_cancels_moves_nothing(kind: str, tmp_path: Path) -> None:
+    """Where friction is nearly all of the drive: behind a limit of half its level, the drive is the sign of the speed.
+
+    A level of as much cancels it, or a level of zero all that passes a wide dead zone; the machine then goes on as
+    fast as it is, in free runs and by forces, although an offset of 12 N is what the model lacks.
+    """
+    lacking = "[{kind: offset, on: x, parameters: {f0: 12}}]"
+    log = log_of(stage(lacking, level=40.0, reference=SLOW, duration=30.0), tmp_path, "slow.csv")
+    search = search_in(log)
+    base = search.refit()
+    part = part_of(CATALOGUE[kind], 0, search.system)
+    size = {"dead_zone": 2 * np.abs(log.inputs).max(), "saturation": 15.0}[kind]
+    trial = base.runner.trial.with_part(part)
+    theta = np.append(base.theta, part.inward({part.names[0]: size}))
+    theta[0] = {"dead_zone": 0.0, "saturation": 15.0}[kind]
+    cancelled = replace(base, runner=replace(base.runner, trial=trial), theta=theta)
+    before, after = ForceCriterion(search, base), ForceCriterion(search, cancelled)
+    words = only_reduces_drive(before, after, Evidence(1.0, 0.99, 3.0, 8, 8))
+    assert "a machine that moves needs more" in words
+    assert not credible(search, base, cancelled, 20)
 
 
 STEADY = "0.25*t"
@@ -261,11 +289,16 @@ def test_a_limit_far_below_the_commands_is_no_effect_of_a_slow_heavy_machine(tmp
     search = search_on(problem, partial(record_of, problem.motion, log))
     base = search.refit()
     evidence = Evidence(1.0, 0.96, 3.0, 8, 8)  # of free runs of such a machine that moves from point to point
-    for kind, values, wrong in (("saturation", {"limit": 151.0}, True), ("offset", {"f0": -90.0}, False)):
+    nothing, less = "a machine that moves needs more", "of the drive force, and a larger share of that unexplained"
+    for kind, values, why in (
+        ("saturation", {"limit": 151.0}, nothing),
+        ("saturation", {"limit": 250.0}, less),
+        ("offset", {"f0": -90.0}, ""),
+    ):
         part = part_of(CATALOGUE[kind], 0, search.system)
         trial = base.trial.with_part(part)
         moved = replace(
             base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, part.inward(values))
         )
         words = only_reduces_drive(ForceCriterion(search, base), ForceCriterion(search, moved), evidence)
-        assert ("of the drive force, and a larger share of that unexplained" in words) is wrong
+        assert why in words and bool(words) is bool(why)
