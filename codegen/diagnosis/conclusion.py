@@ -32,7 +32,7 @@ from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.effects.places import pairs
 from codegen.effects.register import is_own
-from codegen.logs import Finding
+from codegen.logs import Finding, Log
 from codegen.mechanics.system import System
 
 TABLE_SIZE = 12
@@ -57,6 +57,7 @@ def sentence(
     material: float,
     experiment: Separation | None = None,
     records: int = 0,
+    log: Log | None = None,
 ) -> str:
     """The verdict in words, with figures of the coordinate on which the first effect acts.
 
@@ -97,7 +98,7 @@ def sentence(
         left=left[most] if isfinite(left[most].share) else None,
         left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
         over=main_variables(left[most], material),
-        changes=changes_in_words(left[most], system, most, material),
+        changes=changes_in_words(left[most], system, most, material, log),
         material=material,
         experiment=experiment,
     )
@@ -126,8 +127,12 @@ def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:
     return sorted(many, key=lambda one: -one[1])
 
 
-def changes_in_words(left: Remainder, system: System, i: int, material: float) -> list[str]:
-    """When the force balance of a coordinate differs from that of the rest of the log: the ``TOLD`` largest changes."""
+def changes_in_words(left: Remainder, system: System, i: int, material: float, log: Log | None = None) -> list[str]:
+    """When the force balance of a coordinate differs from that of the rest of the log: the ``TOLD`` largest changes.
+
+    Args:
+        log: whose records have times of their own; None where the times are those of the only one.
+    """
     if not left.is_changing(material):
         return []
     force, speed = system.force_unit(i), f"{system.force_unit(i)}*s/{system.position_units[i]}"
@@ -145,10 +150,20 @@ def changes_in_words(left: Remainder, system: System, i: int, material: float) -
             case _:
                 what = f"the viscous friction is {size} {speed} {'larger' if more else 'smaller'}"
         compared = "" if change.term == "force" else " than in the rest"
-        first, last = (_at(t, change.stop - change.start) for t in (change.start, change.stop))
-        words.append(f"from {first} s to {last} s {what}{compared}")
+        words.append(f"{_interval(change.start, change.stop, log)} {what}{compared}")
     further = len(left.changes) - len(words)
     return [*words, *([f"and so on in {further} further interval{'s' * (further > 1)}"] if further else [])]
+
+
+def _interval(start: float, stop: float, log: Log | None) -> str:
+    """An interval in words, by the time of the file in which it lies where the log has several."""
+    if log is None or not log.records:
+        return f"from {_at(start, stop - start)} s to {_at(stop, stop - start)} s"
+    (one, first), (other, last) = log.in_record(start), log.in_record(stop, ends=True)
+    begins, ends = (_at(t, stop - start) for t in (first, last))
+    if one is other:
+        return f"from {begins} s to {ends} s of {one.path.name}"
+    return f"from {begins} s of {one.path.name} to {ends} s of {other.path.name}"
 
 
 def _at(time: float, span: float) -> str:

@@ -352,7 +352,8 @@ def _diagnosis(
     system, material = models.declared, case.material
     moved = (*models.train.levels, *models.train.uncertain)
     declared, refit, augmented = answer.figures
-    words = sentence(system, answer, rivals, case.findings["train"], outcome, left, material, experiment, records)
+    found = case.findings["train"]
+    words = sentence(system, answer, rivals, found, outcome, left, material, experiment, records, case.log)
     return Diagnosis(
         verdict=answer.verdict,
         sentence=words,

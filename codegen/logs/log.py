@@ -140,6 +140,21 @@ class Log:
         """Its file, or the names of all its files: the place of an error that concerns the whole log."""
         return self.files if self.records else str(self.path)
 
+    def in_record(self, time: float, ends: bool = False) -> tuple[Log, float]:
+        """The record of an experiment in which a time of the whole log lies, and the time by that record's own column.
+
+        Args:
+            ends: whether an interval ends there. In the pause between two records it ends with the first, else it
+                starts with the second.
+        """
+        if len(self.joints) != len(self.records) - 1:  # a single record, or an excerpt without some of them
+            return self, time
+        begins = [float(self.time[min(stop, self.size - 1)]) for _, stop in self.joints]
+        pauses = [float(self.time[start - 1]) for start, _ in self.joints]
+        k = sum(time > edge for edge in (begins if ends else pauses))
+        record, since = self.records[k], begins[k - 1] if k else float(self.records[0].time[0])
+        return record, float(np.clip(record.time[0] + time - since, record.time[0], record.time[-1]))
+
     @property
     def segments(self) -> tuple[tuple[int, int], ...]:
         """Half-open index ranges [start, stop) that may be used: everything between the gaps."""

@@ -23,7 +23,8 @@ from codegen.diagnosis.results import (
     Separation,
     TiedPair,
 )
-from tests.diagnosis.stage import stage, system_of
+from codegen.logs import read_logs
+from tests.diagnosis.stage import log_of, stage, system_of
 
 NONE: Any = SimpleNamespace()
 FIGURES = ErrorFigures(1.0, (1.0,), 0.1, 1e-3, (1e-3,))
@@ -165,3 +166,16 @@ def test_times_of_a_log_that_counts_from_1970_are_told_apart() -> None:
         "from 1715000007.31 s to 1715000009.66 s a force of +72 N acts that the model lacks",
         "from 7.311 s to 9.665 s a force of +72 N acts that the model lacks",
     ]
+
+
+def test_times_of_several_files_are_those_of_the_files(tmp_path: Path) -> None:
+    """Of two logs of 14 s a change was said to be `from 12 s to 18 s`, which is in neither."""
+    for name in ("one.csv", "two.csv"):
+        log_of(stage(), tmp_path, name)
+    log = read_logs([tmp_path / "one.csv", tmp_path / "two.csv"], stage())
+    second = float(log.time[log.segments[1][0]])
+    changes = (Change("force", 12.0, second + 2.0, -72.0), Change("force", second + 3.0, second + 5.0, -72.0))
+    left = Remainder(10.0, 0.2, 0.9, {}, changes, 0.9)
+    across, within = changes_in_words(left, system_of(stage()), 0, 0.02, log)
+    assert across.startswith("from 12 s of one.csv to 2 s of two.csv a force of +72 N")
+    assert within.startswith("from 3 s to 5 s of two.csv a force")

@@ -53,6 +53,26 @@ def test_records_of_different_rates_share_the_finest_one(tmp_path, spec):
     assert "in 1 of them a reversal" in found["sample rate"].words
 
 
+def test_a_time_of_the_whole_is_one_of_a_record(tmp_path, spec):
+    """Records that begin at 10 s and at 0.5 s, each with its own clock, as a reader of the files has them."""
+    paths = []
+    for k, begins in enumerate((10.0, 0.5)):
+        t = 0.002 * np.arange(2500)
+        x, v, w = 0.1 * np.sin(3 * t), 0.3 * np.cos(3 * t), np.cos(2 * t)
+        paths.append(write_csv(tmp_path / f"{k}.csv", {"t": begins + t, "x": x, "v": v, "w": w}, fmt="%.15g"))
+    log = read_logs(paths, spec)
+    (a, b), (c, d) = log.segments
+    for index, name, time in ((a, "0.csv", 10.0), (b - 1, "0.csv", 14.998), (c, "1.csv", 0.5), (d - 1, "1.csv", 5.498)):
+        record, at = log.in_record(float(log.time[index]))
+        assert record.path.name == name and at == pytest.approx(time)
+    within = float(log.time[b + 100])
+    assert log.in_record(within)[1] == pytest.approx(0.5)
+    record, at = log.in_record(within, ends=True)
+    assert record.path.name == "0.csv" and at == pytest.approx(14.998)
+    alone = read_log(paths[1], spec)
+    assert alone.in_record(1.25) == (alone, 1.25)
+
+
 def test_a_common_step_that_keeps_the_experiment_below_what_is_fitted(tmp_path, spec, monkeypatch):
     monkeypatch.setattr(joined, "MOST_SAMPLES", 2000)
     paths = [record(tmp_path / "a.csv", 0.002, 5), record(tmp_path / "b.csv", 0.02, 5)]
