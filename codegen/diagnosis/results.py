@@ -421,6 +421,11 @@ class Diagnosis:
     units: Mapping[str, str] = field(default_factory=dict)
 
     @property
+    def is_refit_as_declared(self) -> bool:
+        """Whether no value of the refit differs from the declared one, although some may."""
+        return bool(self.refitted) and all(refit == declared for declared, refit, _ in self.refitted.values())
+
+    @property
     def written(self) -> dict[str, tuple[float, float]]:
         """Refitted value that the spec is written with → (declared, written), of those that change there."""
         column = 0 if self.verdict == "unfit" else 2 if self.verdict == "effect" else 1

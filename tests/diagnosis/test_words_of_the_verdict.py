@@ -179,3 +179,11 @@ def test_times_of_several_files_are_those_of_the_files(tmp_path: Path) -> None:
     across, within = changes_in_words(left, system_of(stage()), 0, 0.02, log)
     assert across.startswith("from 12 s of one.csv to 2 s of two.csv a force of +72 N")
     assert within.startswith("from 3 s to 5 s of two.csv a force")
+
+
+@pytest.mark.parametrize(("refit", "said"), [(4.0, True), (4.5, False)])
+def test_a_refit_that_stays_as_declared_is_said_so(refit: float, said: bool) -> None:
+    """The table had the same figures twice, and the sentence called them those of refitted values."""
+    same = diagnosis("effect", refitted={"rail_a": (4.0, refit, 4.2)})
+    text = Diagnosed(same, Path(), ()).text(paths=False)
+    assert ("(refit: as declared" in text) is said
