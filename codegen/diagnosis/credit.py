@@ -1,4 +1,9 @@
-"""Evidence for a candidate: gain in log-likelihood on segments that its fit did not use, and its significance."""
+"""Cross-validated evidence for a candidate model: log-likelihood gained on held-out segments, and its significance.
+
+A segment's loss is its negative log-likelihood, K/2 log(1 + RSS/K), with RSS the sum of its K squared residuals in units
+of the noise. A model explains what its residual does not contain: "removes" and "remaining" below refer to the squared
+residual.
+"""
 
 from __future__ import annotations
 
@@ -16,51 +21,56 @@ Array = NDArray[np.float64]
 ALPHA = 0.01
 """False-alarm rate of one log over all candidates (Bonferroni)."""
 LEAST_SHARE = 0.05
-"""Least share of the squared residual that a candidate removes (geometric mean over held-out segments)."""
+"""Least share of the squared residual that a candidate must remove (``Evidence.share``)."""
 LEAST_SIZE = 5e-3
-"""Least force of an effect over the drive force (RMS); for an effect that is no force, its change of the prediction."""
+"""Least RMS force of an effect over the RMS drive force; of an effect that is no force, least change of the prediction
+over the change by the drive force (``size_of``)."""
 LEAST_NET = 1e-3
-"""Least RMS difference, over the drive force, between the model with the effect and the refit without, as levels may
-explain nearly all of a large effect; for one that adds states, its change of the prediction over the drive force's."""
+"""Least RMS force difference between the model with the effect and the refit without it, over the RMS drive force: the
+refitted friction levels may already reproduce nearly all of a large effect. For an effect that adds states, ``size_of``
+is compared instead."""
 NEAR_NOISE = 3.0
-"""Multiple of the noise up to which a model's error is judged by the Gaussian likelihood."""
+"""Largest RMS residual, in units of the noise, at which the Gaussian likelihood is used."""
 FAR, FEW = 10.0, 0.05
-"""A refit with residuals above this multiple of the noise in more than this share of the segments lacks something
-there, however well it fits the others. No practice log without an effect has more."""
+"""A refit is incomplete if its RMS residual exceeds ``FAR`` times the noise in more than a share ``FEW`` of the
+segments, however well it fits the others. No practice log without an effect exceeds this."""
 SETTLED = 1 / 3
-"""Free runs settle a question where what they leave, times the factor by which the squared force residual grows, is
-below this share of what they left before."""
+"""Bound on (ratio of squared free-run residuals) · (ratio of squared force residuals), each with the effect over
+without it, below which free-run simulation overrules the force residual (``free_runs_settle``)."""
 FURTHER = 0.4
-"""Least share of the remaining loss that a second or third effect removes; less can be a misfit of the first effect's
-form."""
+"""Least share of the remaining loss that a second or third effect must remove; less can be a misfit of the first
+effect's functional form."""
 SIGNED = 48
-"""Blocks of neighbouring segments for the sign test; a disturbance may last longer than one segment."""
+"""Number of blocks of consecutive segments in the sign test; segments alone are dependent, since a disturbance may last
+longer than one."""
 LEAST_FAR = 5
-"""Fewest blocks far above the noise that are compared by themselves."""
+"""Fewest blocks for a t test on the blocks with large residuals only."""
 LARGE = 4.0
-"""A block is one of those with most to explain where one of two models leaves more than this many times the squared
-residual that the better of them leaves in the median block."""
+"""Threshold of ``where_large``: a block is used if either model's squared residual exceeds this multiple of the median
+over blocks of the smaller of the two."""
 AT_NOISE = 0.05
-"""A loss this near to that of pure noise leaves nothing to find."""
+"""Relative excess of the loss over that of pure noise below which the search for effects ends."""
 TIE_LEVEL = 0.05
 TIE_RATIO = 2.0
-"""A rival ties with the best where p > ``TIE_LEVEL`` and it leaves at most this many times the squared residual."""
+"""A rival ties with the best candidate if p > ``TIE_LEVEL`` and its squared residual is at most ``TIE_RATIO`` times the
+best one's."""
 GAIN_STEP = 1e-3
+"""Relative step of the drive force in the finite difference of ``_over_drive``."""
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Held-out comparison of one fit with another.
+    """Comparison of a fit with the one before it, on held-out segments.
 
     Attributes:
-        gain: nats of log-likelihood, summed over segments.
-        share: of the squared residual that is removed: of its geometric mean over segments or of its sum, whichever is
-            larger. An effect that acts in few segments removes most of the sum and little of the mean.
-        t: sum of the gains of blocks of segments over the root of the sum of their squares: a z-score if each block's
-            gain has a random sign.
-        won, blocks: blocks of segments on which it is better.
-        where_far: one-sided p, by Student's t test on the ratios of squared residuals, in the blocks where one of the
-            two is far above the noise; 1 where these are too few. where_large: in the blocks with most to explain.
+        gain: log-likelihood gained, summed over segments, nats.
+        share: share of the squared residual that is removed, of its geometric mean over segments or of its sum,
+            whichever is larger: an effect that acts in few segments removes most of the sum and little of the mean.
+        t: Σ g_b / √Σ g_b² over the gains g_b of blocks of segments; a z-score if their signs are random.
+        won, blocks: number of blocks with a gain, and of all.
+        where_far: one-sided p of Student's t test on the log ratios of squared residuals, over the blocks in which
+            either model is more than ``FAR`` times the noise off; 1 where these are too few.
+        where_large: the same over the blocks chosen by ``LARGE``.
     """
 
     gain: float
@@ -72,10 +82,10 @@ class Evidence:
     where_large: float = 1.0
 
     def p(self, whiteness: float) -> float:
-        """One-sided probability of such gains without an effect: the smallest of four tests, times four.
+        """One-sided p-value of the gain under "no effect": four times the smallest of four p-values (Bonferroni).
 
-        The sign test on all blocks; the likelihood ratio, valid near the noise; and the two t tests on blocks where
-        something is missing, for an effect that acts in few of them.
+        The tests are the sign test on all blocks; the likelihood ratio, which is valid near the noise; and the two t
+        tests on blocks with large residuals, for an effect that acts in few of them.
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
@@ -85,15 +95,15 @@ class Evidence:
 
 
 def random_signs(t: float) -> float:
-    """One-sided probability of ``t`` where the gain of each block has a random sign."""
+    """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), Φ the normal CDF."""
     return 0.5 * erfc(t / sqrt(2))
 
 
 def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
-    """Evidence for a fit over another by held-out losses.
+    """Evidence for ``after`` over ``before`` by their held-out losses.
 
     Args:
-        floored: whether a loss below that of pure noise earns no credit.
+        floored: whether losses below that of pure noise are raised to it, so that fitting noise gains nothing.
     """
     losses = before.held_out_losses
     floor = noise_loss(before) / len(losses) if floored else 0.0
@@ -101,49 +111,51 @@ def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
 
 
 def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Evidence:
-    """Evidence for ``other`` over ``base``, both (S,) held-out losses of ``kept`` residuals a segment.
+    """Evidence for ``other`` over ``base``, both (S,) held-out losses of segments with ``kept`` residuals each.
 
     Args:
-        floor: loss of a segment whose residual is pure noise; a loss below it earns no credit.
+        floor: loss of a segment whose residual is pure noise; smaller losses are raised to it.
     """
     gains = np.maximum(base, floor) - np.maximum(other, floor)
+    total = float(gains.sum())
     spread = float(np.sqrt((_in_blocks(gains) ** 2).sum()))
-    blocks = np.array([b.sum() for b in np.array_split(gains, BLOCKS)])
-    each = [_squares(losses, kept) for losses in (base, other)]
-    squares, noise = [float(one.sum()) for one in each], float(_squares(np.array([floor]), kept)[0])
-    least, far, large = len(gains) * noise, 1.0, 1.0
+    wins = [block.sum() > 0 for block in np.array_split(gains, BLOCKS)]
+    before, after, noise = (_squares(losses, kept) for losses in (base, other, np.full(len(base), floor)))
+    of_mean = float(1 - np.exp(-2 * total / (len(gains) * kept)))
+    sum_before, sum_after, sum_noise = float(before.sum()), float(after.sum()), len(gains) * float(noise[0])
+    of_sum = 1 - max(sum_after, sum_noise) / sum_before if sum_before > sum_noise else 0.0
+    far = large = 1.0
     if floor:
-        before, after, own = (_in_blocks(values) for values in (*each, np.full(len(base), noise)))
-        far = _of_ratios(np.maximum(before, own), np.maximum(after, own), FAR**2 * own)
-        large = where_large(*(_in_blocks(np.maximum(one, noise)) for one in each))
+        block_before, block_after, block_noise = (_in_blocks(squares) for squares in (before, after, noise))
+        bound = FAR**2 * block_noise
+        far = _of_ratios(np.maximum(block_before, block_noise), np.maximum(block_after, block_noise), bound)
+        large = where_large(*(_in_blocks(np.maximum(squares, noise)) for squares in (before, after)))
     return Evidence(
-        float(gains.sum()),
-        max(
-            float(1 - np.exp(-2 * gains.sum() / (len(gains) * kept))),
-            1 - max(squares[1], least) / squares[0] if squares[0] > least else 0.0,
-        ),
-        float(gains.sum() / spread) if spread > 0 else 0.0,
-        int((blocks > 0).sum()),
-        len(blocks),
-        far,
-        large,
+        gain=total,
+        share=max(of_mean, of_sum),
+        t=total / spread if spread > 0 else 0.0,
+        won=sum(wins),
+        blocks=len(wins),
+        where_far=far,
+        where_large=large,
     )
 
 
 def _in_blocks(values: Array) -> Array:
-    """Sums over ``SIGNED`` blocks of neighbours."""
+    """Sums over ``SIGNED`` blocks of consecutive segments."""
     return np.array([b.sum() for b in np.array_split(values, min(SIGNED, len(values)))])
 
 
 def where_large(before: Array, after: Array) -> float:
-    """One-sided probability of the ratios of two models' squared residuals where there is most to explain."""
+    """One-sided p-value of the t test of ``_of_ratios`` on the blocks chosen by ``LARGE``."""
     return _of_ratios(before, after, LARGE * float(np.median(np.minimum(before, after))))
 
 
 def _of_ratios(before: Array, after: Array, above: Array | float) -> float:
-    """Probability by a t test on log(after/before) of the blocks where either is above a bound; 1 if they are few.
+    """One-sided p-value of Student's t test that log(after/before) is negative, over the blocks where either is above a
+    bound; 1 if these are fewer than ``LEAST_FAR``.
 
-    Blocks chosen by ``before`` alone would favour any other model: their residual is large by chance too.
+    Blocks chosen by ``before`` alone would favour any other model, by regression to the mean.
     """
     chosen = np.maximum(before, after) > above
     if chosen.sum() < LEAST_FAR:
@@ -154,46 +166,52 @@ def _of_ratios(before: Array, after: Array, above: Array | float) -> float:
 
 
 def _squares(losses: Array, kept: int) -> Array:
-    """Squared residuals with these losses: the inverse of ``segment_losses``."""
+    """RSS = K (exp(2 loss/K) − 1), the inverse of ``segment_losses``; K = ``kept``."""
     return np.asarray(kept * np.expm1(np.minimum(2 * losses / kept, 600.0)))
 
 
 def independent_share(fit: Fit) -> float:
-    """Share of independent residuals, (1 − φ)/(1 + φ), with φ the correlation of neighbours."""
+    """Effective share of independent residuals, (1 − φ)/(1 + φ), with φ their autocorrelation at lag 1.
+
+    φ is the median over segments, limited to [0, 0.99].
+    """
     n = fit.offsets.shape[1] // 2
-    rows = fit.residual.reshape(len(fit.residual), -1, n)
-    power = (rows**2).sum(axis=(1, 2))
-    phi = float(np.median((rows[:, 1:] * rows[:, :-1]).sum(axis=(1, 2)) / np.maximum(power, 1e-300)))
+    residual = fit.residual.reshape(len(fit.residual), -1, n)
+    power = (residual**2).sum(axis=(1, 2))
+    phi = float(np.median((residual[:, 1:] * residual[:, :-1]).sum(axis=(1, 2)) / np.maximum(power, 1e-300)))
     phi = min(max(phi, 0.0), 0.99)
     return float((1 - phi) / (1 + phi))
 
 
 def noise_loss(fit: Fit) -> float:
-    """The loss of a model whose residual is the noise of the positions and nothing else."""
+    """Expected loss of a model whose residual is measurement noise alone: RSS = K − (free start-state components)."""
     segments, kept = fit.residual.shape
     free = fit.starts.slopes.shape[2]
     return float(0.5 * segments * kept * float(np.log1p((kept - free) / kept)))
 
 
 def size_of(fit: Fit, base: Fit) -> float:
-    """RMS change of the prediction by the candidate, over that by the whole drive force."""
-    moved = mean_residuals(fit.runner, fit.runner.run(fit.theta, base.offsets))
-    return _over_drive(base.starts.project(moved - base.unprojected, slope=True), base)
+    """RMS change of the prediction by the candidate, over the RMS change by the whole drive force."""
+    residual = mean_residuals(fit.runner, fit.runner.run(fit.theta, base.offsets))
+    return _over_drive(base.starts.project(residual - base.unprojected, slope=True), base)
 
 
 def misfit(base: Fit) -> float:
-    """RMS of the residual motion over the change of the prediction by the whole drive force."""
+    """RMS residual over the RMS change of the prediction by the whole drive force."""
     return _over_drive(base.residual, base)
 
 
 def _over_drive(change: Array, base: Fit) -> float:
-    """RMS of a change over RMS of the change by the drive force, without the 3 % of segments that change most."""
+    """RMS of a change over the RMS change by the drive force, without the 3 % of segments with the largest change.
+
+    The change by the drive force is the derivative of the residual by a gain on it, by a finite difference.
+    """
     runner = base.runner
-    less = mean_residuals(runner, runner.run(base.theta, base.offsets, 1 - GAIN_STEP))
-    drive = base.starts.project((base.unprojected - less) / GAIN_STEP, slope=True)
-    power, driven = (change**2).sum(axis=1), (drive**2).sum(axis=1)
+    reduced = mean_residuals(runner, runner.run(base.theta, base.offsets, 1 - GAIN_STEP))
+    by_drive = base.starts.project((base.unprojected - reduced) / GAIN_STEP, slope=True)
+    power, drive_power = (change**2).sum(axis=1), (by_drive**2).sum(axis=1)
     kept = power <= np.quantile(power, 0.97)
-    return float(np.sqrt(power[kept].sum() / max(float(driven[kept].sum()), 1e-300)))
+    return float(np.sqrt(power[kept].sum() / max(float(drive_power[kept].sum()), 1e-300)))
 
 
 def share_far(fit: Fit) -> float:
@@ -207,22 +225,25 @@ def noise_ratio(fit: Fit) -> float:
 
 
 def near_noise(fit: Fit, times: float = 1.0) -> bool:
-    """Whether the Gaussian likelihood holds: in the median, and in all but a few segments.
+    """Whether the residual is near the noise in the median and in all but a share ``FEW`` of the segments.
+
+    The Gaussian likelihood is then used.
 
     Args:
-        times: the fit's noise over the measurement's, for the median.
+        times: noise that the fit assumes over the measurement's noise; scales the median.
     """
     return noise_ratio(fit) * times <= NEAR_NOISE and share_far(fit) <= FEW
 
 
 def free_runs_settle(fit: Fit, share: float, times: float) -> bool:
-    """Whether free runs credit a model although it makes the force residual larger.
+    """Whether free-run simulation credits a model although the model increases the force residual.
 
-    They must end at the noise in nearly all segments, which no wrong model does, and improve far more than the force
-    residual gets worse: it is low-passed and shows no narrow Stribeck peak at a reversal, nor a load behind a spring.
+    The free runs must end near the noise in nearly all segments, which no wrong model does, and improve by far more
+    than the force residual gets worse. The force residual may be wrong because it is low-passed: it shows neither a narrow
+    Stribeck peak at a reversal nor a load behind a spring.
 
     Args:
-        share: of the squared free-run residual that the model removes.
-        times: squared force residual over that of the model without it.
+        share: share of the squared free-run residual that the model removes.
+        times: squared force residual with the model over that without it.
     """
     return near_noise(fit) and (1 - share) * times < SETTLED
