@@ -1,8 +1,7 @@
 """Cross-validated evidence for a candidate model: log-likelihood gained on held-out segments, and its significance.
 
-A segment's loss is its negative log-likelihood, K/2 log(1 + RSS/K), with RSS the sum of its K squared residuals in units
-of the noise. A model explains what its residual does not contain: "removes" and "remaining" below refer to the squared
-residual.
+A segment's loss is its negative log-likelihood, K/2 log(1 + RSS/K), with RSS the sum of its K squared residuals in
+units of the noise. A model "removes" a share of the squared residual if its own residual is smaller by that share.
 """
 
 from __future__ import annotations
@@ -239,8 +238,8 @@ def free_runs_settle(fit: Fit, share: float, times: float) -> bool:
     """Whether free-run simulation credits a model although the model increases the force residual.
 
     The free runs must end near the noise in nearly all segments, which no wrong model does, and improve by far more
-    than the force residual gets worse. The force residual may be wrong because it is low-passed: it shows neither a narrow
-    Stribeck peak at a reversal nor a load behind a spring.
+    than the force residual gets worse. The force residual may be wrong because it is low-passed: it shows neither a
+    narrow Stribeck peak at a reversal nor a load behind a spring.
 
     Args:
         share: share of the squared free-run residual that the model removes.
