@@ -112,7 +112,7 @@ def test_the_verb_tells(tmp_path):
     assert report.hunting is not None and report.hunting.largest == 1
     assert [t["gain"] for t in report.content["hunting"]["trials"]] == [0, 1]
     words = render("text/cancel.txt.j2", **report.view)
-    assert "No limit cycle up to full cancellation: gain 1 is admitted." in words
+    assert "No limit cycle up to full cancellation: gain 1 is admissible." in words
 
 
 T = np.arange(0, 40, 0.01)

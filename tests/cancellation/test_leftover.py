@@ -71,8 +71,8 @@ def test_damping_bends_what_is_left_of_a_friction_in_reach():
 @pytest.mark.parametrize(
     ("B", "U", "damping", "told", "not_told"),
     [
-        ([[0], [1]], [[1, 0], [-1, 1]], 0, "cancels c2 and leaves the rest", "damping's"),
-        ([["1", "0"], ["0", "0.1"]], [[1], [1]], 0.01, "left of c1 is the damping's doing", "`contacts: cancellable`"),
+        ([[0], [1]], [[1, 0], [-1, 1]], 0, "cancels c2 only and leaves", "caused by the damping"),
+        ([["1", "0"], ["0", "0.1"]], [[1], [1]], 0.01, "remaining force of c1 is caused by the damping", "`contacts: cancellable`"),
         ([[1], [1]], DIAGONAL, 0, "No contact can be cancelled perfectly by itself", "`contacts: cancellable`"),
     ],
 )
