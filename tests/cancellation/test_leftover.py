@@ -72,7 +72,7 @@ def test_damping_bends_what_is_left_of_a_friction_in_reach():
     ("B", "U", "damping", "told", "not_told"),
     [
         ([[0], [1]], [[1, 0], [-1, 1]], 0, "cancels c2 only and leaves", "caused by the damping"),
-        ([["1", "0"], ["0", "0.1"]], [[1], [1]], 0.01, "remaining force of c1 is caused by the damping", "`contacts: cancellable`"),
+        ([["1", "0"], ["0", "0.1"]], [[1], [1]], 0.01, "of c1 is caused by the damping", "`contacts: cancellable`"),
         ([[1], [1]], DIAGONAL, 0, "No contact can be cancelled perfectly by itself", "`contacts: cancellable`"),
     ],
 )

@@ -78,7 +78,7 @@ def pieces(text: str, size: int) -> Iterator[bytes]:
 def test_a_machine_as_declared_stays_silent(logs: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(logs[""])
     done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
-    assert done.code == 0 and "never out of its bound" in done.out and "t = 0 to 3.999 s; the rows ended" in done.out
+    assert done.code == 0 and "no alarm" in done.out and "t = 0 to 3.999 s; the rows ended" in done.out
     seen = watch(belt(), tmp_path / "log.csv")
     assert seen.alarms == () and seen.tally.samples == 4000 and seen.tally.judged > 2000
     assert 0 < seen.tally.worst[0] < 1
@@ -166,7 +166,7 @@ def test_rows_through_a_pipe_are_said_before_the_pipe_ends(logs: dict[str, str])
     assert first.startswith("t = 2.") and "friction at guide (x)" in first
     running.send_signal(signal.SIGINT)
     rest, _ = running.communicate()
-    assert running.returncode == 3 and "interrupted" in rest and "out of the bound from t = 2." in rest
+    assert running.returncode == 3 and "interrupted" in rest and "outside its bound from t = 2." in rest
 
 
 def test_a_file_that_grows_is_followed(logs: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -220,10 +220,10 @@ def test_bad_rows_are_one_message(text: str, tmp_path: Path) -> None:
 def test_a_row_that_cannot_be_read_keeps_the_report_and_the_alarm(logs: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(logs["force"] + "garbage,1\n")
     done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
-    assert done.code == 3 and "a row could not be read" in done.out and "out of the bound from" in done.out
+    assert done.code == 3 and "a row could not be read" in done.out and "outside its bound from" in done.out
     (tmp_path / "log.csv").write_text(logs[""] + "3.999,0,0\n")
     done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
-    assert done.code == 2 and "judged: " in done.out and "[LOG008]" in done.err
+    assert done.code == 2 and "compared with the bound: " in done.out and "[LOG008]" in done.err
 
 
 def test_a_gap_begins_anew_and_a_lost_value_is_held(logs: dict[str, str]) -> None:
@@ -256,7 +256,7 @@ def test_a_machine_without_a_bound_is_refused(tmp_path: Path) -> None:
 def test_a_machine_that_always_reverses_is_not_called_sound() -> None:
     rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},{1e-4 * np.sin(0.3 * k):.9f},0\n" for k in range(1000))
     seen = watch(belt(), "-", given=pieces(rows, 4096))
-    assert seen.tally.judged == 0 and "nothing was judged" in seen.text()
+    assert seen.tally.judged == 0 and "nothing was compared" in seen.text()
 
 
 def rewritten(text: str, way: str) -> bytes:
@@ -320,7 +320,7 @@ def test_samples_outside_the_envelope_are_counted_in_one_line() -> None:
     rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},{30.0 * k * PERIOD:.9f},0\n" for k in range(200))
     seen = watch(belt(), "-", given=pieces(rows, 4096))
     text = seen.text()
-    assert seen.tally.outside and f"outside the envelope, and not judged: {seen.tally.outside} samples" in text
+    assert seen.tally.outside and f"outside the envelope, not compared: {seen.tally.outside} samples" in text
     assert text.count("outside the envelope") == 1
 
 
