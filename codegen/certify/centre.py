@@ -22,16 +22,16 @@ LEAST = 1024
 """RATIO to this power is the least share of a limit that is tried."""
 CLIMBS = 200
 NEAR = 2e-3
-"""The climb ends where the centre shows a rate so little above the one that it was asked for."""
+"""The method of centres ends where the centre's own rate exceeds the required one by no more than this share."""
 STEPS = 80
 SURE = 0.1
-"""Of the squared Newton decrement: a whole step stays within and goes down."""
+"""Squared Newton decrement below which a full step stays feasible and decreases the function."""
 SETTLED, MORE = 1e-6, 4
-"""Where Newton's method doubles its digits at each step, and how many steps it does from there on."""
+"""Squared Newton decrement of quadratic convergence, and the number of steps taken from there on."""
 
 
-def half(size: int) -> tuple[Array, Array]:
-    """(W, D): the scaled lower half of a symmetric matrix X is W vec X, and vec X is D of its unscaled lower half."""
+def half_vectorisation(size: int) -> tuple[Array, Array]:
+    """(W, D): svec X = W vec X with off-diagonal entries times √2, and vec X = D vech X, of a symmetric matrix X."""
     rows, columns = np.tril_indices(size)
     pick, spread = np.zeros((len(rows), size * size)), np.zeros((size * size, len(rows)))
     for k, (i, j) in enumerate(zip(rows, columns, strict=True)):
@@ -40,7 +40,7 @@ def half(size: int) -> tuple[Array, Array]:
     return pick, spread
 
 
-def falls(stack: Array, h: float, alpha: float, spread: Array) -> Array:
+def lyapunov_map(stack: Array, h: float, alpha: float, spread: Array) -> Array:
     """−(A'P + PA + hA'PA + 2αP) as a linear map of the entries x of P: vec P = spread x; N by m by m by entries.
 
     Args:
@@ -53,10 +53,10 @@ def falls(stack: Array, h: float, alpha: float, spread: Array) -> Array:
     return np.asarray(-blocks.transpose(0, 2, 3, 1))
 
 
-def slower_until(holds: Callable[[float], Array | None], limit: float) -> tuple[Array, float] | None:
+def largest_feasible_rate(holds: Callable[[float], Array | None], limit: float) -> tuple[Array, float] | None:
     """(P, α) at the largest of ``limit`` · 0.99, · 0.99², … at which a P is found; None if none is.
 
-    Rates apart by 1 %, so that a solver that is undecided over a thousandth seldom decides between two of them.
+    The rates differ by 1 %, so the result seldom depends on a solver's tolerance of a thousandth.
     """
     limit = float(f"{limit:.7g}")
     bad, good, found = 0, 1, None
@@ -76,7 +76,7 @@ def slower_until(holds: Callable[[float], Array | None], limit: float) -> tuple[
     return found, limit * RATIO**good
 
 
-def climbed(
+def method_of_centres(
     start: Array,
     alpha: float,
     stack: Array,
@@ -85,18 +85,18 @@ def climbed(
     where: Pattern | None = None,
     near: float = NEAR,
 ) -> tuple[Array, float]:
-    """(P, the rate that it shows): the centre at a rate near the largest that any P shows.
+    """(P, its rate): the analytic centre at a rate near the largest feasible one.
 
     Args:
-        start: a P that shows more than ``alpha``.
-        stack: the matrices A, N by m by m, in scales in which their entries are alike.
-        shown: the rate that a P shows of them.
+        start: a P whose rate is above ``alpha``.
+        stack: the balanced matrices A, N by m by m.
+        shown: P → its rate.
         where: where P may hold other entries than zero, m by m; None: everywhere.
-        near: as ``NEAR``; a smaller one comes closer to the largest rate, and to a P that serves nothing else.
+        near: as ``NEAR``; a smaller one gives a larger rate, and a P closer to the boundary of the feasible set.
     """
     p, rate = start, shown(start)
     for _ in range(CLIMBS):
-        middle = centred([(stack, alpha)], h, p, where)
+        middle = analytic_centre([(stack, alpha)], h, p, where)
         if middle is None:
             break
         p, rate = middle, shown(middle)
@@ -106,21 +106,21 @@ def climbed(
     return p, rate
 
 
-def centred(groups: Sequence[Group], h: float, start: Array, where: Pattern | None = None) -> Array | None:
-    """The P for which −Σ log det F(P) − log det P + tr P is least; None where ``start`` does not serve.
+def analytic_centre(groups: Sequence[Group], h: float, start: Array, where: Pattern | None = None) -> Array | None:
+    """The P that minimises −Σ log det F(P) − log det P + tr P; None where ``start`` is not feasible.
 
     F(P) = −(A'P + PA + hA'PA + 2αP) over all A of all groups, each with its α. The function is strictly convex, so it
-    has one minimum; the trace holds the size of P. A mixture of other A counts too: leave none out that is one.
+    has one minimum; the trace bounds P. Every A has its term, even one inside the convex hull of the others.
 
     Args:
         start: a P with F > 0 and P > 0.
-        where: as in ``climbed``.
+        where: as in ``method_of_centres``.
     """
     size = len(start)
     rows, columns = np.tril_indices(size)
     free = np.ones(len(rows), dtype=bool) if where is None else np.asarray(where, dtype=bool)[rows, columns]
-    spread = half(size)[1][:, free]
-    of_groups = [falls(np.asarray(stack), h, alpha, spread) for stack, alpha in groups]
+    spread = half_vectorisation(size)[1][:, free]
+    of_groups = [lyapunov_map(np.asarray(stack), h, alpha, spread) for stack, alpha in groups]
     blocks = np.concatenate([*of_groups, spread.reshape(1, size, size, -1)])
     trace = spread.T @ np.eye(size).ravel()
     x = start[rows, columns][free]

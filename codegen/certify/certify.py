@@ -23,7 +23,7 @@ from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import SHARES, about_declared
-from codegen.certify.lyapunov import common_lyapunov, extreme, gentle
+from codegen.certify.lyapunov import common_lyapunov, extreme_points, least_growth_at_reversals
 from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.refute import rational_matrix, refute, slowest_point, unstable_point
 from codegen.certify.region_proofs import Regions, find_regions
@@ -145,11 +145,11 @@ def _proposals(
             yield over
     if common is None:
         return
-    matrices = extreme(cells.matrices)
+    matrices = extreme_points(cells.matrices)
     if len(matrices) == 1 and observer.level_errors:  # a P of the same rate that a reversal makes grow least
         contacts = range(len(observer.signs))
         turned = [[k for k, e in enumerate(observer.errors) if e.contact == c] for c in contacts]
-        p = gentle(matrices[0], h, [each for each in turned if each])
+        p = least_growth_at_reversals(matrices[0], h, [each for each in turned if each])
         if p is not None:
             yield replace(common, p=p)
     yield common

@@ -18,7 +18,14 @@ from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
 from codegen.base.arrays import Array
-from codegen.certify.centre import Group, Pattern, centred, climbed, half, slower_until
+from codegen.certify.centre import (
+    Group,
+    Pattern,
+    analytic_centre,
+    half_vectorisation,
+    largest_feasible_rate,
+    method_of_centres,
+)
 
 Worst = list[list[int]]
 """Of each group of matrices the indices of those that P has to serve."""
@@ -29,14 +36,14 @@ WELL = 1e8
 SAME = 0.05
 """Steps of log w: coarse, so that no last bit decides."""
 FEW, FIRST, ADDED, ROUNDS = 64, 12, 6, 25
-"""Of more than FEW matrices the inequality is met for FIRST, then with the worst ADDED that P does not serve."""
+"""With more than FEW matrices the inequality is solved for FIRST of them, then with the worst ADDED that P violates."""
 NEAR = 2e-5
-"""How near to the largest rate the centre of one family is brought (``climbed``): within 1 % of the proved limit."""
+"""Relative tolerance of ``method_of_centres`` for one family: its rate is within 1 % of the proved limit."""
 NEARER = (0.75, 0.5, 0.25)
 MOST = 4096
-"""Of more matrices than these the centre would take minutes: P is then where the solver stopped."""
+"""With more matrices the analytic centre would take minutes: P is then the solver's own."""
 SETTLED = 2048
-"""So many beside a growth leave Newton's method far from the centre after all its steps, seconds later."""
+"""With more matrices, and a growth among the conditions, Newton's method does not converge in its number of steps."""
 
 
 def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
@@ -48,8 +55,8 @@ def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
     return (1 - radius**2) / (2 * h)
 
 
-def shown_rates(p: Array, stack: Array, h: float) -> Array:
-    """The largest α that P > 0 shows of each matrix of a stack, N by m by m."""
+def certified_rates(p: Array, stack: Array, h: float) -> Array:
+    """The largest α for which P > 0 is a Lyapunov matrix, of each matrix of a stack, N by m by m."""
     inverse = np.linalg.inv(np.linalg.cholesky(p))
     turned = stack.transpose(0, 2, 1)
     falls = -(turned @ p + p @ stack + h * turned @ p @ stack)
@@ -70,14 +77,14 @@ def common_lyapunov(
     if limit <= 0:
         return None
     scale = balance(matrices)
-    few, stack = _in(scale, extreme(matrices)), _in(scale, matrices)
+    few, stack = _in(scale, extreme_points(matrices)), _in(scale, matrices)
     if len(few) == 1 and structure is None:
         found = _single(few[0], h, limit)
     else:
-        first = slower_until(lambda alpha: _feasible([(few, alpha)], h, structure), limit)
+        first = largest_feasible_rate(lambda alpha: _feasible([(few, alpha)], h, structure), limit)
         if first is None:
             return None
-        p, shown = climbed(*first, stack, h, lambda p: float(shown_rates(p, stack, h).min()), structure)
+        p, shown = method_of_centres(*first, stack, h, lambda p: float(certified_rates(p, stack, h).min()), structure)
         found = p, shown * 0.9999
     if found is None:
         return None
@@ -85,11 +92,11 @@ def common_lyapunov(
     return (p + p.T) / 2, found[1]
 
 
-def fastest(matrices: Sequence[Array], h: float, near: float = NEAR) -> tuple[Array, float] | None:
-    """As ``common_lyapunov``, for families of very many matrices; α is 0.1 % less than P shows.
+def common_lyapunov_of_many(matrices: Sequence[Array], h: float, near: float = NEAR) -> tuple[Array, float] | None:
+    """As ``common_lyapunov``, for families of very many matrices; α is 0.1 % below the rate of P.
 
     Args:
-        near: as in ``climbed``.
+        near: as in ``method_of_centres``.
     """
     limit = decay_rate_limit(matrices, h)
     if limit <= 0:
@@ -97,30 +104,32 @@ def fastest(matrices: Sequence[Array], h: float, near: float = NEAR) -> tuple[Ar
     if len(matrices) > MOST:
         return _bisected(matrices, h, limit)
     worst: Worst = []
-    first = slower_until(lambda alpha: common_at([(matrices, alpha)], h, worst), limit)
+    first = largest_feasible_rate(lambda alpha: common_lyapunov_at([(matrices, alpha)], h, worst), limit)
     if first is None:
         return None
-    for share in NEARER:  # the climb is slow where there are many matrices: it begins as near as a P is found
+    for share in NEARER:  # the method of centres is slow with many matrices: start near the largest feasible rate
         alpha = first[1] + share * (limit - first[1])
-        if (p := common_at([(matrices, alpha)], h, worst)) is not None:
+        if (p := common_lyapunov_at([(matrices, alpha)], h, worst)) is not None:
             first = p, alpha
             break
     scale = balance(matrices)
     stack, start = _in(scale, matrices), first[0] * scale[None, :] * scale[:, None]
-    p, shown = climbed(start, first[1], stack, h, lambda p: float(shown_rates(p, stack, h).min()), near=near)
+    p, shown = method_of_centres(
+        start, first[1], stack, h, lambda p: float(certified_rates(p, stack, h).min()), near=near
+    )
     return p / scale[None, :] / scale[:, None], shown * 0.999
 
 
 def _bisected(matrices: Sequence[Array], h: float, limit: float, steps: int = 8) -> tuple[Array, float] | None:
-    """As ``fastest``, by bisection alone."""
+    """As ``common_lyapunov_of_many``, by bisection alone."""
     low, high, best = 0.0, limit, None
     stack, alpha = np.array(matrices), limit * 0.98
     for _ in range(steps):
-        p = common_at([(matrices, alpha)], h)
+        p = common_lyapunov_at([(matrices, alpha)], h)
         if p is None:
             high = alpha
         else:
-            low = max(alpha, float(shown_rates(p, stack, h).min()))
+            low = max(alpha, float(certified_rates(p, stack, h).min()))
             best = p, low * 0.999
         alpha = (low + high) / 2
         if high - low < 2e-3 * limit:
@@ -128,16 +137,17 @@ def _bisected(matrices: Sequence[Array], h: float, limit: float, steps: int = 8)
     return best
 
 
-def common_at(groups: Sequence[Group], h: float, worst: Worst | None = None) -> Array | None:
+def common_lyapunov_at(groups: Sequence[Group], h: float, worst: Worst | None = None) -> Array | None:
     """A common P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group, at its own α; None if none is found.
 
     Args:
         groups: (matrices m by m, α in 1/s) each; where α is below zero V may grow.
-        worst: of each group, those that decided for a like question; it is kept up to date.
+        worst: indices of the matrices of each group that were active in a similar problem; it is updated.
     """
     scale = _scale(groups)
     scaled = [
-        (_in(scale, extreme(list(matrices)) if len(matrices) <= FEW else matrices), rate) for matrices, rate in groups
+        (_in(scale, extreme_points(list(matrices)) if len(matrices) <= FEW else matrices), rate)
+        for matrices, rate in groups
     ]
     alone = len(groups) == len(scaled[0][0]) == 1
     p = _of_one(scaled[0][0][0], h, scaled[0][1]) if alone else _feasible(scaled, h, first=FIRST, worst=worst)
@@ -147,14 +157,14 @@ def common_at(groups: Sequence[Group], h: float, worst: Worst | None = None) -> 
     return np.asarray((p + p.T) / 2)
 
 
-def middle_at(groups: Sequence[Group], h: float) -> Array | None:
-    """As ``common_at``; of all such P the one in the middle, the same on every machine, up to ``SETTLED`` matrices."""
-    p = common_at(groups, h)
+def analytic_centre_at(groups: Sequence[Group], h: float) -> Array | None:
+    """As ``common_lyapunov_at``, at the analytic centre: one P on every machine, for up to ``SETTLED`` matrices."""
+    p = common_lyapunov_at(groups, h)
     if p is None or sum(len(matrices) for matrices, _ in groups) > SETTLED:
         return p
     scale = _scale(groups)
     scaled = [(_in(scale, matrices), rate) for matrices, rate in groups]
-    middle = centred(scaled, h, p * scale[None, :] * scale[:, None])
+    middle = analytic_centre(scaled, h, p * scale[None, :] * scale[:, None])
     return p if middle is None else middle / scale[None, :] / scale[:, None]
 
 
@@ -165,13 +175,13 @@ def _feasible(
     first: int | None = None,
     worst: Worst | None = None,
 ) -> Array | None:
-    """``common_at`` for matrices in scales in which their entries are alike.
+    """``common_lyapunov_at`` for balanced matrices, by constraint generation.
 
-    Large families are met by a few of their matrices at a time: those that a found P does not serve are added.
+    A large family is solved for some of its matrices; those whose inequality the P found violates are then added.
 
     Args:
-        first: how many of each group are taken first; None: all.
-        worst: as of ``common_at``.
+        first: how many of each group are taken at first; None: all.
+        worst: as of ``common_lyapunov_at``.
     """
     stacks = [np.asarray(stack) for stack, _ in groups]
     largest = max(1.0, *(float(np.abs(stack).max()) for stack in stacks))
@@ -183,20 +193,20 @@ def _feasible(
     ]
     for _ in range(ROUNDS):
         asked = [
-            _fall(stack[k], h, rate) / largest
+            _lyapunov_map(stack[k], h, rate) / largest
             for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True)
             for k in chosen
         ]
-        p = feasible(asked, structure)
+        p = solve_lmi(asked, structure)
         if p is None or np.linalg.eigvalsh(p)[0] <= 0:
             return None
         missing = False
         for stack, (_, rate), chosen, known in zip(stacks, groups, used, worst, strict=True):
-            shown = shown_rates(p, stack, h)
+            shown = certified_rates(p, stack, h)
             slow = [int(k) for k in np.argsort(shown)[:ADDED] if shown[k] < rate]
             missing |= bool(slow)
             if set(slow) & set(chosen):
-                return None  # the solver does not reach what was asked of it
+                return None  # the solver violates a constraint that it was given
             chosen += slow
             known += slow
         if not missing:
@@ -204,22 +214,22 @@ def _feasible(
     return None
 
 
-def _fall(a: Array, h: float, alpha: float) -> Array:
-    """``falls`` of one matrix as a map of vec P, m² by m²: other last bits can make the solver stop elsewhere."""
+def _lyapunov_map(a: Array, h: float, alpha: float) -> Array:
+    """``lyapunov_map`` of one matrix as a map of vec P, m² by m²; the P of a solver depends on its last bits."""
     unit = np.eye(len(a))
     now = np.kron(a.T, unit) + np.kron(unit, a.T) + h * np.kron(a.T, a.T)
     return np.asarray(-(now + 2 * alpha * np.eye(len(now))))
 
 
-def feasible(conditions: Sequence[Array], structure: Pattern | None = None) -> Array | None:
-    """P with I ≤ P ≤ 10⁶ I and L(P) > 0 for each condition, far from its edge; None if none is found.
+def solve_lmi(conditions: Sequence[Array], structure: Pattern | None = None) -> Array | None:
+    """P with I ≤ P ≤ 10⁶ I and L(P) > 0 for each condition, of largest slack; None if none is found.
 
     Args:
-        conditions: the L as of ``_fall``, scaled to entries of about 1.
+        conditions: the L as of ``_lyapunov_map``, scaled to entries of about 1.
         structure: where P may hold other entries than zero; None: everywhere.
     """
     size = math.isqrt(len(conditions[0]))
-    pick, spread = half(size)
+    pick, spread = half_vectorisation(size)
     unit, count = pick @ np.eye(size).ravel(), len(conditions)
     n = len(unit)
     blocks = [np.column_stack([-pick @ block @ spread, SLACK * unit]) for block in conditions]
@@ -245,7 +255,7 @@ def feasible(conditions: Sequence[Array], structure: Pattern | None = None) -> A
 
 
 def balance(matrices: Sequence[Array]) -> Array:
-    """Scales of the error's components, in which the entries of the A are alike: A_ij scale_j / scale_i."""
+    """Scales of the error's components that balance the matrices: A_ij scale_j / scale_i."""
     _, (scale, _) = matrix_balance(np.mean(np.abs(matrices), axis=0), permute=False, separate=True)
     return np.asarray(scale)
 
@@ -259,10 +269,10 @@ def _in(scale: Array, matrices: Sequence[Array] | Array) -> Array:
     return np.asarray(np.array(matrices) * scale[None, None, :] / scale[None, :, None])
 
 
-def extreme(matrices: Sequence[Array]) -> list[Array]:
-    """The matrices that are no mixture of others, where that is quick to see: what holds at these holds at all.
+def extreme_points(matrices: Sequence[Array]) -> list[Array]:
+    """The vertices of the convex hull of the matrices, or all where the hull is expensive.
 
-    The condition on A is convex for a given P.
+    The condition on A is convex for a given P, so it holds for all matrices if it holds at the vertices.
     """
     flat = np.array([a.ravel() for a in matrices])
     middle = flat.mean(axis=0)
@@ -299,15 +309,17 @@ def _of_one(a: Array, h: float, alpha: float) -> Array | None:
     return p if np.linalg.eigvalsh(p)[0] > 0 else None
 
 
-def gentle(matrix: Array, h: float, turned: Sequence[Sequence[int]], largest: int = 8) -> Array | None:
-    """P of one matrix at its best rate that a change of sign of some errors makes grow least; None if none is seen.
+def least_growth_at_reversals(
+    matrix: Array, h: float, turned: Sequence[Sequence[int]], largest: int = 8
+) -> Array | None:
+    """P of one matrix at its spectral rate, with the least growth of V at a reversal; None if none is found.
 
-    Every P = Σ w_i Re(l̄_i l_i'), l_i the left eigenvectors of I + hA, w_i > 0, falls at the best rate; of these the one
-    with the least largest growth of J'PJ over P, J −1 at each of ``turned``, by Nelder and Mead's search of log w.
+    Every P = Σ w_i Re(l̄_i l_i'), l_i the left eigenvectors of I + hA and w_i > 0, has the spectral rate. Of these the
+    weights that minimise the largest growth of J'PJ over P, J = −1 at each of ``turned``, by Nelder–Mead over log w.
 
     Args:
-        turned: for each turn the indices of the errors that change their sign.
-        largest: no search with more errors.
+        turned: for each reversal the indices of the errors that change their sign.
+        largest: number of errors above which there is no search.
     """
     if h == 0 or len(matrix) > largest or not turned:
         return None

@@ -50,13 +50,13 @@ def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
 
     A random sample of the envelope, a third of it with every velocity at an end of its range (where the slope of the
     Coriolis forces is largest) and a third with each scaled toward standstill (where a declared law curves most); then,
-    for each extreme, the best points are moved about, less and less far. The same at every call.
+    for each extreme, a random search from the best points with decreasing step size. Deterministic.
     """
     machine = _Machine(analysis, k, gain)
     if machine.moves is None:
         return None
     dice = np.random.default_rng(3)
-    first = machine.spread(dice)
+    first = machine.sampled_points(dice)
     seen = machine.slopes(first)
     shift = float(min(SHIFTS * float(_norms(seen).max()), key=lambda z: float(_norms(seen, z).max())))
     measures: list[Callable[[Array], Array]] = [
@@ -65,7 +65,7 @@ def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
         machine.growths,
         lambda x: _norms(machine.slopes(x), shift),
     ]
-    worst = [machine.climb(measure, first, dice) for measure in measures]
+    worst = [machine.maximised(measure, first, dice) for measure in measures]
     more = 1 + MARGIN
     return Extremes(
         slowest=-worst[0] * (1 - MARGIN),
@@ -77,7 +77,7 @@ def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
     )
 
 
-def _bell(dice: np.random.Generator, shape: tuple[int, ...]) -> Array:
+def _bell_shaped(dice: np.random.Generator, shape: tuple[int, ...]) -> Array:
     """Random numbers of mean 0 and variance 1 without a logarithm, which machines round differently."""
     return np.asarray(dice.uniform(-1, 1, (3, *shape)).sum(axis=0))
 
@@ -87,7 +87,7 @@ def _up(value: float) -> Any:
 
 
 def _norms(slopes: Array, shift: float = 0.0) -> Array:
-    """The least η of each point for a ζ."""
+    """The smallest η at each point, for a given ζ."""
     return np.asarray(np.linalg.norm(slopes + shift * np.eye(slopes.shape[1]), 2, axis=(1, 2)))
 
 
@@ -107,7 +107,7 @@ class _Machine:
         self.h, dynamics = float(analysis.dynamics.observer.sample_time), analysis.dynamics
         self.function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), analysis.points, ())
 
-    def spread(self, dice: np.random.Generator) -> Array:
+    def sampled_points(self, dice: np.random.Generator) -> Array:
         points = dice.uniform(self.ends[:, 0], self.ends[:, 1], (POINTS, len(self.ends)))
         third, count = POINTS // 3, len(self.speeds)
         ends = dice.integers(0, 2, (third, count))
@@ -115,15 +115,15 @@ class _Machine:
         points[third : 2 * third, self.speeds] *= powers_of_ten(-dice.uniform(0, DECADES, (third, count)))
         return np.asarray(np.vstack([points, self.analysis.points.values]))
 
-    def climb(self, measure: Callable[[Array], Array], points: Array, dice: np.random.Generator) -> float:
-        """The largest value found from the best of these points on."""
+    def maximised(self, measure: Callable[[Array], Array], points: Array, dice: np.random.Generator) -> float:
+        """The largest value found by a random search that starts at the best of these points."""
         best = points[np.argsort(measure(points))[-KEPT:]]
         for reach in geometric(0.2, 0.005, ROUNDS):
             width = reach * (self.ends[:, 1] - self.ends[:, 0])
             moved = np.repeat(best, CHILDREN, axis=0)
-            step = reach * _bell(dice, moved.shape)
+            step = reach * _bell_shaped(dice, moved.shape)
             scaled = moved * (1 + step + step**2 / 2)  # near standstill a step is a factor
-            shifted = moved + width * _bell(dice, moved.shape)
+            shifted = moved + width * _bell_shaped(dice, moved.shape)
             moved = np.where(dice.random((len(moved), 1)) < SCALED, scaled, shifted)
             moved = np.clip(moved, self.ends[:, 0], self.ends[:, 1])
             both = np.vstack([best, moved])
@@ -135,7 +135,7 @@ class _Machine:
         return np.linalg.eigvalsh(self.root @ self._blocks(points)[1] @ self.root)
 
     def growths(self, points: Array) -> Array:
-        """The least μ of each point."""
+        """The smallest μ at each point."""
         after = points.copy()
         for x, v in self.moves or ():
             after[:, x] += self.h * points[:, v]

@@ -21,7 +21,14 @@ from codegen.certify.along_friction import AlongFriction, Box, ContactAxes
 from codegen.certify.centre import Group
 from codegen.certify.enclosure import Enclosure, cells_of, exact_ranges
 from codegen.certify.family import Family
-from codegen.certify.lyapunov import Worst, common_at, decay_rate_limit, fastest, middle_at, shown_rates
+from codegen.certify.lyapunov import (
+    Worst,
+    analytic_centre_at,
+    certified_rates,
+    common_lyapunov_at,
+    common_lyapunov_of_many,
+    decay_rate_limit,
+)
 
 KEPT, KEPT_BESIDE = 0.5, 0.4
 """Sliding are the slips at which this share of the best rate is certified at the largest |f|, and the |f| at which so
@@ -76,13 +83,13 @@ class RegionSearch:
         found, states, slips = [], *sliding
         self.sliding = states
         family, stack = self._family(self._box(states, slips))
-        best = fastest(stack, self.h)
+        best = common_lyapunov_of_many(stack, self.h)
         if best is None:
             return []
         if any(axis.largest_rate is None for axis in self.along.axes):
             self._bound_acceleration(states, slips, best[1])
             family, stack = self._family(self._box(states, slips))
-            best = fastest(stack, self.h) or best
+            best = common_lyapunov_of_many(stack, self.h) or best
         found.append(self._split("sliding", family) or Region("sliding", family, *best))
         found += self._presliding(states)
         return found + self._through_zero(family, stack, best[1])
@@ -106,7 +113,7 @@ class RegionSearch:
 
         def holds(w: float) -> bool:
             stack, whole = both(w)
-            return common_at([(stack, KEPT * rate), (whole, -DEARER * growth)], self.h, worst) is not None
+            return common_lyapunov_at([(stack, KEPT * rate), (whole, -DEARER * growth)], self.h, worst) is not None
 
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
@@ -116,7 +123,7 @@ class RegionSearch:
 
         @cache
         def holds(rate: float) -> bool:
-            return common_at([*groups, (whole, -rate)], self.h, worst) is not None
+            return common_lyapunov_at([*groups, (whole, -rate)], self.h, worst) is not None
 
         least = 1.0
         while not holds(least) and least < FASTEST / self.h:
@@ -176,7 +183,7 @@ class RegionSearch:
         def holds(share: float, t: float) -> bool:
             stack = self._family(box(share, t))[1]
             limit = decay_rate_limit(stack, self.h)
-            return limit > 0 and common_at([(stack, PRESLIDING * limit)], self.h, worst) is not None
+            return limit > 0 and common_lyapunov_at([(stack, PRESLIDING * limit)], self.h, worst) is not None
 
         slow = 1e-3 if low < 0 < high else 0.02
         if not holds(THIN, slow):  # nor then with less left out
@@ -187,7 +194,7 @@ class RegionSearch:
         share = least + (1 - least) / 4
         t = _bisected(lambda t: holds(share, t), slow, 1.0, geometric=True) if holds(share, slow) else slow
         family, stack = self._family(box(share, t))
-        best = fastest(stack, self.h, near=centre.NEAR)  # few digits must do for its P
+        best = common_lyapunov_of_many(stack, self.h, near=centre.NEAR)  # few digits must do for its P
         return None if best is None else Region("presliding", family, *best)
 
     def _through_zero(self, sliding: Family, stack: list[Array], rate: float) -> list[Region]:
@@ -197,13 +204,13 @@ class RegionSearch:
         claims: list[tuple[str, list[Group]]] = [("weak", []), ("passing", [(stack, KEPT * rate)])]
         for kind, groups in claims:
             growth = self._growth(groups, whole)
-            p = middle_at([*groups, (whole, -growth)], self.h)
+            p = analytic_centre_at([*groups, (whole, -growth)], self.h)
             if p is None:
                 continue
-            shown = float(shown_rates(p, np.array(whole), self.h).min())
+            shown = float(certified_rates(p, np.array(whole), self.h).min())
             found.append(Region(kind, family, p, shown - 1e-3 * abs(shown)))
             if groups:
-                shown = float(shown_rates(p, np.array(stack), self.h).min())
+                shown = float(certified_rates(p, np.array(stack), self.h).min())
                 found.append(Region("recovery", sliding, p, shown * 0.999))
         return found
 
@@ -240,7 +247,7 @@ class RegionSearch:
             if v in (axis.state, axis.slip)
         }
         stack = self._enclosures[id(family.matrix)].vertices({**ends, **cell} for cell in cells_of(breaks))
-        best = fastest(stack, self.h, near=NEAR)
+        best = common_lyapunov_of_many(stack, self.h, near=NEAR)
         exact = {v: [sympy.Rational(x.numerator, x.denominator) for x in points] for v, points in breaks.items()}
         return None if best is None else Region(kind, family, *best, exact)
 
@@ -249,7 +256,11 @@ class RegionSearch:
 
     def _holds(self, states: list[Any], slips: tuple[float, float], rate: float) -> bool:
         stack = self._family(self._box(states, slips))[1]
-        return rate > 0 and decay_rate_limit(stack, self.h) > rate and common_at([(stack, rate)], self.h) is not None
+        return (
+            rate > 0
+            and decay_rate_limit(stack, self.h) > rate
+            and common_lyapunov_at([(stack, rate)], self.h) is not None
+        )
 
 
 def _bisected(holds: Callable[[float], bool], good: float, bad: float, geometric: bool = False) -> float:

@@ -8,8 +8,8 @@ import cvxpy
 import numpy as np
 import pytest
 
-from codegen.certify.centre import centred
-from codegen.certify.lyapunov import common_lyapunov, fastest, middle_at, shown_rates
+from codegen.certify.centre import analytic_centre
+from codegen.certify.lyapunov import analytic_centre_at, certified_rates, common_lyapunov, common_lyapunov_of_many
 
 
 def family(h: float) -> list[Any]:
@@ -35,7 +35,7 @@ def normed(p: Any) -> Any:
 @pytest.mark.parametrize("search", ["common_lyapunov", "fastest"])
 def test_another_rounding_gives_the_same_p_and_rate(search: str, h: float) -> None:
     def found(matrices: list[Any]) -> tuple[Any, float]:
-        result = common_lyapunov(matrices, h) if search == "common_lyapunov" else fastest(matrices, h)
+        result = common_lyapunov(matrices, h) if search == "common_lyapunov" else common_lyapunov_of_many(matrices, h)
         assert result is not None
         return result
 
@@ -49,11 +49,11 @@ def test_another_rounding_gives_the_same_p_and_rate(search: str, h: float) -> No
 def test_a_p_for_two_rates_is_the_same_too() -> None:
     matrices = family(1e-3)
     groups = [(matrices[:8], 0.5), (matrices[8:], -1.0)]
-    p = middle_at(groups, 1e-3)
+    p = analytic_centre_at(groups, 1e-3)
     assert p is not None
     for stack, rate in groups:
-        assert shown_rates(p, np.array(stack), 1e-3).min() > rate
-    other = middle_at([(shaken(stack, 1), rate) for stack, rate in groups], 1e-3)
+        assert certified_rates(p, np.array(stack), 1e-3).min() > rate
+    other = analytic_centre_at([(shaken(stack, 1), rate) for stack, rate in groups], 1e-3)
     assert other is not None and np.abs(normed(other) - normed(p)).max() < 1e-8
 
 
@@ -61,7 +61,7 @@ def test_a_p_for_two_rates_is_the_same_too() -> None:
 def test_the_rate_is_within_half_a_percent_of_the_best(search: str) -> None:
     """Half a percent above it no P falls everywhere, by a problem of CVXPY's; just below it one does."""
     h, matrices = 1e-3, family(1e-3)
-    found = common_lyapunov(matrices, h) if search == "common_lyapunov" else fastest(matrices, h)
+    found = common_lyapunov(matrices, h) if search == "common_lyapunov" else common_lyapunov_of_many(matrices, h)
     assert found is not None
     p, fall = cvxpy.Variable((3, 3), symmetric=True), cvxpy.Variable()
     falls = {}
@@ -79,7 +79,7 @@ def test_the_centre_is_where_the_slope_is_zero() -> None:
     matrices, h, alpha = family(0.0), 0.0, 0.5
     start = common_lyapunov(matrices, h)
     assert start is not None
-    p = centred([(matrices, alpha)], h, start[0])
+    p = analytic_centre([(matrices, alpha)], h, start[0])
     assert p is not None
 
     def value(q: Any) -> float:
@@ -91,4 +91,4 @@ def test_the_centre_is_where_the_slope_is_zero() -> None:
         turn = dice.normal(size=(3, 3))
         turn = (turn + turn.T) * 1e-4 * np.linalg.norm(p)
         assert value(p + turn) > value(p) and value(p - turn) > value(p)
-    assert centred([(matrices, 100.0)], h, start[0]) is None
+    assert analytic_centre([(matrices, 100.0)], h, start[0]) is None

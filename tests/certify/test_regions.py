@@ -24,7 +24,7 @@ from codegen.certify.certify import Refusal, certify
 from codegen.certify.content import frame
 from codegen.certify.enclosure import Enclosure
 from codegen.certify.family import Family, NotEnclosable
-from codegen.certify.lyapunov import common_at
+from codegen.certify.lyapunov import common_lyapunov_at
 from codegen.certify.region_proofs import REGION_PROOFS, Regions, find_regions, none_without_growth
 from codegen.certify.regions import RegionSearch
 from codegen.certify.remedies.sample_times import largest_sample_times
@@ -298,11 +298,11 @@ def test_one_p_for_rates_of_both_signs() -> None:
     """Closed form: for x' = -x and x' = x/10 on scalars P = 1 shows 1 - h/2 and -1/10 - h/200, and no P more."""
     h = 0.01
     falling, rising = [np.array([[-1.0]])], [np.array([[0.1]])]
-    assert common_at([(falling, 0.99), (rising, -0.101)], h) is not None
-    assert common_at([(falling, 0.999), (rising, -0.101)], h) is None
-    assert common_at([(falling, 0.99), (rising, -0.1)], h) is None
+    assert common_lyapunov_at([(falling, 0.99), (rising, -0.101)], h) is not None
+    assert common_lyapunov_at([(falling, 0.999), (rising, -0.101)], h) is None
+    assert common_lyapunov_at([(falling, 0.99), (rising, -0.1)], h) is None
     many = [np.diag([-1.0 - k / 100, -2.0]) for k in range(100)]
-    assert common_at([(many, 0.95)], h) is not None and common_at([(many, 1.0)], h) is None
+    assert common_lyapunov_at([(many, 0.95)], h) is not None and common_lyapunov_at([(many, 1.0)], h) is None
 
 
 def test_symbols_of_the_kinks() -> None:

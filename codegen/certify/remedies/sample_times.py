@@ -22,7 +22,7 @@ from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells, Enclosure, enclose_family, exact_ranges
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import levels_of
-from codegen.certify.lyapunov import common_at, common_lyapunov, decay_rate_limit, shown_rates
+from codegen.certify.lyapunov import certified_rates, common_lyapunov, common_lyapunov_at, decay_rate_limit
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
 from codegen.mechanics.computed import ComputedEntry
@@ -169,10 +169,10 @@ class _Proofs:
             return None
         step = 0.0 if dynamics.implicit else h
         limit = decay_rate_limit(cells.matrices, step)
-        p = common_at([(cells.matrices, SLOWEST * limit)], step) if limit > 0 else None
+        p = common_lyapunov_at([(cells.matrices, SLOWEST * limit)], step) if limit > 0 else None
         if p is None:
             return None
-        rate = float(shown_rates(p, np.array(cells.matrices), step).min())
+        rate = float(certified_rates(p, np.array(cells.matrices), step).min())
         return at, family, Found(0.999 * rate, cells.splits, p)
 
     def certified(self, h: float) -> bool:
