@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from decimal import ROUND_CEILING, Context, Decimal
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -82,6 +83,17 @@ def texts(rows: list[list[Any]]) -> list[list[str]]:
     return [[rational_text(e) for e in row] for row in rows]
 
 
+def rational_above(value: Any) -> Any:
+    """A SymPy number itself if it is rational, else a decimal of 12 digits that is not below it."""
+    return value if value.is_Rational else upwards(float(value) * (1 + 1e-12), 12)
+
+
+def fraction(value: Any) -> Fraction:
+    """A SymPy rational, or a number that it can be made of exactly."""
+    exact = sympy.Rational(value)
+    return Fraction(int(exact.p), int(exact.q))
+
+
 def upwards(value: float, digits: int) -> Any:
-    """A short exact decimal that is no less."""
+    """A decimal of so many digits that is not below the value."""
     return sympy.Rational(str(Context(prec=digits, rounding=ROUND_CEILING).plus(Decimal(float(value)))))

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from codegen.app.derived import Derived
-from codegen.certify.bound.error_response import ModelError, disturbances, error_response
+from codegen.certify.bound.disturbances import ModelError, disturbances
+from codegen.certify.bound.error_response import error_response
 from codegen.certify.certify import Certificate
 from codegen.checker import verify
 from codegen.replay.engine import engine_for

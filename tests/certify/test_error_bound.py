@@ -20,7 +20,7 @@ from codegen.app.derived import Derived
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_bound import error_bounds
-from codegen.certify.bound.error_response import sliding
+from codegen.certify.bound.friction_bounds import sliding
 from codegen.certify.certify import Certificate, certify
 from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.effects.declare import add_declared_effects

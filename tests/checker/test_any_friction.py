@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from codegen.app.derived import Derived
-from codegen.certify.bound.error_response import largest_friction
+from codegen.certify.bound.friction_bounds import largest_friction
 from codegen.certify.outcome import Certificate
 from codegen.checker import ellipsoid
 from codegen.replay.engine import CompiledEngine, load_twin

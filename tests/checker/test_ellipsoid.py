@@ -17,8 +17,9 @@ import numpy as np
 import pytest
 
 from codegen.app.derived import Derived
+from codegen.certify.bound.disturbances import disturbances
 from codegen.certify.bound.ellipsoid import unlike_envelope
-from codegen.certify.bound.error_response import Response, disturbances, error_response
+from codegen.certify.bound.error_response import Response, error_response
 from codegen.checker import ellipsoid, verify
 from codegen.replay.engine import CompiledEngine, load_twin
 from codegen.spec import read_spec

@@ -23,7 +23,8 @@ from typing import Any
 import numpy as np
 
 from codegen.certify.bound.bounds import DomainBound
-from codegen.certify.bound.error_response import Response, Sizes
+from codegen.certify.bound.disturbances import Sizes
+from codegen.certify.bound.error_response import Response
 from codegen.friction.law import DynamicLaw
 from codegen.observers.equations import Domain, Observer
 

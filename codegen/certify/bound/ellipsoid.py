@@ -20,10 +20,11 @@ import sympy
 from codegen.base.arrays import Array
 from codegen.base.significant import float_above
 from codegen.certify.bound.bounds import ErrorBound
-from codegen.certify.bound.error_response import Response, Sizes, disturbances, dot, fraction
+from codegen.certify.bound.disturbances import Sizes, disturbances, dot
+from codegen.certify.bound.error_response import Response
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
-from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts, upwards
+from codegen.certify.prefix import fraction, rational_text, rounded, rounded_matrix, texts, upwards
 from codegen.checker import ellipsoid, theorem
 from codegen.checker import verify as checker
 from codegen.observers.equations import Observer
@@ -153,7 +154,7 @@ def ellipsoid_text(
         "name": proof["name"],
         **(
             {ellipsoid.FORCES: "measured"}
-            if any(p.free_symbols & {*observer.system.positions} for p in response.curved)
+            if any(p.free_symbols & {*observer.system.positions} for p in response.nonaffine)
             else {}
         ),
         "noise": {d.of: str(d.size) for d in of if d.kind == "noise"},

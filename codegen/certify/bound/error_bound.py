@@ -20,19 +20,10 @@ import numpy as np
 from codegen.analysis.analysis import Analysis
 from codegen.base.errors import BadInput
 from codegen.certify.bound.bounds import DomainBound, ErrorBound
+from codegen.certify.bound.disturbances import ModelError, Sizes, disturbances, dot, with_rounding
 from codegen.certify.bound.domain_bound import domain_bound, peaks
-from codegen.certify.bound.error_response import (
-    ModelError,
-    Response,
-    Sizes,
-    Sliding,
-    disturbances,
-    dot,
-    error_response,
-    largest_friction,
-    sliding,
-    with_rounding,
-)
+from codegen.certify.bound.error_response import Response, error_response
+from codegen.certify.bound.friction_bounds import Sliding, largest_friction, sliding
 from codegen.certify.outcome import Certificate
 from codegen.certify.sticking import slowest_while_sticking
 from codegen.observers.equations import ErrorVariable, Observer

@@ -1,0 +1,186 @@
+"""Bounds on the disturbances of ``error_response``, from the envelope, for a machine with or without a model error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import sympy
+
+from codegen.certify.bound.error_response import Response
+from codegen.certify.bound.friction_bounds import sliding
+from codegen.certify.prefix import fraction, rational_above
+from codegen.friction.law import DynamicLaw
+from codegen.mechanics.system import System
+from codegen.observers.equations import Observer
+from codegen.spec.functions import Magnitude, Sgn
+from codegen.spec.model import Spec
+
+Sizes = dict[str, list[Fraction]]
+"""Disturbance → bounds on its magnitude in a sample, for each coordinate or each friction error."""
+
+
+@dataclass(frozen=True)
+class ModelError:
+    """Relative error of the model: the machine's quantity is (1 + p) times the model's, p of either sign.
+
+    Attributes:
+        mass: p of M(x) as a whole; gain: of the inputs' effect on the machine; time: of every sample's length.
+    """
+
+    mass: Fraction = Fraction(0)
+    gain: Fraction = Fraction(0)
+    time: Fraction = Fraction(0)
+
+
+EXACT = ModelError()
+
+
+def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelError = EXACT) -> Sizes | str:
+    """Bounds on noise, d_x (``displacement``), d_v (``velocity``), a and ΔF (``friction``); or what is missing for it.
+
+        |d_x| ≤ h² a/2,    |d_v| ≤ h² j/2 + h ε,    |ΔF| ≤ h |dF/du| |u'|
+
+    with j a bound on the jerk, |∂v̂'/∂x| v + |∂v̂'/∂v| a + |∂v̂'/∂F| |F'|, and ε one on the error of the model's
+    acceleration. ε is the sum over
+
+    - noise in the non-affine forces: their slope times the noise;
+    - M = (1 + p) M̂: p v', at the same forces;
+    - inputs that act by (1 + p) B: p M⁻¹ B w;
+    - samples of (1 + p) h: by the clock of the code the machine moves at (1 + p) v with acceleration (1 + p)² v', which
+      is (2p + p²) v' more, and its forces are those of v: p |∂v̂'/∂v| v.
+
+    Inputs are assumed constant in a sample: what they change within one is not included.
+
+    Args:
+        off: the model error.
+    """
+    system, h = observer.system, fraction(observer.sample_time)
+    if reason := unbounded_effect(system):
+        return reason
+    slopes = [largest_slopes(spec, observer, part, off) for part in response.nonaffine]
+    if missing := next((x for x in slopes if isinstance(x, str)), ""):
+        return missing
+    n = len(system.positions)
+    slope_rows = sympy.Matrix(len(slopes), n + len(system.inputs), [e for row in slopes for e in row])
+    nonaffine = response.by_nonaffine.applyfunc(abs) * slope_rows
+    by_position, by_input = nonaffine[:, :n], response.by_input.applyfunc(abs) + nonaffine[:, n:]
+
+    def largest(name: str) -> Fraction | None:
+        ends = spec.envelope.get(name)
+        return None if ends is None else max(abs(fraction(e)) for e in ends)
+
+    scale = 1 + off.time
+    acceleration = [largest(f"{v}_dot") or Fraction(0) for v in system.velocities]
+    by_clock = [scale * scale * a for a in acceleration]
+    velocity = [largest(v.name) for v in system.velocities]
+    if any((*response.by_position, *by_position)) and None in velocity:
+        return "g depends on x, and the envelope has no range for every velocity"
+    inputs = [largest(w.name) for w in system.inputs]
+    if off.gain and None in inputs:
+        return "the envelope has no range for every input"
+    if off.time and any(response.by_velocity) and None in velocity:
+        return "g depends on v, and the envelope has no range for every velocity"
+    speeds = [s or Fraction(0) for s in velocity]
+    speeds_by_clock = [scale * s for s in speeds]
+    distribution = system.distribution.subs(observer.values)
+    contact_rates = []
+    for c, contact in enumerate(system.contacts):
+        slides = sliding(observer, contact)
+        if slides is None:
+            return f"the law {contact.law.name} at {contact.name} has no bound on its slope"
+        contact_rates.append(scale * slides.slope * dot(distribution.col(c), acceleration))
+    coordinate_rates = [dot(distribution.row(i), contact_rates) for i in range(n)]
+    friction_rates = []
+    for error in observer.errors[n:]:
+        if error.contact is not None:
+            friction_rates.append(contact_rates[error.contact])
+        elif error.coordinate is not None:
+            friction_rates.append(coordinate_rates[error.coordinate])
+    jerk = [
+        dot(response.by_position.row(i), speeds_by_clock)
+        + dot(by_position.row(i), speeds_by_clock)
+        + dot(response.by_velocity.row(i), by_clock)
+        + dot(response.by_force.row(i), coordinate_rates)
+        for i in range(n)
+    ]
+    noise = [largest(f"{x}_noise") or Fraction(0) for x in system.positions]
+    model = [
+        (off.mass + scale * scale - 1) * a
+        + dot(by_position.row(i), noise)
+        + off.time * dot(response.by_velocity.row(i), speeds)
+        + off.gain * dot(by_input.row(i), [w or Fraction(0) for w in inputs])
+        for i, a in enumerate(acceleration)
+    ]
+    return {
+        "noise": noise,
+        "displacement": [h * h * a / 2 for a in by_clock],
+        "velocity": [h * h * j / 2 + h * e for j, e in zip(jerk, model, strict=True)],
+        "acceleration": [a + e for a, e in zip(by_clock, model, strict=True)],
+        "friction": [h * rate for rate in friction_rates],
+        "rounding": [Fraction(0)] * len(observer.errors),
+    }
+
+
+def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -> list[Any] | str:
+    """Upper bounds on |∂part/∂x| and |∂part/∂w| over the envelope, by the triangle inequality; or why there are none.
+
+    Positions include their measurement noise, and inputs the gain error of ``off``.
+    """
+    system, unknown = observer.system, []
+    if part.has(Sgn):
+        return f"g jumps where {next(iter(part.atoms(Sgn))).args[0]} changes its sign"
+
+    def end(name: str) -> Any:
+        return max((abs(sympy.Rational(e)) for e in spec.envelope.get(name, ())), default=sympy.Integer(0))
+
+    ranges = {x: end(x.name) + end(f"{x}_noise") for x in system.positions if x.name in spec.envelope}
+    ranges |= {w: end(w.name) * (1 + sympy.Rational(off.gain)) for w in system.inputs if w.name in spec.envelope}
+
+    def largest(e: Any) -> Any:
+        """A bound on |e|."""
+        if e.is_number:
+            return rational_above(abs(e))
+        if e in observer.signs or e.func in (sympy.sin, sympy.cos, Sgn):
+            return sympy.Integer(1)
+        if e in ranges:
+            return ranges[e]
+        if e.func is Magnitude:
+            return largest(e.args[0])
+        if e.is_Add or e.is_Mul:
+            return e.func(*map(largest, e.args))
+        if e.is_Pow and e.exp.is_Integer and e.exp > 0:
+            return largest(e.base) ** e.exp
+        unknown.append(f"the envelope has no range for {e}" if e.is_Symbol else f"no bound of {e} is known")
+        return sympy.Integer(0)
+
+    bounds = [largest(part.diff(x)) for x in (*system.positions, *system.inputs)]
+    return f"g is not affine, and {unknown[0]}" if unknown else bounds
+
+
+def unbounded_effect(system: System) -> str:
+    """A part of the system whose effect on the error no disturbance bounds, in words; empty if there is none."""
+    for transmission in system.transmissions:
+        return f"{system.positions[transmission.coordinate]} moves a load behind a spring"
+    for contact in system.contacts:
+        law = contact.law
+        if isinstance(law, DynamicLaw) and law.in_sliding(contact.law_parameters) is None:
+            return f"the law {law.name} at {contact.name} has a state, so that friction depends on more than the slip"
+    for x in system.sensor_errors:
+        return f"the sensor of {x} reads wrong, and the effect of this on the error is not bounded"
+    return ""
+
+
+def with_rounding(sizes: Sizes, response: Response, positions: Fraction, states: list[Fraction]) -> Sizes:
+    """The bounds with rounding errors of each position and of each state in a step added."""
+    if not states:
+        return sizes
+    errors = [dot(response.estimate_by_state.row(i), states) for i in range(len(states))]
+    return sizes | {"noise": [s + positions for s in sizes["noise"]], "rounding": errors}
+
+
+def dot(row: Any, sizes: Sequence[Fraction]) -> Fraction:
+    """Σ |row| sizes."""
+    return sum((abs(fraction(e)) * s for e, s in zip(row, sizes, strict=True)), Fraction(0))
