@@ -35,7 +35,7 @@ class JointTerms:
 def joint_terms(
     spec: Spec, mechanism: Mechanism, target: str, springs: bool, armatures: bool = False
 ) -> tuple[tuple[JointTerms, ...], tuple[Remark, ...]]:
-    """The terms of each joint, and what they hold of the machine.
+    """The terms of each joint, and remarks on how they represent the machine.
 
     Args:
         target: its name in the remarks.
@@ -66,32 +66,32 @@ class _Reduction(Walk):
                 how += f" by least squares over the envelope's speeds{self.assumed(level, direction)}"
             for f in line.frictions:
                 if f.at_rest is not None:
-                    held, how = "nearest", f"{how}; the level at rest, {f.at_rest:.6g} {unit}, is lost"
+                    held, how = "nearest", f"{how}; the level at rest, {f.at_rest:.6g} {unit}, is not represented"
             if any(f.has_states for f in line.frictions):
-                held, how = "nearest", f"{how}; how the law's states move before it slides is lost"
+                held, how = "nearest", f"{how}; the law's states before it slides are not represented"
             self.remarks.append(Remark(f"friction on {x}", held, how, *fit.cost(unit)))
         stiffness = line.stiffness[0] if self.springs else 0.0
         reference = line.constant / stiffness if stiffness else 0.0
         if stiffness:
-            self.says(f"spring on {x}", "exact", f"{stiffness:.6g}, at rest at {reference:.6g}")
+            self.remark(f"spring on {x}", "exact", f"{stiffness:.6g}, at rest at {reference:.6g}")
         self._lost(line, direction, stiffness, reference)
         armature = self._armature(index)
         return JointTerms(x.name, terms.damping[0], terms.level, stiffness, reference, self._effort(index), armature)
 
     def _armature(self, index: int) -> float:
-        """What is added to the inertia of a robot file's bodies, as far as the target holds it."""
+        """What is added to the inertia of a robot file's bodies, as far as the target has an armature."""
         where, inertia = f"inertia of {self.system.positions[index]}", self.mechanism.inertias[index]
         if self.mechanism.tree is None or not inertia:
             return 0.0
         if self.armatures and inertia > 0:
-            self.says(where, "exact", f"armature {inertia:.6g}")
+            self.remark(where, "exact", f"armature {inertia:.6g}")
             return inertia
-        why = "takes none below zero" if self.armatures else "has none there"
-        self.says(where, "dropped", f"{inertia:.6g} of inertia at the joint: {self.target} {why}")
+        why = "takes no negative one" if self.armatures else "has no armature"
+        self.remark(where, "dropped", f"{inertia:.6g} of inertia at the joint: {self.target} {why}")
         return 0.0
 
     def _lost(self, line: Line, direction: tuple[float, ...], stiffness: float, reference: float) -> None:
-        """Remarks on forces of position, and constant ones, that the target cannot hold."""
+        """Remarks on forces of position, and constant ones, that the target does not have."""
         index = direction.index(1.0)
         x = self.system.positions[index]
         force = sympy.Float(line.constant) - line.spring(x)
@@ -111,7 +111,7 @@ class _Reduction(Walk):
             if sum(map(bool, line.direction)) > 1:
                 words, names = self.words(line.direction), zip(line.direction, self.system.positions, strict=True)
                 if line.level != 0:
-                    how = f"{self.target} has it on joints alone"
+                    how = f"{self.target} has friction on joints only"
                     self._drop(f"friction along {words}", how, line.level, line.direction)
                 if any(line.stiffness):
                     force = line.spring(sympy.Add(*[sympy.Float(c) * x for c, x in names if c]))
@@ -119,7 +119,7 @@ class _Reduction(Walk):
         for drive in self.mechanism.drives:
             self._drive(drive)
         for x in self.system.sensor_errors:
-            self.says(f"sensor of {x}", "dropped", f"its error: {self.target} describes no sensor of a joint")
+            self.remark(f"sensor of {x}", "dropped", f"its error: {self.target} has no joint sensors")
 
     def _drive(self, drive: Drive) -> None:
         w, unit = self.system.inputs[drive.index], self.system.input_units[drive.index]
@@ -131,20 +131,20 @@ class _Reduction(Walk):
                 for i, (c, x) in enumerate(zip(drive.direction, self.system.positions, strict=True))
                 if c
             ]
-            how = f"its gain: 1 {unit} makes {' and '.join(made) or 'no force'}, and a joint here takes the force"
-            self.says(where, "dropped", how)
+            how = f"its gain: 1 {unit} makes {' and '.join(made) or 'no force'}, and a joint takes a force"
+            self.remark(where, "dropped", how)
         for name, value in (("a delay", drive.delay), *[("a lag", drive.lag)] * drive.order):
             if value:
-                self.says(where, "dropped", f"{name} of {value:.6g} s: {self.target} has none")
+                self.remark(where, "dropped", f"{name} of {value:.6g} s: {self.target} has none")
         if drive.dead_zone:
             lost = sympy.Float(drive.dead_zone * max(map(abs, drive.direction)))
             self._drop(where, f"a dead zone of {drive.dead_zone:.6g} {unit} of command", lost, drive.direction)
         if drive.limit is not None and len(moved) == 1:
             held: Held = "nearest" if drive.rounded else "exact"
             words = f"limited by the effort {drive.limit * abs(moved[0]):.6g}{CORNER if drive.rounded else ''}"
-            self.says(where, held, words)
+            self.remark(where, held, words)
         elif drive.limit is not None:
-            self.says(where, "dropped", f"its limit of {drive.limit:.6g} {unit}")
+            self.remark(where, "dropped", f"its limit of {drive.limit:.6g} {unit}")
 
     def _effort(self, index: int) -> float | None:
         """Of a joint that one limited input alone moves."""
@@ -155,4 +155,4 @@ class _Reduction(Walk):
 
     def _drop(self, where: str, how: str, force: sympy.Expr, direction: Direction) -> None:
         errors = self.region.sampled(force, direction)
-        self.says(where, "dropped", how + self.assumed(force, direction), errors, self.unit(direction))
+        self.remark(where, "dropped", how + self.assumed(force, direction), errors, self.unit(direction))

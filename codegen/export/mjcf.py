@@ -155,16 +155,16 @@ class _Writer(Walk):
             own = [float(abs(c)) for c in drive.direction if c]
             if own != [1.0] or drive.limit is not None or drive.delay or drive.lag is not None or drive.dead_zone:
                 how = "its gain, limit, delay, lag and dead zone: the actuators of the file stay as they are"
-                self.says(f"input {self.system.inputs[drive.index]}", "dropped", how)
+                self.remark(f"input {self.system.inputs[drive.index]}", "dropped", how)
         for x in self.system.sensor_errors:
-            self.says(f"sensor of {x}", "dropped", "its error: the sensors of the file stay as they are")
+            self.remark(f"sensor of {x}", "dropped", "its error: the sensors of the file stay as they are")
         return Parts(joints, self._tendons(), tuple(self.actuators), tuple(self.remarks), self._assumptions)
 
     def _armatures(self, attributes: list[dict[str, str]]) -> None:
         for name, inertia, own in zip(self.names, self.mechanism.inertias, attributes, strict=True):
             if self.mechanism.tree is not None and inertia:
                 own["armature"] = number(inertia)
-                self.says(f"inertia of {name}", "exact", f"armature {own['armature']}")
+                self.remark(f"inertia of {name}", "exact", f"armature {own['armature']}")
 
     def _lines(self, lines: Sequence[Line], attributes: list[dict[str, str]]) -> None:
         for k, line in enumerate(lines):
@@ -190,8 +190,8 @@ class _Writer(Walk):
         for x, error in self.system.sensor_errors.items():
             unit = self.system.position_units[self.system.positions.index(x)]
             size = float(np.abs(self.region.sampled(error.subs(self.system.values))).max())
-            how = f"MuJoCo's sensors read the true position, wrong by up to {size:.4g} {unit} here"
-            self.says(f"sensor of {x}", "dropped", how)
+            how = f"MuJoCo's sensors read the true position; the declared error is up to {size:.4g} {unit}"
+            self.remark(f"sensor of {x}", "dropped", how)
         roots: list[Body] = []
         for body in bodies:
             (roots if body.link.parent < 0 else bodies[body.link.parent].children).append(body)
@@ -220,7 +220,7 @@ class _Writer(Walk):
         """The ranges over which errors were computed, where there are errors and the envelope does not give them."""
         if not self.region.assumed or all(r.worst is None for r in self.remarks):
             return ()
-        return (f"errors are over the envelope; it says nothing of {', '.join(self.region.assumed)}",)
+        return (f"errors are over the envelope; ranges that it lacks are assumed: {', '.join(self.region.assumed)}",)
 
     def _timestep(self) -> float:
         """A whole part of the sample time: as short as ours for laws with states, and so that bristles are not late."""
@@ -249,19 +249,19 @@ class _Writer(Walk):
             if line.gap:
                 attributes["springlength"] = numbers([-line.gap / 2, line.gap / 2])
                 how += f", none within {attributes['springlength']}; the damper acts within the play too, and may pull"
-            self.says(f"spring along {words}", "nearest" if line.gap else "exact", how)
+            self.remark(f"spring along {words}", "nearest" if line.gap else "exact", how)
         damping = list(line.damping)
         if any(line.damping):
-            self.says(f"damping along {words}", "exact", f"damping {polynomial(line.damping)}")
+            self.remark(f"damping along {words}", "exact", f"damping {polynomial(line.damping)}")
         if line.constant:
             self._passive(target, {"cogging": numbers([line.constant, 0, pi / 2])}, f"{name}constant")
             how = f"{line.constant:.6g} {unit} by a dcmotor's cogging of 0 poles"
-            self.says(f"constant force along {words}", "exact", how)
+            self.remark(f"constant force along {words}", "exact", how)
         for k, wave in enumerate(line.waves):
             cogging = numbers([wave.amplitude / wave.rate, 1, wave.phase])
             self._passive(target, {"cogging": cogging}, f"{name}wave{k + 1}", wave.rate)
             how = f"{wave.amplitude:.6g} {unit} with the period {2 * pi / wave.rate:.6g} by a dcmotor's cogging"
-            self.says(f"periodic force along {words}", "exact", how)
+            self.remark(f"periodic force along {words}", "exact", how)
         loss = 0.0
         for friction in line.frictions:
             loss += self._friction(friction, line.direction, target, damping, f"{name}{friction.contact}")
@@ -272,7 +272,7 @@ class _Writer(Walk):
             creep = self._creep(line.direction, loss)
             speed = f"{creep:.2g} {self.system.position_units[line.direction.index(max(line.direction))]}/s"
             how = f"frictionloss {number(loss)}, a constraint: at rest it creeps, by up to {speed}"
-            self.says(f"Coulomb friction along {words}", "nearest", how)
+            self.remark(f"Coulomb friction along {words}", "nearest", how)
 
     def _creep(self, direction: Direction, loss: float) -> float:
         """Speed at which a contact that is pushed by its level moves: b v = R f of MuJoCo's constraint.
@@ -303,16 +303,16 @@ class _Writer(Walk):
             if friction.bristles is None:
                 held = "nearest"
                 yields = (terms.level + terms.rise) / stiffness
-                parts.append(f"at rest it yields by up to {yields:.3g} where ours does not move")
+                parts.append(f"at rest it deflects by up to {yields:.3g}, and the declared law not at all")
         elif terms.level:
             loss = terms.level
             parts.append(f"{number(loss)} in frictionloss")
         if friction.has_states and friction.bristles is None:
             held = "nearest"
-            parts.append("steady sliding alone: how the law's states move before it slides is lost")
+            parts.append("steady sliding alone: the law's states before it slides are not represented")
         if friction.at_rest is not None:
             held = "nearest"
-            parts.append(f"the level at rest, {friction.at_rest:.6g} {unit}, is lost")
+            parts.append(f"the level at rest, {friction.at_rest:.6g} {unit}, is not represented")
         self.frictions.append(FrictionElement(friction.contact, line, fit, lugre, loss))
         how = ", ".join(parts) or "none"
         self.remarks.append(Remark(where, held, how, *fit.cost(unit)))
@@ -337,7 +337,7 @@ class _Writer(Walk):
         elif moved:
             attributes["tendon"], gain = self._tendon(drive.direction), 1.0
         else:
-            self.says(where, "exact", "it moves nothing")
+            self.remark(where, "exact", "it moves no coordinate")
             attributes["joint"], gain = self.system.positions[0].name, 0.0
         attributes["gear"] = number(gain)
         parts = ["a force along a tendon"]
@@ -359,11 +359,11 @@ class _Writer(Walk):
             parts.append(f"behind a lag of {total:.6g} s{equal}")
             held = "nearest" if equal else held
         self.actuators.append(Element("general", attributes))
-        self.says(where, held, ", ".join(parts))
+        self.remark(where, held, ", ".join(parts))
         if drive.dead_zone:
             how = f"a dead zone of {drive.dead_zone:.6g} {unit} of command: no actuator of MuJoCo has one"
             lost = np.array([drive.dead_zone * max(map(abs, drive.direction))])
-            self.says(where, "dropped", how, lost, self.unit(drive.direction))
+            self.remark(where, "dropped", how, lost, self.unit(drive.direction))
 
 
 def _mobility(mechanism: Mechanism) -> Any:

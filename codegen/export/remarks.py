@@ -18,8 +18,8 @@ class Remark:
 
     Attributes:
         where: of the machine, such as ``contact guide``.
-        held: as it stands, by the nearest that the target has, or not at all.
-        how: what stands in the model, and for what.
+        held: exact, approximated by the nearest element of the target, or dropped.
+        how: the element of the model that represents it.
         worst, rms: of the force that differs over the envelope; None where that is no force or nothing differs.
         unit: of these.
     """

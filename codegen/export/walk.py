@@ -23,9 +23,9 @@ NEGLIGIBLE = 0.05
 
 
 class Walk:
-    """A mechanism whose leftovers are held by their means over the envelope, and remarks on what a target holds of it.
+    """A mechanism in which other forces are replaced by their means over the envelope, and remarks on the result.
 
-    Forces that no target has as elements become constant forces and levels; the rest is the error.
+    Forces for which no target has an element become constant forces and friction levels; the deviation is the error.
     """
 
     def __init__(self, spec: Spec, mechanism: Mechanism) -> None:
@@ -37,10 +37,10 @@ class Walk:
             self._take(leftover, lines)
         self.mechanism = replace(mechanism, lines=tuple(lines.values()), leftovers=())
 
-    def says(self, where: str, held: Held, how: str, errors: Array | None = None, unit: str = "") -> None:
+    def remark(self, where: str, held: Held, how: str, errors: Array | None = None, unit: str = "") -> None:
         """Add a remark, with the force errors at sampled points where there are any."""
-        remark = Remark(where, held, how) if errors is None else Remark.costing(where, held, how, errors, unit)
-        self.remarks.append(remark)
+        made = Remark(where, held, how) if errors is None else Remark.costing(where, held, how, errors, unit)
+        self.remarks.append(made)
 
     def unit(self, direction: Direction) -> str:
         """The unit of a force along a line: that of the first coordinate in it."""
@@ -57,12 +57,12 @@ class Walk:
         return " ".join(parts).removeprefix("+ ")
 
     def assumed(self, force: sympy.Expr, direction: Direction = ()) -> str:
-        """The ranges behind the figures of a force that no section of the spec gives, in words; empty where all are."""
+        """The assumed ranges over which a force was evaluated, in words; empty where the spec gives all of them."""
         names = {s for s in force.free_symbols if isinstance(s, sympy.Symbol)}
         if SPEED in names:
             names |= {v for c, v in zip(direction, self.system.velocities, strict=False) if c}
-        ranges = self.region.said(names)
-        return f" (over {', '.join(ranges)}, assumed: the envelope says nothing of it)" if ranges else ""
+        ranges = self.region.assumptions(names)
+        return f" (over {', '.join(ranges)}, assumed: the envelope has no range for it)" if ranges else ""
 
     def _take(self, leftover: Leftover, lines: dict[Direction, Line]) -> None:
         values = self.region.sampled(leftover.force, leftover.direction)
@@ -76,10 +76,10 @@ class Walk:
         elif mean:
             line.constant += mean
         unit = self.unit(leftover.direction)
-        kept = f"its mean over the envelope, {mean:.4g} {unit}, is held" if mean else "nothing takes its place"
+        kept = f"its mean over the envelope, {mean:.4g} {unit}, is exported" if mean else "it is left out"
         force = f"{_shown(leftover.force)} along {self.words(leftover.direction)}"
-        how = f"{force} is no element here; {kept}{self.assumed(leftover.force)}"
-        self.says(leftover.where, "nearest" if mean else "dropped", how, finite - mean, unit)
+        how = f"{force} has no element in this format; {kept}{self.assumed(leftover.force)}"
+        self.remark(leftover.where, "nearest" if mean else "dropped", how, finite - mean, unit)
 
 
 def _shown(expression: sympy.Expr) -> str:
@@ -92,7 +92,7 @@ class Region:
     """Ranges of positions, velocities, inputs and time.
 
     Attributes:
-        assumed: what no section of the spec says, in words.
+        assumed: the ranges that no section of the spec gives, in words.
     """
 
     def __init__(self, spec: Spec, system: System) -> None:
@@ -115,15 +115,15 @@ class Region:
         self.ranges[TIME] = (0.0, float(duration))
 
     def _range(self, spec: Spec, name: sympy.Symbol, half: float, unit: str) -> tuple[float, float]:
-        told = name.name.removesuffix("_load")
-        if told in spec.envelope:
-            low, high = spec.envelope[told]
+        declared = name.name.removesuffix("_load")
+        if declared in spec.envelope:
+            low, high = spec.envelope[declared]
             return float(low), float(high)
-        if told == name.name:
+        if declared == name.name:
             self.assumed.append(f"{name} in [{-half:g}, {half:g}] {unit}")
         return -half, half
 
-    def said(self, names: set[sympy.Symbol]) -> list[str]:
+    def assumptions(self, names: set[sympy.Symbol]) -> list[str]:
         """The assumptions about these symbols."""
         return [text for text in self.assumed if text.split(" ")[0] in {s.name for s in names}]
 
