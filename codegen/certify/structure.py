@@ -1,30 +1,37 @@
-"""Certificates for any M(x), by the structure of the error equation: a Lyapunov function that decouples into modes.
+"""Certificates by structure, for any M(x): a Lyapunov function under which the error of a tracker decouples into modes.
 
-One mode is certified for an interval of eigenvalues that holds all modes. The extremes of M(x) over the envelope are an
-assumption: they are estimated at operating points and not proved.
+One mode is certified, for an interval that contains the eigenvalues of all modes. That the mode stands for the whole
+error is theorem 8 of docs/certificate_theory.md, which the checker does not check. The extremes of M(x) over the
+envelope are an assumption: they are estimated by optimisation, not proved.
 
-Measured velocity, a tracker: e[k+1] = (I − h G M⁻¹(x)) e[k], G = −K_2 symmetric and positive definite, so with
-f = G^(−1/2) e and N = G^(1/2) M⁻¹ G^(1/2), which is symmetric, f[k+1] = (I − h N(x)) f[k] and V = e'G⁻¹e = |f|²
-falls in a sample by (1 − hν)² at least for every eigenvalue ν of N, which are those of G M⁻¹, whatever x does from
-sample to sample. It remains to certify the scalar case for all ν in an interval.
+**Measured velocity.** With G = −K_2 symmetric and positive definite, f = G^(−½) e and N = G^½ M⁻¹ G^½,
 
-Estimated velocity, K_v = k I and an M(x) that moves slowly compared with it: in force errors e_f and velocity errors
-e_v the step of a tracker with n contacts on n coordinates is
+    e[k+1] = (I − h G M⁻¹(x)) e[k]    ⇔    f[k+1] = (I − h N(x)) f[k],    V = e'G⁻¹e = |f|².
 
-    e_v[k+1] = e_v − hk e_v − hM⁻¹e_f + hD e_v,    e_f[k+1] = e_f + hkG e_v,
+N is symmetric with the eigenvalues ν of G M⁻¹, so V[k+1] ≤ max_ν (1 − hν)² V[k], however x moves between samples. The
+scalar step 1 − hν is certified for ν in an interval.
 
-G symmetric, D = M⁻¹∂g/∂v. With u = G^½ e_v, f = G^(−½) e_f, T = G^(−½) M G^(−½) and N = T⁻¹ the function
+**Estimated velocity, K_v = k I.** In velocity errors e_v and force errors e_f the step is
 
-    V = |f + βu|² + a (u + κf)'T (u + κf),    β = hk/2,
+    e_v[k+1] = e_v − h k e_v − h M⁻¹ e_f + h D e_v,    e_f[k+1] = e_f + h k G e_v,
 
-needs three figures of the machine: the interval in which the eigenvalues ν of N (those of G M⁻¹) lie, the growth of M
-in a sample, M(x + hv) ≤ (1 + μh) M(x), and |(D + ζI) e|_M ≤ η |e|_M. In the eigenbasis of N the step decouples into
-modes, σ = √ν. With r = T^½(u + κf), φ = f + βu and d = T^½G^½(D + ζI)e_v of a mode, Σ|d|² ≤ η² Σ|T^½u|², a sample takes
+with G symmetric and D = M⁻¹ ∂g/∂v. With u = G^½ e_v, f = G^(−½) e_f, T = G^(−½) M G^(−½), N = T⁻¹ and β = hk/2, let
 
-    (r, φ, d)  to  ((1 + μh/2) r of the step, φ of the step, η T^½u),
+    V = |f + βu|² + a (u + κf)' T (u + κf).
 
-and if a|r|² + |φ|² + ρ|d|² falls there by a factor for every mode and every d, V falls by it: the ρ terms together are
-not above zero. So one 3 by 3 matrix over σ in an interval is certified.
+Three properties of the machine are needed (``Extremes``):
+
+1. the eigenvalues ν of N, which are those of G M⁻¹, lie in an interval;
+2. M grows in a sample by a bounded factor, M(x + hv) ≤ (1 + μh) M(x);
+3. |(D + ζI) e|_M ≤ η |e|_M.
+
+In the eigenbasis of N the step decouples into modes. With σ = √ν let r, φ and d be one component of T^½(u + κf),
+f + βu and T^½G^½(D + ζI)e_v; by property 3, Σ|d|² ≤ η² Σ|T^½u|². The 3 by 3 matrix of ``mode_step`` maps
+
+    (r, φ, d)  to  ((1 + μh/2) r⁺, φ⁺, η T^½u),    r⁺, φ⁺ after a step with M held.
+
+If a|r|² + |φ|² + ρ|d|² decreases under it by a factor, for every σ in the interval and every d, then V decreases by the
+same factor, because the terms in ρ add up to at most zero.
 """
 
 from __future__ import annotations
@@ -53,13 +60,17 @@ from codegen.mechanics.system import Matrix
 from codegen.spec.model import symbol
 
 SLOWER = 1 - 1e-3
+"""Certified rate over the rate found in floating point."""
 DIGITS = 6
+"""Of the entries of P."""
 MODES = 40
-MOST_CELLS = 400
-SLOPES = (0.8, 1.1, 1.4, 1.8)
-"""κk over the slowest ν: κ is the share of the force error in r."""
-LESS = (0.97, 0.9, 0.75)
-FINEST = 1e-3
+"""Values of σ for which P is searched."""
+MOST_CELLS, FINEST = 400, 1e-3
+"""Largest number of intervals of σ, and least length of one over its end."""
+KAPPAS = (0.8, 1.1, 1.4, 1.8)
+"""Values of κk/ν that are tried, with the slowest ν."""
+SHARES = (0.97, 0.9, 0.75)
+"""Shares of the rate at the ``MODES`` values that are tried for the whole interval of σ."""
 MODE, SIGMA, P, Q, NU = (symbol(name) for name in ("mode", "sigma", "p", "q", "nu"))
 COORDINATES = (
     ("r", "a component of T^(1/2) (u + kappa f), u = G^(1/2) e_v, f = G^(-1/2) e_f"),
@@ -69,7 +80,11 @@ COORDINATES = (
 
 
 def by_structure(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
-    """The certificate's content, which the checker has accepted; None where the observer is not of this structure."""
+    """The certificate's content, accepted by the checker; None if there is none.
+
+    Args:
+        stated: fields that every certificate has.
+    """
     content = _measured(analysis, stated) or _estimated(analysis, stated)
     if content is None:
         return None
@@ -107,21 +122,21 @@ def _measured(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
 
 
 def _estimated(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
-    found = moving_mass(analysis)
-    if found is None:
+    mode = moving_mass(analysis)
+    if mode is None:
         return None
-    rate = rounded(found.alpha * SLOWER, 4)
-    p = found.matrix / found.matrix[1, 1]
+    rate = rounded(mode.alpha * SLOWER, 4)
+    p = mode.matrix / mode.matrix[1, 1]
     exact = rounded_matrix(p, DIGITS, np.sqrt(np.diag(p)))
-    words = {"found": found, "rate": float(rate), "period": float(analysis.dynamics.observer.sample_time)}
-    words |= {"a": float(exact[0][0] / exact[1][1]), "ends": [float(e) for e in (found.splits[0], found.splits[-1])]}
+    words = {"mode": mode, "rate": float(rate), "period": float(analysis.dynamics.observer.sample_time)}
+    words |= {"a": float(exact[0][0] / exact[1][1]), "ends": [float(e) for e in (mode.splits[0], mode.splits[-1])]}
     words |= {"variables": {s.name: [float(e) for e in ends] for s, ends in analysis.points.ranges.items()}}
     return {
-        **stated(analysis, found.family),
+        **stated(analysis, mode.family),
         "claim": one_line("text/moving_mass_claim.j2", **words),
         "assumptions": lines("text/moving_mass_assumptions.j2", **words),
         "error": [{"name": name, "meaning": meaning, "unit": "1"} for name, meaning in COORDINATES],
-        "splits": {SIGMA.name: [str(s) for s in found.splits]},
+        "splits": {SIGMA.name: [str(s) for s in mode.splits]},
         "lyapunov_matrix": texts(exact),
         "decay_rate": rational_text(rate),
     }
@@ -129,15 +144,15 @@ def _estimated(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
 
 @dataclass(frozen=True)
 class MovingMass:
-    """A family of one mode that is certified in place of the whole matrix, and what was found for it.
+    """The certified mode of an observer with estimated velocity.
 
     Attributes:
-        family: over σ.
+        family: the 3 by 3 matrix of ``mode_step`` over σ.
         matrix: P, 3 by 3.
-        splits: of σ, exact.
-        alpha: 1/s.
-        extremes: what is assumed of the machine.
-        kappa, beta: of V, exact.
+        splits: ends of the intervals of σ on whose vertices P is checked, exact.
+        alpha: rate, 1/s.
+        extremes: the assumed properties of the machine.
+        kappa, beta: κ and β of V, exact.
     """
 
     family: Family
@@ -150,32 +165,34 @@ class MovingMass:
 
 
 def moving_mass(analysis: Analysis) -> MovingMass | None:
-    """What can be certified so; None where the observer has another structure, or nothing is found."""
+    """The certified mode of an observer; None if its structure is another one, or if no V is found."""
     gains = _structure(analysis)
     if gains is None:
         return None
     k, gain = gains
-    found = extremes(analysis, float(k), gain)
-    return None if found is None else certified_mode(analysis.dynamics.observer.sample_time, k, found)
+    machine = extremes(analysis, float(k), gain)
+    return None if machine is None else certified_mode(analysis.dynamics.observer.sample_time, k, machine)
 
 
-def certified_mode(h: Any, k: Any, found: Extremes) -> MovingMass | None:
-    """The mode of a machine with these figures, with the κ and P that show the largest rate; None if none is found.
+def certified_mode(h: Any, k: Any, machine: Extremes) -> MovingMass | None:
+    """The mode with the κ and P that give the largest rate; None if no V is found.
+
+    P is searched for ``MODES`` values of σ, then checked on intervals that cover all of σ (``_splits``).
 
     Args:
         h, k: sample time in s and velocity gain in 1/s, exact.
     """
-    if not (found.slowest > 0 and k * h < 1):
+    if not (machine.slowest > 0 and k * h < 1):
         return None
-    low, high = Fraction(str(math.sqrt(found.slowest))), Fraction(str(math.sqrt(found.fastest)))
+    low, high = Fraction(str(math.sqrt(machine.slowest))), Fraction(str(math.sqrt(machine.fastest)))
     ends = Fraction(math.floor(low * 1000), 1000), Fraction(math.ceil(high * 1000), 1000)
     if ends[0] <= 0:
         return None
     best: tuple[float, Any, Matrix, Array] | None = None
     beta = h * k / 2
-    for share in SLOPES:
-        kappa = rounded(share * found.slowest / float(k), 3)
-        step = mode_step(h, k, found, kappa, beta)
+    for ratio in KAPPAS:
+        kappa = rounded(ratio * machine.slowest / float(k), 3)
+        step = mode_step(h, k, machine, kappa, beta)
         function = _numbers(step)
         sampled = [_corners(function, s, s)[0] for s in geometric(float(ends[0]), float(ends[1]), MODES)]
         proposal = common_lyapunov(sampled, float(h), np.eye(3, dtype=bool))
@@ -186,20 +203,20 @@ def certified_mode(h: Any, k: Any, found: Extremes) -> MovingMass | None:
     alpha, kappa, step, p = best
     exact = (sympy.Rational(ends[0]), sympy.Rational(ends[1]))
     family = Family({SIGMA: exact}, {P: SIGMA, NU: SIGMA**2, Q: 1 / SIGMA}, step)
-    for less in LESS:
-        splits = _splits(step, p, ends, alpha * less, float(h))
+    for share in SHARES:
+        splits = _splits(step, p, ends, alpha * share, float(h))
         if splits is not None:
-            return MovingMass(family, p, splits, alpha * less, found, kappa, beta)
+            return MovingMass(family, p, splits, alpha * share, machine, kappa, beta)
     return None
 
 
 def _structure(analysis: Analysis) -> tuple[Any, Array] | None:
-    """(k, G) where the sampled matrix is that of the module's head with these, exactly; else None."""
+    """(k, G) if the sampled matrix is exactly that of the module's equations for estimated velocity; else None."""
     dynamics = analysis.dynamics
     observer, n = dynamics.observer, dynamics.observer.system.degrees_of_freedom
     if observer.velocity != "estimated" or observer.integration != "euler" or not dynamics.inverse_mass:
         return None
-    if observer.level_errors:  # a sample in which the sign of the estimated slip turns moves the level
+    if observer.level_errors:  # the step in which the estimated slip changes its sign would change the level
         return None
     a = Matrix(dynamics.in_force(dynamics.sampled).xreplace(dict(observer.values)))
     if a.rows != 2 * n or any(e != 0 for e in a[n:, n:]) or a[:n, n:] != -dynamics.inverse_mass_matrix:
@@ -216,31 +233,36 @@ def _structure(analysis: Analysis) -> tuple[Any, Array] | None:
 
 
 def mode_step(h: Any, k: Any, machine: Extremes, kappa: Any, beta: Any) -> Matrix:
-    """A of one mode in (r, φ, d), 3 by 3 over p = σ, nu = σ², q = 1/σ: a sample takes (r, φ, d) to (I + hA)(r, φ, d).
+    """A of the step (r, φ, d) → (I + hA)(r, φ, d) of one mode, 3 by 3 over p = σ, nu = σ² and q = 1/σ.
+
+    For a mode T = 1/σ², so r = (u + κf)/σ and φ = f + βu; these are solved for u and f.
 
     Args:
         h, k: sample time and velocity gain, exact; ``kappa``, ``beta`` of V.
     """
     r, phi, d, s = sympy.symbols("r phi d s")
-    share = 1 - kappa * beta
-    u, f = (s * r - kappa * phi) / share, (phi - beta * s * r) / share
+    determinant = 1 - kappa * beta
+    u, f = (s * r - kappa * phi) / determinant, (phi - beta * s * r) / determinant
     u_next = (1 - h * (k + machine.shift)) * u - h * s**2 * f + h * s * d
     f_next = f + h * k * u
     growth = 1 + machine.growth * h / 2
     after = sympy.Matrix([growth * (u_next + kappa * f_next) / s, f_next + beta * u_next, machine.slope * u / s])
     rates = (after.jacobian([r, phi, d]) - sympy.eye(3)) / h
-    return Matrix(rates.applyfunc(lambda e: _named(e, s)))
+    return Matrix(rates.applyfunc(lambda e: _multi_affine(e, s)))
 
 
-def _named(entry: Any, s: sympy.Symbol) -> Any:
-    """A sum of powers of σ from −1 to 3 over p = σ, nu = σ² and q = 1/σ, multi-affine."""
-    words = (Q, sympy.Integer(1), P, NU, P * NU)
+def _multi_affine(entry: Any, s: sympy.Symbol) -> Any:
+    """A sum of powers σ⁻¹ to σ³, written multi-affinely in p = σ, nu = σ² and q = 1/σ (σ³ as p nu)."""
+    powers = (Q, sympy.Integer(1), P, NU, P * NU)
     polynomial = sympy.Poly(sympy.expand(entry * s), s)
-    return sum((polynomial.coeff_monomial(s**i) * word for i, word in enumerate(words)), sympy.Integer(0))
+    return sum((polynomial.coeff_monomial(s**i) * power for i, power in enumerate(powers)), sympy.Integer(0))
 
 
 def _splits(step: Matrix, p: Array, ends: tuple[Fraction, Fraction], alpha: float, h: float) -> list[Fraction] | None:
-    """Cuts of σ between which p, 1/σ and σ² are close enough to one another; None where they would be too many."""
+    """Ends of intervals of σ such that P proves the rate at every vertex of the box of (σ, σ², 1/σ) over each; or None.
+
+    Found by bisection. None if more than ``MOST_CELLS`` intervals, or shorter ones than ``FINEST``, would be needed.
+    """
     waiting, done, function = [ends], [ends[0]], _numbers(step)
     while waiting and len(done) + len(waiting) <= MOST_CELLS:
         a, b = waiting.pop()
@@ -263,6 +285,6 @@ def _numbers(step: Matrix) -> Callable[..., Any]:
 
 
 def _corners(function: Callable[..., Any], a: float, b: float) -> list[Array]:
-    """A at the vertices of the box around σ in [a, b]."""
+    """A at the vertices of the box of (σ, σ², 1/σ) for σ in [a, b]."""
     box = sorted(set(product((a, b), (a * a, b * b), (1 / a, 1 / b))))
     return [np.array(function(*corner), dtype=float) for corner in box]

@@ -60,7 +60,7 @@ def test_what_is_assumed_of_the_mass_matrix_is_said() -> None:
     said: Any = found.content["assumptions"]
     rates = np.linalg.eigvals(-evaluate(analysis.dynamics, analysis.dynamics.sampled, analysis.points)).real
     seen = f"from {rates.min():.4g} to {rates.max():.4g} 1/s"
-    assert any("not enclosed over the envelope" in line and seen in line for line in said)
+    assert any("not proved over the envelope" in line and seen in line for line in said)
     assert found.content["claim"].startswith("By the structure of the observer, for every mass matrix")
 
 

@@ -49,8 +49,8 @@ def test_psi_of_the_arm_is_short_and_stable() -> None:
 
 def test_a_certificate_by_structure_says_what_it_assumes() -> None:
     content = json.loads((GENERATED / "certificate.json").read_text(encoding="utf-8"))
-    figures = next(line for line in content["assumptions"] if "not enclosed over the envelope" in line)
-    assert "a climb from the worst" in figures
+    figures = next(line for line in content["assumptions"] if "not proved over the envelope" in line)
+    assert "a local search from the worst" in figures
     assert content["claim"].startswith("By the structure of the observer, for every mass matrix")
     low, high = (float(Fraction(x)) for x in content["variables"]["sigma"])
     assert 1.9 < low < 2.0 and 37 < high < 39  # the roots of 4.2 and 1300 1/s with 10 % added
