@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import pairwise, product
 from typing import Any
 
@@ -63,6 +63,7 @@ class Enclosure:
         theta = casadi.SX.sym("theta", max(1, len(self._values)))
         names = {s: theta[k] for k, s in enumerate(family.parameters)}
         self._function = casadi.Function("matrix", [theta], [casadi.densify(to_casadi(family.matrix, names))])
+        self._over = cache(self._function.map)
 
     def vertices(self, cells: Iterable[Cell]) -> list[NDArray[np.float64]]:
         """A at the corners of what the parameters can be in cells, each once."""
@@ -75,7 +76,7 @@ class Enclosure:
         ends = [[sorted({float(low), float(high)}) for low, high in box] for box in boxes]
         corners = sorted({corner for box in ends for corner in product(*box)})
         rows, columns = self._function.size_out(0)
-        flat = np.asarray(self._function.map(len(corners))(np.array(corners).T))
+        flat = np.asarray(self._over(len(corners))(np.array(corners).T))
         return [*np.ascontiguousarray(flat.reshape(rows, len(corners), columns).transpose(1, 0, 2))]
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import clarabel
 import numpy as np
@@ -32,18 +33,25 @@ Worst = list[list[int]]
 LARGEST_HULL = 4
 LARGEST, SLACK = 1e6, 1e-3
 """I ≤ P ≤ 10⁶ I, and how far from its edge an inequality is asked for."""
+CLOSE, CLOSER, ENOUGH = 1e-5, 1e-8, 0.9
+"""Relative residuals at which a dual and a primal point are taken as feasible, and the share of the largest slack that
+is enough."""
 WELL = 1e8
 SAME = 0.05
 """Steps of log w: coarse, so that no last bit decides."""
-FEW, FIRST, ADDED, ROUNDS = 64, 12, 6, 25
-"""With more than FEW matrices the inequality is solved for FIRST of them, then with the worst ADDED that P violates."""
+FEW, FIRST, ADDED, ROUNDS, TIGHT = 64, 12, 4, 25, 16
+"""With more than FEW matrices the inequality is solved for FIRST of them, then with the worst ADDED that P violates; a
+similar problem starts with the TIGHT ones of the last P."""
 NEAR = 2e-5
 """Relative tolerance of ``method_of_centres`` for one family: its rate is within 1 % of the proved limit."""
 NEARER = (0.75, 0.5, 0.25)
 MOST = 4096
 """With more matrices the analytic centre would take minutes: P is then the solver's own."""
-SETTLED = 2048
-"""With more matrices, and a growth among the conditions, Newton's method does not converge in its number of steps."""
+CLIMBED = 2**19
+"""Matrices times m⁴ up to which the method of centres is used: for 1024 of order 6 it takes 3 s for 0.2 % of a rate."""
+SETTLED, TIGHTEST = 2048, 400
+"""With more matrices, and a growth among the conditions, Newton's method does not converge in its number of steps; the
+TIGHTEST of each group then stand for all."""
 
 
 def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
@@ -112,6 +120,8 @@ def common_lyapunov_of_many(matrices: Sequence[Array], h: float, near: float = N
         if (p := common_lyapunov_at([(matrices, alpha)], h, worst)) is not None:
             first = p, alpha
             break
+    if len(matrices) * len(first[0]) ** 4 > CLIMBED:
+        return first[0], float(certified_rates(first[0], np.asarray(matrices), h).min()) * 0.999
     scale = balance(matrices)
     stack, start = _in(scale, matrices), first[0] * scale[None, :] * scale[:, None]
     p, shown = method_of_centres(
@@ -157,15 +167,29 @@ def common_lyapunov_at(groups: Sequence[Group], h: float, worst: Worst | None = 
     return np.asarray((p + p.T) / 2)
 
 
-def analytic_centre_at(groups: Sequence[Group], h: float) -> Array | None:
-    """As ``common_lyapunov_at``, at the analytic centre: one P on every machine, for up to ``SETTLED`` matrices."""
-    p = common_lyapunov_at(groups, h)
-    if p is None or sum(len(matrices) for matrices, _ in groups) > SETTLED:
-        return p
-    scale = _scale(groups)
-    scaled = [(_in(scale, matrices), rate) for matrices, rate in groups]
+def analytic_centre_at(groups: Sequence[Group], h: float, p: Array | None) -> Array | None:
+    """The analytic centre of all P as of ``common_lyapunov_at``, of which ``p`` is one: the same on every machine.
+
+    With more than ``SETTLED`` matrices it is that of the conditions which ``p`` meets most tightly, if all others hold
+    there too. Where the centre is not reached, or ``p`` is None, it is ``p``.
+    """
+    if p is None:
+        return None
+    few, scale = groups, _scale(groups)
+    if sum(len(matrices) for matrices, _ in groups) > SETTLED:
+        few = [(_tightest(p, np.asarray(matrices), h, TIGHTEST), rate) for matrices, rate in groups]
+    scaled = [(_in(scale, matrices), rate) for matrices, rate in few]
     middle = analytic_centre(scaled, h, p * scale[None, :] * scale[:, None])
-    return p if middle is None else middle / scale[None, :] / scale[:, None]
+    if middle is None:
+        return p
+    middle = middle / scale[None, :] / scale[:, None]
+    holds = all(certified_rates(middle, np.asarray(matrices), h).min() >= rate for matrices, rate in groups)
+    return middle if holds else p
+
+
+def _tightest(p: Array, stack: Array, h: float, count: int) -> Array:
+    """The matrices for which P shows the smallest rates."""
+    return np.asarray(stack[np.argsort(certified_rates(p, stack, h))[:count]])
 
 
 def _feasible(
@@ -187,17 +211,17 @@ def _feasible(
     largest = max(1.0, *(float(np.abs(stack).max()) for stack in stacks))
     worst = [[] for _ in stacks] if worst is None else worst
     worst += [[] for _ in stacks[len(worst) :]]
-    used = [
-        sorted({*map(int, np.linspace(0, len(s) - 1, min(first or len(s), len(s)))), *(k for k in known if k < len(s))})
-        for s, known in zip(stacks, worst, strict=True)
-    ]
+    used = []
+    for stack, known in zip(stacks, worst, strict=True):
+        count, last = min(first or len(stack), len(stack)), len(stack) - 1
+        begun = known if len(known) >= count else [*known, *map(int, np.linspace(0, last, count))]
+        used.append(sorted({k for k in begun if k <= last}))
     for _ in range(ROUNDS):
         asked = [
-            _lyapunov_map(stack[k], h, rate) / largest
+            _lyapunov_maps(stack[chosen], h, rate) / largest
             for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True)
-            for k in chosen
         ]
-        p = solve_lmi(asked, structure)
+        p = solve_lmi(np.concatenate(asked), structure)
         if p is None or np.linalg.eigvalsh(p)[0] <= 0:
             return None
         missing = False
@@ -210,48 +234,62 @@ def _feasible(
             chosen += slow
             known += slow
         if not missing:
+            for stack, chosen, known in zip(stacks, used, worst, strict=True):
+                known[:] = (chosen[k] for k in np.argsort(certified_rates(p, stack[chosen], h))[:TIGHT])
             return p
     return None
 
 
-def _lyapunov_map(a: Array, h: float, alpha: float) -> Array:
-    """``lyapunov_map`` of one matrix as a map of vec P, m² by m²; the P of a solver depends on its last bits."""
-    unit = np.eye(len(a))
-    now = np.kron(a.T, unit) + np.kron(unit, a.T) + h * np.kron(a.T, a.T)
-    return np.asarray(-(now + 2 * alpha * np.eye(len(now))))
+def _lyapunov_maps(stack: Array, h: float, alpha: float) -> Array:
+    """``lyapunov_map`` as maps of vec P, N by m² by m²; the P of a solver depends on their last bits."""
+    turned, size = stack.transpose(0, 2, 1), stack.shape[1]
+    unit = np.eye(size)
+    first, second = turned[:, :, None, :, None], turned[:, None, :, None, :]
+    now = first * unit[:, None, :] + unit[:, None, :, None] * second + h * (first * second)
+    return np.asarray(-(now.reshape(-1, size * size, size * size) + 2 * alpha * np.eye(size * size)))
 
 
-def solve_lmi(conditions: Sequence[Array], structure: Pattern | None = None) -> Array | None:
+def solve_lmi(conditions: Array, structure: Pattern | None = None) -> Array | None:
     """P with I ≤ P ≤ 10⁶ I and L(P) > 0 for each condition, of largest slack; None if none is found.
 
     Args:
-        conditions: the L as of ``_lyapunov_map``, scaled to entries of about 1.
+        conditions: the L as of ``_lyapunov_maps``, scaled to entries of about 1.
         structure: where P may hold other entries than zero; None: everywhere.
     """
-    size = math.isqrt(len(conditions[0]))
+    size = math.isqrt(conditions.shape[1])
     pick, spread = half_vectorisation(size)
     unit, count = pick @ np.eye(size).ravel(), len(conditions)
     n = len(unit)
-    blocks = [np.column_stack([-pick @ block @ spread, SLACK * unit]) for block in conditions]
-    blocks += [np.column_stack([sign * pick @ spread, 0 * unit]) for sign in (-1, 1)]
+    blocks = np.zeros((count + 2, n, n + 1))
+    blocks[:count, :, :n] = -pick @ conditions @ spread
+    blocks[:count, :, n] = SLACK * unit
+    blocks[count:, :, :n] = -pick @ spread, pick @ spread
+    rows = [blocks.reshape(-1, n + 1), np.eye(n + 1)[-1:]]  # the slack is at most 1
     right = [np.zeros(count * n), -unit, LARGEST * unit, np.ones(1)]
-    blocks.append(np.eye(n + 1)[-1:])  # the slack is at most 1
     cones = [*[clarabel.PSDTriangleConeT(size)] * (count + 2), clarabel.NonnegativeConeT(1)]
     zeros = [] if structure is None else [*np.flatnonzero(~structure[np.tril_indices(size)])]
     if zeros:
-        blocks.append(np.eye(n + 1)[zeros])
+        rows.append(np.eye(n + 1)[zeros])
         right.append(np.zeros(len(zeros)))
         cones.append(clarabel.ZeroConeT(len(zeros)))
     settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    empty, matrix = scipy.sparse.csc_matrix((n + 1, n + 1)), scipy.sparse.csc_matrix(np.vstack(blocks))
+    settings.verbose = settings.iterative_refinement_enable = False
+    empty, matrix = scipy.sparse.csc_matrix((n + 1, n + 1)), scipy.sparse.csc_matrix(np.vstack(rows))
     target = -np.eye(n + 1)[-1]
-    found = clarabel.DefaultSolver(empty, target, matrix, np.concatenate(right), cones, settings).solve()
+    solver = clarabel.DefaultSolver(empty, target, matrix, np.concatenate(right), cones, settings)
+    solver.set_termination_callback(_decided)
+    found = solver.solve()
     x = np.array(found.x)
     if not np.isfinite(x).all() or x[-1] <= 0:
         return None
     p = (spread @ x[:n]).reshape(size, size)
     return p if structure is None else np.where(structure, p, 0.0)
+
+
+def _decided(info: Any) -> bool:
+    """Whether the dual bounds the slack below zero, or the slack is near its largest: no more iterations are needed."""
+    none = info.cost_dual > info.cost_primal / 2 > 0 and info.res_dual < CLOSE
+    return bool(none or (info.cost_primal < -ENOUGH and info.res_primal < CLOSER))
 
 
 def balance(matrices: Sequence[Array]) -> Array:

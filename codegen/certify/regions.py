@@ -108,7 +108,7 @@ class RegionSearch:
             return self._family(self._box(states, slips, w))[1], self._family(self._box(leasts, (-1.0, 1.0), w))[1]
 
         stack, whole = both(0.0)
-        growth = self._growth([(stack, KEPT * rate)], whole)
+        growth, _ = self._growth([(stack, KEPT * rate)], whole)
         worst: Worst = []
 
         def holds(w: float) -> bool:
@@ -117,20 +117,24 @@ class RegionSearch:
 
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
-    def _growth(self, groups: Sequence[Group], whole: list[Array]) -> float:
-        """The least rate of growth, 1/s, of a P that serves ``groups`` too."""
+    def _growth(self, groups: Sequence[Group], whole: list[Array]) -> tuple[float, Array | None]:
+        """The least rate of growth, 1/s, of a P that serves ``groups`` too, and this P, None if there is none."""
         worst: Worst = []
 
         @cache
+        def served(rate: float) -> Array | None:
+            return common_lyapunov_at([*groups, (whole, -rate)], self.h, worst)
+
         def holds(rate: float) -> bool:
-            return common_lyapunov_at([*groups, (whole, -rate)], self.h, worst) is not None
+            return served(rate) is not None
 
         least = 1.0
         while not holds(least) and least < FASTEST / self.h:
             least *= COARSE
         while least > FLOOR and holds(least / COARSE):
             least /= COARSE
-        return _bisected(holds, least, least / COARSE, geometric=True)
+        least = _bisected(holds, least, least / COARSE, geometric=True)
+        return least, served(least)
 
     def _sliding(self) -> tuple[list[Any], tuple[float, float]] | None:
         """The least |f| of each contact, and the slips as shares of the largest, where at least KEPT of the rate is."""
@@ -203,8 +207,8 @@ class RegionSearch:
         found = []
         claims: list[tuple[str, list[Group]]] = [("weak", []), ("passing", [(stack, KEPT * rate)])]
         for kind, groups in claims:
-            growth = self._growth(groups, whole)
-            p = analytic_centre_at([*groups, (whole, -growth)], self.h)
+            growth, p = self._growth(groups, whole)
+            p = analytic_centre_at([*groups, (whole, -growth)], self.h, p)
             if p is None:
                 continue
             shown = float(certified_rates(p, np.array(whole), self.h).min())

@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 
 from codegen.certify.centre import analytic_centre
-from codegen.certify.lyapunov import analytic_centre_at, certified_rates, common_lyapunov, common_lyapunov_of_many
+from codegen.certify.lyapunov import (
+    analytic_centre_at,
+    certified_rates,
+    common_lyapunov,
+    common_lyapunov_at,
+    common_lyapunov_of_many,
+)
 
 
 def family(h: float) -> list[Any]:
@@ -49,11 +55,12 @@ def test_another_rounding_gives_the_same_p_and_rate(search: str, h: float) -> No
 def test_a_p_for_two_rates_is_the_same_too() -> None:
     matrices = family(1e-3)
     groups = [(matrices[:8], 0.5), (matrices[8:], -1.0)]
-    p = analytic_centre_at(groups, 1e-3)
+    p = analytic_centre_at(groups, 1e-3, common_lyapunov_at(groups, 1e-3))
     assert p is not None
     for stack, rate in groups:
         assert certified_rates(p, np.array(stack), 1e-3).min() > rate
-    other = analytic_centre_at([(shaken(stack, 1), rate) for stack, rate in groups], 1e-3)
+    shaken_too = [(shaken(stack, 1), rate) for stack, rate in groups]
+    other = analytic_centre_at(shaken_too, 1e-3, common_lyapunov_at(shaken_too, 1e-3))
     assert other is not None and np.abs(normed(other) - normed(p)).max() < 1e-8
 
 
