@@ -24,7 +24,7 @@ from codegen.certify.remedies.sample_times import largest_sample_times
 
 @dataclass(frozen=True, repr=False)
 class Certified(Shown):
-    """What ``certify`` found beside the certificate or refusal.
+    """The certificate or refusal, and what ``certify`` computed in addition.
 
     Attributes:
         outcome: the certificate, or the refusal with what would be certified in its place.

@@ -44,7 +44,7 @@ def check_text(machine: Derived) -> str:
 
 
 def check_json(machine: Derived) -> dict[str, Any]:
-    """What ``stiction check --json`` prints: expressions as text, numbers in the units beside them."""
+    """What ``stiction check --json`` prints: expressions as text, numbers with their units."""
     spec, system = machine.spec, machine.system
     observer = None if spec.observer is None else machine.nominal.observer
     coordinates = zip(system.positions, system.velocities, system.position_units, strict=True)

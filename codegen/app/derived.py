@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Overrides:
-    """What the command asks for beside the spec; None and () where the spec and the default hold."""
+    """Options of the command that override the spec; None and () for the spec's own or the default."""
 
     precision: str | None = None
     fault: str | None = None

@@ -81,7 +81,7 @@ def diagnose(
             ``log`` is held out.
         out: folder for DIAGNOSIS_FILES and generated/NAME; by default named after the first log.
         description, columns: how the logs name their columns. propose: terms for an unknown residual, by PySINDy.
-        material: share of the RMS of the drive force from which on what is left matters, 0.02 or "2 %"; 2 % by default.
+        material: share of the RMS drive force from which on a residual matters, 0.02 or "2 %"; 2 % by default.
 
     Raises:
         BadInput: for a bad spec, log or share, or a folder where we would replace what is not ours; then nothing is
@@ -154,13 +154,13 @@ def _rate(outcome: Certificate | Refusal) -> float | str:
 
 
 def certificate_change(before: Certificate | Refusal, after: Certificate | Refusal) -> CertificateChange:
-    """The rates, and which proofs beside a certificate there are no longer."""
+    """The certified rates before and after, and the proofs that no longer exist."""
     lost = [(name, why) for name, why in _missing(after).items() if name not in _missing(before)]
     return CertificateChange(_rate(before), _rate(after), tuple(lost))
 
 
 def _missing(outcome: Certificate | Refusal) -> dict[str, str]:
-    """File of a proof beside a certificate → why there is none, as ``certify`` says it."""
+    """File of a proof other than the certificate → the reason why there is none, as in ``certify``."""
     from codegen.certify.outcome import Certificate
     from codegen.checker.verify import PROOF, SETS
 

@@ -29,7 +29,7 @@ class Exported(Result):
 
     Attributes:
         files: names in a folder; () of a single file.
-        remarks: what it holds of the machine, and what the rest costs.
+        remarks: how the machine is represented, with the force errors.
     """
 
     template = "exported"

@@ -86,7 +86,7 @@ class GeneratedFmu(Certifiable):
 
     Attributes:
         members: paths in the zip.
-        outcome: the certificate, which lies in the FMU's documentation, or why there is none.
+        outcome: the certificate, which is in the FMU's documentation, or the refusal.
         stale: with ``check_only``, whether the file on disk is missing or not current.
     """
 

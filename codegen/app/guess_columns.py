@@ -23,10 +23,10 @@ QUANTITIES: Mapping[str, frozenset[str]] = {
 
 @dataclass(frozen=True)
 class Guess:
-    """What the names tell.
+    """Columns recognised by their names.
 
     Attributes:
-        columns: symbol → column. remarks: what they do not tell, in plain words.
+        columns: symbol → column. remarks: on variables without a column, and on columns that were not taken.
     """
 
     columns: Mapping[str, str]

@@ -36,7 +36,7 @@ def init(
         name: of the machine, and of the file; or a robot file, whose name it then has.
         source: a spec, a shipped one by its name (``specs/two_mass.yaml`` or ``two_mass``), a robot description (URDF)
             or a MuJoCo model (MJCF, .xml); None for a new machine of one mass.
-        log: of a robot: the spec names its columns as far as their names tell.
+        log: of a robot: its columns are named in the spec where their names are recognised.
 
     Returns:
         The files: the spec, and the robot file that it names where that did not lie there.

@@ -67,7 +67,7 @@ class _Seen:
 
 
 def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
-    """The spec and the robot file beside it, by file.
+    """File name → text of the spec and of its robot file.
 
     Args:
         name: of the machine. path: a URDF or MJCF file. log: whose columns the spec is to name, or None.
@@ -91,7 +91,7 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
 
 
 def _spec_text(name: str, robot: _Robot, path: Path, folder: Path, log: Path | None) -> str:
-    """The spec beside the robot file in a folder, parsed once as a check; errors in it are reported for ``path``."""
+    """The spec for the robot file in a folder, parsed once as a check; errors in it are reported for ``path``."""
     bodies = read_kinematic_tree(folder / robot.file, Place(str(folder / robot.file))).bodies
     guess, target = _guess(log, bodies), folder / f"{name}.yaml"
 

@@ -47,7 +47,7 @@ def certificate_in(path: str | Path) -> Path:
 
 @verb_that_raises(checker.Refused)
 def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
-    """Check a certificate or a proof by the independent checker, with the files that lie beside it.
+    """Check a certificate or a proof by the independent checker, with the files in the same folder.
 
     Args:
         path: of the file, or of the folder with a certificate.json.
@@ -61,7 +61,7 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
         return Verified(checker.check(read_text(path, CERTIFICATE, checker.MAX_TEXT), path.parent, spec))
     except json.JSONDecodeError as error:
         raise _no_json(path, error) from None
-    except OSError as error:  # of a file beside it, or of the spec
+    except OSError as error:  # of a file in its folder, or of the spec
         found = f"unreadable ({error.strerror})"
         expected = "a file that the certificate names"
         raise BadInput(str(error.filename or path), found, expected, code="FILE001") from None
@@ -100,7 +100,7 @@ def verification_json(path: str | Path, spec: str | Path | None = None) -> tuple
 
 @verb_that_raises(checker.Refused)
 def verify_machine(machine: Derived) -> Verified:
-    """Check the certificate that ``generate`` would write for a machine, with the files that it would write beside it.
+    """Check the certificate that ``generate`` would write for a machine, with the other files that it would write.
 
     Raises:
         BadInput: for a machine without a certificate.

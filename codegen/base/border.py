@@ -28,7 +28,7 @@ def verb_that_raises(
     KeyboardInterrupt and SystemExit pass.
 
     Args:
-        meant: the exceptions that the verb declares beside BadInput.
+        meant: the exceptions other than BadInput that the verb declares.
     """
 
     passed: tuple[type[Exception], ...] = (*OURS, *meant)

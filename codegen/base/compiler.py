@@ -47,7 +47,7 @@ def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
 
     Args:
         sources: file name → text, headers included.
-        flags: beside ``FLAGS``.
+        flags: in addition to ``FLAGS``.
 
     Raises:
         BadInput: where there is no compiler, or it refuses the code.

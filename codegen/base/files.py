@@ -83,7 +83,7 @@ def remove(path: Path) -> None:
 
 
 def write_atomically(path: Path, text: str) -> None:
-    """Write through a temporary file beside the target, so that no reader ever sees half a file.
+    """Write through a temporary file in the target's folder, so that no reader sees an incomplete file.
 
     Raises BadInput if the folder cannot be made or written.
     """
@@ -91,7 +91,7 @@ def write_atomically(path: Path, text: str) -> None:
 
 
 class Waiting:
-    """A temporary file beside its target, until it takes the target's place; without that it is removed in the end.
+    """A temporary file in the target's folder that replaces the target by ``take_place``, or else is removed.
 
     Raises BadInput if the folder cannot be made or written, or the target is a folder or a device.
     """
@@ -128,7 +128,7 @@ class Waiting:
 
 
 def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str], marks: Sequence[str] = ()) -> None:
-    """Write several files: all are written beside their targets before the first takes its place.
+    """Write several files: all are written as temporaries before the first replaces its target.
 
     Nothing else in the folder is touched.
 

@@ -1,4 +1,4 @@
-"""Where templates and shipped specs lie: beside the package in a source tree, inside it in a wheel."""
+"""Folders of templates and shipped specs: next to the package in a source tree, inside it in a wheel."""
 
 from __future__ import annotations
 

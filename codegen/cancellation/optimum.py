@@ -39,7 +39,7 @@ def weighted_rank_form(weight: str, mass: Any, left: Any, right: Any) -> tuple[A
 
 
 def whitener(weight: str, mass: Array) -> Array:
-    """V with V'V = W, so that |V r|² is the cost of r; n by n."""
+    """V with V'V = W, so that r'W r = |V r|²; n by n."""
     if weight == "identity":
         return np.eye(len(mass))
     if weight == "acceleration":

@@ -204,7 +204,7 @@ def _as_speeds(expression: Any, signs: Mapping[sympy.Symbol, ContactAxes]) -> An
 
 
 def _kinks(expressions: Iterable[Any]) -> tuple[Any, ...]:
-    """What stands in |·| and sgn, but for a slip itself."""
+    """The arguments of |·| and sgn other than a slip itself."""
     found = {atom.args[0] for e in expressions for atom in e.atoms(Magnitude, Sgn) if not atom.args[0].is_Symbol}
     return tuple(sorted((x for x in found if sympy.Poly(x, *x.free_symbols).is_linear), key=str))
 

@@ -100,7 +100,7 @@ def proved(
     """The certificate with the fewest digits that the checker accepts, and its report.
 
     Args:
-        reversals: whether it states what one costs.
+        reversals: whether it states the growth of V at a reversal.
 
     Raises:
         codegen.checker.verify.Refused: if it accepts none.
@@ -118,7 +118,7 @@ def proved_alike(
     """Certificates that the checker accepts all with the same digits: a proposal with a common P keeps it.
 
     Args:
-        finish: (which part, its certificate) → the certificate with what else is to stand in it.
+        finish: (which part, its certificate) → the certificate with its further entries.
 
     Raises:
         codegen.checker.verify.Refused: if it accepts them with no number of digits.

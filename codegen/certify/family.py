@@ -227,7 +227,7 @@ def _signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> An
 def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> Any:
     """sgn as ±1 where its argument keeps its sign, else it and tanh as variables in [−1, 1]; log has no word."""
     if entry.has(sympy.log):
-        raise NotEnclosable("log stands in the slope of the force; a certificate has no word for it")
+        raise NotEnclosable("log occurs in the slope of the force, and certificates have no such function")
     for atom in sorted(entry.atoms(Sgn, sympy.tanh), key=str):
         sign = _known_sign(atom.args[0], ranges) if atom.func is Sgn else 0
         if sign:

@@ -29,7 +29,7 @@ from codegen.certify.centre import (
 )
 
 Worst = list[list[int]]
-"""Of each group of matrices the indices of those that P has to serve."""
+"""Of each group of matrices the indices of the active constraints."""
 LARGEST_HULL = 4
 LARGEST, SLACK = 1e6, 1e-3
 """I ≤ P ≤ 10⁶ I, and how far from its edge an inequality is asked for."""

@@ -23,15 +23,15 @@ class Certificate(Shown):
 
     Attributes:
         content: the JSON object (docs/certificate_format.md).
-        decay_rate: α, 1/s; V falls by 1 − 2αh in each sample, by 1/(1 + αh)² where the step is implicit.
+        decay_rate: α, 1/s; V decreases by 1 − 2αh in each sample, by 1/(1 + αh)² where the step is implicit.
         spectral_rate: the largest rate that any P could show at the worst operating point.
         limit: the refutation of every faster rate, which the checker has accepted too; None if none was found.
-        turning: a certificate whose V serves all signs of the slips, but for the samples in which one turns; or None.
+        turning: a certificate with one V for all signs of the slips, not for samples with a reversal; or None.
         no_turning: whether there is proved to be none.
         by_structure: whether it is about one mode of a machine whose extremes are estimates, not proven bounds.
         bounds: on each friction error, or the words why there are none.
         response: how the errors move under what their matrix leaves out, where there are bounds.
-        sticking: of a (G)CFO, the contacts beside which, while they stick, another's error falls slowest; or None.
+        sticking: of a (G)CFO, the sticking contacts for which the other errors decay slowest; or None.
         kernel: the proof that the kernel has accepted for the C (proof.json), or None.
         not_by_kernel: why there is none.
         ellipsoid: what follows of it for noise and drift, as the checker has accepted it (ellipsoid.json), or None.

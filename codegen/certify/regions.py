@@ -31,12 +31,12 @@ from codegen.certify.lyapunov import (
 )
 
 KEPT, KEPT_BESIDE = 0.5, 0.4
-"""Sliding are the slips at which this share of the best rate is certified at the largest |f|, and the |f| at which so
-much of it is; and a P that serves through zero too is to have this share of the rate of sliding."""
+"""Shares of the best rate of sliding: certified at the largest |f| for the slips of the region, and for its other |f|.
+The first is also the rate while sliding of the P that bounds the growth through zero."""
 DEARER = 2.0
-"""The acceleration may cost this factor in the growth through zero."""
+"""Factor by which the accelerations may increase the growth through zero."""
 PRESLIDING = 0.25
-"""And presliding where this share of the slowest point's own rate is."""
+"""Presliding: the share of the spectral rate that is certified in its region."""
 DIRECTIONS = ((-1.0, 1.0), (0.0, 1.0), (0.2, 1.0), (-1.0, -0.2))
 COARSE, RATIO, FINE = 8.0, 0.03, 2e-4
 BELOW, THIN = 5e-4, 0.99
@@ -118,7 +118,7 @@ class RegionSearch:
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
     def _growth(self, groups: Sequence[Group], whole: list[Array]) -> tuple[float, Array | None]:
-        """The least rate of growth, 1/s, of a P that serves ``groups`` too, and this P, None if there is none."""
+        """The least rate of growth, 1/s, of a P that also meets the conditions of ``groups``, and this P or None."""
         worst: Worst = []
 
         @cache

@@ -63,7 +63,7 @@ def over_angles(family: Family, h: Any) -> Found | None:
 
 
 def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
-    """Whether V falls by a factor in a cell of the tangents, as the checker decides it."""
+    """A test whether V decreases by a factor in a cell of the tangents, as the checker makes it."""
     known: dict[Any, Any] = {}
     stated = {
         "sample_time": str(h),

@@ -43,7 +43,7 @@ def emit_readme(
         certificate: a dict, or the reason of a refusal.
         files: in the same folder.
         proofs: file → its text.
-        kernel: whether the kernel's proof of the C is beside them.
+        kernel: whether the kernel's proof of the C is among the files.
         bounds: on each friction error, as proved of the C.
     """
     proofs = proofs or {}

@@ -15,7 +15,7 @@ from codegen.export.numbers import number, numbers
 MARGIN = 1e-9
 """Of the triangle inequality of principal moments."""
 SWEEPS, DIAGONAL = 8, 1e-14
-"""Rounds of Jacobi's rotations, and what is left beside the diagonal then, as a share of the trace."""
+"""Sweeps of Jacobi's rotations, and the off-diagonal remainder at which they end, as a share of the trace."""
 APART = 0.3
 """Metres between the bodies of a machine that has no robot file, to see them."""
 

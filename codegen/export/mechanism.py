@@ -273,7 +273,7 @@ class _Elements:
         return True
 
     def _pairs(self, matrix: Any, symbols: tuple[sympy.Symbol, ...], kind: str, rest: list[sympy.Expr]) -> None:
-        """Linear forces −K y as elements: a symmetric pair as one between two coordinates, what is left on each alone.
+        """Linear forces −K y as elements: a symmetric pair as one between two coordinates, the remainder on each alone.
 
         A pair of +k acts along x_i − x_j, one of −k along x_i + x_j, so that no element is negative.
         """

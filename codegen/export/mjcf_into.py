@@ -60,7 +60,7 @@ def mjcf_into(spec: Spec, mechanism: Mechanism, path: Path, header: list[str]) -
         path: the model; its joints are named like the coordinates.
 
     Raises:
-        BadInput: for a file that is no model, a coordinate without a joint, or a joint that stands in another file.
+        BadInput: for a file that is no model, a coordinate without a joint, or a joint of an included file.
     """
     mujoco, model = compiled(path)
     joints = _joints(mujoco, model)
@@ -72,8 +72,8 @@ def mjcf_into(spec: Spec, mechanism: Mechanism, path: Path, header: list[str]) -
     labels = {name: joints[name].label for name in names}
     rest = {name: joints[name].spring_force for name in names}
     parts = parts_for(spec, mechanism, float(model.opt.timestep), labels, rest)
-    armatures, told = _armatures(mujoco, model, mechanism, [joints[name] for name in names])
-    remarks = (*told, *parts.remarks)
+    armatures, notes = _armatures(mujoco, model, mechanism, [joints[name] for name in names])
+    remarks = (*notes, *parts.remarks)
     wanted = {name: {**parts.joints[name], **armatures.get(labels[name], {})} for name in names}
     changes = {labels[name]: _changed(joints[name], wanted[name]) for name in names}
     content = read_bytes(path, EXPECTED, LARGEST)

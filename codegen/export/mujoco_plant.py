@@ -46,7 +46,7 @@ class MujocoPlant:
         self.model = mujoco.MjModel.from_xml_string(exported.text)
         self.data = mujoco.MjData(self.model)
         self._n, self._substeps = n, round(period / exported.timestep)
-        # A load begins where its motor is; joints stand in the order of the coordinates in a tree as well.
+        # A load begins where its motor is; joints are in the order of the coordinates in a tree as well.
         joints = [self.model.joint(name) for name in exported.joints]
         self._positions = np.array([joint.qposadr[0] for joint in joints])
         self._velocities = np.array([joint.dofadr[0] for joint in joints])

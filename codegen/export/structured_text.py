@@ -26,7 +26,7 @@ MODES = ("MODE_RUNNING", "MODE_HOLDING", "MODE_STARTING")
 CALLS = {"sin": "SIN", "cos": "COS", "tan": "TAN", "exp": "EXP", "abs": "ABS", "pow": "EXPT"}
 """Functions of the standard."""
 OWN = ("sign", "quotient", "sqrt", "log")
-"""Functions that are written beside the block."""
+"""Functions that are written together with the block."""
 KEYWORDS = frozenset(
     re.findall(
         r"\w+",

@@ -66,7 +66,7 @@ def edited(
 
 
 def _end_of_tag(content: bytes, start: int) -> int:
-    """The byte after a tag's ``>``, which may stand in a quoted value too."""
+    """The index after a tag's ``>``; a ``>`` within a quoted value does not count."""
     tag = re.compile(rb"""(?:"[^"]*"|'[^']*'|[^>"'])*>""").match(content, start)
     return tag.end() if tag is not None else len(content)
 

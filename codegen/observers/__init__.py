@@ -37,7 +37,7 @@ def observer_of(spec: Spec, system: System | None = None) -> Observer:
     """The observer of a spec, on the spec's own system with declared effects unless another is given.
 
     Raises:
-        BadInput: for a spec without one, with free gains, or with contacts that it cannot tell apart.
+        BadInput: for a spec without one, with free gains, or with contacts of dependent slip.
     """
     refuse_free_gains(spec)
     observer = build_observer(spec, system_of(spec) if system is None else system)

@@ -1,4 +1,4 @@
-"""Contacts that an observer of each contact cannot tell apart, because they slide dependently."""
+"""Contacts whose friction an observer cannot distinguish, because their slips are dependent."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def refuse_dependent_contacts(spec: Spec, observer: Observer) -> None:
 
     Its error decays at K_F U'M⁻¹U (4.19), which is singular when the rank of U is below the number of contacts: a
     combination of levels that gives no force never shows in the motion. An observer of the force on each coordinate
-    (GTO) does not need to tell contacts apart. The rank is that at almost every position of the envelope.
+    (GTO) need not distinguish contacts. The rank is that at almost every position of the envelope.
     """
     if all(e.contact is None for e in observer.errors):
         return
@@ -30,7 +30,7 @@ def refuse_dependent_contacts(spec: Spec, observer: Observer) -> None:
     part = [names[j] for j, rest in others.items() if rank(distribution[:, rest], points) == first]
     found = (
         f"{observer.kind} on {count} contacts that slide in {motions} independent ways: the slip of {names[first]} "
-        f"follows from that of {' and '.join(part)}, so U'M^-1 U is singular and no gain tells their friction apart"
+        f"follows from that of {' and '.join(part)}, so U'M^-1 U is singular and no gain can distinguish their friction"
     )
     expected = "contacts that slide independently, or gto"
     raise BadInput(spec.place("observer.kind"), found, expected, "gto", code="SPEC019")

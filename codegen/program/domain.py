@@ -1,4 +1,4 @@
-"""Guarded level update of a (G)CFO in generated code, and the output that tells whether the estimate is in its domain.
+"""Guarded level update of a (G)CFO in generated code, and the output that states whether the estimate is in its domain.
 
 While the estimated slip is fast and keeps its sign, the step is that of the observer's equations. Otherwise the level
 is held within the range of the true one, so that a chattering sign of v̂ has no effect. For level updates with a

@@ -114,7 +114,7 @@ def live_blocks(
 
     Args:
         period: the observer's sample time, s.
-        log: what it is called in messages; ``meta.yaml`` beside it is read where it is a file.
+        log: what it is called in messages; ``meta.yaml`` in its folder is read where it is a file.
         given: its bytes.
         columns: as for ``read_log``.
         notes: list to which notes on how the table is read are added, once its first rows are there.

@@ -1,4 +1,4 @@
-"""Shadow mode: the observer beside a running machine, its friction estimate compared with the declared law in newtons.
+"""Shadow mode: an observer of a running machine, its friction estimate compared with the declared law in newtons.
 
 While the machine is as declared and every slip keeps its sign, faster than ``slip_speed``, the friction estimate is
 within the bound of the law's friction that ``certify`` states. Where it is not for longer than a dwell time, the

@@ -34,7 +34,7 @@ def simulate(
 
     Inputs follow their functions of t, plus feedback of the measured position where a reference is given; see
     ``declared_control``. The machine starts at rest at its reference (zero without one), with no command before t = 0.
-    With ``observer: true`` the spec's generated observer runs beside it, and ``cancel`` adds the input that cancels
+    With ``observer: true`` the spec's generated observer is simulated too, and ``cancel`` adds the input that cancels
     that share of its estimate.
 
     Args:

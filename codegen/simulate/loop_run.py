@@ -17,7 +17,7 @@ from codegen.spec.model import Spec
 
 @dataclass(frozen=True)
 class LoopRun:
-    """A simulated log, the estimates of the observer beside it, and the truth behind both; SI, one row per sample.
+    """A simulated log, the observer's estimates, and the true values of both; SI, one row per sample.
 
     Attributes:
         time: (N,) seconds from 0.

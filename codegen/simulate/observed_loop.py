@@ -65,7 +65,7 @@ def run_loop(
     method: Method = "steps",
     make_plant: PlantMaker | None = None,
 ) -> LoopRun:
-    """Run a machine under a sampled controller, with a sampled observer beside it.
+    """Simulate a machine with a sampled controller and a sampled observer.
 
     At each sample, in this order: the sensors are read; the controller's command and the cancelling input are added,
     limited and sent; the observer steps over the measurement and the command sent; the plant moves on under the held

@@ -1,4 +1,4 @@
-"""The generated observer beside a simulated plant, and the input that cancels what it estimates."""
+"""The generated observer in simulation with a plant, and the input that cancels the estimated friction."""
 
 from __future__ import annotations
 

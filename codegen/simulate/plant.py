@@ -27,7 +27,7 @@ class Plant:
     x⁺ = x_m + h/2 v⁺. A first pass with the forces at v gives v_m = (v + v⁺)/2 for the second: smooth motion is
     second-order accurate. Velocity-dependent forces are explicit: h must stay below 2/rate of the fastest damping.
 
-    Laws with states are integrated by an L-stable scheme of second order beside that, however stiff they are.
+    Laws with states are integrated together with that by an L-stable scheme of second order, for any stiffness.
 
     The state is the column (x, v, loads, q, z): n positions, n velocities, the positions and then the velocities of
     loads behind springs, each set-valued force of the last substep, the guess for the next, and the states of the laws

@@ -85,7 +85,7 @@ def compiled(path: Path) -> tuple[Any, Any]:
         found = f"a MuJoCo model, and no package `mujoco` that can be imported ({error})"
         expected = "it installed: pip install 'stiction[mujoco]'"
         raise BadInput(Place(str(path)), found, expected, code="TOOL003") from None
-    mujoco.set_mju_user_warning(lambda _: None)  # by itself it would write a file beside the user's
+    mujoco.set_mju_user_warning(lambda _: None)  # by default it writes a file into the user's folder
     try:
         return mujoco, mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
@@ -226,7 +226,7 @@ class _Conversion:
             _child(joint, "dynamics", damping=_word(damping), friction=_word(friction))
 
     def _anchor(self, b: int) -> Array:
-        """Where the joint's point lies in its body's frame: the URDF link's frame is there."""
+        """Position of the joint in its body's frame, which is the origin of the URDF link."""
         j = self.of_body.get(b)
         return np.zeros(3) if j is None else np.array(self.model.jnt_pos[j])
 

@@ -136,7 +136,7 @@ class Simulation:
     """How the plant is driven by ``stiction simulate``; expressions are over the time symbol ``t``.
 
     Attributes:
-        observer: whether the spec's observer runs beside the plant.
+        observer: whether the spec's observer is simulated with the plant.
         cancel: the share of its friction estimate that is cancelled, or None; cancel_delay: its age, in samples of the
             observer.
     """
@@ -162,7 +162,7 @@ class Simulation:
 class LogColumns:
     """What a log calls its columns: from ``t``, coordinate, velocity or input to a column's name and scale to SI.
 
-    ``published`` holds figures of others on the same log, label to text, for the report to show beside ours.
+    ``published`` holds figures of others on the same log, label to text, for comparison in the report.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -190,7 +190,7 @@ class CancellationChoice:
 
     Attributes:
         method: of several best inputs the one of ``minimum_norm``, or that of ``appendix_b``, with unused inputs at 0.
-        weight: W of r'W r, what the remaining force r costs: ``mass_inverse``, ``acceleration`` (M⁻²) or ``identity``.
+        weight: W of the cost r'W r of the remaining force r: ``mass_inverse``, ``acceleration`` (M⁻²) or ``identity``.
         gain: exact; the share of the estimate that is cancelled.
         contacts: ``all``, ``cancellable`` (those that can be cancelled perfectly) or names.
         damping: exact, relative; 0 leaves the inputs undamped.

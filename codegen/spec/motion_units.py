@@ -108,8 +108,8 @@ class Units:
             self.check(force[i][0], self.energy / of, "force")
             for words, place, found in self._friction(distribution[i] if distribution is not None else ()):
                 if found != self.energy / of:
-                    told = f"{words} gives {describe(found)}"
-                    raise UnitMismatch(place, told, describe(self.energy / of), found * of / self.energy)
+                    found_words = f"{words} gives {describe(found)}"
+                    raise UnitMismatch(place, found_words, describe(self.energy / of), found * of / self.energy)
 
     def check_equation(self, mass: Entries, force: Entries, distribution: Entries) -> None:
         """Raise BadInput at the first term of M v' = g − U λ that is not of the dimension of its row."""

@@ -55,7 +55,7 @@ def reserved(name: str) -> bool:
 
 
 def shadows_header(name: str) -> bool:
-    """Whether NAME.h is a header of C itself, or of a system: a compiler that looks beside it would take ours."""
+    """Whether NAME.h is a header of C itself, or of a system: a compiler that searches its folder would find ours."""
     return _HEADERS.fullmatch(name.lower()) is not None
 
 

@@ -28,7 +28,7 @@ ONCE = {
     "inertial": ("origin", "mass", "inertia"),
     "joint": ("origin", "parent", "child", "axis", "dynamics", "mimic"),
 }
-"""Element → those that may stand in it once."""
+"""Element → the child elements that it may have once."""
 STANDARD_GRAVITY = (Fraction(0), Fraction(0), Fraction("-9.81"))
 MOVING, REFUSED = ("revolute", "continuous", "prismatic"), ("floating", "planar")
 EXPECTED = "a robot description (URDF)"

@@ -36,7 +36,7 @@ def expand_robot(
         the document with the sections filled in, and the tree; the document as it is where it has no ``urdf:``.
 
     Raises:
-        BadInput: for a robot file that cannot be used, or sections beside it that it gives itself.
+        BadInput: for a robot file that cannot be used, or for sections that the robot file replaces.
     """
     filled = dict(document)
     if filled.get("urdf") is None:

@@ -48,7 +48,7 @@ def _distinct(errors: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorD
     """One error for each fault of the author, the unknown keys first.
 
     Of the alternatives of a union one is named: of a gain that is a mapping, what is wrong with its range. An unknown
-    key that is nearly the name of a missing one beside it is that key, misspelt.
+    key with nearly the name of a missing key of the same section is that key, misspelt.
     """
     ordered = sorted(errors, key=lambda e: (e["type"] != "extra_forbidden", e["loc"][-1:] != ("free",)))
     chosen: dict[tuple[int | str, ...], ErrorDetails] = {}

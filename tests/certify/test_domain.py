@@ -274,7 +274,7 @@ def test_no_bound_through_reversals_beside_a_level_that_is_known() -> None:
     assert isinstance(found, Certificate)
     bounds = error_bounds(spec, analysis, found)
     assert not isinstance(bounds, str) and bounds[0].domain == (
-        "through reversals no bound is known beside a declared effect on the level of rail"
+        "through reversals no bound is known with a declared effect on the level of rail"
     )
 
 

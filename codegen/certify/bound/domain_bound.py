@@ -55,7 +55,7 @@ def domain_bound(
     if isinstance(contact.law, DynamicLaw):  # friction with a state is no monotone relation of slip
         return f"through reversals no bound is known for a law with a state, as {contact.law.name} at {contact.name}"
     if contact.extra_level != 0:  # it turns with the level, and is not within its range
-        return f"through reversals no bound is known beside a declared effect on the level of {contact.name}"
+        return f"through reversals no bound is known with a declared effect on the level of {contact.name}"
     noise, displacement, curve, acceleration = (
         float(sizes[cause][0]) for cause in ("noise", "displacement", "velocity", "acceleration")
     )
@@ -78,7 +78,7 @@ def domain_bound(
     floor = phi * (moved + scale * direct[0]) + beta * 2 * high + slack
     slope, offset = np.array([beta / (1 - phi), beta]), np.array([slack / (1 - phi), floor])
     if (slope * by_velocity >= 1).any():
-        return "through reversals no bound is known: K_F is too high beside m K_v"
+        return "through reversals no bound is known: K_F is too high compared with m K_v"
     error = float(((slope * known + offset) / (1 - slope * by_velocity)).max()) * (1 + ROUNDING)
     velocity, everywhere = error + scale * direct[0], by_velocity * error + known
     later = [

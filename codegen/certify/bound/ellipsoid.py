@@ -36,7 +36,7 @@ SHARES = 64
 DIGITS = 7
 START_DIGITS = 6
 SUMMED, LONGEST = 3.0, 2000
-"""Time constants of the slowest error that are summed before what is left is in the ellipsoid, and most samples."""
+"""Length of the explicit sum before the ellipsoid bounds the remainder: in time constants, and at most in samples."""
 NEAR = 1e-6
 DOUBLINGS = 40
 SPARE = 1e-4
@@ -254,7 +254,7 @@ Group = Sequence[tuple[Sequence[Any], ErrorBound | None]]
 
 
 def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, Any]:
-    """The ellipsoid that is best for what is left of one row after the samples that are summed, or of several rows."""
+    """The ellipsoid with the least bound for the remainder of one row after the explicit sum, or of several rows."""
     rows = [row for row, _ in group]
     largest = float(np.abs(np.linalg.eigvals(step)).max())
     samples = min(math.ceil(SUMMED / (1 - largest)), LONGEST)
@@ -335,7 +335,7 @@ def _pushed(row: Array, step: Array, pushed: Array, samples: int) -> tuple[float
 
 
 def _bound(row: Array, step: Array, columns: Array, samples: int, matrix: Any) -> Any:
-    """What is summed, and the ellipsoid's √(c'Qc) of what is left, rounded upwards."""
+    """The explicit sum plus the ellipsoid's √(c'Qc) for the remainder, rounded upwards."""
     total, row = _pushed(row, step, columns, samples)
     left = float(row @ np.array(matrix, dtype=float) @ row) ** 0.5
     return upwards((total + left) * (1 + NEAR), DIGITS)

@@ -65,7 +65,7 @@ class Sums:
 
     Attributes:
         of: cause and index of each disturbance.
-        here: over the samples summed, m by disturbances; rest: a bound on what is left.
+        here: over the samples summed, m by disturbances; rest: a bound on the remaining sum.
     """
 
     of: tuple[tuple[str, int], ...]

@@ -179,7 +179,7 @@ class NonAffine:
     """Terms of an observer's forces that depend on no state and are not affine in positions or inputs.
 
     If any of them depends on a position, all terms of g with a position count as one part, affine ones too: the claim
-    (``forces: measured``) then speaks of one force at the measured positions.
+    (``forces: measured``) then states one force at the measured positions.
 
     Attributes:
         parts: symbol → the part that it replaces.

@@ -175,7 +175,7 @@ class _Ray:
     Attributes:
         direction: one entry an axis, their sizes sum to 1.
         length: the sum of |log| of the factors at which the error is stable first.
-        distance: that, and what the signs changed cost.
+        distance: that, plus the penalty for changed signs.
     """
 
     spec: Spec

@@ -28,7 +28,7 @@ JOINTS = ("F₁ at the shoulder", "F₂ at the elbow")
 
 
 def watched(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """The arm with its observer beside it as a."""
+    """The arm with its observer, as a."""
     return Runs(specs, setting, watch(specs[0], setting, {"a": specs[0]}))
 
 

@@ -45,7 +45,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class GalleryResult:
-    """A figure: its entry, its picture, the PID beside it and its verdicts."""
+    """A figure: its entry, its picture, the PID for comparison and its verdicts."""
 
     figure: Figure
     picture: bytes

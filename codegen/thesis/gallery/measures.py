@@ -1,4 +1,4 @@
-"""Numbers from runs: distances, what is left at rest, overshoot, noise; all in SI."""
+"""Numbers from runs: distances, errors at rest, overshoot, noise; all in SI."""
 
 from __future__ import annotations
 

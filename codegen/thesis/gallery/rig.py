@@ -170,7 +170,7 @@ def _distances(runs: Runs, names: Sequence[str] = NAMES) -> dict[str, float]:
 
 
 def proportional(runs: Runs) -> Reading:
-    """The servo without an observer; beside it those that get their velocity from one."""
+    """The servo without an observer, compared with those whose velocity comes from one."""
     hangs = {name: hang_offs(runs, name) for name in ("servo", *(f"{name}_off" for name in NAMES))}
     ratios = {name: ratio(late, before) for name, (before, late) in hangs.items()}
     levels = [float(c.parameters["a"]) for c in runs.specs[0].contacts]

@@ -19,7 +19,7 @@ LEVELS = ("a", "a1", "a2", "a4", "F_c", "F_s")
 
 @dataclass(frozen=True)
 class Setting:
-    """One way to take what is left open; None where the spec's own value holds.
+    """One choice of what the text leaves open; None for the spec's own value.
 
     Attributes:
         name: in words, for the table.

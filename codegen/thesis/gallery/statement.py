@@ -56,7 +56,7 @@ class Making(BaseModel):
         runs: specs, a setting and the PID's gains, if it is tuned already → Runs.
         draws: puts the runs as drawn on a matplotlib figure.
         rows: of panels, for the height.
-        cost: how long it takes, roughly, beside the others.
+        cost: approximate computing time relative to the other figures.
         pid_of: the figure whose tuned PID this one has too, since machine, servo and sensors are the same.
     """
 
@@ -75,7 +75,7 @@ class Figure(BaseModel):
     Attributes:
         figure: its number, "2.4".
         specs: files in specs/gallery/, first those that are drawn.
-        settings: names in settings.yaml: beside the one as drawn, those in which the statements are checked again.
+        settings: names in settings.yaml in which the statements are checked again, apart from the one as drawn.
         open: what the text does not state or states inconsistently, and what we assumed.
     """
 

@@ -61,7 +61,7 @@ def cancellation() -> World:
 
 
 def _one_input() -> dict[str, Any]:
-    """(5.12) for one input on two coordinates: what is left of the friction force, and the force itself, squared."""
+    """(5.12) for one input on two coordinates: the squares of the remaining friction force and of the force itself."""
     B, k, force = (sympy.Matrix(real(*names)) for names in (("B_1", "B_2"), ("k_1", "k_2"), ("f_1", "f_2")))
     left = B * k.dot(force) / k.dot(B) - force
     return named((*k, *force)) | {"left": left.dot(left), "friction": force.dot(force)}
