@@ -255,7 +255,8 @@ def against_regression(
     """What a regression without any law says against effects, in words; empty where it says nothing.
 
     The effects must remove most of what a smooth curve over their own variables explains. And they must not imitate a
-    vibration in time: where a line of the spectrum explains far more, they must explain something in addition to it.
+    vibration in time: where a line of the spectrum explains more, it is a rival, and they must explain something in
+    addition to it.
     Not tested for backlash, nor where the free runs leave nothing but noise.
     """
     if noise_ratio(outcome.final) <= NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
@@ -264,7 +265,7 @@ def against_regression(
     for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
         if one.removed < MOST * one.own:
             return "a smooth curve over its own variable explains twice as much of the residual force as the law does"
-        if one.alone < MOST * one.line and one.with_line - one.line < MOST * one.alone:
+        if one.alone < one.line and one.with_line - one.line < MOST * one.alone:
             return (
                 f"a vibration of constant frequency, {one.line_hz:.3g} Hz, explains {100 * one.line:.0f} % of the "
                 f"residual force; the law explains {100 * one.alone:.2g} %, and in addition to the vibration "

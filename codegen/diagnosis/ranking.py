@@ -382,7 +382,8 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     follows the drive removes noise and structure in proportion to it; more than that must be removed of the squared
     free-run error or force residual. A limit of the drive far below the commands leaves free runs of a heavy machine
     near the noise, as no force at all would: they go on at their start speed. So what the force residual holds beyond
-    noise must not be larger in proportion to the drive force that is left.
+    noise must not be larger in proportion to the drive force that is left. Far from the noise, where a model explains
+    little, any loss of drive takes that much of the residual: there one of the two must fall by more than in proportion.
     """
     motion = before.search.motion
     acting = drive_share(after.fit.model, before.fit.model, motion, before.search.problem.masks.rows)
@@ -391,8 +392,11 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)
     proportion = float(np.min(left / had))
     taken = acting / proportion  # as by a limit or a dead zone, of whose drive no slope tells
-    if taken < 1 - credit.LEAST_SHARE and _leaves_more(before, after, taken**2):
+    if taken < 1 - credit.LEAST_SHARE and _leaves_more(before, after, taken**2, CONTRADICTED):
         return f"leaves {100 * acting:.2g} % of the drive force, and a larger share of that unexplained"
+    small, far = 1 - credit.LEAST_SHARE, noise_ratio(after.fit) > credit.NEAR_NOISE
+    if far and taken < small and 1 - e.share > small * taken**2 and _leaves_more(before, after, taken**2, small):
+        return f"leaves {100 * acting:.2g} % of the drive force, and explains no larger share of that"
     if proportion >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * proportion**2:
         return ""
     if after.over(before).left <= 1 - credit.LEAST_SHARE:
@@ -400,14 +404,14 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     return f"leaves {100 * left.min():.2g} % of the drive force for the motion, and explains no larger share of that"
 
 
-def _leaves_more(before: ForceCriterion, after: ForceCriterion, part: float) -> bool:
-    """Whether a squared force residual is larger than this part of what was left before, and noise of M a."""
+def _leaves_more(before: ForceCriterion, after: ForceCriterion, part: float, times: float) -> bool:
+    """Whether a squared force residual is larger, by a factor, than this part of what was left before and noise of M a."""
     search = before.search
     for i, used in enumerate(search.problem.masks.rows.T):
         if used.any():
             had, has = (float(np.mean(c.without_levels[used, i] ** 2)) for c in (before, after))
             noise = inertia_noise(search.system, search.motion, i)
-            if has > CONTRADICTED * (part * had + (1 - part) * min(noise, had)):
+            if has > times * (part * had + (1 - part) * min(noise, had)):
                 return True
     return False
 

@@ -16,7 +16,10 @@ from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.trial import with_effects
-from codegen.logs import Log
+from codegen.logs import Log, read_log
+from codegen.simulate.closed_loop import simulate
+from codegen.simulate.loop_run import write_log
+from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 
 MOTION = "0.12*sin(2*pi*0.23*t) + 0.08*sin(2*pi*0.371*t + 1) + 0.05*sin(2*pi*0.617*t + 2) + 0.03*sin(2*pi*1.13*t)"
@@ -79,3 +82,29 @@ def test_cogging_is_not_refused_with_a_vibration_beside_it(tmp_path: Path) -> No
         words, _, found = judged(log)
         assert found.parameters["period"] == pytest.approx(0.05, rel=0.02)
         assert words == ""
+
+
+def test_a_lag_does_not_stand_for_a_vibration_that_the_loop_answers(tmp_path: Path) -> None:
+    """A force of 7 Hz in no column, and a loop that works against it: the input has the same line, and a lag of it
+    makes two thirds of the force, which was more than the half that was asked for.
+    """
+    text = stage(reference=MOTION, duration=20.0).text
+    for old, new in (
+        ("  w: {unit: N}\n", "  w: {unit: N}\n  d: {unit: N}\n"),
+        ("force: [w - b*v]", "force: [w + d - b*v]"),
+        ("  reference:", '  inputs: {d: "1.5*sin(2*pi*7*t)"}\n  reference:'),
+        ("w: 900", "w: 2500"),
+        ("w: 30", "w: 60"),
+    ):
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    plant = parse_spec(text, Path("shaken.yaml"))
+    write_log(tmp_path / "shaken.csv", plant, simulate(plant, system_of(plant)))
+    problem = Problem(system_of(stage()), smooth_motion(read_log(tmp_path / "shaken.csv", stage())), {})
+    lag = FoundEffect("actuator_lag", "w", {"tau": 0.01}, {}, (), {})
+    lagged = with_effects(problem.system, (lag,))
+    one = force_evidence(problem, problem.system, lagged, ["actuator_lag"], [0])[0]
+    assert one.alone > 0.6 and one.line > 0.99 and one.line_hz == pytest.approx(7, abs=0.06)
+    far = SimpleNamespace(final=SimpleNamespace(by_segment=np.array([1e6]), residual=np.zeros((1, 40))))
+    words = against_regression(far, problem, problem.system, lagged, (lag,))  # type: ignore[arg-type]
+    assert "a vibration of constant frequency, 7 Hz" in words

@@ -167,6 +167,26 @@ def test_a_drive_that_friction_cancels_moves_nothing(kind: str, tmp_path: Path) 
     assert not credible(search, base, cancelled, 20)
 
 
+@pytest.mark.parametrize(("share", "refused"), [(0.11, True), (0.9, False)])
+def test_a_dead_zone_that_takes_as_much_of_the_drive_as_of_the_residual_explains_nothing(
+    share: float, refused: bool, tmp_path: Path
+) -> None:
+    """Of an elbow whose upper arm moves, which the model leaves out, 1.5 times the drive was left: with a dead zone of
+    most of the drive it was less, and that was named.
+    """
+    lacking = "[{kind: spring, on: x, parameters: {k: 120}}]"
+    search = search_in(log_of(stage(lacking), tmp_path, "spring.csv"))
+    base = search.refit()
+    part = part_of(CATALOGUE["dead_zone"], 0, search.system)
+    trial = base.runner.trial.with_part(part)
+    theta = np.append(base.theta, part.inward({"width": 5.0}))
+    moved = replace(base, runner=replace(base.runner, trial=trial), theta=theta)
+    before, after = ForceCriterion(search, base), ForceCriterion(search, moved)
+    assert 0.5 < after.over(before).left < 0.7
+    words = only_reduces_drive(before, after, Evidence(1.0, share, 3.0, 8, 8))
+    assert ("explains no larger share of that" in words) is refused
+
+
 STEADY = "0.25*t"
 
 
