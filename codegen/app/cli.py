@@ -43,7 +43,13 @@ app.add_typer(pages)
 SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)")]
 Description = Annotated[Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")]
 Columns = Annotated[
-    list[str] | None, typer.Option("--column", "-c", metavar="NAME=COLUMN", help="what the log calls a variable")
+    list[str] | None,
+    typer.Option(
+        "--column",
+        "-c",
+        metavar="NAME=COLUMN",
+        help="what all logs call a variable; of one, a meta.yaml beside it says so",
+    ),
 ]
 
 

@@ -170,10 +170,10 @@ def _case(spec: Spec, system: System, log: Log, test_log: Log | None, material: 
     """Log and spec as a problem."""
     system, deviations = _uncertain(spec, system, log)
     log, cut = excerpt(log)
-    findings = {"train": (*cut, *preflight(log, spec), *_steady_laws(system))}
+    findings = {"train": (*cut, *preflight(log, spec), *_steady_laws(system), *_starts(system, log))}
     if test_log is not None:
         test_log, cut = excerpt(test_log)
-        findings["test"] = (*cut, *preflight(test_log, spec))
+        findings["test"] = (*cut, *preflight(test_log, spec), *_starts(system, test_log))
     motion = smooth_motion(log)
     split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
     problem = Problem(system, _restrict(motion, split), deviations)
@@ -461,6 +461,24 @@ def _steady_laws(system: System) -> tuple[Finding, ...]:
         Finding("warning", "law", f"the law {c.law.name} at {c.name} is not simulated: {words}")
         for c in system.contacts
         if not is_simulable(c)
+    )
+
+
+def _starts(system: System, log: Log) -> tuple[Finding, ...]:
+    """Warnings for positions that are integrated from a speed, and so begin at zero, where a force depends on them."""
+    integrated = log.intake.integrated or (False,) * len(system.positions)
+    begins = "each of its records begins" if log.records else "the log begins"
+    return tuple(
+        Finding(
+            "warning",
+            f"start of {x.name}",
+            f"{x.name} is the integral of its speed, from zero where {begins}, and forces of the spec depend on "
+            f"{x.name}: at another start, gravity, springs and what repeats with {x.name} act at the wrong place. "
+            f"Log the position, or put the start into the spec: {x.name} + {x.name}_start there, a parameter with a "
+            "tolerance.",
+        )
+        for x, unknown in zip(system.positions, integrated, strict=True)
+        if unknown and system.equation_error.has(x)
     )
 
 

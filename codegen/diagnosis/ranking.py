@@ -383,7 +383,7 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     free-run error or force residual. A limit of the drive far below the commands leaves free runs of a heavy machine
     near the noise, as no force at all would: they go on at their start speed. So what the force residual holds beyond
     noise must not be larger in proportion to the drive force that is left. Far from the noise, where a model explains
-    little, any loss of drive takes that much of the residual: there one of the two must fall by more than in proportion.
+    little, any loss of drive takes that much of the residual: there one of the two must fall by more than that.
     """
     motion = before.search.motion
     acting = drive_share(after.fit.model, before.fit.model, motion, before.search.problem.masks.rows)
@@ -405,7 +405,7 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
 
 
 def _leaves_more(before: ForceCriterion, after: ForceCriterion, part: float, times: float) -> bool:
-    """Whether a squared force residual is larger, by a factor, than this part of what was left before and noise of M a."""
+    """Whether a squared force residual is so many times a part of what was left before, with the noise of M a."""
     search = before.search
     for i, used in enumerate(search.problem.masks.rows.T):
         if used.any():

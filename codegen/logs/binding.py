@@ -200,6 +200,10 @@ class _Search:
         """The error for a column that is not there."""
         said = f", which {origin} asks for as `{symbol}`" if origin else ""
         expected = f"one of the columns {listing(self.names)} (or `columns: {{{symbol}: ...}}` in a log description)"
+        if symbol in self.explicit:
+            expected += (
+                "; the option is for every log of a command: where their columns differ, a meta.yaml beside each"
+            )
         if self.headless:
             said = said or ", and no header line"
             expected = f"`columns: {{{symbol}: NUMBER}}` in a log description, NUMBER from 1 to {len(self.names)}"

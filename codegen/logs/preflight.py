@@ -24,6 +24,7 @@ FEW_REVERSALS = 4
 MOSTLY_STILL = 0.8
 COARSE = 0.1
 ENCODER_OFF = 0.2
+MANY_FINER = 0.05
 WRAP = 0.5
 WRAP_OVER_REST = 5.0
 FEW_JUMPS = 0.02
@@ -190,6 +191,14 @@ def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
     if declared and seen and abs(seen / declared - 1) > ENCODER_OFF:
         words = f"{c.name} moves in steps of {seen:.4g} {c.unit}, while the description says {declared:.4g}."
         return Finding("warning", topic, words, figures)
+    finer = 0.0 if seen or not declared or log.intake.resampled else _finer(log, j, declared)
+    if finer > MANY_FINER:
+        figures |= {"finer": finer}
+        words = (
+            f"{c.name} moves by less than half of the step of {declared:.4g} {c.unit} that the description says, in "
+            f"{finer:.0%} of the rows in which it moves: is `encoder_step` in {c.unit}, and of this column?"
+        )
+        return Finding("warning", topic, words, figures)
     if not step:
         words = f"{c.name} shows no measuring step; noise above {motion.cutoff_hz:.3g} Hz: RMS {noise:.3g} {c.unit}."
         return Finding("info", topic, words, figures)
@@ -199,6 +208,13 @@ def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
     if creep > COARSE * top:
         words += f" That is coarse: one step looks like {creep:.2g} {c.unit}/s, where the top speed is {top:.2g}."
     return Finding(_decide(creep > COARSE * top), topic, words, figures)
+
+
+def _finer(log: Log, j: int, step: float) -> float:
+    """Share of the rows in which a position moves, in which it moves by less than half a step."""
+    moves = np.abs(np.concatenate([np.diff(log.positions[start:stop, j]) for start, stop in log.segments]))
+    moves = moves[moves > 1e-6 * step]
+    return float(np.mean(moves < step / 2)) if len(moves) else 0.0
 
 
 def _coordinate(log: Log, spec: Spec, motion: Motion, kept: Kept, j: int) -> Finding:

@@ -214,6 +214,12 @@ def _decimal(lines: Sequence[str], delimiter: str) -> str:
     return found
 
 
+def _or_a_spec(file: str, expected: str) -> str:
+    """What is expected of a text without a table; of YAML with the order in which a command takes spec and log."""
+    yaml = file.lower().endswith((".yaml", ".yml"))
+    return f"{expected}; is this the spec? A command takes the spec first, then the log" if yaml else expected
+
+
 def _table(
     file: str, lines: Sequence[str], header: int | None, named: Sequence[str], asked: Collection[str] = ()
 ) -> Layout:
@@ -230,10 +236,12 @@ def _table(
     if rows is None:
         if plain is not None and len(plain.names) == 1 and len(plain.names[0].split()) > 1:
             found = f"one column `{shown(plain.names[0])}`"
-            raise BadInput(Place(file, plain.line), found, "names separated by comma, semicolon or tab", code="LOG001")
+            expected = _or_a_spec(file, "names separated by comma, semicolon or tab")
+            raise BadInput(Place(file, plain.line), found, expected, code="LOG001")
         if plain is not None:
             return plain
-        raise BadInput(Place(file), f"no rows of numbers in its first {LINES_SEARCHED} lines", EXPECTED, code="LOG001")
+        found = f"no rows of numbers in its first {LINES_SEARCHED} lines"
+        raise BadInput(Place(file), found, _or_a_spec(file, EXPECTED), code="LOG001")
     scope = None if header == 0 else _scope(lines, rows)
     if scope is not None:
         return scope

@@ -66,12 +66,28 @@ def read_numbers(given: Mapping[str, Any], key: str, place: Callable[[str], Plac
     return values, {name: unit for name, unit in units.items() if unit}
 
 
-def refuse_other_unit(given: str, unit: str, found: str, place: Place) -> None:
-    """Raise BadInput where ``given``, if any, has another dimension than ``unit``; ``found`` is for the message."""
+def refuse_other_unit(given: str, unit: str, found: str, place: Place, nearest: str | None = None) -> None:
+    """Raise BadInput where ``given``, if any, has another dimension than ``unit``.
+
+    Args:
+        found, nearest: for the message; what was given, and what may be meant.
+    """
     if given and not same_dimension(given, unit, place):
         found = f"{found}, in {describe(dimension(parse_unit(given, place)))}"
         expected = f"a number in {unit}, or a number with another unit of the same quantity"
-        raise BadInput(place, found, expected, code="SPEC014")
+        raise BadInput(place, found, expected, nearest, code="SPEC014")
+
+
+_INVERSE = {"s": ("ms", 1000), "1/s": ("Hz", 1)}
+"""Unit whose inverse is as usual → the unit of the same quantity to write it in, and how many of these it has."""
+
+
+def _inverted(number: str, given: str, unit: str, place: Place) -> str | None:
+    """The period of a rate, or the rate of a period, where the other one is asked for: ``0.5 ms`` for ``2 kHz``."""
+    if unit not in _INVERSE or not same_dimension(given, "1/s" if unit == "s" else "s", place):
+        return None
+    size, (name, each) = exact_number(number, place) * si_factor(given, place), _INVERSE[unit]
+    return f"{float(each / size):.6g} {name}" if size > 0 else None
 
 
 def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
@@ -88,7 +104,7 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     if parts is None:
         return exact_number(text, place)
     number, given = parts
-    refuse_other_unit(given, unit, f"`{text}`", place)
+    refuse_other_unit(given, unit, f"`{text}`", place, _inverted(number, given, unit, place))
     return printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in {unit}")
 
 

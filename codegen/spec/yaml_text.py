@@ -101,7 +101,10 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
         raise BadInput(Place(file), words, "YAML 1.2", code="SPEC001") from None
     if not isinstance(document, CommentedMap):
         found = "nothing" if document is None else "a list" if isinstance(document, CommentedSeq) else "plain text"
-        raise BadInput(Place(file, 1), found, f"a mapping such as `{example}`", code="SPEC006")
+        expected = f"a mapping such as `{example}`"
+        if found == "plain text" and not file.lower().endswith((".yaml", ".yml")):
+            expected += "; is this the log? A command takes the spec first, then the log"
+        raise BadInput(Place(file, 1), found, expected, code="SPEC006")
     places: dict[str, Place] = {}
     if MARK in text:
         document = expanded(document, file)

@@ -145,6 +145,16 @@ def test_messages_say_what_they_mean(folder):
     assert "meta.yaml:1: nothing; expected a mapping such as `columns: {x: qm}`" in told
 
 
+def test_spec_and_log_in_the_other_order(folder):
+    (folder / "log.csv").write_text("t,x,w\n0,0,0\n")
+    order = "A command takes the spec first, then the log"
+    assert order in stiction("diagnose", "log.csv", ONE).err
+    (folder / "spec.yaml").write_text(ONE.read_text())
+    assert order in stiction("diagnose", ONE, "spec.yaml").err
+    told = stiction("diagnose", ONE, "log.csv", "-c", "x=qm").err
+    assert "the option is for every log of a command" in told
+
+
 def test_several_specs_and_one_folder(folder):
     result = stiction("generate", ONE, SPECS / "two_mass.yaml", "-o", "x")
     assert is_one_message(result) and "-o" in result.err

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.credit import noise_ratio
-from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.diagnose import _starts, diagnose_log
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.residual_regression import remainders
@@ -44,6 +44,16 @@ def test_the_noise_is_that_of_the_speed(tmp_path: Path) -> None:
     assert motion.noise_after(10.0, 2)[0] == pytest.approx(np.std(off), rel=0.25)
     loud = speed_only(clean, tmp_path, 20 * SIGMA)
     assert quiet_cutoff(loud.positions, loud.sample_time, (True,)) < quiet_cutoff(loud.positions, loud.sample_time)
+
+
+def test_an_unknown_start_is_told_where_a_force_depends_on_the_position(tmp_path: Path) -> None:
+    """The integral of the speed begins at zero, wherever the machine was."""
+    clean = log_of(stage(), tmp_path, "train.csv")
+    log = speed_only(clean, tmp_path)
+    spring = system_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]"))
+    (told,) = _starts(spring, log)
+    assert told.severity == "warning" and "x is the integral of its speed, from zero where the log begins" in told.words
+    assert _starts(system_of(stage()), log) == () and _starts(spring, clean) == ()
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -70,6 +70,11 @@ def test_encoder(tmp_path):
     about.write_text("encoder_step: 1e-4\n")
     other = findings(tmp_path, made, description=about)["resolution of x"]
     assert other.severity == "warning" and "0.0003 m, while the description says 0.0001" in other.words
+    made["x"] = rows(10)["x"] + 1e-5 * np.random.default_rng(3).standard_normal(5000)  # it shows no step
+    for said, doubted in (("2e-3", True), ("1e-6", False)):
+        about.write_text(f"encoder_step: {said}\n")
+        words = findings(tmp_path, made, description=about)["resolution of x"].words
+        assert ("moves by less than half of the step" in words and "is `encoder_step` in m" in words) is doubted
     made["x"] = np.round(made["x"] / 2e-2) * 2e-2
     assert "coarse" in findings(tmp_path, made)["resolution of x"].words
 

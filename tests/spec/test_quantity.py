@@ -45,6 +45,18 @@ def test_anything_else_is_told(given: str) -> None:
     assert "alone" not in told.value.expected
 
 
+@pytest.mark.parametrize(
+    ("given", "meant"), [("2 kHz", "0.5 ms"), ("400 Hz", "2.5 ms"), ("0 Hz", None), ("1 mm", None)]
+)
+def test_a_rate_in_place_of_a_period_is_told_as_one(given: str, meant: str | None) -> None:
+    with pytest.raises(BadInput) as told:
+        spec(("  sample_time: 0.001", f"  sample_time: {given}"))
+    assert told.value.nearest == meant
+    with pytest.raises(BadInput) as told:
+        spec(behind=LOG % ("1 ms", "2 mm", "1 cm/s", "4 ms"))
+    assert told.value.nearest == "250 Hz"
+
+
 def test_a_power_by_either_sign() -> None:
     length = ("parameters:\n", "parameters:\n  x0: {value: 1, unit: m}\n")
     product = spec(("  - w\n", "  - w - m*v*v/x0\n"), length)
