@@ -422,6 +422,34 @@ def test_sizes_that_are_not_the_envelope_s_are_told() -> None:
         assert len(unlike_envelope(claim | {kind: other}, spec, observer, places, sizes)) == 1
 
 
+@pytest.mark.parametrize(("name", "most"), [("rig_to", ["30"]), ("two_mass_gto", ["101/10", "151/5"])])
+def test_friction_that_is_not_the_envelope_s_is_told(name: str, most: list[str]) -> None:
+    """By hand: Coulomb friction of 30 N m; masses between which 10 N act, and below one 20 N more.
+
+    A reset integrator's state ends where the slope -D1 beyond 1 has stopped the fastest slip: at 1 + 10/1000 between
+    the masses and at 1 + 5/1000 on the ground.
+    """
+    machine = Derived(read_spec(spec_path(name)))
+    observer, spec, places = machine.observer, machine.spec, machine.program.places
+    claim, response = content(name, "ellipsoid.json"), error_response(observer)
+    friction = claim["friction"]
+    assert [*friction.values()] == most
+    assert isinstance(response, Response)
+    sizes = disturbances(spec, observer, response)
+    assert isinstance(sizes, dict) and unlike_envelope(claim, spec, observer, places, sizes) == []
+    truth, *_ = friction
+    (velocity, *_) = (e["truth"] for e in content(name, "proof.json")["errors"])
+    for other in (
+        friction | {truth: str(Fraction(most[0]) - Fraction(1, 100000))},
+        friction | {truth: str(Fraction(most[0]) + Fraction(1, 10000))},
+        {x: size for x, size in friction.items() if x != truth},
+        friction | {velocity: "1"},
+    ):
+        assert len(unlike_envelope(claim | {"friction": other}, spec, observer, places, sizes)) == 1
+    without = {kind: of for kind, of in claim.items() if kind != "friction"}
+    assert unlike_envelope(without, spec, observer, places, sizes) == []  # no claim of any friction
+
+
 @pytest.mark.parametrize("sets", [True, False])
 def test_noise_is_said_to_be_uncovered_only_where_nothing_is_said_of_it(sets: bool) -> None:
     here = GENERATED / "one_mass"

@@ -22,6 +22,7 @@ from codegen.base.significant import float_above
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.disturbances import Sizes, disturbances, dot
 from codegen.certify.bound.error_response import Response
+from codegen.certify.bound.friction_bounds import largest_friction
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
 from codegen.certify.prefix import fraction, rational_text, rounded, rounded_matrix, texts, upwards
@@ -182,7 +183,8 @@ def unlike_envelope(
     """What a claim has a smaller or larger disturbance of than the spec's envelope, by a reading of its own.
 
     Noise is x_noise, and what a position moves besides h v is h² x_ddot/2; a velocity or friction without a range
-    of its own there is compared with ``sizes``.
+    of its own there is compared with ``sizes``. The largest friction of a coordinate is Σ |U| times that of its
+    contacts, to ``DIGITS``; a claim that is of no such friction has none.
     """
     write, system, h = Writer(observer, places), observer.system, Fraction(str(observer.sample_time))
 
@@ -195,12 +197,27 @@ def unlike_envelope(
     }
     truths = [write(e.truth) for e in observer.errors]
     drift |= dict(zip(truths, [*sizes["velocity"], *sizes["friction"]], strict=True))
+    friction = _friction_on_coordinates(spec, observer, write) if ellipsoid.FRICTION in claim else {}
+    rounding = {"noise": Fraction(0), "drift": Fraction(0), ellipsoid.FRICTION: Fraction(1, 10 ** (DIGITS - 1))}
     return [
         f"{kind} of {place}"
-        for kind, asked in (("noise", noise), ("drift", drift))
-        for place in asked.keys() | claim[kind].keys()
-        if Fraction(claim[kind].get(place, "0")) != asked.get(place, 0)
+        for kind, asked in (("noise", noise), ("drift", drift), (ellipsoid.FRICTION, friction))
+        for place in asked.keys() | claim.get(kind, {}).keys()
+        for least in [asked.get(place, Fraction(0))]
+        if not least <= Fraction(claim.get(kind, {}).get(place, "0")) <= least * (1 + rounding[kind])
     ]
+
+
+def _friction_on_coordinates(spec: Spec, observer: Observer, write: Writer) -> dict[str, Fraction]:
+    """Truth of each force on a coordinate → Σ |U_ic| times the largest friction of contact c; 0 where one has none."""
+    slips, most = observer.system.distribution.subs(observer.values), largest_friction(spec, observer)
+    return {
+        write(e.truth): Fraction(0)
+        if None in most
+        else dot(slips.row(e.coordinate), [x for x in most if x is not None])
+        for e in observer.errors
+        if e.coordinate is not None and e.truth not in observer.system.velocities
+    }
 
 
 def _disturbances(
