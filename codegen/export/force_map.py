@@ -87,9 +87,9 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
         weights = modelled.get(x.name, [])
         own = _less(_waves(mechanism, i), weights)
         levels = []
-        for leftover in mechanism.leftovers:
-            if leftover.friction and coordinate_of(leftover.direction) == i:
-                factor, shape = leftover.force.as_independent(x)
+        for other in mechanism.other_forces:
+            if other.friction and coordinate_of(other.direction) == i:
+                factor, shape = other.force.as_independent(x)
                 wave = wave_of(float(factor), shape, x) if not factor.free_symbols else None
                 levels += [wave] if wave is not None else []
         rest = [_kept_out(wave, x.name, system.force_unit(i)) for wave in weights]

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import sympy
 
+from codegen.export.exporter import Exporter
 from codegen.export.friction_fit import fit_friction
 from codegen.export.mechanism import Direction, Drive, Line, Mechanism, unit_direction
 from codegen.export.remarks import CORNER, Held, Remark
-from codegen.export.walk import Walk
 from codegen.spec.model import Spec
 
 
@@ -47,7 +47,7 @@ def joint_terms(
     return joints, tuple(reduction.remarks)
 
 
-class _Reduction(Walk):
+class _Reduction(Exporter):
     def __init__(self, spec: Spec, mechanism: Mechanism, target: str, springs: bool, armatures: bool) -> None:
         super().__init__(spec, mechanism)
         self.target, self.springs, self.armatures = target, springs, armatures
@@ -109,7 +109,7 @@ class _Reduction(Walk):
         """Lines between coordinates, drives, sensors."""
         for line in self.mechanism.lines:
             if sum(map(bool, line.direction)) > 1:
-                words, names = self.words(line.direction), zip(line.direction, self.system.positions, strict=True)
+                words, names = self.line_name(line.direction), zip(line.direction, self.system.positions, strict=True)
                 if line.level != 0:
                     how = f"{self.target} has friction on joints only"
                     self._drop(f"friction along {words}", how, line.level, line.direction)

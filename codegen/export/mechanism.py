@@ -109,8 +109,8 @@ class Drive:
 
 
 @dataclass(frozen=True)
-class Leftover:
-    """A force that is none of the elements above.
+class OtherForce:
+    """A force that none of the elements above represents.
 
     Attributes:
         where: words, such as ``the force on x``.
@@ -127,7 +127,7 @@ class Leftover:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A machine as bodies, lines, drives, and what is none of these.
+    """A machine as bodies, lines, drives and other forces.
 
     Attributes:
         system: with a coordinate more for each load behind a spring.
@@ -141,7 +141,7 @@ class Mechanism:
     inertias: tuple[float, ...]
     lines: tuple[Line, ...]
     drives: tuple[Drive, ...]
-    leftovers: tuple[Leftover, ...]
+    other_forces: tuple[OtherForce, ...]
 
     def joint_line(self, index: int) -> Line | None:
         """What acts along one coordinate alone."""
@@ -190,8 +190,8 @@ def mechanism_of(spec: Spec, system: System) -> Mechanism:
         if gap:
             ends = {coordinate: 1.0, n + k: -1.0}
             elements.line(tuple(ends.get(i, 0.0) for i in range(len(system.positions)))).gap = gap
-    lines, drives, leftovers = elements.lines.values(), elements.drives, elements.leftovers
-    return Mechanism(system, tree, elements.inertias, tuple(lines), tuple(drives), tuple(leftovers))
+    lines, drives, other_forces = elements.lines.values(), elements.drives, elements.other_forces
+    return Mechanism(system, tree, elements.inertias, tuple(lines), tuple(drives), tuple(other_forces))
 
 
 class _Elements:
@@ -202,7 +202,7 @@ class _Elements:
         self.n = len(system.positions)
         self.lines: dict[Direction, Line] = {}
         self.drives: list[Drive] = []
-        self.leftovers: list[Leftover] = []
+        self.other_forces: list[OtherForce] = []
         self._values = {s: sympy.Rational(repr(v)) if isinstance(v, float) else v for s, v in system.values.items()}
         self.inertias = self._inertias()
         self._smooth_forces()
@@ -251,7 +251,7 @@ class _Elements:
         for i in range(self.n):
             if rest[i] != 0:
                 where = f"the force on {x[i].name}"
-                self.leftovers.append(Leftover(unit_direction(i, self.n), where, rest[i]))
+                self.other_forces.append(OtherForce(unit_direction(i, self.n), where, rest[i]))
 
     def _own(self, i: int, factor: float, shape: sympy.Expr) -> bool:
         """Put a term that depends on one coordinate alone where it belongs; False for one that belongs nowhere."""
@@ -329,12 +329,12 @@ class _Elements:
             if term.free_symbols <= {SPEED}:
                 level += scale * term
             elif term != 0:
-                self.leftovers.append(Leftover(direction, where, scale * term, contact.name))
+                self.other_forces.append(OtherForce(direction, where, scale * term, contact.name))
         for term in sympy.Add.make_args(even):
             if not term.free_symbols:
                 self.line(direction).constant -= sign * scale * float(term)
             else:
-                self.leftovers.append(Leftover(direction, where, -sign * scale * term))
+                self.other_forces.append(OtherForce(direction, where, -sign * scale * term))
         numbers = {name: self._values[s] for name, s in contact.law_parameters.items()}
         bristles = contact.law.bristles(numbers)
         pair = None if bristles is None else (float(bristles[0]) * scale**2, float(bristles[1]) * scale**2)

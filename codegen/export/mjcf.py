@@ -18,11 +18,11 @@ import numpy as np
 
 from codegen.base.text import render
 from codegen.export.bodies import Link, links_of
+from codegen.export.exporter import Exporter
 from codegen.export.friction_fit import FrictionFit, fit_friction
 from codegen.export.mechanism import HIGHEST, Direction, Drive, Line, LineFriction, Mechanism, coordinate_of
 from codegen.export.numbers import number, numbers, polynomial
 from codegen.export.remarks import CORNER, Held, Remark
-from codegen.export.walk import Walk
 from codegen.mechanics.kinematic_chain import mass_matrix
 from codegen.simulate.plant import MOST_SUBSTEPS, substeps_of
 from codegen.spec.model import Spec
@@ -127,7 +127,7 @@ def parts_for(
     return _Writer(spec, mechanism, timestep, labels).parts(springs)
 
 
-class _Writer(Walk):
+class _Writer(Exporter):
     def __init__(
         self, spec: Spec, mechanism: Mechanism, timestep: float | None = None, labels: Mapping[str, str] | None = None
     ) -> None:
@@ -240,7 +240,7 @@ class _Writer(Walk):
         return self.tendons.setdefault(direction, {"name": f"along{len(self.tendons) + 1}"})["name"]
 
     def _line(self, line: Line, target: dict[str, str], attributes: dict[str, str], name: str) -> None:
-        words, unit = self.words(line.direction), self.unit(line.direction)
+        words, unit = self.line_name(line.direction), self.unit(line.direction)
         if any(line.stiffness):
             attributes["stiffness"] = polynomial(line.stiffness)
             if "joint" not in target and not line.gap:

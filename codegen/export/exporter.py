@@ -10,7 +10,7 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.export.mechanism import SPEED, Direction, Leftover, Line, LineFriction, Mechanism
+from codegen.export.mechanism import SPEED, Direction, Line, LineFriction, Mechanism, OtherForce
 from codegen.export.remarks import Held, Remark
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME, System
@@ -22,7 +22,7 @@ NEGLIGIBLE = 0.05
 """A mean below this share of the force's root mean square counts as zero: it comes from the choice of points."""
 
 
-class Walk:
+class Exporter:
     """A mechanism in which other forces are replaced by their means over the envelope, and remarks on the result.
 
     Forces for which no target has an element become constant forces and friction levels; the deviation is the error.
@@ -33,9 +33,9 @@ class Walk:
         self.region = Region(spec, self.system)
         self.remarks: list[Remark] = []
         lines = {line.direction: replace(line, frictions=list(line.frictions)) for line in mechanism.lines}
-        for leftover in mechanism.leftovers:
-            self._take(leftover, lines)
-        self.mechanism = replace(mechanism, lines=tuple(lines.values()), leftovers=())
+        for other in mechanism.other_forces:
+            self._take(other, lines)
+        self.mechanism = replace(mechanism, lines=tuple(lines.values()), other_forces=())
 
     def remark(self, where: str, held: Held, how: str, errors: Array | None = None, unit: str = "") -> None:
         """Add a remark, with the force errors at sampled points where there are any."""
@@ -46,7 +46,7 @@ class Walk:
         """The unit of a force along a line: that of the first coordinate in it."""
         return self.system.force_unit(next((i for i, c in enumerate(direction) if c), 0))
 
-    def words(self, direction: Direction) -> str:
+    def line_name(self, direction: Direction) -> str:
         """A line in words: ``x``, ``x2 - x1``."""
         names = [x.name for x in self.system.positions]
         parts = []
@@ -64,22 +64,22 @@ class Walk:
         ranges = self.region.assumptions(names)
         return f" (over {', '.join(ranges)}, assumed: the envelope has no range for it)" if ranges else ""
 
-    def _take(self, leftover: Leftover, lines: dict[Direction, Line]) -> None:
-        values = self.region.sampled(leftover.force, leftover.direction)
+    def _take(self, other: OtherForce, lines: dict[Direction, Line]) -> None:
+        values = self.region.sampled(other.force, other.direction)
         finite = values[np.isfinite(values)]
         mean = float(finite.mean()) if len(finite) else 0.0
-        if abs(mean) < NEGLIGIBLE * float(np.sqrt(np.mean(finite**2))) or (leftover.friction and mean < 0):
+        if abs(mean) < NEGLIGIBLE * float(np.sqrt(np.mean(finite**2))) or (other.friction and mean < 0):
             mean = 0.0
-        line = lines.setdefault(leftover.direction, Line(leftover.direction))
-        if leftover.friction and mean:
-            line.frictions.append(LineFriction(leftover.friction, "a mean", sympy.Float(mean), None, False))
+        line = lines.setdefault(other.direction, Line(other.direction))
+        if other.friction and mean:
+            line.frictions.append(LineFriction(other.friction, "a mean", sympy.Float(mean), None, False))
         elif mean:
             line.constant += mean
-        unit = self.unit(leftover.direction)
+        unit = self.unit(other.direction)
         kept = f"its mean over the envelope, {mean:.4g} {unit}, is exported" if mean else "it is left out"
-        force = f"{_shown(leftover.force)} along {self.words(leftover.direction)}"
-        how = f"{force} has no element in this format; {kept}{self.assumed(leftover.force)}"
-        self.remark(leftover.where, "nearest" if mean else "dropped", how, finite - mean, unit)
+        force = f"{_shown(other.force)} along {self.line_name(other.direction)}"
+        how = f"{force} has no element in this format; {kept}{self.assumed(other.force)}"
+        self.remark(other.where, "nearest" if mean else "dropped", how, finite - mean, unit)
 
 
 def _shown(expression: sympy.Expr) -> str:
