@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm
 
+from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.credit import independent_share
 from codegen.diagnosis.estimate import CONFIDENCE
 from codegen.diagnosis.output_error import (
@@ -31,9 +32,6 @@ from codegen.diagnosis.residual import ForceRows, Problem, force_rows, independe
 from codegen.diagnosis.results import ParameterError
 from codegen.diagnosis.search import Search
 from codegen.mechanics.system import System
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 
 SAME = 0.01
 """Relative change of an error that counts as no change."""

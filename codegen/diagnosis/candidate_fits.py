@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.coverage import survey
 from codegen.diagnosis.credit import FAR, NEAR_NOISE, near_noise, noise_loss, noise_ratio
 from codegen.diagnosis.output_error import Fit, polish, shooting_fit
@@ -18,8 +18,6 @@ from codegen.diagnosis.starting_values import ForceStart, simplex_search, starti
 from codegen.diagnosis.trial import Part, part_of, with_values
 from codegen.effects.register import candidates, is_own
 from codegen.effects.start import Covered
-
-Array = NDArray[np.float64]
 
 SCREENED_SAMPLES = 9000
 LEAST_SCREENED = 60

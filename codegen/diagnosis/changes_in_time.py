@@ -26,9 +26,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.results import Change, Term
-
-Array = NDArray[np.float64]
 
 MOST_BLOCKS = 600
 LEAST_BLOCKS = 3

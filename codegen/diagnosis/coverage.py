@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.residual import inverse_dynamics_residual
 from codegen.diagnosis.signals import Motion, is_resolved
@@ -19,7 +20,6 @@ from codegen.effects import CATALOGUE
 from codegen.effects.start import Covered
 from codegen.mechanics.system import Matrix, System
 
-Array = NDArray[np.float64]
 Result = TypeVar("Result")
 
 BINS = 16384

@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.diagnosis.follow import follow
 from codegen.diagnosis.residual import Problem, independent_samples, inverse_dynamics_residual
@@ -32,8 +32,6 @@ from codegen.diagnosis.signals import Motion, smooth_motion
 from codegen.diagnosis.trial import Trial, with_effects, with_values
 from codegen.logs import Log
 from codegen.mechanics.system import System
-
-Array = NDArray[np.float64]
 
 STEP = 1e-4
 """Relative step of a parameter, for its slope."""

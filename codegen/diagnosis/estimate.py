@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import f as fisher
 from scipy.stats import t as student
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.output_error import Fit, scales, segment_weights
-
-Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 BLOCKS = 16

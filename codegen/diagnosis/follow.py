@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.search import Search
 from codegen.mechanics.system import System
 from codegen.simulate.controller import Feedback, sampled
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observed_loop import run_loop
-
-Array = NDArray[np.float64]
 
 LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
 """Bandwidth of the loop over the coarse cutoff; least number of samples in its period."""

@@ -15,6 +15,7 @@ from functools import cached_property, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis import credit
 from codegen.diagnosis.adoption import adopt_values
 from codegen.diagnosis.answer import Answer
@@ -41,8 +42,6 @@ from codegen.diagnosis.starting_values import STEP, ForceStart
 from codegen.diagnosis.trial import Part, Trial, model_of, part_of
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
-
-Array = NDArray[np.float64]
 
 LEVEL = 10.0
 """RMS to which the residual of the model without effects is scaled.

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.candidate_fits import NEAR, SHORTEST
 from codegen.diagnosis.conclusion import force_agrees
 from codegen.diagnosis.credit import evidence_of, noise_ratio
@@ -26,8 +26,6 @@ from codegen.diagnosis.trial import Part, part_of
 from codegen.effects.periodic import PERIOD, CoggingHarmonics
 from codegen.effects.register import candidates, kinds_of
 from codegen.mechanics.system import System
-
-Array = NDArray[np.float64]
 
 BLOCKS = 8
 MOST_ORDER, MOST_WAVES = 120, 40

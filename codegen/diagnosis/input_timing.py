@@ -6,15 +6,13 @@ from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.credit import LEAST_SIZE
 from codegen.diagnosis.force_evidence import independent
 from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.residual_regression import LEAST_ROWS
 from codegen.logs import Finding, Log
-
-Array = NDArray[np.float64]
 
 NEAR = 0.5, 1.5
 """Half samples by which an input leads a held one, where it counts as measured at its rows."""

@@ -24,6 +24,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.recent import recent
 from codegen.diagnosis.record import Record
 from codegen.diagnosis.shooting import Shooter, Structure, owners, terms_of
@@ -31,8 +32,6 @@ from codegen.diagnosis.signals import central_difference
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.computed import ComputedEntry
 from codegen.mechanics.system import Matrix, System
-
-Array = NDArray[np.float64]
 
 _NAMES = ("mass", "force", "stiffness", "damping", "position", "speed")
 SIGNALS = tuple(sympy.Symbol(f"imposed_{name}", real=True) for name in _NAMES)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.credit import SIGNED
 from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.residual import (
@@ -21,8 +22,6 @@ from codegen.diagnosis.results import ErrorFigures
 from codegen.diagnosis.signals import TRIM_S, Motion, central_difference
 from codegen.diagnosis.trial import free_run
 from codegen.mechanics.system import Matrix, System
-
-Array = NDArray[np.float64]
 
 RESTART_S = 0.5
 WHOLE = slice(None)

@@ -13,11 +13,10 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.parallel import in_parallel
 from codegen.diagnosis.trial import Part, Runner, Trial
 from codegen.mechanics.system import System
-
-Array = NDArray[np.float64]
 
 STEP, FINE_STEP = 1e-4, 1e-6
 """Steps for slopes, over the size of a parameter: of a fit, and of a covariance."""

@@ -7,14 +7,12 @@ from collections.abc import Callable
 from importlib.util import find_spec
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.results import Proposal, ProposedTerms
 from codegen.mechanics.system import System
-
-Array = NDArray[np.float64]
 
 THRESHOLDS = (0.8, 0.5, 0.3, 0.2, 0.1, 0.05)
 """Thresholds of STLSQ, over the RMS of the residual: terms with a smaller weight are dropped."""

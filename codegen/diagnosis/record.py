@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import find_objects, label
 from scipy.signal import butter, filtfilt
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.diagnosis.signals import Motion
 from codegen.logs import Log
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int32]
 
 STEPS_PER_PERIOD = 50

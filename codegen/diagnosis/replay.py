@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.residual import friction_estimate
 from codegen.diagnosis.results import Agreement
 from codegen.diagnosis.signals import Motion
@@ -18,8 +18,6 @@ from codegen.observers import build_observer
 from codegen.program import build_program
 from codegen.replay.engine import CompiledEngine
 from codegen.spec.model import ObserverChoice, Spec
-
-Array = NDArray[np.float64]
 
 DAMPING = 0.9
 MOST_SAMPLES = 60_000

@@ -12,6 +12,7 @@ import sympy
 from numpy.typing import NDArray
 from scipy.ndimage import binary_opening, maximum_filter1d
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.recent import OF_MODELS, recent
 from codegen.diagnosis.record import STEPS_PER_PERIOD, Record
 from codegen.diagnosis.shooting import all_law_terms, owners
@@ -25,8 +26,6 @@ from codegen.simulate.drive import mean_about_samples
 from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL
 from codegen.simulate.sensors import SensorError
 from codegen.spec.functions import Sgn
-
-Array = NDArray[np.float64]
 
 
 def evaluate_forces(system: System, columns: Sequence[Matrix], motion: Motion, inputs: Array | None = None) -> Array:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.changes_in_time import ChangesInTime, changes_in_time
 from codegen.diagnosis.measure import drive_force
 from codegen.diagnosis.recent import OF_MODELS, recent
@@ -25,8 +26,6 @@ from codegen.diagnosis.results import Remainder, Term
 from codegen.diagnosis.signals import Motion, central_difference
 from codegen.diagnosis.starting_values import resonances, resonant
 from codegen.mechanics.system import Matrix, System
-
-Array = NDArray[np.float64]
 
 CHUNKS, FOLDS = 48, 8
 """Pieces of equal length of the log; every eighth piece is held out together."""

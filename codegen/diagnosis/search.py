@@ -10,6 +10,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.credit import independent_share, noise_ratio
 from codegen.diagnosis.joints import JointShooter, Memory, RigidTerms, is_separable, rigid_terms
 from codegen.diagnosis.measure import Drive
@@ -21,8 +22,6 @@ from codegen.diagnosis.shooting import Shooter, terms_of
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Part, Runner, Trial
 from codegen.mechanics.system import System
-
-Array = NDArray[np.float64]
 
 LARGEST_RATIO = 50.0
 """Largest ratio of the refit's error to the noise with which candidates are compared."""

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.diagnosis.credit import independent_share
 from codegen.diagnosis.discrimination import Discrimination, Model
@@ -32,8 +32,6 @@ from codegen.logs import Log
 from codegen.mechanics.system import TIME, System
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.sensors import Sensors
-
-Array = NDArray[np.float64]
 
 SEPARATED = 10.0
 """Separation asked for, in standard deviations of the noise, between the truth and the other candidate's best fit:

@@ -12,14 +12,12 @@ from typing import Literal
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
 from codegen.diagnosis.measure import drive_force, inverse_mass
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Part
 from codegen.mechanics.system import System
 
-Array = NDArray[np.float64]
 Kind = Literal["none", "load", "payload", "mounting", "speed", "temperature"]
 
 LOAD = 0.5

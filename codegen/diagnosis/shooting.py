@@ -15,6 +15,7 @@ import sympy
 from numpy.ctypeslib import ndpointer
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.compiler import compile_shared, load_library
 from codegen.base.text import render
 from codegen.diagnosis.parallel import in_background
@@ -28,8 +29,6 @@ from codegen.simulate.contact import REST, SWEEPS
 from codegen.simulate.dynamic_contact import DIRECTION, INSIDE, LawTerms, exponents, has_states, sign_of, state_terms
 from codegen.simulate.plant_contacts import set_valued_level
 from codegen.spec.functions import Sgn
-
-Array = NDArray[np.float64]
 
 FAR = 1e300
 """Limit of a state without limits."""

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, filtfilt
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.logs import Log
-
-Array = NDArray[np.float64]
 
 ORDER = 4
 FINE_TO_COARSE = 2.5

@@ -17,10 +17,10 @@ from itertools import product
 import casadi
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 from scipy.optimize import minimize, minimize_scalar
 from scipy.signal import bilinear, lfilter
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.output_error import Fit, mean_residuals, scales, segment_cost, segment_weights
 from codegen.diagnosis.residual import (
     Problem,
@@ -36,8 +36,6 @@ from codegen.diagnosis.trial import Runner, Trial, model_of
 from codegen.effects.start import Covered
 from codegen.mechanics.casadi_form import over_rows
 from codegen.mechanics.system import Matrix, System
-
-Array = NDArray[np.float64]
 
 TRIES, SIMPLEX = 120, 0.5
 """Of a simplex search: most free runs, and its initial size in logarithms; Gauss–Newton steps follow."""

@@ -21,6 +21,7 @@ from scipy.optimize import least_squares
 from scipy.stats import f as fisher
 from scipy.stats import t as student
 
+from codegen.base.arrays import Array
 from codegen.diagnosis import credit
 from codegen.diagnosis.answer import Answer, Measured, admitted
 from codegen.diagnosis.conclusion import effect_of
@@ -35,8 +36,6 @@ from codegen.logs import Log
 from codegen.logs.motion import measured_motion, steady_speeds
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
-
-Array = NDArray[np.float64]
 
 LEAST_RUNS = 8
 SETTLING = 0.1

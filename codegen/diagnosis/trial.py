@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import sympy
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.joints import JointShooter
 from codegen.diagnosis.record import Record
 from codegen.diagnosis.results import FoundEffect
@@ -22,8 +22,6 @@ from codegen.effects.register import is_own
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
 from codegen.simulate.drive import Chains
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

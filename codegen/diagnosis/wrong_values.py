@@ -16,6 +16,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import BETTER, Outcome
@@ -25,8 +26,6 @@ from codegen.diagnosis.residual import ForceRows, Problem, force_rows, inverse_d
 from codegen.diagnosis.search import Search
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
-
-Array = NDArray[np.float64]
 
 MOST = 0.8
 """Least share of the squared force residual that a value explains on held-out blocks of the training log."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from codegen.base.arrays import Array, Flags
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.log import Array, Flags
 from codegen.logs.source import Columns
 
 LARGEST_VALUE = 1e30

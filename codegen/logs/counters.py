@@ -10,10 +10,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, nearest_name
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.log import Array, Finding
+from codegen.logs.log import Finding
 from codegen.logs.source import Columns, listing
 from codegen.logs.term import Term
 

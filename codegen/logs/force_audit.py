@@ -15,10 +15,11 @@ from itertools import combinations, permutations
 
 import numpy as np
 
+from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.logs.column_names import is_brought
 from codegen.logs.force_balance import Forces, forces_along, partial_correlation
-from codegen.logs.log import Array, Finding, Log
+from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, low_pass, measured_motion
 from codegen.mechanics import System, build_system
 from codegen.spec.model import Spec

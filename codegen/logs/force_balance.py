@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import casadi
 import numpy as np
 
-from codegen.logs.log import Array, Flags, Log
+from codegen.base.arrays import Array, Flags
+from codegen.logs.log import Log
 from codegen.logs.motion import Motion, low_pass
 from codegen.mechanics import System
 from codegen.mechanics.casadi_form import symbol_values, to_casadi

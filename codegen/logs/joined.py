@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from codegen.base.arrays import Array, Flags
 from codegen.base.errors import BadInput
 from codegen.logs.excerpt import MOST_SAMPLES
-from codegen.logs.log import Array, Finding, Flags, Intake, Log
+from codegen.logs.log import Finding, Intake, Log
 
 PAUSE_S = 2.0
 SAME_STEP = 1e-6

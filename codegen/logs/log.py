@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array, Flags
 from codegen.logs.description import SAYS_NOTHING, LogDescription
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
 Severity = Literal["info", "warning", "problem"]
 
 

@@ -15,7 +15,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from codegen.logs.log import Array
+from codegen.base.arrays import Array
 
 _STORED = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _STORED_4 = ("f8", "f4", "i4", "i2", "u2", "u1")

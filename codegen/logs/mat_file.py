@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from codegen.base.arrays import Array
 from codegen.base.input_files import opened
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
 from codegen.logs.hdf5_file import MAGIC, Hdf5File
-from codegen.logs.log import Array
 from codegen.logs.mat_elements import OBJECT, variables
 from codegen.logs.source import LARGEST_STREAM, Allowance, Columns, LogFile, listing
 

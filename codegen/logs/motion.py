@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from codegen.logs.log import Array, Flags, Log
+from codegen.base.arrays import Array, Flags
+from codegen.logs.log import Log
 
 ORDER = 4
 EDGE_PERIODS = 2.0

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from codegen.base.arrays import Array
 from codegen.base.user_text import shown
-from codegen.logs.log import Array
 from codegen.logs.source import BlockFile, Columns, listing
 
 ROWS = 1 << 16

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.logs.force_audit import LONGEST_STEP, audit_force
-from codegen.logs.log import Array, Finding, Log, Severity
+from codegen.logs.log import Finding, Log, Severity
 from codegen.logs.motion import Motion, Steady, measured_motion, steady_speeds
 from codegen.spec.model import Spec
 

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from codegen.base.arrays import Array, Flags
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.log import Array, Flags
 from codegen.logs.source import Columns, LogFile, listing
 
 GAP_STEPS = 5.0

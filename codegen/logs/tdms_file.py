@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.logs.log import Array
+from codegen.base.arrays import Array
 from codegen.logs.series import ChannelFile, Signal
 
 STEP, DELAY, BEGIN = "wf_increment", "wf_start_offset", "wf_start_time"

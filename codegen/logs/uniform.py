@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.logs.log import Array
 from codegen.logs.source import Columns
 
 JITTER = 0.01

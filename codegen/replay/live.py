@@ -11,6 +11,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.input_files import opened
 from codegen.logs.bag_file import is_bag
@@ -18,7 +19,6 @@ from codegen.logs.binding import bind
 from codegen.logs.counters import mended
 from codegen.logs.csv_file import CsvSource, open_csv, open_lines
 from codegen.logs.description import SAYS_NOTHING, LogDescription
-from codegen.logs.log import Array
 from codegen.logs.readers import FORMATS, log_description, since_epoch
 from codegen.logs.source import LARGEST_STREAM, Columns
 from codegen.logs.table import COMMENT, ROWS_ALIKE
