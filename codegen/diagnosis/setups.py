@@ -1,7 +1,8 @@
-"""Changes of a machine between two logs of the same motion: load, payload, mounting, speed, temperature.
+"""Changes of a machine that discriminate between effects: load, payload, mounting, speed, temperature.
 
-A log under one load cannot tell load-dependent friction from a larger Coulomb level, and a log in one mounting cannot
-tell weight from an offset of the drive. A known change of the machine, or one that affects all friction alike, can.
+Under a single load, load-dependent friction and a larger Coulomb level give the same log; in a single mounting, so do
+weight and an offset of the drive. A second log of the same motion, after a known change of the machine or after one
+that scales all friction by one factor, distinguishes them.
 """
 
 from __future__ import annotations
@@ -30,18 +31,19 @@ WARM = 0.7
 """Factor on the friction of all contacts at another temperature; unknown to the fit."""
 MASSES = {"m": "kg", "rad": "kg·m²"}
 DIGITS = 2
+"""Significant digits of proposed loads and payloads."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """One change of the machine.
+    """One change of the machine, or of the speed of its motion.
 
     Attributes:
         words: the change in words, for the report.
         pace: factor on the speed along the log's path.
-        force, inertia: known additions, SI, by index of the coordinate.
+        force, inertia: known additional force and inertia, SI: index of the coordinate → value.
         turned: whether gravity acts in the opposite direction.
-        friction: unknown factor on the friction of all contacts; None for no change.
+        friction: factor on the friction of all contacts, which the fit does not know; None for no change.
     """
 
     kind: Kind
@@ -53,7 +55,7 @@ class Setup:
     friction: float | None = None
 
     def base(self, system: System) -> System:
-        """The declared system with the known part of the change: added forces and inertias."""
+        """The declared system with the known additional forces and inertias."""
         for i, value in (self.force or {}).items():
             system = system.with_force(i, sympy.Float(value))
         for i, value in (self.inertia or {}).items():
@@ -61,48 +63,49 @@ class Setup:
         return system
 
     def values(self, part: Part, values: Mapping[str, float], factor: float) -> dict[str, float]:
-        """The parameters of an effect after the change; ``factor`` is that of friction."""
+        """The parameters of an effect after the change.
+
+        Args:
+            factor: of friction: parameters of an effect on a contact become neutral + factor (value − neutral), where
+                a neutral value, at which the effect is absent, exists.
+        """
         changed = part.effect.turned(values) if self.turned else dict(values)
         if self.friction is None or part.effect.sits_on != "contact":
             return changed
-        sized = {p.name: p.neutral for p in part.effect.parameters if p.neutral is not None}
-        return {n: sized[n] + factor * (v - sized[n]) if n in sized else v for n, v in changed.items()}
+        neutral = {p.name: p.neutral for p in part.effect.parameters if p.neutral is not None}
+        return {n: neutral[n] + factor * (v - neutral[n]) if n in neutral else v for n, v in changed.items()}
 
 
 def setups(system: System, motion: Motion, parts: Sequence[Part]) -> list[Setup]:
-    """The log's motion repeated, and every change that is possible on the machine.
+    """The unchanged machine, as a reference, and every change that this machine allows.
 
     Args:
-        parts: effects of all models to be discriminated.
+        parts: effects of all models that are to be discriminated.
     """
     drive = np.sqrt(np.mean(drive_force(system, motion)[motion.usable] ** 2, axis=0))
     inertia = 1 / np.maximum(np.diagonal(inverse_mass(system, motion).mean(axis=0)), 1e-300)
-    found = [Setup("none", "the same motion again, nothing changed")]
+    possible = [Setup("none", "the same motion again, nothing changed")]
     for i, x in enumerate(system.positions):
-        force, more = _short(LOAD * drive[i]), _short(PAYLOAD * float(inertia[i]))
+        force, added_inertia = _short(LOAD * drive[i]), _short(PAYLOAD * float(inertia[i]))
         if force > 0:
-            unit = _words(system.force_unit(i))
-            found.append(Setup("load", f"a constant force of {force:g} {unit} on {x.name}", force={i: force}))
+            unit = system.force_unit(i).replace("*", "·")
+            possible.append(Setup("load", f"a constant force of {force:g} {unit} on {x.name}", force={i: force}))
         if system.position_units[i] in MASSES:
             unit = MASSES[system.position_units[i]]
-            words = f"{more:g} {unit} more on {x.name}, balanced so that its weight does not pull"
-            found.append(Setup("payload", words, inertia={i: more}))
+            words = f"{added_inertia:g} {unit} more on {x.name}, balanced so that its weight does not pull"
+            possible.append(Setup("payload", words, inertia={i: added_inertia}))
     ones = [(part.effect, dict.fromkeys(part.names, 1.0)) for part in parts]
     if any(effect.turned(values) != values for effect, values in ones):
         words = "the machine mounted upside down, so that weight pulls the other way"
-        found.append(Setup("mounting", words, turned=True))
+        possible.append(Setup("mounting", words, turned=True))
     for pace in PACES:
         words = "half" if pace < 1 else "twice"
-        found.append(Setup("speed", f"the same path at {words} the speed", pace=pace))
+        possible.append(Setup("speed", f"the same path at {words} the speed", pace=pace))
     if any(part.effect.sits_on == "contact" for part in parts):
         words = "the machine at another temperature, cold or warm, at which its friction has changed"
-        found.append(Setup("temperature", words, friction=WARM))
-    return found
+        possible.append(Setup("temperature", words, friction=WARM))
+    return possible
 
 
 def _short(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
-
-
-def _words(unit: str) -> str:
-    return unit.replace("*", "·")

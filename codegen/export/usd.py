@@ -1,8 +1,8 @@
 """The machine as a USD scene in text (.usda): UsdPhysics, with the joint attributes of Newton and of PhysX.
 
-UsdPhysics has bodies, masses and joints, and neither friction nor armature of a joint. Those are in two schemas, which
-are both written: ``NewtonJointAPI`` of newton-usd-schemas 0.4 or later, and ``PhysxJointAxisAPI`` of Omniverse Physics.
-Both count a damping of a hinge per degree. Numbers are single precision there.
+UsdPhysics describes bodies, masses and joints, but neither friction nor armature of a joint. Two schemas do, and both
+are written: ``NewtonJointAPI`` of newton-usd-schemas 0.4 or later, and ``PhysxJointAxisAPI`` of Omniverse Physics. Both
+state the damping of a hinge per degree (N m s/deg), and numbers in single precision.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from codegen.spec.model import Spec
 
 
 def usd_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
-    """The file, and what it holds. The base is a body that is fixed to the world."""
+    """The file's text, and remarks on what it cannot represent. The base is a body fixed to the world."""
     joints, remarks = joint_terms(spec, mechanism, "USD", springs=False, armatures=True)
     gravity = np.zeros(3)
     if mechanism.tree is None:
@@ -33,37 +33,40 @@ def usd_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str, 
         remarks = (*remarks, Remark("gravity", "nearest", how))
     else:
         gravity = np.array(mechanism.tree.gravity, dtype=float)
-    size = float(np.sqrt(gravity @ gravity))
+    magnitude = float(np.sqrt(gravity @ gravity))
     return render(
         "export/model.usda.j2",
         name=spec.name,
         header=[*header, *(r.text for r in remarks)],
         bodies=_bodies(links_of(mechanism), joints),
-        down=_singles(gravity / size if size else [0, 0, -1]),
-        gravity=_single(size),
+        down=_singles(gravity / magnitude if magnitude else [0, 0, -1]),
+        gravity=_single(magnitude),
     ), remarks
 
 
 def _bodies(links: Sequence[Link], joints: Sequence[JointTerms]) -> list[dict[str, Any]]:
     """Links and their joints as text for the template.
 
-    ``position`` and ``orientation`` are the body's in the world, all coordinates zero; ``place`` and ``turned`` the
-    joint frame's in the parent's body, ``along`` in the body's own: its x axis is the joint's. ``moments`` are the
-    principal ones about ``axes``; ``damping`` in N m s/deg or N s/m.
+    - ``position``, ``orientation``: of the body in the world, with all coordinates zero.
+    - ``place``, ``turned``: position and orientation of the joint frame in the parent body; ``along``: its orientation
+      in the body itself. The x axis of the joint frame is the joint's axis.
+    - ``moments``: principal moments of inertia, about the axes of the orientation ``axes``.
+    - ``damping``: in N m s/deg or N s/m.
     """
-    found, poses = [], list[tuple[Array, Array]]()
+    bodies, poses = [], list[tuple[Array, Array]]()
     for link, joint in zip(links, joints, strict=True):
-        turn, at = (np.eye(3), np.zeros(3)) if link.parent < 0 else poses[link.parent]
-        poses.append((turn @ link.rotation, at + turn @ link.offset))
-        along, (moments, axes) = _from_x(link.axis), principal(link.inertia)
+        parent_rotation, parent_origin = (np.eye(3), np.zeros(3)) if link.parent < 0 else poses[link.parent]
+        rotation, origin = parent_rotation @ link.rotation, parent_origin + parent_rotation @ link.offset
+        poses.append((rotation, origin))
+        joint_frame, (moments, axes) = _from_x(link.axis), principal(link.inertia)
         body = {
             "link": link,
             "parent": "base" if link.parent < 0 else f"{links[link.parent].name}_link",
-            "position": _doubles(poses[-1][1]),
-            "orientation": _doubles(quaternion(poses[-1][0])),
+            "position": _doubles(origin),
+            "orientation": _doubles(quaternion(rotation)),
             "place": _singles(link.offset),
-            "turned": _singles(quaternion(link.rotation @ along)),
-            "along": _singles(quaternion(along)),
+            "turned": _singles(quaternion(link.rotation @ joint_frame)),
+            "along": _singles(quaternion(joint_frame)),
             "mass": _single(link.mass),
             "centre": _singles(link.centre),
             "moments": _singles(moments),
@@ -73,20 +76,20 @@ def _bodies(links: Sequence[Link], joints: Sequence[JointTerms]) -> list[dict[st
             "friction": _single(joint.friction),
             "effort": "" if joint.effort is None else _single(joint.effort),
         }
-        found.append(body)
-    return found
+        bodies.append(body)
+    return bodies
 
 
 def _from_x(axis: Array) -> Array:
-    """A rotation that takes the x axis to this one: by half a turn about what lies between them."""
-    between = axis + np.array([1.0, 0.0, 0.0])
-    if not between @ between > 1e-12:
-        between = np.array([0.0, 0.0, 1.0])
-    return np.asarray(2 * np.outer(between, between) / (between @ between) - np.eye(3))
+    """A rotation R with R x̂ = axis: by 180° about the bisector b of x̂ and the axis, R = 2 b b'/b'b − I."""
+    bisector = axis + np.array([1.0, 0.0, 0.0])
+    if not bisector @ bisector > 1e-12:  # axis = −x̂: any axis perpendicular to x̂ will do
+        bisector = np.array([0.0, 0.0, 1.0])
+    return np.asarray(2 * np.outer(bisector, bisector) / (bisector @ bisector) - np.eye(3))
 
 
 def _single(value: float) -> str:
-    """The shortest text of a single."""
+    """The shortest decimal that reads back as the same single-precision number; −0 is written as 0."""
     return str(np.float32(value) + np.float32(0))
 
 

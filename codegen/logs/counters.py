@@ -1,7 +1,7 @@
-"""Storage faults of raw columns: signed numbers stored unsigned, counter overflow, repeated rows; and resolution.
+"""Storage faults of a log's raw columns: signed integers stored as unsigned, counter overflow, repeated rows.
 
-A fault that the log's description states is corrected. One that it does not state is reported, with the line that would
-correct it.
+A fault that the log's description declares is corrected. Others are detected and reported, with the line of the
+description that would correct them. Also here: the resolution (quantisation step) of a measured position.
 """
 
 from __future__ import annotations
@@ -19,41 +19,40 @@ from codegen.logs.source import Columns, listing
 from codegen.logs.term import Term
 
 WIDTHS = (16, 32)
+"""Bits of the integer types that are considered."""
 NEAR_AN_END = 0.25
-"""Signed numbers stored unsigned lie in this share of the range at either end, and none between."""
+"""Small signed integers stored as unsigned all lie within this share of the range from its ends."""
 WRAP_SIZE = 0.05
-"""A jump of a counter differs from its whole range by at most this share of it: by the motion in one row."""
+"""Largest difference between an overflow's jump and the counter's range, over the range; the motion in one row."""
 FEW_JUMPS = 0.1
+"""Largest share of rows with a jump."""
 REACH, MOVING_STEPS = 3, 1.5
-"""Rows to either side that are compared, and least motion per row, in measuring steps."""
+"""``repeats``: rows to either side that are compared, and least motion per row, in quantisation steps."""
 NEAR_STEPS, FEWEST, ON_LATTICE = 50, 20, 0.9
-"""Largest move that is used, in measuring steps; least number of such moves; least share that are multiples of it."""
+"""``smallest_step``: largest difference that is used, in steps; least number of such differences; least share of them
+that are multiples of the step."""
 
 
-def mended(raw: Columns, description: LogDescription) -> Columns:
-    """The columns with signed numbers as such, and counters unwrapped.
-
-    Args:
-        raw: columns as they stand in the file.
-    """
-    values = raw.values
+def corrected(raw: Columns, description: LogDescription) -> Columns:
+    """The file's columns with the declared corrections: unsigned integers read as signed, counters unwrapped."""
+    if not (description.signed or description.unwrap):
+        return raw
+    values = raw.values.copy()
     for name, bits in description.signed.items():
-        for j in _where(raw.names, name):
-            values = values.copy() if values is raw.values else values
+        for j in _indices(raw.names, name):
             values[:, j] = _signed(values[:, j], bits)
     for name, period in description.unwrap.items():
-        for j in _where(raw.names, name):
-            values = values.copy() if values is raw.values else values
+        for j in _indices(raw.names, name):
             finite = np.isfinite(values[:, j])
             values[finite, j] = np.unwrap(values[finite, j], period=period)
     return Columns(raw.file, raw.names, values, raw.lines)
 
 
 def require_columns(names: Sequence[str], description: LogDescription) -> None:
-    """Refuse a column to mend, or to choose rows by, that the file has not.
+    """Check that the file has every column that the description corrects or selects rows by.
 
     Raises:
-        BadInput: at the description's key.
+        BadInput: for one that is missing, at the description's key.
     """
     for key, columns in (
         ("signed16", description.signed),
@@ -70,87 +69,92 @@ def require_columns(names: Sequence[str], description: LogDescription) -> None:
 
 
 def counter_findings(raw: Columns, terms: Mapping[str, Term]) -> list[tuple[tuple[str, ...], Finding]]:
-    """What the numbers of a file's columns show of how they were stored.
+    """Undeclared storage faults of a file's integer columns.
 
     Args:
-        raw: columns as they stand in the file, mended where the description says so.
+        raw: columns after ``corrected``.
+        terms: symbol → the term of columns that gives it.
 
     Returns:
-        The symbols that a column stands for, and the finding.
+        For each fault the symbols that are computed from the column, and the finding.
     """
-    found: list[tuple[tuple[str, ...], Finding]] = []
+    findings: list[tuple[tuple[str, ...], Finding]] = []
     for j, name in enumerate(raw.names):
         values = raw.values[:, j]
         values = values[np.isfinite(values)]
         symbols = tuple(s for s, term in terms.items() if name in term.columns)
         if len(values) < 2 or "t" in symbols or not np.array_equal(values, np.round(values)):
             continue
-        told = _stored_unsigned(name, values, symbols) or _starts_anew(name, values, symbols)
-        if told is not None:
-            found.append((symbols, told))
-    return found
+        finding = _stored_unsigned(name, values, symbols) or _overflow(name, values, symbols)
+        if finding is not None:
+            findings.append((symbols, finding))
+    return findings
 
 
 def repeats(data: Array, steps: Sequence[float]) -> tuple[float, float]:
-    """Shares of the rows, and of the rows in motion, that are equal to the row before.
+    """Share of the rows that equal the row before: of all rows, and of the rows in motion.
+
+    A row is in motion if some position changes, over ``REACH`` rows to either side, by more than ``MOVING_STEPS``
+    quantisation steps per row.
 
     Args:
         data: (N, c) positions, and velocities if they were logged.
-        steps: (n) smallest step of each position, 0 where none is visible. A row is in motion where some position moves
-            by more than such a step in each row near by.
+        steps: (n) quantisation step of each position, 0 where none is visible.
     """
     same = (data[1:] == data[:-1]).all(axis=1)
-    reach = 2 * REACH + 1
-    if len(data) <= reach:
+    window = 2 * REACH + 1
+    if len(data) <= window:
         return float(same.mean()), 0.0
-    far = np.abs(data[reach:, : len(steps)] - data[:-reach, : len(steps)])
-    moving = (far > MOVING_STEPS * reach * np.asarray(steps)).any(axis=1)
-    near = same[REACH : len(data) - 1 - REACH][moving]
-    return float(same.mean()), float(near.mean()) if len(near) else 0.0
+    change = np.abs(data[window:, : len(steps)] - data[:-window, : len(steps)])
+    moving = (change > MOVING_STEPS * window * np.asarray(steps)).any(axis=1)
+    same_in_motion = same[REACH : len(data) - 1 - REACH][moving]
+    return float(same.mean()), float(same_in_motion.mean()) if len(same_in_motion) else 0.0
 
 
 def smallest_step(position: Array) -> float:
-    """The step on whose multiples the differences of neighbouring samples lie.
+    """Quantisation step of a position: most differences of successive samples are multiples of it.
 
     Args:
         position: (N,) raw samples, before any resampling.
 
     Returns:
-        The step in the position's unit, or 0 if the differences lie on no lattice, or are all far larger than it.
+        The step in the position's unit; 0 if the differences are no multiples of one step, or too few are small enough
+        to show it.
     """
-    moves = np.abs(np.diff(position))
+    differences = np.abs(np.diff(position))
     rounding = 1e-14 * float(np.abs(position).max(initial=0.0))
-    moves = moves[moves > rounding]
-    if len(moves) < FEWEST:
+    differences = differences[differences > rounding]
+    if len(differences) < FEWEST:
         return 0.0
-    step = float(moves.min())
-    for _ in range(3):  # the smallest difference carries the rounding of the printed digits; a fit over more does not
-        near = moves[moves < NEAR_STEPS * step]
-        counts = np.maximum(np.round(near / step), 1)
-        step = float(near.sum() / counts.sum())
-    near = moves[moves < NEAR_STEPS * step]
-    off = np.abs(near / step - np.round(near / step))
-    if len(near) < FEWEST or np.mean(off < 0.1) < ON_LATTICE:
+    step = float(differences.min())
+    for _ in range(3):  # the smallest difference has a rounding error of the printed digits, which a fit averages out
+        small = differences[differences < NEAR_STEPS * step]
+        counts = np.maximum(np.round(small / step), 1)
+        step = float(small.sum() / counts.sum())
+    small = differences[differences < NEAR_STEPS * step]
+    deviation = np.abs(small / step - np.round(small / step))
+    if len(small) < FEWEST or np.mean(deviation < 0.1) < ON_LATTICE:
         return 0.0
     return step
 
 
-def _where(names: Sequence[str], name: str) -> list[int]:
+def _indices(names: Sequence[str], name: str) -> list[int]:
     return [j for j, other in enumerate(names) if other == name]
 
 
 def _signed(values: Array, bits: int) -> Array:
+    """Two's complement: unsigned integers of so many bits as signed ones."""
     return np.asarray(np.where(values >= 2.0 ** (bits - 1), values - 2.0**bits, values))
 
 
 def _stored_unsigned(name: str, values: Array, symbols: Sequence[str]) -> Finding | None:
-    """Integers near either end of the unsigned range, and none between."""
+    """A finding if all values are near the ends of an unsigned range, and the signed values vary less."""
     for bits in WIDTHS:
-        whole = 2.0**bits
-        high = values >= whole / 2
-        if values.min() < 0 or values.max() >= whole or not high.any():
+        size = 2.0**bits
+        high = values >= size / 2
+        if values.min() < 0 or values.max() >= size or not high.any():
             continue
-        if not (np.minimum(values, whole - values) <= NEAR_AN_END * whole).all():
+        if not (np.minimum(values, size - values) <= NEAR_AN_END * size).all():
             continue
         signed = _signed(values, bits)
         if not high.all() and np.abs(np.diff(signed)).sum() >= 0.5 * np.abs(np.diff(values)).sum():
@@ -166,23 +170,23 @@ def _stored_unsigned(name: str, values: Array, symbols: Sequence[str]) -> Findin
     return None
 
 
-def _starts_anew(name: str, values: Array, symbols: Sequence[str]) -> Finding | None:
-    """Jumps by nearly the whole range of a counter between rows that else move little."""
-    moves = np.diff(values)
+def _overflow(name: str, values: Array, symbols: Sequence[str]) -> Finding | None:
+    """A finding if few differences are about a counter's range and the others are far smaller."""
+    differences = np.diff(values)
     for bits in WIDTHS:
-        whole = 2.0**bits
-        jumps = np.abs(np.abs(moves) - whole) <= WRAP_SIZE * whole
+        size = 2.0**bits
+        jumps = np.abs(np.abs(differences) - size) <= WRAP_SIZE * size
         if not jumps.any() or jumps.mean() > FEW_JUMPS:
             continue
-        rest = np.abs(moves[~jumps])
-        if len(rest) and rest.max() > whole / 4:
+        others = np.abs(differences[~jumps])
+        if len(others) and others.max() > size / 4:
             continue
         count = int(jumps.sum())
         words = (
             f"The column {name}, from which {_and(symbols)} is taken, jumps by about 2^{bits} {count} times, as a "
-            f"counter of {bits} bits that overflows. Say `unwrap: {{{name}: {whole:.0f}}}` in the log description."
+            f"counter of {bits} bits that overflows. Say `unwrap: {{{name}: {size:.0f}}}` in the log description."
         )
-        figures = {"count": float(count), "size": whole}
+        figures = {"count": float(count), "size": size}
         return Finding("problem", f"numbers of {_and(symbols)}", words, figures)
     return None
 

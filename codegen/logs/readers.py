@@ -17,7 +17,7 @@ from codegen.logs.beside import SideBySide
 from codegen.logs.binding import Binding, bind, column_of, time_of
 from codegen.logs.cleaning import Clean, clean
 from codegen.logs.content import is_text, other_format
-from codegen.logs.counters import counter_findings, mended, repeats, require_columns, smallest_step
+from codegen.logs.counters import corrected, counter_findings, repeats, require_columns, smallest_step
 from codegen.logs.csv_file import CsvSource, open_csv
 from codegen.logs.description import SAYS_NOTHING, ZERO_ORDER, Lengths, LogDescription, read_description
 from codegen.logs.hdf5_file import Hdf5File
@@ -137,7 +137,7 @@ def _read(
     source = _with_others(path, _opened(reader, path, allowance, described), described, allowance)
     binding = bind(source, spec, described, columns)
     require_columns(source.names, described)
-    raw = mended(_loaded(source, columns_of(binding.terms), described), described)
+    raw = corrected(_loaded(source, columns_of(binding.terms), described), described)
     binding = since_epoch(binding, raw, described, spec)
     said = tuple(source.notes)
     if described.missing == "join" and "t" in binding.terms:

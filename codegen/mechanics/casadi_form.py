@@ -1,4 +1,4 @@
-"""SymPy expressions → CasADi SX, operation by operation, with powers as products."""
+"""Conversion of SymPy expressions to CasADi SX, node by node, with integer powers as products."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from codegen.mechanics.computed import ComputedEntry
 from codegen.spec.functions import Magnitude, Sgn
 
 MANY_WAVES = 4
-"""Sines and cosines of multiples of one angle that are worth being built from one of each."""
+"""Least number of sines and cosines of multiples of one angle that are built by the addition theorem."""
 _ROWS = 200
-"""Evaluated at once by ``over_rows``: few enough that arguments and results stay in the cache."""
+"""Rows that ``over_rows`` evaluates per call: few enough that arguments and results stay in the processor's cache."""
 
 _FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
     sympy.sin: casadi.sin,
@@ -34,27 +34,32 @@ _FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
 
 @dataclass(frozen=True)
 class _Scope:
-    """The values of symbols, and the computations that are already put in: all entries of one share its graph."""
+    """What a conversion knows.
+
+    Attributes:
+        names: symbol → SX scalar or number.
+        computed: (computation, arguments) → its SX result, which all its entries share.
+        multiples: angle → n → (cos n·angle, sin n·angle), for the angles that the addition theorem is used for.
+    """
 
     names: Mapping[sympy.Symbol, Any]
     computed: dict[tuple[Any, ...], Any] = field(default_factory=dict)
-    turns: dict[Any, dict[int, tuple[Any, Any]]] = field(default_factory=dict)
-    """Angle → n → (cos n·angle, sin n·angle), for angles of which sines and cosines are built from those of n = 1."""
+    multiples: dict[Any, dict[int, tuple[Any, Any]]] = field(default_factory=dict)
 
 
 def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any], by_angle: bool = False) -> Any:
     """The CasADi SX of a SymPy expression or matrix.
 
     Args:
-        names: symbol → SX scalar or number, of every symbol in the expression.
-        by_angle: build many sines and cosines of multiples of one angle from one sine and one cosine of it, by the
-            addition theorem; equal to rounding.
+        names: symbol → SX scalar or number, for every symbol in the expression.
+        by_angle: if there are ``MANY_WAVES`` sines and cosines of multiples of one angle, compute them from one sine
+            and one cosine of it by the addition theorem; the values differ by rounding only.
 
     Raises:
-        KeyError: for a symbol without an entry.
-        TypeError: for a SymPy node that no spec can hold.
+        KeyError: for a symbol that ``names`` does not contain.
+        TypeError: for a SymPy node that the expression language of specs does not have.
     """
-    scope = _Scope(names, turns=_angles(expression) if by_angle else {})
+    scope = _Scope(names, multiples=_angles(expression) if by_angle else {})
     if isinstance(expression, sympy.MatrixBase):
         result = casadi.SX(expression.rows, expression.cols)
         for (i, j), entry in sorted(expression.todok().items()):
@@ -66,7 +71,11 @@ def to_casadi(expression: Any, names: Mapping[sympy.Symbol, Any], by_angle: bool
 def symbol_values(
     numbers: Mapping[sympy.Symbol, Any], *columns: tuple[Sequence[sympy.Symbol], Any]
 ) -> dict[sympy.Symbol, Any]:
-    """The values of symbols in ``to_casadi``: numbers, and the entries of columns, which come before numbers."""
+    """The ``names`` of ``to_casadi``: symbol → number, and symbol → entry of a column vector, which takes precedence.
+
+    Args:
+        columns: pairs of the symbols of a vector's entries and the SX vector.
+    """
     names: dict[sympy.Symbol, Any] = {s: casadi.SX(float(value)) for s, value in numbers.items()}
     for symbols, column in columns:
         names |= {s: column[k] for k, s in enumerate(symbols)}
@@ -74,18 +83,21 @@ def symbol_values(
 
 
 def over_rows(function: casadi.Function, rows: Array) -> Array:
-    """A function, (k, 1) → (r, 1) and dense, at each of N rows, (N, k): (N, r); NumPy and CasADi share the memory."""
+    """A dense function (k, 1) → (r, 1) evaluated at each row of (N, k): (N, r).
+
+    NumPy and CasADi share the memory. The last block of rows is filled up with copies of the last row.
+    """
     count, width = len(rows), function.size1_out(0)
     if not count or not width:
         return np.zeros((count, width))
-    size = max(1, min(_ROWS, count))
-    whole = -(-count // size) * size
-    arguments = np.zeros((whole, function.size1_in(0)))
+    size = min(_ROWS, count)
+    padded = -(-count // size) * size
+    arguments = np.zeros((padded, function.size1_in(0)))
     arguments[:count], arguments[count:] = rows, rows[-1:]
-    results = np.empty((whole, width))
+    results = np.empty((padded, width))
     mapped: Any = function.map(size)  # its stub lacks the form of set_arg that takes memory
     buffer, evaluate = mapped.buffer()
-    for k in range(0, whole, size):
+    for k in range(0, padded, size):
         buffer.set_arg(0, arguments[k : k + size].data)
         buffer.set_res(0, results[k : k + size].data)
         evaluate()
@@ -98,7 +110,7 @@ def _scalar(e: Any, scope: _Scope) -> Any:
     if e.is_Number or e is sympy.pi or e is sympy.E:
         return casadi.SX(float(e))
     if e.is_Add:
-        # SymPy keeps terms in its own order; a leading negative term would cost an operation.
+        # Positive terms first: a leading negative term would cost a negation.
         terms = sorted(e.args, key=lambda term: term.could_extract_minus_sign())
         total = _scalar(terms[0], scope)
         for term in terms[1:]:
@@ -113,34 +125,35 @@ def _scalar(e: Any, scope: _Scope) -> Any:
     function = _FUNCTIONS.get(e.func)
     if function is None:
         raise TypeError(f"no CasADi form for {e.func}")
-    if e.func in (sympy.sin, sympy.cos) and scope.turns:
-        times, angle = e.args[0].as_coeff_Mul()
-        if angle in scope.turns and times.is_Integer and times > 0:
-            return _turned(int(times), angle, scope)[e.func is sympy.sin]
+    if e.func in (sympy.sin, sympy.cos) and scope.multiples:
+        n, angle = e.args[0].as_coeff_Mul()
+        if angle in scope.multiples and n.is_Integer and n > 0:
+            cosine, sine = _cos_sin_of_multiple(int(n), angle, scope)
+            return cosine if e.func is sympy.cos else sine
     return function(_scalar(e.args[0], scope))
 
 
 def _angles(expression: Any) -> dict[Any, dict[int, tuple[Any, Any]]]:
-    """The angles of whose multiples there are ``MANY_WAVES`` sines and cosines."""
+    """The angles with ``MANY_WAVES`` or more sines and cosines of their multiples, each with an empty table."""
     count: Counter[Any] = Counter()
     for wave in expression.atoms(sympy.sin, sympy.cos):
-        times, angle = wave.args[0].as_coeff_Mul()
-        if times.is_Integer and times > 0:
+        n, angle = wave.args[0].as_coeff_Mul()
+        if n.is_Integer and n > 0:
             count[angle] += 1
     return {angle: {} for angle, waves in count.items() if waves >= MANY_WAVES}
 
 
-def _turned(times: int, angle: Any, scope: _Scope) -> tuple[Any, Any]:
-    """(cos, sin) of a multiple of an angle: e^(i n a) = e^(i p a) e^(i q a) with p + q = n, each power once."""
-    known = scope.turns[angle]
-    if times not in known:
-        if times == 1:
+def _cos_sin_of_multiple(n: int, angle: Any, scope: _Scope) -> tuple[Any, Any]:
+    """(cos nφ, sin nφ) by e^(i n φ) = e^(i p φ) e^(i q φ), p = ⌊n/2⌋ and q = n − p; each multiple is computed once."""
+    known = scope.multiples[angle]
+    if n not in known:
+        if n == 1:
             value = _scalar(angle, scope)
-            known[times] = casadi.cos(value), casadi.sin(value)
+            known[n] = casadi.cos(value), casadi.sin(value)
         else:
-            (a, b), (c, d) = (_turned(n, angle, scope) for n in (times // 2, times - times // 2))
-            known[times] = a * c - b * d, a * d + b * c
-    return known[times]
+            (a, b), (c, d) = (_cos_sin_of_multiple(part, angle, scope) for part in (n // 2, n - n // 2))
+            known[n] = a * c - b * d, a * d + b * c
+    return known[n]
 
 
 def _computed(e: ComputedEntry, scope: _Scope) -> Any:
@@ -151,23 +164,24 @@ def _computed(e: ComputedEntry, scope: _Scope) -> Any:
 
 
 def _product(e: Any, scope: _Scope) -> Any:
-    above, below, negative = None, None, False
+    """± numerator / denominator: one division, and rationals 1/q as a division by q."""
+    numerator, denominator, negative = None, None, False
     for factor in e.args:
         if factor == -1:
             negative = not negative
         elif factor.is_Pow and factor.exp.is_number and factor.exp.is_negative:
             value = _power(factor.base, -factor.exp, scope)
-            below = value if below is None else below * value
+            denominator = value if denominator is None else denominator * value
         elif factor.is_Rational and not factor.is_Integer and factor.p in (1, -1):
             negative ^= factor.p < 0
             value = casadi.SX(float(factor.q))
-            below = value if below is None else below * value
+            denominator = value if denominator is None else denominator * value
         else:
             value = _scalar(factor, scope)
-            above = value if above is None else above * value
-    result = casadi.SX(1.0) if above is None else above
-    if below is not None:
-        result = result / below
+            numerator = value if numerator is None else numerator * value
+    result = casadi.SX(1.0) if numerator is None else numerator
+    if denominator is not None:
+        result = result / denominator
     return -result if negative else result
 
 
@@ -184,7 +198,7 @@ def _power(base: Any, exponent: Any, scope: _Scope) -> Any:
 
 
 def _repeated(value: Any, n: int) -> Any:
-    """value**n as products by squaring: the same operations in every language, and no call of pow."""
+    """value**n by repeated squaring: the same operations in every language, and no call of pow."""
     if n == 0:
         return casadi.SX(1.0)
     half = _repeated(value, n // 2) if n > 1 else None

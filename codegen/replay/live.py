@@ -16,7 +16,7 @@ from codegen.base.errors import BadInput
 from codegen.base.input_files import opened
 from codegen.logs.bag_file import is_bag
 from codegen.logs.binding import bind
-from codegen.logs.counters import mended
+from codegen.logs.counters import corrected
 from codegen.logs.csv_file import CsvSource, open_csv, open_lines
 from codegen.logs.description import SAYS_NOTHING, LogDescription
 from codegen.logs.readers import FORMATS, log_description, since_epoch
@@ -184,7 +184,7 @@ class _Table:
         self._read += len(lines)
         if not kept:
             return
-        columns = compute(mended(source.load(self._wanted), self._described), self._terms)
+        columns = compute(corrected(source.load(self._wanted), self._described), self._terms)
         values = columns.values * self._scale
         time, rows = values[:, 0].copy(), np.ascontiguousarray(values[:, 1:])
         steps = np.diff(time, prepend=self._last)

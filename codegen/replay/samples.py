@@ -13,7 +13,7 @@ from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
 from codegen.logs import LogDescription, read_log
 from codegen.logs.binding import Binding, bind
-from codegen.logs.counters import mended, require_columns
+from codegen.logs.counters import corrected, require_columns
 from codegen.logs.log import Log
 from codegen.logs.readers import log_description
 from codegen.logs.source import LARGEST, Columns, OpenedLog
@@ -132,7 +132,7 @@ class Samples:
         count, before = 0, float("nan")
         terms = {s: binding.terms[s] for s in symbols}
         for raw in stream.blocks(columns_of(terms)):
-            columns = compute(mended(raw, described), terms)
+            columns = compute(corrected(raw, described), terms)
             values = columns.values * scale
             if timed:
                 time, rows = values[:, 0].copy(), np.ascontiguousarray(values[:, 1:])

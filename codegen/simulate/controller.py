@@ -1,4 +1,4 @@
-"""The sampled controller of a simulated machine: linear feedback, as a spec's ``simulation`` section declares it."""
+"""The sampled controller of a simulated machine: feedforward and PID feedback, from a spec's ``simulation`` section."""
 
 from __future__ import annotations
 
@@ -21,53 +21,55 @@ Signal = Callable[[float], Array]
 
 
 class Sample(NamedTuple):
-    """What a controller sees at t_k.
+    """A controller's inputs at sample time t_k.
 
     Attributes:
         time: t_k, s.
-        positions: (n,) as measured.
-        velocities: (n,) as measured, or low-passed differences of the measured positions.
-        estimates: (outputs,) latest of the observer, in its order; empty without one.
-        sent: (m,) the command of the sample before, limited and with the cancelling input; zero at first.
-        period: s since the controller's last sample.
+        positions: (n,) measured positions.
+        velocities: (n,) measured velocities, or low-passed differences of the measured positions.
+        estimates: (outputs,) the observer's latest outputs, in its order; empty without an observer.
+        previous_input: (m,) applied to the machine from t_{k−1} to t_k: command plus cancelling input, saturated; zero
+            at the first sample.
+        period: t_k − t_{k−1}, s.
     """
 
     time: float
     positions: Array
     velocities: Array
     estimates: Array
-    sent: Array
+    previous_input: Array
     period: float
 
 
 class Controller(Protocol):
-    """A command at each sample."""
+    """A discrete-time controller whose command is held until the next sample (zero-order hold)."""
 
     def start(self) -> None:
-        """Forget what earlier runs left behind."""
+        """Reset the internal state, before a run."""
 
     def command(self, now: Sample) -> Array:
-        """(m,) held until the next sample."""
+        """The command from t_k to t_{k+1}, (m,)."""
 
 
 @dataclass
 class Feedback:
-    """w = feed(t) + K_x (x_r − x) + K_v (v_r − v) + K_i ∫(x_r − x) dt: open loop, P, PD, PI, PID and state feedback.
+    """w = w_ff(t) + K_x (x_r − x) + K_v (v_r − v) + ∫ K_i (x_r − x) dt: open loop, P, PD, PI, PID and state feedback.
 
-    A PI controller of velocity is K_v and K_i with x_r the integral of v_r. An integral rests while the command last
-    sent is at its limit and the error would push it further (K_i then has one coordinate an input).
+    A PI controller of velocity has K_v and K_i, with x_r the integral of v_r. Anti-windup is by conditional
+    integration: the integral of an input is held while that input is at its limit and the integral would increase it
+    further. This assumes one coordinate per input in K_i.
 
     Attributes:
         inputs, coordinates: m and n.
-        feed: t → (m,).
-        reference: t → x_r (n,); zero if not given. velocity_reference: t → v_r (n,).
+        feedforward: w_ff, t → (m,).
+        reference: x_r, t → (n,); zero if not given. velocity_reference: v_r, t → (n,), alike.
         position_gain, velocity_gain, integral_gain: K_x, K_v, K_i, each (m, n); zero if not given.
-        limit: (m,) of the command, for the integral; the loop itself limits what is sent.
+        limit: (m,) limits of the inputs, for the anti-windup alone; the loop does the saturation.
     """
 
     inputs: int
     coordinates: int
-    feed: Signal | None = None
+    feedforward: Signal | None = None
     reference: Signal | None = None
     velocity_reference: Signal | None = None
     position_gain: Array | None = None
@@ -85,27 +87,28 @@ class Feedback:
         self.start()
 
     def start(self) -> None:
-        self._sum = np.zeros(self.inputs)
+        self._integral = np.zeros(self.inputs)
 
     def command(self, now: Sample) -> Array:
-        w = np.zeros(self.inputs) if self.feed is None else np.asarray(self.feed(now.time), dtype=float)
+        w = np.zeros(self.inputs) if self.feedforward is None else np.asarray(self.feedforward(now.time), dtype=float)
         error = -now.positions if self.reference is None else self.reference(now.time) - now.positions
         if self.position_gain is not None:
             w = w + self.position_gain @ error
         if self.velocity_gain is not None:
-            target = 0.0 if self.velocity_reference is None else self.velocity_reference(now.time)
-            w = w + self.velocity_gain @ (target - now.velocities)
+            reference = 0.0 if self.velocity_reference is None else self.velocity_reference(now.time)
+            w = w + self.velocity_gain @ (reference - now.velocities)
         if self.integral_gain is not None:
-            push = self.integral_gain @ error
+            rate = self.integral_gain @ error
             if self.limit is not None:
-                push = np.where((np.abs(now.sent) >= self.limit) & (push * now.sent > 0), 0.0, push)
-            self._sum = self._sum + now.period * push
-            w = w + self._sum
+                saturated = np.abs(now.previous_input) >= self.limit
+                rate = np.where(saturated & (rate * now.previous_input > 0), 0.0, rate)
+            self._integral = self._integral + now.period * rate
+            w = w + self._integral
         return w
 
 
 def sampled(values: Array, period: float) -> Signal:
-    """A function of t from its values (N, …) at 0, period, 2 period …"""
+    """The signal with values (N, …) at 0, period, 2 period …: at any t, the value of the nearest of these times."""
     last = len(values) - 1
     return lambda t: np.asarray(values[min(round(t / period), last)])
 
@@ -115,19 +118,21 @@ GAINS = ("position_gain", "velocity_gain", "integral_gain")
 
 @dataclass(frozen=True)
 class Loop:
-    """One input under control: which coordinate it moves, and where to."""
+    """A controlled input: the index of the coordinate that it moves, and that coordinate's reference over t."""
 
     coordinate: int
     reference: sympy.Expr
 
 
 def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
-    """Input index → its loop. A reference is named by its coordinate or its input; the two have the same index, or
-    the other is the only one of its sort.
+    """Input index → its loop.
+
+    A key of ``reference:`` is the name of a coordinate or of an input. It is paired with the only input (coordinate) of
+    the machine, or, if there are several, with the one of the same index.
 
     Raises:
-        BadInput: for a reference without a counterpart or without a position gain, two references for one input or one
-            coordinate, or a gain for an input without a reference.
+        BadInput: for a reference without such an input or without a position gain, two references for one input, two
+            different ones for one coordinate, or a gain for an input without a reference.
     """
     coordinates, inputs = list(spec.positions), [i.name for i in spec.inputs]
     loops: dict[int, Loop] = {}
@@ -162,16 +167,16 @@ def _refused(place: Place, found: str, expected: str) -> BadInput:
 
 
 def declared_controller(spec: Spec, simulation: Simulation, samples: int) -> Feedback:
-    """w = its function of t + position_gain (reference − x) − velocity_gain v + integral_gain ∫(reference − x) dt.
+    """The controller of the ``simulation`` section: w = inputs(t) + K_x (x_r − x) − K_v v + ∫ K_i (x_r − x) dt.
 
     Raises BadInput as ``control_loops``.
     """
     loops, inputs = control_loops(spec, simulation), [i.name for i in spec.inputs]
     n, m, period = len(spec.positions), len(inputs), simulation.sample_time
-    targets = {loop.coordinate: loop.reference for loop in loops.values()}
+    references = {loop.coordinate: loop.reference for loop in loops.values()}
     time: Array = period * np.arange(samples, dtype=np.float64)
-    feed = _signals([simulation.inputs.get(name, sympy.Integer(0)) for name in inputs], time)
-    target = _signals([targets.get(i, sympy.Integer(0)) for i in range(n)], time)
+    feedforward = _signals([simulation.inputs.get(name, sympy.Integer(0)) for name in inputs], time)
+    reference = _signals([references.get(i, sympy.Integer(0)) for i in range(n)], time)
     gains: dict[str, Array | None] = {}
     for section in GAINS:
         gain = np.zeros((m, n))
@@ -181,8 +186,8 @@ def declared_controller(spec: Spec, simulation: Simulation, samples: int) -> Fee
     return Feedback(
         m,
         n,
-        feed=sampled(feed, period),
-        reference=sampled(target, period),
+        feedforward=sampled(feedforward, period),
+        reference=sampled(reference, period),
         limit=input_limit(spec, simulation) if gains["integral_gain"] is not None else None,
         position_gain=gains["position_gain"],
         velocity_gain=gains["velocity_gain"],
@@ -191,14 +196,14 @@ def declared_controller(spec: Spec, simulation: Simulation, samples: int) -> Fee
 
 
 def input_limit(spec: Spec, simulation: Simulation) -> Array | None:
-    """(m,), infinite where there is none; None without any."""
+    """(m,) limit of each input's magnitude, infinite for inputs without one; None if no input has one."""
     if not simulation.input_limit:
         return None
     return np.array([simulation.input_limit.get(i.name, np.inf) for i in spec.inputs])
 
 
 def _signals(functions: list[sympy.Expr], time: Array) -> Array:
-    """(N, functions) values of expressions over t."""
+    """Values of expressions over t at N times, (N, functions)."""
     t = casadi.SX.sym("t")
     values = casadi.vertcat(*[to_casadi(f, {TIME: t}) for f in functions])
     function = casadi.Function("signals", [t], [casadi.densify(values)])

@@ -1,6 +1,7 @@
-"""The units that most specs are written in, known without pint: SI units, their prefixes, and products of them.
+"""SI units with prefixes, and products of these, without pint: the units of most specs.
 
-pint reads its thousand definitions first, which takes longer than all else that ``stiction check`` does.
+Loading pint's thousand definitions takes longer than everything else in ``stiction check``, so pint is used for other
+units only.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class Dimension:
         return self * other**-1
 
     def __pow__(self, power: Fraction | int) -> Dimension:
-        return Dimension({name: own * power for name, own in self.powers})
+        return Dimension({name: exponent * power for name, exponent in self.powers})
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Dimension) and self.powers == other.powers
@@ -40,11 +41,11 @@ class Dimension:
 
 @dataclass(frozen=True)
 class SiUnit:
-    """A unit with an exact factor.
+    """A unit as an exact multiple of SI base units.
 
     Attributes:
-        factor: what a value in it is multiplied by to be in SI base units.
-        dimension: of it; a plane angle has none.
+        factor: value in SI base units = factor · value in this unit.
+        dimension: exponents of its base quantities; none for a plane angle.
     """
 
     factor: Fraction
@@ -61,6 +62,7 @@ ONE = SiUnit(Fraction(1), Dimension({}))
 
 
 def _coherent(**powers: int) -> SiUnit:
+    """A product of powers of base units, with factor 1."""
     names = {"m": M, "kg": KG, "s": S, "A": A, "K": K}
     return SiUnit(Fraction(1), Dimension({names[name]: power for name, power in powers.items()}))
 
@@ -90,13 +92,14 @@ UNITS: Mapping[str, SiUnit] = {
         for prefix, factor in _PREFIXES.items()
     },
 }
-"""Name → unit. What is not here is read by pint."""
+"""Name → unit. Any other unit is left to pint."""
 
 
 def si_unit(text: str) -> SiUnit | None:
-    """The unit of a text from ``unit_text.spelled``; None for one that is left to pint.
+    """The unit of a text that ``unit_text.spelled`` has normalised; None for one that is left to pint.
 
-    Products and quotients of ``UNITS``, read by Python's own parser; each unit may have a power of one digit.
+    Read are products and quotients of ``UNITS``, each with an exponent of at most one digit. Python's parser gives the
+    syntax tree; nothing is evaluated.
     """
     try:
         return _product(ast.parse(text.strip().replace("^", "**"), mode="eval").body)

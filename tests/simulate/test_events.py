@@ -224,7 +224,9 @@ def test_time_stepper_converges_to_the_events(name: str):
 
 def test_closed_loop_by_events_is_the_one_by_steps():
     _, system = two_mass()
-    controller = Feedback(1, 2, feed=lambda t: np.array([14 * np.sin(4 * t)]), velocity_gain=np.array([[0.0, 3.0]]))
+    controller = Feedback(
+        1, 2, feedforward=lambda t: np.array([14 * np.sin(4 * t)]), velocity_gain=np.array([[0.0, 3.0]])
+    )
     steps, events = (run_loop(system, 0.01, 150, controller, substeps=200, method=m) for m in ("steps", "events"))
     assert np.max(np.abs(steps.true_positions - events.true_positions)) < 1e-6
     assert np.max(np.abs(steps.inputs - events.inputs)) < 1e-4
@@ -279,7 +281,7 @@ def test_a_sliding_stack_comes_to_an_exact_rest():
 def test_no_contact_creates_energy_and_the_balance_closes(method: str):
     # ½v'Mv + ½k x² gains the input's work and loses what the contacts take, at every sample; none gives any back.
     _, system = two_mass()
-    controller = Feedback(1, 2, feed=lambda t: np.array([14 * np.sin(4 * t)]))
+    controller = Feedback(1, 2, feedforward=lambda t: np.array([14 * np.sin(4 * t)]))
     period = 2e-4 if method == "steps" else 4e-3
     run = run_loop(system, period, round(1.5 / period), controller, method=method)
     x, v, force = run.true_positions, run.true_velocities, run.contact_forces
