@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
 from types import SimpleNamespace
 from typing import Any
 
@@ -89,3 +91,10 @@ def test_a_likelihood_credits_none_of_two_models_that_are_wrong_alike(monkeypatc
         rare += found.p(ranking.whiteness(search, fit)) < level
         likely += found.p(0.2) < level
     assert rare <= binom.ppf(0.999, draws, level) < likely
+
+
+def test_the_numbers_of_an_evidence_can_be_written_as_json() -> None:
+    """A count of numpy's made every diagnosis end in an internal error."""
+    base = np.linspace(20.0, 40.0, 48)
+    counted = evidence(base, 0.5 * base, 40, 1.0)
+    assert json.loads(json.dumps(asdict(counted)))["won"] == counted.won == counted.blocks
