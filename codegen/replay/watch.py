@@ -87,7 +87,7 @@ class _Out:
 
 @dataclass
 class Tally:
-    """What was seen so far.
+    """Counts and extremes so far.
 
     Attributes:
         samples: taken; judged: of them, those where the bound applies.

@@ -1,4 +1,4 @@
-"""Contact forces over one time step: each in its set-valued law, all at once."""
+"""Contact forces over one time step: the set-valued friction laws of all contacts, solved together."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _TINY = 1e-300
 
 @dataclass(frozen=True)
 class Levels:
-    """What bounds set-valued forces: the levels of sliding for u > 0 and u < 0, each contacts by 1, not negative.
+    """Bounds of the set-valued forces: the levels of sliding for u > 0 and u < 0, each contacts by 1, not negative.
 
     Attributes:
         held_forward, held_backward: the levels at rest where these are others, contacts by 1, or None where the level
@@ -41,14 +41,14 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
 
     The slip velocities move as u' = free − mobility q. Each q_c is ±level while its contact slides and whatever in
     [−level(−), level(+)] holds it while it sticks. Moreau's scheme puts the law at the end of the step only; here a
-    contact that comes to rest inside the step changes over at that instant, which turns an error of order step in
-    velocity at every reversal into one of order step². A lone contact is exact at once. Contacts that share a body are
-    taken in turns (projected Gauss–Seidel) and then all together by Newton's method on q = L(q), where L answers the
-    others' forces with each contact's own law: it is piecewise linear at rest and piecewise smooth else, so that the
-    right mode, once met, is solved to rounding. A step that comes closer to q = L(q) expands all laws anew; one that
-    does not changes the piece of one contact only, the first whose law it breaks: Murty's rule, which cannot cycle
-    where U' M⁻¹ U is positive definite. The steps are few, so that the rule may not come to its end: of random cases
-    at rest from a guess of zero, 2 and 3 contacts all came to the law, of stacks of 4 bodies one in 500 did not. The
+    contact that comes to rest inside the step changes its mode at that instant, which reduces the velocity error at
+    every reversal from order step to order step². A single contact is solved exactly. Coupled contacts are solved by
+    sweeps of projected Gauss–Seidel and then by Newton's method on q = L(q), where L_c is the force of contact c by its
+    own law under the other contacts' forces. L is piecewise linear at rest and piecewise smooth otherwise, so in the
+    right mode the solution is exact to rounding. A step that reduces |q − L(q)| linearises all laws again; one that
+    does not changes the mode of one contact only, the first whose law is violated: Murty's rule, which cannot cycle
+    where U' M⁻¹ U is positive definite. The number of steps is fixed, so the iteration may end early: of random cases
+    at rest from a guess of zero, all with 2 and 3 contacts converged, and of stacks of 4 bodies all but one in 500. The
     best q found is returned, and the next step starts from it.
 
     Where U' M⁻¹ U is positive definite, q is unique. Where contacts depend on each other their forces are not, but U q
@@ -69,35 +69,35 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
     solving the complementarity problem.
     """
     q = sweep(slip, free, mobility, levels, step, start)
-    return settled(slip, free, mobility, levels, step, q) if coupled(mobility) else q
+    return coupled_forces(slip, free, mobility, levels, step, q) if coupled(mobility) else q
 
 
-def settled(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, q: Any) -> Any:
-    """``contact_forces`` of contacts that move each other, from a guess."""
+def coupled_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, q: Any) -> Any:
+    """``contact_forces`` of coupled contacts, from a guess."""
     for _ in range(SWEEPS - 1):
         q = sweep(slip, free, mobility, levels, step, q)
     others = mobility - casadi.diag(casadi.diag(mobility))
     alone = free - casadi.mtimes(others, q)
-    value, slope = _answers(slip, alone, mobility, levels, step)
+    value, slope = _law_responses(slip, alone, mobility, levels, step)
     best, least = q, casadi.norm_1(value - q)
     for _ in range(NEWTON_STEPS):
         matrix = (1 + _EASE) * casadi.SX.eye(slip.shape[0]) + casadi.mtimes(casadi.diag(slope), others)
         expanded = value + slope * (free - casadi.mtimes(others, q) - alone)
         q = q + solve_by_elimination(casadi.densify(matrix), expanded - q)
         there = free - casadi.mtimes(others, q)
-        answer, steeper = _answers(slip, there, mobility, levels, step)
+        answer, steeper = _law_responses(slip, there, mobility, levels, step)
         missed = answer - value - slope * (there - alone)
         left = casadi.norm_1(answer - q)
         closer = left < least
         best, least = casadi.if_else(closer, q, best), casadi.fmin(left, least)
-        taken = _taken(missed, answer, closer)
+        taken = _relinearised(missed, answer, closer)
         value, slope, alone = (
             casadi.if_else(taken, new, old) for new, old in ((answer, value), (steeper, slope), (there, alone))
         )
     return best
 
 
-def _taken(missed: Any, answer: Any, closer: Any) -> Any:
+def _relinearised(missed: Any, answer: Any, closer: Any) -> Any:
     """Contacts whose law is linearised again: all after a step that came closer, else the first that deviates."""
     rows = []
     found = closer * 0
@@ -109,7 +109,7 @@ def _taken(missed: Any, answer: Any, closer: Any) -> Any:
     return casadi.vertcat(*rows)
 
 
-def _answers(slip: Any, alone: Any, mobility: Any, levels: Levels, step: Any) -> tuple[Any, Any]:
+def _law_responses(slip: Any, alone: Any, mobility: Any, levels: Levels, step: Any) -> tuple[Any, Any]:
     """L and its slope ∂L_c/∂(alone_c), contacts by 1; ``alone`` is each slip acceleration without c's own force."""
     count = slip.shape[0]
     pushed = casadi.SX.sym("pushed", count)
@@ -122,7 +122,7 @@ def _answers(slip: Any, alone: Any, mobility: Any, levels: Levels, step: Any) ->
 
 
 def sweep(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, start: Any) -> Any:
-    """One turn of ``contact_forces`` through all contacts."""
+    """One Gauss–Seidel sweep through all contacts."""
     count = slip.shape[0]
     q = [start[c] for c in range(count)]
     for c in range(count):

@@ -66,7 +66,7 @@ class _Chain:
         w = np.repeat(command, substeps)
         delay, tau = map(float, self._memory(*numbers))
         if delay != 0.0:
-            w = _late(w, delay / h)
+            w = _delayed(w, delay / h)
         return _lagged(w, tau / h, self._order) if tau > 0.0 else w
 
 
@@ -96,7 +96,7 @@ def drive_columns(system: System, time: Array, inputs: Array, substeps: int) -> 
 
 
 def mean_about_samples(system: System, index: int, sample_time: float, commands: Array) -> Array:
-    """What acts about each t_k, (N,): the mean over a sample before and a sample after it.
+    """The mean effective input about each t_k, (N,): over the sample before and the sample after it.
 
     Of the effective input where it lags or has a threshold; else the command that gain, dead zone and saturation turn
     into that mean. A command that steps through a dead zone has a mean that says nothing about the mean effective
@@ -124,7 +124,7 @@ def _before_limit(w: Array, height: float, rounding: float) -> Array:
     return np.asarray(within * np.sqrt((height**2 - (1 - rounding**2) * within**2) / (height**2 - within**2)))
 
 
-def _late(w: Array, steps: float) -> Array:
+def _delayed(w: Array, steps: float) -> Array:
     """Held values delayed by a number of substeps, which may be fractional; before the log the first value is held."""
     steps = float(np.clip(steps, -len(w), len(w)))
     whole = int(np.floor(steps))
@@ -227,7 +227,7 @@ class _Static:
         self._buffer = buffer
 
     def __call__(self, command: Array) -> Array:
-        """(m,) what acts behind the static parts of (m,) commands."""
+        """(m,) the inputs behind the static parts of the actuators, of (m,) commands."""
         self._given[:] = command
         self._trigger()
         return self._acting.copy()

@@ -30,7 +30,7 @@ _TOP_SPEED = sympy.Symbol("top_speed", real=True)
 
 
 def has_states(contact: ContactFriction) -> bool:
-    """Whether the plant integrates the contact's law; a law without force at standstill it cannot."""
+    """Whether the plant integrates the contact's law; it cannot for a law without a force at standstill."""
     return isinstance(contact.law, DynamicLaw) and contact.level_at_rest is not None
 
 
@@ -64,7 +64,7 @@ def state_terms(contact: ContactFriction) -> LawTerms:
 
 
 def sign_of(slip: Any) -> Any:
-    """What stands for ``DIRECTION`` at a slip velocity, an SX."""
+    """The value of ``DIRECTION`` at a slip velocity, an SX."""
     return casadi.fmax(-1, casadi.fmin(1, slip / STANDSTILL))
 
 

@@ -41,7 +41,7 @@ class EventPlant:
     Attributes:
         state: (2 n,) positions and velocities now; positions, velocities: views of it.
         forces: λ at the beginning of the last sample.
-        events: how many were met.
+        events: how many occurred.
     """
 
     def __init__(self, system: System, period: float, x: Array, v: Array) -> None:
@@ -155,7 +155,7 @@ class EventPlant:
 
 
 class _Laws:
-    """What holds at a state: M⁻¹U, M⁻¹(g − U smooth), u, u' without set-valued forces, U'M⁻¹U and the levels."""
+    """Quantities at a state: M⁻¹U, M⁻¹(g − U smooth), u, u' without set-valued forces, U'M⁻¹U and the levels."""
 
     def __init__(self, compliance: Array, *columns: Array) -> None:
         self.compliance = compliance

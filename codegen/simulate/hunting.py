@@ -124,12 +124,12 @@ class Trial:
 
 @dataclass(frozen=True)
 class Hunting:
-    """What was tried.
+    """The gains that were tried, and the largest without a limit cycle.
 
     Attributes:
         trials: by rising gain; without cancellation (0) and full cancellation (1) among them.
         largest: the largest gain up to 1 below which no trial hunted, to 1/64; None where the machine hunts without.
-        away, push: (n,) how far from the reference, and how fast at it, the runs began; SI.
+        away, push: (n,) initial distance from the reference, and initial velocity at it; SI.
         delay: samples of the observer between estimate and use.
         duration: s of each run.
     """

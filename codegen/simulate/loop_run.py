@@ -1,4 +1,4 @@
-"""What a simulated loop yields: its log file, and where its motion leaves the spec's envelope."""
+"""Result of a simulated loop: its log file, and where its motion leaves the spec's envelope."""
 
 from __future__ import annotations
 

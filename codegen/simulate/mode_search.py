@@ -1,4 +1,4 @@
-"""Which contacts at rest stick and which begin to slide, and which way: found by trying all, with the proof."""
+"""Sticking and sliding of contacts at rest: the consistent mode, found by enumeration."""
 
 from __future__ import annotations
 
@@ -59,13 +59,13 @@ def find_mode(
 
     A contact that sticks has u' = 0 and λ within its levels at rest; one that begins to slide has u' along its
     direction and λ at its level of sliding. For Coulomb friction and U'M⁻¹U positive definite this is a linear
-    complementarity problem of a P-matrix: exactly one acceleration is consistent, and modes that share it are told
-    apart by boundaries only. With a static level above the sliding one several modes may be consistent: a contact at
+    complementarity problem of a P-matrix: exactly one acceleration is consistent, and modes that share it differ
+    at boundaries only. With a static level above the sliding one several modes may be consistent: a contact at
     rest breaks away only if it must, so that the mode with the most stuck contacts is taken, and of these the one with
     the largest margin.
 
     Args:
-        directions: of each contact; those of ``resting`` count for nothing.
+        directions: of each contact; those of ``resting`` are not used.
         resting: contacts with u = 0.
         free: slip accelerations without contact forces, (contacts,).
         mobility: U'M⁻¹U.
