@@ -1,6 +1,6 @@
-"""Decomposition of Ψ: block-triangular form, and modal form where gains and masses allow it.
+"""Modal form of Ψ: stability conditions on the gains alone, where gains and masses allow it.
 
-A block-triangular Ψ has the eigenvalues of its diagonal blocks, so each block has conditions of its own order.
+The error dynamics then decouple into first- or second-order modes, one for each eigenvalue of G O'M⁻¹O.
 """
 
 from __future__ import annotations
@@ -25,25 +25,28 @@ LAMBDA = sympy.Symbol("lambda", real=True)
 
 @dataclass(frozen=True)
 class Modes:
-    """A Ψ in modal form, whose conditions are signs of gains and whose polynomial is a product over modes.
+    """A Ψ in modal form: its stability is decided by definiteness of the gains, its polynomial is a product over modes.
 
-    With N = G O'M⁻¹O, G symmetric, all eigenvalues λ of N are real and as many are positive as of G, so that Ψ = −N is
-    Hurwitz if and only if G > 0. With the velocity observer and M K_v symmetric, P = diag(M K_v, G⁻¹) gives PΨ + Ψ'P =
-    −2 diag(K_v M K_v, 0); by the inertia theorem (Ostrowski–Schneider, Chen–Wimmer) Ψ is Hurwitz if and only if P > 0,
-    that is K_v > 0 and G > 0: for any number of degrees of freedom and any M(x) that commutes with K_v.
+    Let N = G O'M⁻¹O with G symmetric (``Cascade``).
+
+    - Measured velocity, Ψ = −N: the eigenvalues λ of N are real and as many are positive as of G, so Ψ is Hurwitz if
+      and only if G > 0.
+    - Estimated velocity, M K_v symmetric: P = diag(M K_v, G⁻¹) satisfies PΨ + Ψ'P = −2 diag(K_v M K_v, 0). By the
+      inertia theorem (Ostrowski–Schneider, Chen–Wimmer) Ψ is Hurwitz if and only if P > 0, that is K_v > 0 and G > 0:
+      for any number of degrees of freedom and any M(x) that commutes with K_v.
 
     Attributes:
-        product: N in words, as in K_F U' M^-1 U.
-        conditions: on the gains, necessary and sufficient.
-        uniform: whether K_v is k_v I (or velocity is measured), so that each λ gives one mode: s + λ, or
-            s² + k_v s + k_v λ.
-        frictionless: n less the number of contacts, with a velocity observer: each such motion adds a
+        product: N as text, such as K_F U' M^-1 U.
+        conditions: necessary and sufficient conditions on the gains.
+        uniform: whether K_v = k_v I or velocity is measured. Each λ then is one mode, with the polynomial
+            s² + k_v s + k_v λ or s + λ.
+        frictionless: n minus the number of contacts, with a velocity observer: each such direction of motion adds a
             factor s + k_v.
         velocity_gain: the symbol of k_v, or None.
-        smallest, largest: λ over the operating points.
-        jury: conditions on the explicit Euler step, over every λ; () where λ is no single mode or A is not Ψ.
-        sample_time: the largest of explicit Euler by the closed form, s, the smallest over the operating points; None
-            where there is no closed form.
+        smallest, largest: range of λ over the operating points.
+        jury: Jury conditions of the explicit Euler step for every λ in the range; () if not ``uniform`` or A ≠ Ψ.
+        sample_time: largest stable h of explicit Euler at all operating points, by the closed form, s; None if there is
+            no closed form.
     """
 
     product: str
@@ -58,7 +61,7 @@ class Modes:
 
 
 def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | None:
-    """The modal form of an observer's Ψ, if it has this form exactly; else None.
+    """The modal form of an observer's Ψ; None if Ψ is not exactly of this form.
 
     Args:
         continuous: Ψ in force errors at the operating points, points by m by m.
@@ -72,15 +75,16 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
     absent = {s: 0 for s, value in observer.gains.items() if value == 0}
     psi = dynamics.in_force(dynamics.jacobian).subs(absent)
     inverse = dynamics.inverse_mass_matrix
-    turn = observer.signs if observer.level_errors else [sympy.S.One] * form.gain.rows
-    into = scaled(turn, Matrix(form.gain), turn) * Matrix(form.weight) * Matrix(form.onto.T)
-    by_force = inverse * Matrix(form.onto)
+    signs = observer.signs if observer.level_errors else [sympy.S.One] * form.gain.rows
+    force_by_velocity = scaled(signs, Matrix(form.gain), signs) * Matrix(form.weight) * Matrix(form.onto.T)  # G D O'
+    acceleration_by_force = inverse * Matrix(form.onto)  # M⁻¹O
     if k_v is not None:
         k_v = Matrix(k_v)
-        upper, lower = Matrix.hstack(-k_v, -by_force), Matrix.hstack(into * k_v, sparse(contacts, contacts, {}))
+        upper = Matrix.hstack(-k_v, -acceleration_by_force)
+        lower = Matrix.hstack(force_by_velocity * k_v, sparse(contacts, contacts, {}))
         expected = Matrix.vstack(upper, lower)
     else:
-        expected = -into * by_force
+        expected = -force_by_velocity * acceleration_by_force
     if any(e != 0 for e in each(psi - dynamics.tidied(expected), expand_products)):
         return None
     if not _symmetric(form.gain, observer.gains) or not (form.weight.is_Identity or form.gain.is_diagonal()):
@@ -89,39 +93,41 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
     diagonal = k_v is not None and k_v.is_diagonal() and observer.system.mass_matrix.is_diagonal()
     if not uniform and not diagonal:
         return None
-    product = -continuous if k_v is None else continuous[:, n:, :n] @ -continuous[:, :n, n:]
-    first = k_v[0, 0] if k_v is not None and uniform else None
-    k = float(observer.gains[first]) if first is not None else 1.0
-    sampled = np.linalg.eigvals(product).real
-    if sampled.shape[1] < 2 or np.abs(sampled).min() <= 1e-12 * np.abs(sampled).max():
-        return None  # a single mode, dependent contacts, or an h with zero slope at zero slip
-    lowest, highest = first_largest(-sampled.min(axis=1)), first_largest(sampled.max(axis=1))
+    product = -continuous if k_v is None else continuous[:, n:, :n] @ -continuous[:, :n, n:]  # N, or N k_v
+    gain = k_v[0, 0] if k_v is not None and uniform else None
+    k = float(observer.gains[gain]) if gain is not None else 1.0
+    by_point = np.linalg.eigvals(product).real
+    if by_point.shape[1] < 2 or np.abs(by_point).min() <= 1e-12 * np.abs(by_point).max():
+        return None  # a single mode, dependent contacts, or a correction h(u) of the tracker with h'(0) = 0
+    lowest, highest = first_largest(-by_point.min(axis=1)), first_largest(by_point.max(axis=1))
     ends = np.sort([eigenvalues(product[lowest]).real.min() / k, eigenvalues(product[highest]).real.max() / k])
     smallest, largest = (float(end) for end in ends)  # sorted: a negative k_v reverses them
-    alone = uniform and dynamics.in_force(dynamics.sampled).subs(absent) == psi
+    euler_modes = (
+        uniform and dynamics.in_force(dynamics.sampled).subs(absent) == psi
+    )  # the step is I + hΨ, mode by mode
     conditions = [] if k_v is None else _positive(k_v, "K_v", observer.gains)
     conditions += _positive(form.gain, form.label, observer.gains)
     frictionless = n - contacts if k_v is not None else 0
-    # The limit is monotonic in λ: smallest at one end of its range.
-    limits = [_sample_time(x, None if first is None else k) for x in (smallest, largest) if x > 0 and k > 0]
-    settled = alone and len(limits) == 2
+    # The largest stable h is monotonic in λ, so its minimum is at an end of the range.
+    limits = [_sample_time(x, None if gain is None else k) for x in (smallest, largest) if x > 0 and k > 0]
+    closed_form = euler_modes and len(limits) == 2
     return Modes(
         product=form.words,
         conditions=tuple(conditions),
         uniform=uniform,
         frictionless=frictionless,
-        velocity_gain=first,
+        velocity_gain=gain,
         smallest=smallest,
         largest=largest,
-        jury=_jury(first, k, h, ends, frictionless) if alone else (),
-        sample_time=min([*limits, 2 / k] if frictionless else limits) if settled else None,
+        jury=_jury(gain, k, h, ends, frictionless) if euler_modes else (),
+        sample_time=min([*limits, 2 / k] if frictionless else limits) if closed_form else None,
     )
 
 
 def _jury(gain: sympy.Symbol | None, k: float, h: float, ends: Array, frictionless: int) -> tuple[Condition, ...]:
-    """Jury conditions of δ + λ, or of δ² + k_v δ + k_v λ and δ + k_v, with the least value over every λ.
+    """Jury conditions of δ + λ, or of δ² + k_v δ + k_v λ and δ + k_v, with δ = (z − 1)/h; values are minima over λ.
 
-    Each is monotonic in λ, so its least value is at one end of the range.
+    Each is monotonic in λ, so its minimum is at an end of the range.
     """
     step = sympy.Symbol("h", real=True)
     if gain is None:
@@ -134,16 +140,19 @@ def _jury(gain: sympy.Symbol | None, k: float, h: float, ends: Array, frictionle
         ("J:c1", gain * (1 - step * LAMBDA), k * (1 - h * ends)),
         ("p(z=-1)", 4 - 2 * step * gain + step**2 * gain * LAMBDA, 4 - 2 * h * k + h * h * k * ends),
     ]
-    found = tuple(Condition(name, e, float(values.min())) for name, e, values in conditions)
-    return (*found, Condition("J:k_v", 2 - step * gain, 2 - h * k)) if frictionless else found
+    of_modes = tuple(Condition(name, e, float(values.min())) for name, e, values in conditions)
+    return (*of_modes, Condition("J:k_v", 2 - step * gain, 2 - h * k)) if frictionless else of_modes
 
 
-def _sample_time(x: float, k_v: float | None) -> float:
-    """The largest h of explicit Euler: 2/λ for s + λ; 1/λ, or 2/|s| of the faster real root, for s² + k_v s + k_v λ."""
+def _sample_time(eigenvalue: float, k_v: float | None) -> float:
+    """The largest stable h of explicit Euler.
+
+    2/λ for s + λ. For s² + k_v s + k_v λ: 1/λ if the roots are complex, else 2/|s| of the faster one.
+    """
     if k_v is None:
-        return 2 / x
-    discriminant = k_v * k_v - 4 * k_v * x
-    return 1 / x if discriminant < 0 else 4 / (k_v + math.sqrt(discriminant))
+        return 2 / eigenvalue
+    discriminant = k_v * k_v - 4 * k_v * eigenvalue
+    return 1 / eigenvalue if discriminant < 0 else 4 / (k_v + math.sqrt(discriminant))
 
 
 def _symmetric(gain: Matrix, values: Any) -> bool:
@@ -157,7 +166,7 @@ def _uniform(gain: Matrix, values: Any) -> bool:
 
 
 def _positive(gain: Matrix, label: str, values: Any) -> list[Condition]:
-    """G > 0: each diagonal entry, or every leading minor where G is full."""
+    """Conditions of G > 0: its diagonal entries if it is diagonal, else its leading principal minors (Sylvester)."""
     if gain.is_diagonal():
         entries = [gain[i, i] for i in range(gain.rows)]
         return [Condition(str(e), e, float(e.subs(values))) for e in entries]

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from codegen.analysis.operating_points import OverEnvelope
     from codegen.certify.outcome import Certificate, Refusal
     from codegen.emit.header import Header
-    from codegen.export.controller import Controller
+    from codegen.export.generated_observer import GeneratedObserver
     from codegen.program import Program
 
 
@@ -109,15 +109,15 @@ class Derived(Shown):
         """The same machine with the command's own choices for its code."""
         return self if overrides is None else Derived(self.spec, overrides, self)
 
-    def controller(self, precision: str, cancelling: bool = False) -> Controller:
+    def generated_observer(self, precision: str, cancelling: bool = False) -> GeneratedObserver:
         """The generated observer for ``export``, also with a cancelling input that the spec does not ask for."""
-        from codegen.export.controller import Controller
+        from codegen.export.generated_observer import GeneratedObserver
 
         spec = self.spec
         if cancelling and spec.cancellation is None:
             spec = replace(spec, cancellation=CancellationChoice())
         machine = Derived(spec, Overrides(precision=precision), self)
-        return Controller(machine.program, machine.sources, lambda: machine.outcome)
+        return GeneratedObserver(machine.program, machine.sources, lambda: machine.outcome)
 
     @cached_property
     def nominal(self) -> Derived:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from codegen.base.text import render
 from codegen.cancellation import cancelling_outputs
 from codegen.cancellation.law import GAIN
-from codegen.export.controller import Controller, with_manifest
+from codegen.export.generated_observer import GeneratedObserver, with_manifest
 from codegen.mechanics.system import System
 
 FRICTION = "F_hat"
@@ -37,7 +37,7 @@ class Port:
 
 
 def ros2_package(
-    controller: Controller, system: System, header: list[str], labels: Mapping[str, str]
+    observer: GeneratedObserver, system: System, header: list[str], labels: Mapping[str, str]
 ) -> dict[str, str]:
     """package.xml, CMakeLists.txt, the plugin's description, the class, NAME.h, NAME.c, a README and the manifest.
 
@@ -45,14 +45,14 @@ def ros2_package(
         labels: coordinate → the joint's own name in a robot file; taken where it is one that ROS can have.
     """
     labels = {name: label for name, label in labels.items() if _LABEL.fullmatch(label)}
-    program, name = controller.program, controller.program.name
-    words = controller.words(header) | {
+    program, name = observer.program, observer.program.name
+    words = observer.words(header) | {
         "package": f"stiction_{name}_controller",
         "space": f"stiction_{name}",
-        "certified": controller.certified,
-        "rate": f"{1 / controller.period:.6g}",
-        "measured": _measured(controller, system, labels),
-        "commands": _commands(controller, system, labels),
+        "certified": observer.certified,
+        "rate": f"{1 / observer.period:.6g}",
+        "measured": _measured(observer, system, labels),
+        "commands": _commands(observer, system, labels),
         "cancelling": [program.reference(output) for output in cancelling_outputs(system)],
         "gain": program.reference(GAIN),
         "default_gain": repr(next(p.value for p in program.parameters if p.name == GAIN)),
@@ -69,14 +69,14 @@ def ros2_package(
         "plugin.xml": render(f"{base}/plugin.xml.j2", **words),
         f"include/{words['package']}/friction_compensation.hpp": render(f"{base}/controller.hpp.h.j2", **words),
         "src/friction_compensation.cpp": render(f"{base}/controller.cpp.c.j2", **words),
-        **controller.c("src/"),
+        **observer.c("src/"),
         "README.md": render(f"{base}/README.md.j2", **words),
     }
     return with_manifest(files)
 
 
-def _measured(controller: Controller, system: System, labels: Mapping[str, str]) -> list[Port]:
-    program = controller.program
+def _measured(observer: GeneratedObserver, system: System, labels: Mapping[str, str]) -> list[Port]:
+    program = observer.program
     kinds = {
         x.name: ("position", x.name, unit) for x, unit in zip(system.positions, system.position_units, strict=True)
     }
@@ -88,9 +88,9 @@ def _measured(controller: Controller, system: System, labels: Mapping[str, str])
     return [Port(program.reference(name), labels.get(q, q), kind, unit) for name, kind, q, unit in found]
 
 
-def _commands(controller: Controller, system: System, labels: Mapping[str, str]) -> list[Port]:
+def _commands(observer: GeneratedObserver, system: System, labels: Mapping[str, str]) -> list[Port]:
     return [
-        Port(controller.program.reference(w.name), labels.get(joint, joint), "effort", unit)
+        Port(observer.program.reference(w.name), labels.get(joint, joint), "effort", unit)
         for w, joint, unit in zip(system.inputs, _driven(system), system.input_units, strict=True)
     ]
 

@@ -14,7 +14,7 @@ from codegen.base.errors import BadInput
 from codegen.base.text import render
 from codegen.emit.expression import Language
 from codegen.emit.writer import Style, Writer
-from codegen.export.controller import Controller
+from codegen.export.generated_observer import GeneratedObserver
 from codegen.program.code import Rolled
 from codegen.program.lower import lower
 from codegen.program.model import LARGEST
@@ -53,14 +53,14 @@ class LongReal(Language):
         return f"LREAL#{number}" + (f"E{int(exponent)}" if exponent else "")
 
 
-def structured_text(controller: Controller, header: list[str]) -> dict[str, str]:
+def structured_text(observer: GeneratedObserver, header: list[str]) -> dict[str, str]:
     """The text of NAME.st, as "": a function block with the observer's inputs and outputs, called once a sample.
 
     Raises:
         BadInput: for a machine with numbered families (arrays), a law with tanh, or names that Structured Text, which
             knows no difference between capital and small letters, cannot have.
     """
-    program = controller.program
+    program = observer.program
     code = lower(program)
     if program.arrays:
         found = f"{program.name}, whose code has loops over arrays"
@@ -86,8 +86,8 @@ def structured_text(controller: Controller, header: list[str]) -> dict[str, str]
         "export/structured_text.st.j2",
         program=program,
         header=header,
-        claim=controller.claim,
-        period=repr(controller.period),
+        claim=observer.claim,
+        period=repr(observer.period),
         code=code,
         text=text,
         literal=language.literal,

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Protocol
 
 from codegen.base.errors import BadInput, refuse_unknown
-from codegen.export.controller import Controller, arduino_library, simulink_block
 from codegen.export.force_map import csv_map, force_map, odrive_map
+from codegen.export.generated_observer import GeneratedObserver, arduino_library, simulink_block
 from codegen.export.mechanism import Mechanism, mechanism_of
 from codegen.export.mjcf import build_mjcf
 from codegen.export.mjcf_into import mjcf_into
@@ -33,7 +33,7 @@ class Exportable(Protocol):
     @property
     def system(self) -> System: ...
 
-    def controller(self, precision: str, cancelling: bool = False) -> Controller:
+    def generated_observer(self, precision: str, cancelling: bool = False) -> GeneratedObserver:
         """The generated observer; with the cancelling input even where the spec asks for none."""
 
 
@@ -99,12 +99,12 @@ def _of_mechanism(text_of: Callable[[Spec, Mechanism, list[str]], tuple[str, tup
     return write
 
 
-def _of_code(files_of: Callable[[Controller, list[str]], Mapping[str, str]], precision: str) -> Write:
+def _of_code(files_of: Callable[[GeneratedObserver, list[str]], Mapping[str, str]], precision: str) -> Write:
     """The generated observer for another platform or language."""
 
     def write(machine: Exportable, choices: Choices) -> Exported:
-        controller = machine.controller(precision)
-        return Exported(files_of(controller, choices.header), (_certified(controller),))
+        observer = machine.generated_observer(precision)
+        return Exported(files_of(observer, choices.header), (_certified(observer),))
 
     return write
 
@@ -136,15 +136,15 @@ def _odrive(machine: Exportable, choices: Choices) -> Exported:
 
 
 def _ros2_control(machine: Exportable, choices: Choices) -> Exported:
-    controller = machine.controller("double", cancelling=True)
+    observer = machine.generated_observer("double", cancelling=True)
     tree = machine.spec.form
     labels = {body.joint: body.label for body in tree.bodies} if isinstance(tree, KinematicTree) else {}
-    return Exported(ros2_package(controller, machine.system, choices.header, labels), (_certified(controller),))
+    return Exported(ros2_package(observer, machine.system, choices.header, labels), (_certified(observer),))
 
 
-def _certified(controller: Controller) -> Remark:
-    how = controller.claim if controller.certified else f"the code is not certified: {controller.claim}"
-    return Remark("certificate", "exact" if controller.certified else "dropped", how)
+def _certified(observer: GeneratedObserver) -> Remark:
+    how = observer.claim if observer.certified else f"the code is not certified: {observer.claim}"
+    return Remark("certificate", "exact" if observer.certified else "dropped", how)
 
 
 TARGETS: dict[str, Target] = {

@@ -1,4 +1,8 @@
-"""Sections of the equation of motion: M, g and U as expressions, or bodies, energies or a robot file in their place."""
+"""The sections of a spec that state M(x) v' = g(x, v, w) − U(x) λ.
+
+A spec has exactly one of these forms: M as expressions (``mass_matrix:``), bodies (``topology:``, ``constraints:``),
+energies (``lagrangian:``) or a robot file (``urdf:``). g is in ``force:``, U in ``friction.distribution``.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +30,7 @@ Symbols = dict[str, sympy.Symbol]
 
 @dataclass(frozen=True)
 class Motion:
-    """The equation of motion as the spec states it; the attributes are those of ``Spec``."""
+    """The equation of motion as the spec states it; attributes as of ``Spec``. ``form`` is None with a mass matrix."""
 
     mass_matrix: sympy.ImmutableMatrix | None
     force: sympy.ImmutableMatrix
@@ -44,23 +48,28 @@ def read_motion(
 ) -> Motion:
     """Read ``mass_matrix`` or the section that replaces it, ``force`` and ``friction``.
 
+    If units do not fit, but would with other units of the parameters that state none, the message is about those
+    parameters.
+
     Args:
         place: key → its file and line.
-        tree: of the robot file that ``urdf:`` names.
+        tree: the kinematic tree of the robot file that ``urdf:`` names.
 
     Raises:
         BadInput: for no form or two, matrices of wrong shape, unknown names, and units that do not fit.
     """
-    reading = _MotionReading(document, coordinates, inputs, place)
+    reader = _MotionReader(document, coordinates, inputs, place)
     try:
-        return reading.motion(tree)
+        return reader.motion(tree)
     except UnitMismatch:
-        unwritten = [name for name, p in document.parameters.items() if "unit" not in p.model_fields_set]
-        refuse_missing_units(lambda assumed: reading.motion(tree, assumed), unwritten, place)
+        without_unit = [name for name, p in document.parameters.items() if "unit" not in p.model_fields_set]
+        refuse_missing_units(lambda assumed: reader.motion(tree, assumed), without_unit, place)
         raise
 
 
-class _MotionReading:
+class _MotionReader:
+    """Reader of one document; ``position``, ``velocity``, ``constant`` and ``input`` map names to symbols."""
+
     def __init__(
         self,
         document: SpecDocument,
@@ -72,15 +81,19 @@ class _MotionReading:
         self.position: Symbols = {c.name: symbol(c.name) for c in coordinates}
         self.velocity: Symbols = {c.velocity: symbol(c.velocity) for c in coordinates}
         self.constant: Symbols = {name: symbol(name) for name in document.parameters}
-        self.entry: Symbols = {i.name: symbol(i.name) for i in inputs}
+        self.input: Symbols = {i.name: symbol(i.name) for i in inputs}
 
     def motion(self, tree: KinematicTree | None, assumed: Mapping[str, Dimension] | None = None) -> Motion:
-        """The sections; ``assumed``: dimensions of parameters in place of those that the spec gives them."""
+        """The equation of motion.
+
+        Args:
+            assumed: parameter → dimension that replaces the declared one.
+        """
         d, n = self.document, len(self.coordinates)
-        chosen = self._chosen_form()
+        kind = self._form_kind()
         rows = d.force if d.force is not None else ["0"] * n
         force = self._matrix("force", [[row] for row in rows], (n, 1), column=True)
-        forces = _symbolic(force, self.position | self.velocity | self.constant | self.entry)
+        forces = _symbolic(force, self.position | self.velocity | self.constant | self.input)
         distribution = None
         if d.friction.distribution is not None:
             shape = n, len(d.friction.contacts)
@@ -88,59 +101,60 @@ class _MotionReading:
         matrix_u = None if distribution is None else _symbolic(distribution, self.position | self.constant)
         units = Units(d, self.coordinates, self.inputs, self.place, assumed)
         no_slidings = (None,) * len(d.friction.contacts)
-        if chosen == "mass_matrix":
+        if kind == "mass_matrix":
             assert d.mass_matrix is not None and distribution is not None
             mass = self._matrix("mass_matrix", d.mass_matrix, (n, n))
             mass_matrix = _symbolic(mass, self.position | self.constant)
             units.check_equation(mass, force, distribution)
             return Motion(mass_matrix, forces, matrix_u, None, no_slidings)
         units.check_rows(force, distribution)
-        if chosen == "urdf":
+        if kind == "urdf":
             return Motion(None, forces, matrix_u, tree, no_slidings)
-        if chosen == "lagrangian":
+        if kind == "lagrangian":
             return Motion(None, forces, matrix_u, self._lagrangian(units), no_slidings)
-        form = self._topology(units) if chosen == "topology" else self._constraints(units)
+        form = self._topology(units) if kind == "topology" else self._constraints(units)
         names = self.position | self.constant
-        slidings = tuple(read_sliding(d, chosen, form.bodies, k, names, units) for k in range(len(d.friction.contacts)))
+        slidings = tuple(read_sliding(d, kind, form.bodies, k, names, units) for k in range(len(d.friction.contacts)))
         return Motion(None, forces, matrix_u, form, slidings)
 
-    def _chosen_form(self) -> str:
-        """The form that the spec uses; other keys that the form needs or excludes are checked too."""
+    def _form_kind(self) -> str:
+        """The name in ``FORMS`` that the spec uses, after a check of the keys that it requires and excludes."""
         d = self.document
-        given = [name for name in FORMS if getattr(d, name) is not None]
+        present = [name for name in FORMS if getattr(d, name) is not None]
         expected = "`mass_matrix:` with `force:`, or one of `topology:`, `constraints:`, `lagrangian:` and `urdf:`"
-        if not given:
+        if not present:
             raise BadInput(self.place("mass_matrix"), "key `mass_matrix` is missing", expected, code="SPEC003")
-        if len(given) > 1:
-            first, second = sorted(given, key=lambda name: self.place(name).line or 0)[:2]
+        if len(present) > 1:
+            first, second = sorted(present, key=lambda name: self.place(name).line or 0)[:2]
             found = f"both `{first}` and `{second}`"
             raise BadInput(self.place(second), found, "one way to state the equation of motion", code="SPEC005")
-        (chosen,) = given
-        if d.force is None and chosen in ("mass_matrix", "topology"):
+        (kind,) = present
+        if d.force is None and kind in ("mass_matrix", "topology"):
             raise BadInput(self.place("force"), "key `force` is missing", "`force:`", code="SPEC003")
-        if d.friction.distribution is None and chosen in ("mass_matrix", "lagrangian"):
+        if d.friction.distribution is None and kind in ("mass_matrix", "lagrangian"):
             key = "friction.distribution"
             wanted = "`distribution:`, coordinates by contacts"
             raise BadInput(self.place(key), f"key `{key}` is missing", wanted, code="SPEC003")
         for k, contact in enumerate(d.friction.contacts):
             for name in ("bodies", "along"):
-                if getattr(contact, name) is not None and chosen in ("mass_matrix", "lagrangian", "urdf"):
+                if getattr(contact, name) is not None and kind in ("mass_matrix", "lagrangian", "urdf"):
                     key = f"friction.contacts[{k}].{name}"
-                    expected = f"`distribution:` alone with `{chosen}:`; `bodies:` needs `topology:` or `constraints:`"
+                    expected = f"`distribution:` alone with `{kind}:`; `bodies:` needs `topology:` or `constraints:`"
                     raise BadInput(self.place(key), f"`{name}` of contact {contact.name}", expected, code="SPEC004")
-        return chosen
+        return kind
 
     def _topology(self, units: Units) -> Topology:
+        """Bodies whose positions are the coordinates x; or, with ``transform`` T, positions x̄ with x = T x̄."""
         section = self.document.topology
         assert section is not None
-        # Under a transform the bodies have positions x̄ of their own; without one these are the coordinates themselves.
-        own = self.position if section.transform is None else self._own_positions(section)
-        if section.transform is not None:
-            units.declare_positions({name: key.rpartition(".")[2] for key, name in self._positions(section)})
-        bodies = read_bodies("topology", section.bodies, own, units, self.constant)
-        self._one_position_each(section, own)
         if section.transform is None:
+            bodies = read_bodies("topology", section.bodies, self.position, units, self.constant)
+            self._check_one_body_each(section, self.position)
             return Topology(bodies, None)
+        body_positions = self._body_positions(section)
+        units.declare_positions({name: key.rpartition(".")[2] for key, name in self._positions(section)})
+        bodies = read_bodies("topology", section.bodies, body_positions, units, self.constant)
+        self._check_one_body_each(section, body_positions)
         n = len(self.coordinates)
         positions = [(b.name, direction) for b in bodies for direction in b.positions]
         if len(positions) != n:
@@ -160,29 +174,28 @@ class _MotionReading:
             if getattr(body, direction) is not None
         ]
 
-    def _own_positions(self, section: TopologySection) -> Symbols:
-        declared = self.position | self.velocity | self.constant | self.entry
+    def _body_positions(self, section: TopologySection) -> Symbols:
+        """The symbols x̄, whose names must be new."""
+        declared = self.position | self.velocity | self.constant | self.input
         for key, name in self._positions(section):
             if not NAME.match(name) or name in declared:
-                found, expected = (
-                    f"`{name}` as the name of a position before the transform",
-                    "a name that nothing else has",
-                )
-                raise BadInput(self.place(key), found, expected, code="SPEC009")
+                found = f"`{name}` as the name of a position before the transform"
+                raise BadInput(self.place(key), found, "a name that nothing else has", code="SPEC009")
         return {name: symbol(name) for _, name in self._positions(section)}
 
-    def _one_position_each(self, section: TopologySection, own: Symbols) -> None:
-        """In a topology each position of a body is a coordinate of its own (A.1.1)."""
-        seen: dict[str, str] = {}
+    def _check_one_body_each(self, section: TopologySection, positions: Symbols) -> None:
+        """Each position must be that of exactly one body (A.1.1 of the thesis)."""
+        used_by: dict[str, str] = {}
         for key, name in self._positions(section):
-            expected = f"a coordinate ({', '.join(own)}); positions that are functions belong to `constraints:`"
-            refuse_unknown(name, own, self.place(key), "position", expected, code="SPEC008")
-            if name in seen:
+            expected = f"a coordinate ({', '.join(positions)}); positions that are functions belong to `constraints:`"
+            refuse_unknown(name, positions, self.place(key), "position", expected, code="SPEC008")
+            if name in used_by:
+                found = f"`{name}`, which {used_by[name]} uses already"
                 expected = "a coordinate for each body; bodies that move together belong to `constraints:`"
-                raise BadInput(self.place(key), f"`{name}`, which {seen[name]} uses already", expected, code="SPEC009")
-            seen[name] = key
-        for name in own:
-            if name not in seen:
+                raise BadInput(self.place(key), found, expected, code="SPEC009")
+            used_by[name] = key
+        for name in positions:
+            if name not in used_by:
                 found = f"coordinate {name}, which is not the position of any body"
                 raise BadInput(self.place("topology.bodies"), found, f"a body with `{name}`", code="SPEC003")
 
@@ -190,16 +203,16 @@ class _MotionReading:
         section = self.document.constraints
         assert section is not None
         bodies = read_bodies("constraints", section.bodies, self.position | self.constant, units, self.constant)
-        moving = self.position | self.velocity | self.constant | self.entry
-        forces = read_body_forces(section.force, bodies, moving, units)
+        names = self.position | self.velocity | self.constant | self.input
+        forces = read_body_forces(section.force, bodies, names, units)
         return Constraints(bodies, forces, read_equations(section.equations, bodies, self.constant, units))
 
     def _lagrangian(self, units: Units) -> Lagrangian:
         section = self.document.lagrangian
         assert section is not None
-        still = self.position | self.constant
-        kinetic = self._energy("kinetic", section.kinetic, still | self.velocity, units)
-        return Lagrangian(kinetic, self._energy("potential", section.potential, still, units))
+        names = self.position | self.constant
+        kinetic = self._energy("kinetic", section.kinetic, names | self.velocity, units)
+        return Lagrangian(kinetic, self._energy("potential", section.potential, names, units))
 
     def _energy(self, name: str, terms: list[str], names: Symbols, units: Units) -> sympy.Expr:
         total: sympy.Expr = sympy.S.Zero

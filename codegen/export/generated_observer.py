@@ -1,4 +1,4 @@
-"""The generated observer as a target takes it, and as a library of Arduino and a block of Simulink."""
+"""The generated observer as a package: what every target needs of it, an Arduino library and a Simulink block."""
 
 from __future__ import annotations
 
@@ -16,26 +16,27 @@ from codegen.program import Program
 
 
 @dataclass(frozen=True)
-class Controller:
-    """The observer of a spec in one precision.
+class GeneratedObserver:
+    """The generated code of a spec's observer in one precision, with its certificate.
 
     Attributes:
         sources: file → text of the C and of the Python twin.
-        prove: gives the certificate, or why there is none; a target that cannot hold the observer does not ask.
+        certify: computes the certificate, or the reason why there is none. It is slow, so it is called only by targets
+            that can represent the observer.
     """
 
     program: Program
     sources: Mapping[str, str]
-    prove: Callable[[], Certificate | Refusal]
+    certify: Callable[[], Certificate | Refusal]
 
     @property
     def certified(self) -> bool:
-        return isinstance(self.prove(), Certificate)
+        return isinstance(self.certify(), Certificate)
 
     @property
     def claim(self) -> str:
-        """Of the certificate, or why there is none."""
-        outcome = self.prove()
+        """The certified rate in words, or the reason of the refusal."""
+        outcome = self.certify()
         if isinstance(outcome, Refusal):
             return outcome.reason
         return f"Certified rate {outcome.decay_rate:.6g} 1/s over the envelope, by `stiction certify`."
@@ -46,7 +47,7 @@ class Controller:
         return next(p.value for p in self.program.parameters if p.name == "sample_time" and p.value is not None)
 
     def words(self, header: list[str]) -> dict[str, Any]:
-        """What the templates of every target are given."""
+        """Variables of the templates, common to all targets."""
         program = self.program
         return {
             "program": program,
@@ -65,23 +66,23 @@ class Controller:
 
 
 def with_manifest(files: Mapping[str, str]) -> dict[str, str]:
-    """The files with their hashes, by which a later run knows that they are ours."""
+    """The files and a manifest with their hashes, by which a later run recognises files that it may overwrite."""
     hashes = {name: sha256(text) for name, text in sorted(files.items())}
     manifest = {"tool": {"name": "stiction", "version": VERSION}, "files": hashes}
     return {**files, "manifest.json": json.dumps(manifest, indent=2) + "\n"}
 
 
-def arduino_library(controller: Controller, header: list[str]) -> dict[str, str]:
+def arduino_library(observer: GeneratedObserver, header: list[str]) -> dict[str, str]:
     """A library in single precision for the Arduino IDE and PlatformIO.
 
     library.properties, library.json, src/NAME.h, src/NAME.c, an example, a README and the manifest.
     """
-    name = controller.program.name
-    words = controller.words(header) | {"period": f"{round(controller.period * 1e6)}"}
+    name = observer.program.name
+    words = observer.words(header) | {"period": f"{round(observer.period * 1e6)}"}
     package = {
         "name": f"stiction_{name}",
         "version": VERSION,
-        "description": f"Friction observer {controller.program.kind} of {name}, generated",
+        "description": f"Friction observer {observer.program.kind} of {name}, generated",
         "frameworks": "*",
         "platforms": "*",
         "headers": f"{name}.h",
@@ -90,19 +91,19 @@ def arduino_library(controller: Controller, header: list[str]) -> dict[str, str]
     files = {
         "library.properties": render("export/arduino/library.properties.j2", **words),
         "library.json": json.dumps(package, indent=2) + "\n",
-        **controller.c("src/"),
+        **observer.c("src/"),
         f"examples/{name}_serial/{name}_serial.ino": render("export/arduino/example.ino.c.j2", **words),
         "README.md": render("export/arduino/README.md.j2", **words),
     }
     return with_manifest(files)
 
 
-def simulink_block(controller: Controller, header: list[str]) -> dict[str, str]:
+def simulink_block(observer: GeneratedObserver, header: list[str]) -> dict[str, str]:
     """A level-2 C MEX S-function: NAME_sfun.c, NAME.h, NAME.c, the script that builds them, a README, the manifest."""
-    name, words = controller.program.name, controller.words(header)
+    name, words = observer.program.name, observer.words(header)
     files = {
         f"{name}_sfun.c": render("export/simulink/sfun.c.j2", **words),
-        **controller.c(),
+        **observer.c(),
         f"build_{name}.m": render("export/simulink/build.m.j2", **words),
         "README.md": render("export/simulink/README.md.j2", **words),
     }
