@@ -35,6 +35,7 @@ from codegen.spec.validation import nearest_place, validate
 from codegen.spec.yaml_text import load_plain
 
 TOLERANCE = "tolerance"
+OTHER_UNITS = "logs in other units are brought to it by their `scale:`"
 """The key of a parameter that contacts do not have."""
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
@@ -203,9 +204,9 @@ class _Reading:
                     raise BadInput(self.place(key), found, "two different names", code="SPEC009")
             seen.setdefault(name, key)
 
-    def _si_unit(self, text: str, key: str) -> str:
-        """The name of a unit in which code takes and returns values."""
-        require_coherent(text, self.place(key))
+    def _si_unit(self, text: str, key: str, remedy: str = OTHER_UNITS) -> str:
+        """The name of a unit in which code takes and returns values; ``remedy`` as of ``require_coherent``."""
+        require_coherent(text, self.place(key), remedy)
         return unit_name(text, self.place(key))
 
     def _parameter(self, name: str) -> Parameter:
@@ -223,7 +224,7 @@ class _Reading:
         if section.name in {c.name for c in self.document.friction.contacts[:index]}:
             found = f"a second contact `{section.name}`"
             raise BadInput(self.place(f"{key}.name"), found, "a different name for each contact", code="SPEC009")
-        unit = self._si_unit(section.unit, f"{key}.unit")
+        unit = self._si_unit(section.unit, f"{key}.unit", f"a number of the law may have its own, `5 {section.unit}`")
         given = {name: value for name, value in (section.model_extra or {}).items() if name != TOLERANCE}
         values, units = read_numbers(given, key, self.place)
         return Contact(section.name, section.law, unit, values, sliding, units)

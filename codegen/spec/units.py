@@ -183,14 +183,17 @@ def si_factor(text: str, place: Place) -> sympy.Rational:
     return factor if factor.is_Rational else sympy.Rational(str(factor.evalf(50)))
 
 
-def require_coherent(text: str, place: Place) -> None:
+def require_coherent(text: str, place: Place, remedy: str) -> None:
     """Refuse a unit that is not a plain product of SI base units (mm, deg, rpm).
+
+    Args:
+        remedy: where other units may stand, for the message.
 
     Raises:
         BadInput: with the SI unit that is meant.
     """
     if si_factor(text, place) != 1:
-        expected = f"{coherent_name(text, place)}, the SI unit; logs in other units are brought to it by their `scale:`"
+        expected = f"{coherent_name(text, place)}, the SI unit; {remedy}"
         raise BadInput(place, f"unit {text}", expected, code="SPEC014")
 
 

@@ -57,6 +57,19 @@ def test_a_rate_in_place_of_a_period_is_told_as_one(given: str, meant: str | Non
     assert told.value.nearest == "250 Hz"
 
 
+def test_a_level_in_another_unit_has_it_beside_its_number() -> None:
+    """The message on `a: 5, unit: kN` spoke of logs."""
+    name = parse_spec(BARE, Path("s.yaml")).contacts[0].name
+    with pytest.raises(BadInput) as told:
+        parse_spec(BARE.replace("a: 50, unit: N}", "a: 50, unit: kN}"), Path("s.yaml"))
+    assert "`5 kN`" in told.value.expected and "scale" not in told.value.expected
+    beside, plain = (
+        parse_spec(BARE.replace("a: 50, unit: N}", f"a: {level}, unit: N}}"), Path("s.yaml"))
+        for level in ("5 kN", "5000")
+    )
+    assert beside.contacts[0] == plain.contacts[0] and plain.contacts[0].name == name
+
+
 def test_a_power_by_either_sign() -> None:
     length = ("parameters:\n", "parameters:\n  x0: {value: 1, unit: m}\n")
     product = spec(("  - w\n", "  - w - m*v*v/x0\n"), length)
