@@ -204,9 +204,11 @@ def credited_by_force(
         outcome: of the selection by free runs. answer: the answer from that outcome.
         problem: the declared system on the log's motion.
     """
-    found = selected_by_force(search, outcome.base, problem, report_progress)
+    doubtful: list[str] = []
+    found = selected_by_force(search, outcome.base, problem, report_progress, doubtful.append)
     if found is None:
-        return answer, outcome
+        said = doubtful if answer.verdict == "unknown" else []
+        return replace(answer, remarks=(*answer.remarks, *said)), outcome
     alone = "none is credited"
     if answer.verdict != "unknown":
         against = against_free_runs(found, outcome.final)
@@ -275,12 +277,17 @@ def _with_first(first: Sequence[Ranked], named: Sequence[Ranked]) -> tuple[Ranke
 
 
 def selected_by_force(
-    search: Search, base: Fit, problem: Problem, report_progress: Callable[[float], None]
+    search: Search,
+    base: Fit,
+    problem: Problem,
+    report_progress: Callable[[float], None],
+    tell: Callable[[str], None] = lambda words: None,
 ) -> ForceSelection | None:
     """Forward selection by the force residual, confirmed by free runs; None where no effect is credited.
 
     Args:
         base: the refit of the declared structure by free runs. problem: the declared system on the log's motion.
+        tell: called with words on the effects that the force residual credits, where free runs confirm none.
     """
     fits = ForceFits(search, problem, base)
     fit = plain = fits.fit(search.declared_trial, fits.adopted)
@@ -295,8 +302,11 @@ def selected_by_force(
     first = rounds[0].ranked
     fit = in_determined_forms(fits, fit)
     before = fits.run(plain)
+    by_force = fit
     fit, run = confirmed(fits, fit, fits.run(fit))
     if not fit.trial.parts:
+        if by_force.trial.parts:
+            tell(_not_confirmed(plain, by_force))
         return None
     leading = [first[0]]
     if first[0].found.part in fit.trial.parts:
@@ -304,6 +314,20 @@ def selected_by_force(
         fit, run = (fit, run) if again is fit else confirmed(fits, again, fits.run(again))
     rounds[0] = replace(rounds[0], ranked=tuple(led_by(leading[0], first)))
     return ForceSelection(fits, fit, run, _evidence_of_blocks(before, run).share, tuple(rounds), tuple(leading[1:]))
+
+
+def _not_confirmed(plain: Fit, fit: Fit) -> str:
+    """What the force residual credits and free runs do not confirm, in words."""
+    named = named_effects(fit.trial.parts, estimate(fit), fit.model)
+    effects = " and ".join(
+        f"{e.kind} on {e.on} ({', '.join(f'{k} = {v:.3g} {e.units[k]}' for k, v in e.parameters.items())})"
+        for e in named
+    )
+    share = _evidence_of_blocks(plain, fit).share
+    return (
+        f"the residual force alone would name {effects}, which removes {100 * share:.3g} % of its square; free runs "
+        "with that are not surely better than without, so it is not credited"
+    )
 
 
 def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:

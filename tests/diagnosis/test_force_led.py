@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from benchmarks.real.sets import DATA
+from codegen.diagnosis import force_led
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.force_led import (
     LEVEL,
@@ -218,6 +219,19 @@ def test_nothing_is_found_where_only_levels_are_wrong(tmp_path: Path) -> None:
     log = jittered(log_of(stage(level=5.5), tmp_path, "train.csv"), tmp_path)
     search, problem = searched(log)
     assert selected_by_force(search, search.refit(), problem, lambda share: None) is None
+
+
+def test_what_free_runs_do_not_confirm_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a friction drive, 92 % of whose residual was constant, it was said that nothing known is missing."""
+    log = jittered(log_of(stage(SPRING, 5.5), tmp_path, "train.csv"), tmp_path)
+    search, problem = searched(log)
+    plain = ForceFits(search, problem, search.refit())
+    none = plain.fit(search.declared_trial, plain.adopted)
+    monkeypatch.setattr(force_led, "confirmed", lambda fits, fit, run: (none, fits.run(none)))
+    told: list[str] = []
+    assert selected_by_force(search, search.refit(), problem, lambda share: None, told.append) is None
+    (words,) = told
+    assert words.startswith("the residual force alone would name spring on x (k = ") and "N/m)" in words
 
 
 def test_jitter_of_the_stamps_is_noise_of_the_positions(tmp_path: Path) -> None:
