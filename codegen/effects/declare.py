@@ -157,23 +157,27 @@ def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> 
     names = [p.name for p in effect.parameters]
     forms = " or ".join(dict.fromkeys(", ".join(p.name for p in form.parameters) for form in effect.forms))
     possible = list(dict.fromkeys(p.name for form in effect.forms for p in form.parameters))
+    faults = Faults()
     for name in declared.parameters:
         place, expected = spec.place(f"{key}.parameters.{name}"), f"{', '.join(possible)} of {effect.kind}"
-        refuse_unknown(name, possible, place, "unknown parameter", expected, code="SPEC008")
-        if name not in names:
-            found = f"`{name}` together with `{', '.join(names)}`"
-            raise BadInput(place, found, f"the parameters of one form: {forms}", code="SPEC008")
+        with faults.noting():
+            refuse_unknown(name, possible, place, "unknown parameter", expected, code="SPEC008")
+            if name not in names:
+                found = f"`{name}` together with `{', '.join(names)}`"
+                raise BadInput(place, found, f"the parameters of one form: {forms}", code="SPEC008")
     for p in effect.parameters:
-        if p.name not in declared.parameters:
-            expected = f"`{p.name}:` ({p.meaning})"
-            if any(p not in form.parameters for form in effect.forms):
-                expected += f"; a form has {forms}"
-            raise BadInput(spec.place(f"{key}.parameters"), f"`{p.name}` is missing", expected, code="SPEC003")
-        value = declared.parameters[p.name]
-        if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
-            limits = [f"{word} {b:g}" for word, b in (("above", p.low), ("below", p.high)) if b is not None]
-            found, place = f"{p.name} = {float(value):g}", spec.place(f"{key}.parameters.{p.name}")
-            raise BadInput(place, found, f"a value {' and '.join(limits)}", code="SPEC007")
+        with faults.noting():
+            if p.name not in declared.parameters:
+                expected = f"`{p.name}:` ({p.meaning})"
+                if any(p not in form.parameters for form in effect.forms):
+                    expected += f"; a form has {forms}"
+                raise BadInput(spec.place(f"{key}.parameters"), f"`{p.name}` is missing", expected, code="SPEC003")
+            value = declared.parameters[p.name]
+            if (p.low is not None and value <= p.low) or (p.high is not None and value >= p.high):
+                limits = [f"{word} {b:g}" for word, b in (("above", p.low), ("below", p.high)) if b is not None]
+                found, place = f"{p.name} = {float(value):g}", spec.place(f"{key}.parameters.{p.name}")
+                raise BadInput(place, found, f"a value {' and '.join(limits)}", code="SPEC007")
+    faults.raise_noted()
     return {name: declared.parameters[name] for name in names}
 
 

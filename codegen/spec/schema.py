@@ -177,7 +177,7 @@ class LagrangianSection(Section):
 class EffectSection(Section):
     kind: str
     on: Names
-    parameters: dict[str, Quantity]
+    parameters: dict[str, Quantity] = {}
 
 
 class AssumedLawSection(BaseModel):

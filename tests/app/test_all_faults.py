@@ -117,6 +117,10 @@ def test_unknown_parameters_of_laws_and_effects(tmp_path: Path) -> None:
     assert lines_told(tmp_path, text) == [line] * 3, "two that are unknown, and one that is missing"
     text = spoilt(("effects: []", "effects: [{kind: viscous, on: y}, {kind: viscous, on: z}]"))
     assert lines_told(tmp_path, text) == changed_lines(text) * 2
+    text = spoilt(("effects: []", "effects: [{kind: cogging, on: x}]"))
+    assert lines_told(tmp_path, text) == changed_lines(text) * 3
+    text = spoilt(("effects: []", "effects: [{kind: cogging, on: x, parameters: {amplitud: 1, period: -1, phase: 0}}]"))
+    assert lines_told(tmp_path, text) == changed_lines(text) * 3, "one unknown, one missing, one out of range"
 
 
 def test_free_gains_are_no_obstacle(tmp_path: Path) -> None:
