@@ -376,28 +376,33 @@ def unseen_shape(search: Search, found: Fit) -> str:
 
 
 def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
-    """Why not, where an effect merely takes away the drive or scales the force balance down; else empty.
+    """Reason to refuse an effect whose gain is explained by a reduction of the drive force alone; empty if there is none.
 
-    A dead zone wider than the commands leaves only inertia to explain, which slow motion hardly shows. Friction that
-    follows the drive removes noise and structure in proportion to it; more than that must be removed of the squared
-    free-run error or force residual. A limit of the drive far below the commands leaves free runs of a heavy machine
-    near the noise, as no force at all would: they go on at their start speed. So what the force residual holds beyond
-    noise must not be larger in proportion to the drive force that is left. Far from the noise, where a model explains
-    little, any loss of drive takes that much of the residual: there one of the two must fall by more than that.
+    Let p be the constant factor by which the effect scales the drive force (a gain, friction in proportion to the
+    drive), and q the remaining share of the drive force apart from p (dead zone, saturation). Refused are
+
+    - less than ``LEAST_DRIVE`` of the drive force: with a dead zone wider than the commands only inertia is left to
+      explain, which slow motion hardly shows;
+    - r² > ``CONTRADICTED`` (q² r₀² + (1 − q²) n²), with r and r₀ the RMS force residual with and without the effect and
+      n the noise of M a. With a saturation far below the commands the free runs of a heavy machine end near the noise
+      although almost no force is left: they continue at their start speed;
+    - far from the noise, an effect that reduces neither r² nor the squared free-run error by more than q² does;
+    - an effect that reduces neither by more than p² does, since p scales noise and structure alike.
     """
     motion = before.search.motion
     acting = drive_share(after.fit.model, before.fit.model, motion, before.search.problem.masks.rows)
     if acting < LEAST_DRIVE:
         return f"leaves {100 * acting:.2g} % of the drive force: a machine that moves needs more"
     left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)
-    proportion = float(np.min(left / had))
-    taken = acting / proportion  # as by a limit or a dead zone, of whose drive no slope tells
-    if taken < 1 - credit.LEAST_SHARE and _leaves_more(before, after, taken**2, CONTRADICTED):
+    scale = float(np.min(left / had))  # p
+    remaining = acting / scale  # q
+    if remaining < 1 - credit.LEAST_SHARE and _leaves_more(before, after, remaining**2, CONTRADICTED):
         return f"leaves {100 * acting:.2g} % of the drive force, and a larger share of that unexplained"
     small, far = 1 - credit.LEAST_SHARE, noise_ratio(after.fit) > credit.NEAR_NOISE
-    if far and taken < small and 1 - e.share > small * taken**2 and _leaves_more(before, after, taken**2, small):
+    by_runs = 1 - e.share > small * remaining**2
+    if far and remaining < small and by_runs and _leaves_more(before, after, remaining**2, small):
         return f"leaves {100 * acting:.2g} % of the drive force, and explains no larger share of that"
-    if proportion >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * proportion**2:
+    if scale >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * scale**2:
         return ""
     if after.over(before).left <= 1 - credit.LEAST_SHARE:
         return ""
@@ -405,13 +410,13 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
 
 
 def _leaves_more(before: ForceCriterion, after: ForceCriterion, part: float, times: float) -> bool:
-    """Whether a squared force residual is so many times a part of what was left before, with the noise of M a."""
+    """Whether r² > times (part r₀² + (1 − part) min(n², r₀²)) on some coordinate; symbols of ``only_reduces_drive``."""
     search = before.search
     for i, used in enumerate(search.problem.masks.rows.T):
         if used.any():
-            had, has = (float(np.mean(c.without_levels[used, i] ** 2)) for c in (before, after))
+            without, with_effect = (float(np.mean(c.without_levels[used, i] ** 2)) for c in (before, after))
             noise = inertia_noise(search.system, search.motion, i)
-            if has > times * (part * had + (1 - part) * min(noise, had)):
+            if with_effect > times * (part * without + (1 - part) * min(noise, without)):
                 return True
     return False
 
