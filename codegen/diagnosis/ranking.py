@@ -376,7 +376,7 @@ def unseen_shape(search: Search, found: Fit) -> str:
 
 
 def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
-    """Reason to refuse an effect whose gain is explained by a reduction of the drive force alone; empty if there is none.
+    """Reason to refuse an effect that gains only by a reduction of the drive force; empty if there is none.
 
     Let p be the constant factor by which the effect scales the drive force (a gain, friction in proportion to the
     drive), and q the remaining share of the drive force apart from p (dead zone, saturation). Refused are
@@ -386,8 +386,9 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     - r² > ``CONTRADICTED`` (q² r₀² + (1 − q²) n²), with r and r₀ the RMS force residual with and without the effect and
       n the noise of M a. With a saturation far below the commands the free runs of a heavy machine end near the noise
       although almost no force is left: they continue at their start speed;
-    - far from the noise, an effect that reduces neither r² nor the squared free-run error by more than q² does;
-    - an effect that reduces neither by more than p² does, since p scales noise and structure alike.
+    - far from the noise, an effect with which neither r² nor the squared free-run error is ``LEAST_SHARE`` below what
+      the factor q² alone gives;
+    - an effect with which neither is that much below what p² alone gives, since p scales noise and structure alike.
     """
     motion = before.search.motion
     acting = drive_share(after.fit.model, before.fit.model, motion, before.search.problem.masks.rows)
