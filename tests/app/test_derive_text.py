@@ -36,7 +36,7 @@ envelope:
 def test_a_range_that_is_assumed_is_said(tmp_path):
     text = (SPECS / "two_link_arm.yaml").read_text()
     (tmp_path / "arm.yaml").write_text(text.replace("  theta2: [-3.1416, 3.1416]\n", ""))
-    assert "no range for theta2 (-3.142 to 3.142 taken here)" in stiction("derive", str(tmp_path / "arm.yaml")).out
+    assert "no range for theta2 (-3.142 to 3.142 assumed here)" in stiction("derive", str(tmp_path / "arm.yaml")).out
     assert "no range" not in stiction("derive", str(SPECS / "two_link_arm.yaml")).out
 
 
@@ -45,7 +45,7 @@ def test_long_entries_are_counted_and_short_ones_written(tmp_path):
     out = stiction("derive", str(tmp_path / "crank.yaml")).out
     assert "operations; see --json)" in out
     assert max(map(len, out.splitlines())) < 300
-    assert "no range for omega (-1 to 1 taken here)" in out
+    assert "no range for omega (-1 to 1 assumed here)" in out
 
 
 def test_a_condition_is_named_once():
