@@ -170,7 +170,7 @@ def _case(spec: Spec, system: System, log: Log, test_log: Log | None, material: 
     """Log and spec as a problem."""
     system, deviations = _uncertain(spec, system, log)
     log, cut = excerpt(log)
-    findings = {"train": (*cut, *preflight(log, spec), *_steady_laws(system), *_starts(system, log))}
+    findings = {"train": (*cut, *preflight(log, spec), *_steady_laws(system), *_fixed(spec), *_starts(system, log))}
     if test_log is not None:
         test_log, cut = excerpt(test_log)
         findings["test"] = (*cut, *preflight(test_log, spec), *_starts(system, test_log))
@@ -461,6 +461,20 @@ def _steady_laws(system: System) -> tuple[Finding, ...]:
         Finding("warning", "law", f"the law {c.law.name} at {c.name} is not simulated: {words}")
         for c in system.contacts
         if not is_simulable(c)
+    )
+
+
+def _fixed(spec: Spec) -> tuple[Finding, ...]:
+    """Warnings for parameters whose tolerance, a share of their value, is one of zero."""
+    return tuple(
+        Finding(
+            "warning",
+            f"tolerance of {p.name}",
+            f"{p.name} is declared as zero, and its tolerance of {100 * p.tolerance:g} % of that allows no change: it "
+            "is not refitted. Declare a value of the size that it may have, with a tolerance of 100 % or more.",
+        )
+        for p in spec.parameters
+        if p.tolerance and p.value == 0
     )
 
 

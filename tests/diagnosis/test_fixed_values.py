@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from codegen.base.resources import resource_folder
-from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.diagnose import _fixed, diagnose_log
 from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.wrong_values import explaining_values
@@ -38,6 +38,19 @@ def told(log: Log) -> list[str]:
 def test_the_mass_that_differs_is_told_with_its_value(tmp_path: Path) -> None:
     (words,) = told(log_of(arm(PAYLOAD), tmp_path, "log.csv"))
     assert "m2 = 0.3527 kg in place of the declared 0.2713 kg (+30 %)" in words and "tolerance" in words
+
+
+def test_a_tolerance_of_zero_is_told() -> None:
+    """A share of nothing: a gravity term declared as 0 with 50 % was never fitted, without a word."""
+    assert "m2: {value: 0.2713" in ARM
+    line = next(line for line in ARM.splitlines() if "m2: {value: 0.2713" in line)
+    for given, words in (
+        ("  m2: {value: 0, unit: kg, tolerance: 50%}", "m2 is declared as zero, and its tolerance of 50 %"),
+        ("  m2: {value: 1, unit: kg, tolerance: 50%}", ""),
+        ("  m2: {value: 0, unit: kg}", ""),
+    ):
+        found = _fixed(arm(ARM.replace(line, given)))
+        assert [words in f.words for f in found] == [True] * bool(words)
 
 
 @pytest.mark.slow
