@@ -150,12 +150,12 @@ def changes_in_words(left: Remainder, system: System, i: int, material: float, l
             case _:
                 what = f"the viscous friction is {size} {speed} {'larger' if more else 'smaller'}"
         compared = "" if change.term == "force" else " than in the rest"
-        words.append(f"{_interval(change.start, change.stop, log)} {what}{compared}")
+        words.append(f"{interval_in_words(change.start, change.stop, log)} {what}{compared}")
     further = len(left.changes) - len(words)
     return [*words, *([f"and so on in {further} further interval{'s' * (further > 1)}"] if further else [])]
 
 
-def _interval(start: float, stop: float, log: Log | None) -> str:
+def interval_in_words(start: float, stop: float, log: Log | None) -> str:
     """An interval in words, by the time of the file in which it lies where the log has several."""
     if log is None or not log.records:
         return f"from {_at(start, stop - start)} s to {_at(stop, stop - start)} s"

@@ -22,6 +22,7 @@ from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.conclusion import (
     TABLE_SIZE,
     candidates,
+    interval_in_words,
     is_small,
     rivals_of,
     rounds,
@@ -41,8 +42,8 @@ from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.record import position_noise, record_of
 from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.replay import compare_residuals
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.residual_regression import remainders
+from codegen.diagnosis.residual import Problem, residual_at_drive
+from codegen.diagnosis.residual_regression import acting_force, half_of_squares, remainders, rms
 from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round, Separation
 from codegen.diagnosis.search import Search, search_on
 from codegen.diagnosis.separation import separate, tied_fits
@@ -258,6 +259,7 @@ def _by_free_runs(case: Case, report: Progress, propose: bool) -> tuple[Diagnosi
         *_in_place(in_place, answer),
         *(equal_parameters(search, base, outcome) if lacks and not answer.errors else ()),
         *moved_values(answer, outcome.final if lacks else base, problem, case.material),
+        *_once_on_held_out(answer, case),
     ]
     answer = replace(answer, remarks=tuple(remarks))
     report("tracking observer", 0.93)
@@ -462,6 +464,32 @@ def _steady_laws(system: System) -> tuple[Finding, ...]:
         for c in system.contacts
         if not is_simulable(c)
     )
+
+
+def _once_on_held_out(answer: Answer, case: Case) -> tuple[str, ...]:
+    """Where half of the squared residual force on held-out data lies within a short time, as of a push, in words.
+
+    Such an event is not of the model, and yet decides what held-out data refuse.
+    """
+    if answer.adopted is None:
+        return ()
+    motion = case.test.motion
+    within = np.zeros(len(motion.time), dtype=bool)
+    within[case.window] = True
+    residual, acting = residual_at_drive(answer.adopted, motion), acting_force(answer.adopted, motion)
+    log, words = case.log if case.test_log is None else case.test_log, []
+    for i, x in enumerate(answer.adopted.positions):
+        rows = case.test.masks.rows[:, i] & within
+        found = half_of_squares(residual[:, i], rows)
+        if found is None or rms(residual[rows, i]) < case.material * rms(acting[rows, i]):
+            continue
+        start, stop = (float(motion.time[k]) for k in found)
+        where, when = f" on {x.name}" if residual.shape[1] > 1 else "", interval_in_words(start, stop, log)
+        words.append(
+            f"half of the squared residual force on held-out data{where} lies within {stop - start:.2g} s, {when}: a "
+            "push, or another event that the inputs do not show, may decide what held-out data refuse"
+        )
+    return tuple(words)
 
 
 def _fixed(spec: Spec) -> tuple[Finding, ...]:

@@ -48,6 +48,8 @@ REPEATED = 2.0
 """Least z-score of the held-out gains by sign: their sum over the root of the sum of their squares."""
 SURELY_RINGS = 6.0
 """Least standard deviations of the weight of a resonance, the best of 120: 1 % of false alarms asks for 4."""
+AT_ONCE = 0.1
+"""Largest share of the samples within which half of a squared residual is one event."""
 SLIDING = 0.03
 """Share of a contact's 95 % speed above which it surely slides; below, friction may balance any load."""
 
@@ -164,6 +166,26 @@ def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.b
     touching = [c for c in range(slip.shape[1]) if system.distribution[i, c] != 0]
     fast = [slip[:, c] >= SLIDING * float(np.quantile(slip[:, c], 0.95)) for c in touching]
     return np.asarray(np.logical_and.reduce([used.rows[:, i], *fast]))
+
+
+def half_of_squares(residual: Array, rows: NDArray[np.bool_]) -> tuple[int, int] | None:
+    """First and last sample of the shortest stretch that holds half of a squared residual (N,).
+
+    None where it is longer than ``AT_ONCE`` of the samples that count, as where nothing happens once.
+    """
+    places = np.flatnonzero(rows)
+    if len(places) < LEAST_ROWS or not np.any(residual[places]):
+        return None
+    sums = np.concatenate([[0.0], np.cumsum(residual[places] ** 2)])
+    last = np.searchsorted(sums, sums[:-1] + 0.5 * sums[-1])  # of each first sample, one behind the last
+    lengths = np.where(last < len(sums), last - np.arange(len(places)), len(places) + 1)
+    k = int(np.argmin(lengths))
+    return (int(places[k]), int(places[last[k] - 1])) if lengths[k] <= AT_ONCE * len(places) else None
+
+
+def rms(values: Array) -> float:
+    """The root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,11 @@ import pytest
 
 from codegen.diagnosis.changes_in_time import changes_in_time
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.residual_regression import half_of_squares
 from codegen.diagnosis.signals import low_pass
 from codegen.spec import parse_spec
 from tests.diagnosis.own_stage import simulated
-from tests.diagnosis.stage import STAGE, among, system_of
+from tests.diagnosis.stage import STAGE, among, log_of, stage, system_of
 from tests.in_part import in_part
 
 H, COUNT, CUTOFF = 0.002, 15000, 20.0
@@ -70,6 +72,30 @@ def test_noise_of_the_acceleration_is_no_lost_inertia(lost: float) -> None:
         assert [one.term for one in found] == ["inertia"]
         assert abs(found[0].coefficient) == pytest.approx(lost, rel=0.1)
         assert min(abs(edge - 8.0) for edge in (found[0].start, found[0].stop)) < 0.1
+
+
+@pytest.mark.parametrize(("length", "told"), [(0.5, True), (8.0, False)])
+def test_half_of_the_squares_in_a_short_time_is_one_event(length: float, told: bool) -> None:
+    """Of 30 s: a push of half a second, and one of eight; where it holds nearly all, its half is half as long."""
+    inside = (TIME >= 12.0) & (12.0 + length > TIME)
+    found = half_of_squares(0.01 * noise(5, 0) + inside, EVERY)
+    assert (found is not None) is told
+    if found is not None:
+        first, last = (TIME[k] for k in found)
+        assert first >= 12.0 and last < 12.5 and last - first == pytest.approx(0.25, abs=0.02)
+    assert half_of_squares(noise(6, 0), EVERY) is None and half_of_squares(np.zeros(COUNT), EVERY) is None
+
+
+@pytest.mark.parametrize("push", [25.0, 0.0])
+def test_a_push_in_held_out_data_is_told(push: float, tmp_path: Path) -> None:
+    """Of a pendulum that was kicked in the last part of a log, an error of 517 % of the drive was printed alone."""
+    log = log_of(stage(), tmp_path, "train.csv")
+    inputs = log.inputs.copy()
+    inputs[(log.time > 11.0) & (log.time < 11.4), 0] -= push
+    with among("viscous"):
+        diagnosis, _ = diagnose_log(stage(), system_of(stage()), replace(log, inputs=inputs))
+    words = [r for r in diagnosis.remarks if "half of the squared residual force on held-out data lies within" in r]
+    assert len(words) == (push > 0) and all("from 11." in w and "a push, or another event" in w for w in words)
 
 
 SPEC = parse_spec(STAGE.format(level=4.0, effects="[]", duration=1, reference="0", noise=0), Path("stage.yaml"))
