@@ -1,4 +1,4 @@
-"""What is bounded of the friction errors, as results: for each contact, and in a domain through reversals."""
+"""Results: bounds on the friction errors, for each contact, and through reversals for an observer with a domain."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class DomainBound:
-    """The bounds of a guarded observer.
+    """Bounds of an observer with a domain.
 
     Attributes:
-        inside: on the friction error where the code says ``in_domain``; None where ``slip_speed`` is too low.
-        everywhere: on the level error at every sample, whatever the slip does.
-        velocity: on the error of the slip velocity at every sample, in the slip's unit/s.
-        least_slip_speed: that the domain must have.
-        innovation: the largest |x − (x + h v̂) of the sample before| inside.
+        inside: on the friction error while the code's output ``in_domain`` is set; None if ``slip_speed`` is too low.
+        everywhere: on the level error at every sample, for any slip.
+        velocity: on the error of the estimated slip velocity at every sample, in the slip's unit/s.
+        least_slip_speed: lower limit of the domain's ``slip_speed``, above which there is a bound.
+        innovation: on |x[k] − (x + h v̂)[k−1]| in the domain.
     """
 
     inside: float | None
@@ -30,23 +30,25 @@ class ErrorBound:
     """The bound for one friction error.
 
     Attributes:
-        name, unit: of the error component, as e_a_rail in N.
-        steady: long after a reversal.
-        parts: cause → its share of ``steady``: noise, displacement, velocity, friction, acceleration, rounding.
-        start: |error| that is assumed at time 0, when the slip has its new sign in truth and estimate, and a law with a
-            state has come to its level; every other error is taken to be within its own ``steady``.
-        starts: the same of every error, in the order of the observer's.
-        after: (time in s, bound) from ``start`` on, falling to ``steady``.
-        worst: the exact worst case of the first-order system over the samples summed, below ``steady``.
-        slip_speed, slip_unit: the least slip speed at which truth and estimate have one sign, and a guard learns.
-        domain: what holds through reversals, where the spec asks for a ``domain``; or why nothing does.
-        percent: what the model is off by (mass, input gain, sample time) → what the first percent adds to ``steady``.
-        stands: the same → the share by which it may be off before the domain is lost; up to 1.
-        of_code: the same as ``steady``, proved of the C itself (checker/ellipsoid.py); None where it is not.
-        after_of_code: the same as ``after``, proved so.
-        largest: what friction is at most, by the envelope's range of its level or the law; None if not known.
-        always: in the long run whatever friction within ``largest`` does at each sample, stick, turns and chatter among
-            it, proved of the code; None where it is not. after_always: (time, bound) since such a sample, as ``after``.
+        name, unit: of the error component, such as e_a_rail in N.
+        steady: bound long after a reversal.
+        parts: disturbance → its part of ``steady``: noise, displacement, velocity, friction, acceleration, rounding.
+        start: |error| that is assumed at time 0 after a reversal. At time 0 the true and the estimated slip have the new
+            sign, a law with a state has reached its level, and all other errors are within their ``steady``.
+        starts: the assumed |error| of every component at time 0, in the observer's order.
+        after: pairs (time in s, bound), from ``start`` decreasing to ``steady``.
+        worst: exact worst case of the first-order system over the samples that were summed; below ``steady``.
+        slip_speed, slip_unit: least slip speed at which true and estimated slip have the same sign, and at which an
+            observer with a domain updates its level.
+        domain: bounds through reversals if the spec has a ``domain``, or the reason why there are none.
+        percent: kind of model error (mass, input gain, sample time) → increase of ``steady`` by one percent of it.
+        stands: kind of model error → the largest relative error, up to 1, with which ``domain`` still has a bound.
+        of_code: ``steady`` as proved of the C (checker/ellipsoid.py); None if it is not proved.
+        after_of_code: ``after`` as proved of the C.
+        largest: bound on |friction|, by the envelope's range of its level or by the law; None if not known.
+        always: proved of the C, for trackers: bound in the long run for any friction within ``largest`` at each sample,
+            including stick, reversals and chatter; None if it is not proved. after_always: pairs (time, bound) after
+            the last such sample, as ``after``.
     """
 
     name: str

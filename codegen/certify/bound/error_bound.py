@@ -1,10 +1,13 @@
-"""A bound on the error of each friction estimate, in its own unit, as a function of time since the last reversal.
+"""Bound on the error of each friction estimate, in its own unit, as a function of time since the last reversal.
 
-Every disturbance is bounded (|n| by the envelope's x_noise, |d_x| ≤ h² A/2, |d_v| ≤ h² J/2, |ΔF| ≤ h ρ), so the error
-is at most the sum of the absolute impulse responses, which independent disturbances attain:
-bound(k) = Σ_j (|D_j| + Σ_{i<k} |C Φ^i B_j|) δ_j + |C Φ^k| e₀. The sum is taken over so many samples that what is left,
-bounded by the certificate's P, is below 1e-4 of it: |C Φ^i b| ≤ γ^i √(C P⁻¹ C') √(b'Pb) with γ² the certified fall.
-All of it is in doubles, 1e-9 added; what is proved of the C, in rationals, is in ellipsoid.py.
+With |d_j| ≤ δ_j for every disturbance (``disturbances.py``), the error k samples after a reversal satisfies
+
+    |C e[k]| ≤ Σ_j (|D_j| + Σ_{i<k} |C Φ^i B_j|) δ_j + |C Φ^k| e₀,
+
+the L1 norms of the impulse responses; independent disturbances attain it. The infinite sum is computed up to a sample
+from which on its remainder is below ``REST`` of it, by |C Φ^i b| ≤ γ^i √(C P⁻¹ C') √(b'Pb) with the certificate's P and
+γ² = 1 − 2αh. All of this is in double precision with ``ROUNDING`` added; ellipsoid.py has the bound that is proved of
+the C in rationals.
 """
 
 from __future__ import annotations
@@ -38,10 +41,13 @@ OFF = {
     "sample time": ModelError(time=PERCENT),
 }
 HALVINGS = 24
-LONGEST = 20_000
+"""Bisection steps for the tolerated model error of a domain."""
+LONGEST, EVERY = 20_000, 64
+"""Most samples that are summed, and samples between two checks of the remainder."""
 REST = 1e-4
-EVERY = 64
+"""Largest remainder of the infinite sum, over the sum."""
 ROUNDING = 1e-9
+"""Relative allowance for rounding errors."""
 
 
 @dataclass(frozen=True)
@@ -61,31 +67,32 @@ class Steady:
 
 @dataclass(frozen=True)
 class Sums:
-    """Σ |Φ^k b| of every error for disturbances of size 1, ``ROUNDING`` added.
+    """Σ_k |Φ^k b| of every error component, for disturbances of size 1, with ``ROUNDING`` added.
 
     Attributes:
         of: cause and index of each disturbance.
-        here: over the samples summed, m by disturbances; rest: a bound on the remaining sum.
+        finite: the sum over the samples that were computed, m by disturbances.
+        remainder: bound on the sum over all later samples, m by disturbances.
     """
 
     of: tuple[tuple[str, int], ...]
-    here: Any
-    rest: Any
+    finite: Any
+    remainder: Any
 
 
 def lyapunov_tail(certificate: Certificate) -> tuple[Any, float, Any, Any]:
-    """(P, γ, seen, scale): |Φ^k|[i, j] ≤ γ^k seen_i scale_j with seen_i = √(C_i P⁻¹ C_i') and scale_j = √(e_j'Pe_j)."""
+    """(P, γ, r, c) with |Φ^k|_ij ≤ γ^k r_i c_j, where r_i = √((P⁻¹)_ii) and c_j = √(P_jj)."""
     content = certificate.content
     p = np.array([[float(Fraction(x)) for x in row] for row in content["lyapunov_matrix"]])
-    scale = np.sqrt(np.diag(p))
-    seen = np.sqrt(np.diag(np.linalg.inv(p / np.outer(scale, scale)))) / scale
-    fall = 1 - 2 * Fraction(content["decay_rate"]) * Fraction(content["sample_time"])
-    return p, float(fall) ** 0.5, seen, scale
+    columns = np.sqrt(np.diag(p))
+    rows = np.sqrt(np.diag(np.linalg.inv(p / np.outer(columns, columns)))) / columns
+    decrease = 1 - 2 * Fraction(content["decay_rate"]) * Fraction(content["sample_time"])
+    return p, float(decrease) ** 0.5, rows, columns
 
 
 def impulse_sums(response: Response, sizes: Sequence[Sizes], certificate: Certificate) -> Sums | None:
-    """The sums for the disturbances that are above zero in any of ``sizes``; None where the error decays too slowly."""
-    p, gamma, seen, _ = lyapunov_tail(certificate)
+    """The sums for all disturbances above zero in any of ``sizes``; None if ``LONGEST`` samples are too few."""
+    p, gamma, rows, _ = lyapunov_tail(certificate)
     step, n = _doubles(response.step), response.noise.cols
     unit = np.eye(len(step))
     blocks = {
@@ -103,27 +110,27 @@ def impulse_sums(response: Response, sizes: Sequence[Sizes], certificate: Certif
         if column.any() and any(size[cause][k] > 0 for size in sizes)
     }
     vectors = np.column_stack([np.zeros((len(step), 0)), *named.values()])
-    here, left = np.zeros_like(vectors), seen / (1 - gamma) * (1 + ROUNDING)
+    finite, series = np.zeros_like(vectors), rows / (1 - gamma) * (1 + ROUNDING)
     for count in range(1, LONGEST + 1):
-        here += np.abs(vectors)
+        finite += np.abs(vectors)
         vectors = step @ vectors
         if count % EVERY == 0:
-            rest = np.outer(left, np.sqrt(np.maximum(np.sum(vectors * (p @ vectors), axis=0), 0.0)))
-            if (rest <= REST * here)[here > 0].all():
-                return Sums(tuple(named), here * (1 + ROUNDING), rest * (1 + ROUNDING))
+            remainder = np.outer(series, np.sqrt(np.maximum(np.sum(vectors * (p @ vectors), axis=0), 0.0)))
+            if (remainder <= REST * finite)[finite > 0].all():
+                return Sums(tuple(named), finite * (1 + ROUNDING), remainder * (1 + ROUNDING))
     return None
 
 
 def steady_bounds(response: Response, sums: Sums, sizes: Sizes) -> list[Steady]:
-    """For every component Σ_k |Φ^k B| δ over all disturbances, and the direct part of the noise."""
+    """For every error component |D| δ_noise + Σ_j Σ_k |Φ^k B_j| δ_j."""
     result = []
     for i in range(response.step.rows):
         direct = float(dot(response.direct.row(i), sizes["noise"]))
         parts, worst = {"noise": direct}, direct
-        for (cause, k), here, rest in zip(sums.of, sums.here[i], sums.rest[i], strict=True):
+        for (cause, k), finite, remainder in zip(sums.of, sums.finite[i], sums.remainder[i], strict=True):
             size = float(sizes[cause][k])
-            worst += float(here) * size
-            parts[cause] = parts.get(cause, 0.0) + float(here + rest) * size
+            worst += float(finite) * size
+            parts[cause] = parts.get(cause, 0.0) + float(finite + remainder) * size
         result.append(Steady(sum(parts.values()), worst, parts))
     return result
 
@@ -138,13 +145,13 @@ def error_bounds(
     certificate: Certificate,
     rounding: tuple[Fraction, list[Fraction]] = (Fraction(0), []),
 ) -> tuple[ErrorBound, ...] | str:
-    """The bounds of every friction error, or why there are none.
-
-    Args:
-        rounding: of the measured positions, and of each state in a step; none by default.
+    """The bound of every friction error, or why there is none.
 
     The envelope must bound the accelerations (``v_dot``), and v too where g depends on x; ``x_noise`` bounds the
-    position noise, quantisation included, and is 0 where the envelope is silent.
+    position noise, quantisation included, and is 0 if the envelope does not have it.
+
+    Args:
+        rounding: bounds on the rounding errors of the measured positions and of each state in a step; zero by default.
     """
     observer = analysis.dynamics.observer
     system = observer.system
@@ -158,36 +165,33 @@ def error_bounds(
     if isinstance(sizes, str):
         return sizes
     sizes = with_rounding(sizes, response, *rounding)
-    moved = {cause: disturbances(spec, observer, response, off) for cause, off in OFF.items()}
-    off_by = {cause: size for cause, size in moved.items() if not isinstance(size, str)}
-    sums = impulse_sums(response, [sizes, *off_by.values()], certificate)
+    with_model_error = {cause: disturbances(spec, observer, response, off) for cause, off in OFF.items()}
+    other_sizes = {cause: size for cause, size in with_model_error.items() if not isinstance(size, str)}
+    sums = impulse_sums(response, [sizes, *other_sizes.values()], certificate)
     if sums is None:
         return f"the error decays too slowly to be summed over {LONGEST} samples"
     bounds = steady_bounds(response, sums, sizes)
     n, h = system.degrees_of_freedom, float(observer.sample_time)
     steady = [b.bound for b in bounds]
-    more = {cause: steady_bounds(response, sums, size) for cause, size in off_by.items()}
-    slips = system.distribution.subs(observer.values)
-    guarded = observer.domain
-    speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(n)) for c in range(slips.cols))
-    speed += 0.0 if guarded is None else float(guarded.slip_speed)  # below it a guard learns nothing
+    other_bounds = {cause: steady_bounds(response, sums, size) for cause, size in other_sizes.items()}
+    friction = largest_friction(spec, observer)
     slides = [sliding(observer, contact) for contact in system.contacts]
-    speed = max(speed, *(float(s.speed) for s in slides if s is not None))
-    most = largest_friction(spec, observer)
-    domain, stands = None, {}
-    if guarded is not None:
-        _, gamma, seen, scale = lyapunov_tail(certificate)
-        highest = peaks(response, guarded, gamma, np.outer(seen, scale) * (1 + ROUNDING))
+    domain: DomainBound | str | None = None
+    tolerated: dict[str, float] = {}
+    if observer.domain is not None:
+        _, gamma, rows, columns = lyapunov_tail(certificate)
+        highest = peaks(response, observer.domain, gamma, np.outer(rows, columns) * (1 + ROUNDING))
 
         def inside(size: Sizes) -> DomainBound | str:
-            at = steady if size is sizes else [b.bound for b in steady_bounds(response, sums, size)]
+            at = [b.bound for b in steady_bounds(response, sums, size)]
             return domain_bound(observer, response, size, at, highest)
 
         domain = inside(sizes)
-        stands = {cause: _stands(spec, observer, response, OFF[cause], inside) for cause in off_by}
+        tolerated = {cause: _tolerated(spec, observer, response, OFF[cause], inside) for cause in other_sizes}
     powers = _powers(response, h, certificate.decay_rate)
     jumps = {j: _jump(observer, error, slides) for j, error in list(enumerate(observer.errors))[n:]}
     together = [j for j in jumps if observer.errors[j].contact is None]  # a contact may act on several coordinates
+    slip_speed = _least_slip_speed(observer, steady, slides)
     result = []
     for i, error in list(enumerate(observer.errors))[n:]:
         start = [s + (jumps[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)]
@@ -202,15 +206,27 @@ def error_bounds(
                 starts=tuple(start),
                 after=((0.0, start[i]), *later),
                 worst=bounds[i].worst,
-                slip_speed=speed,
+                slip_speed=slip_speed,
                 slip_unit=" or ".join(sorted({f"{u}/s" for u in system.position_units})),
                 domain=domain,
-                percent={cause: b[i].bound - steady[i] for cause, b in more.items()},
-                stands=stands,
-                largest=_largest(observer, error, most),
+                percent={cause: b[i].bound - steady[i] for cause, b in other_bounds.items()},
+                stands=tolerated,
+                largest=_largest(observer, error, friction),
             )
         )
     return tuple(result)
+
+
+def _least_slip_speed(observer: Observer, steady: Sequence[float], slides: Sequence[Sliding | None]) -> float:
+    """The slip speed above which the true and the estimated slip of every contact have the same sign and it slides.
+
+    It is the bound on the estimated slip's error (with a domain, plus the speed below which the level is held), and at
+    least the speed from which on the laws with a state slide.
+    """
+    slips = observer.system.distribution.subs(observer.values)
+    speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(slips.rows)) for c in range(slips.cols))
+    speed += 0.0 if observer.domain is None else float(observer.domain.slip_speed)
+    return max(speed, *(float(s.speed) for s in slides if s is not None))
 
 
 @numerical("the bound on the error")
@@ -232,13 +248,13 @@ def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> Cer
 def rounding_share(
     observer: Observer, certificate: Certificate, rounding: tuple[Fraction, list[Fraction]]
 ) -> list[float] | None:
-    """What rounding adds to the long-run bound of each friction error: the bound of these disturbances alone.
+    """Contribution of rounding to the long-run bound of each friction error; None if it is not known.
 
-    The errors are linear in the disturbances, so the bound with rounding is at most the bound without it and this sum,
-    which has no difference in it. None where it is not known.
+    The bound is linear in the sizes of the disturbances, so it is computed with rounding as the only disturbance, and
+    not as the difference of two nearly equal numbers.
 
     Args:
-        rounding: of the measured positions, and of each state in a step.
+        rounding: as of ``error_bounds``.
     """
     response = certificate.response or error_response(observer)
     if isinstance(response, str):
@@ -269,13 +285,13 @@ def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound
         raise BadInput(spec.place("observer.domain.slip_speed"), found, expected, code="SPEC026")
 
 
-def _stands(
+def _tolerated(
     spec: Spec, observer: Observer, response: Response, unit: ModelError, inside: Callable[[Sizes], DomainBound | str]
 ) -> float:
-    """The share by which a model may be off before the domain's slip speed is too low, by bisection.
+    """The largest relative model error, up to 1, with which the domain still has a bound; by bisection.
 
     Args:
-        unit: off by a percent.
+        unit: the kind of model error, of one percent.
     """
     low, high = Fraction(0), Fraction(1)
     for _ in range(HALVINGS):
@@ -283,8 +299,8 @@ def _stands(
         off = ModelError(*[100 * middle * e for e in (unit.mass, unit.gain, unit.time)])
         size = disturbances(spec, observer, response, off)
         assert not isinstance(size, str)
-        found = inside(size)
-        good = isinstance(found, DomainBound) and found.inside is not None
+        bound = inside(size)
+        good = isinstance(bound, DomainBound) and bound.inside is not None
         low, high = (middle, high) if good else (low, middle)
     return float(low)
 
@@ -297,18 +313,18 @@ def _powers(response: Response, h: float, rate: float) -> list[tuple[int, Any]]:
 
 
 def _jump(observer: Observer, error: ErrorVariable, slides: Sequence[Sliding | None]) -> float:
-    """How far the friction itself jumps at a reversal: twice the declared level at rest, or that on a coordinate."""
+    """Jump of the true friction at a reversal: twice the declared level at rest, of a contact or on a coordinate."""
     return 2 * _of_levels(observer, error, [float(s.level) if s is not None else 0.0 for s in slides])
 
 
-def _largest(observer: Observer, error: ErrorVariable, most: Sequence[Fraction | None]) -> float | None:
-    """The largest |friction| that the error is about; None where that of a contact is not known."""
-    levels = [float(x) for x in most if x is not None]
-    return _of_levels(observer, error, levels) if len(levels) == len(most) else None
+def _largest(observer: Observer, error: ErrorVariable, friction: Sequence[Fraction | None]) -> float | None:
+    """Bound on the |friction| that this error belongs to; None if a contact has none (``largest_friction``)."""
+    levels = [float(x) for x in friction if x is not None]
+    return _of_levels(observer, error, levels) if len(levels) == len(friction) else None
 
 
 def _of_levels(observer: Observer, error: ErrorVariable, levels: list[float]) -> float:
-    """A level at each contact → that of the error's contact, or their most on its coordinate."""
+    """From a level of each contact: that of the error's contact, or Σ |U_ic| level_c on the error's coordinate i."""
     if error.contact is not None:
         return levels[error.contact]
     system = observer.system
