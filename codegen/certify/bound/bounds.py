@@ -33,8 +33,8 @@ class ErrorBound:
         name, unit: of the error component, such as e_a_rail in N.
         steady: bound long after a reversal.
         parts: disturbance → its part of ``steady``: noise, displacement, velocity, friction, acceleration, rounding.
-        start: |error| that is assumed at time 0 after a reversal. At time 0 the true and the estimated slip have the new
-            sign, a law with a state has reached its level, and all other errors are within their ``steady``.
+        start: |error| that is assumed at time 0 after a reversal. True and estimated slip then have the new sign, a law
+            with a state has reached its level, and all other errors are within their ``steady``.
         starts: the assumed |error| of every component at time 0, in the observer's order.
         after: pairs (time in s, bound), from ``start`` decreasing to ``steady``.
         worst: exact worst case of the first-order system over the samples that were summed; below ``steady``.
