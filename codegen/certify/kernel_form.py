@@ -45,7 +45,7 @@ def proof_text(
     system, write = observer.system, Writer(observer, places, precision)
     if content["along"]:
         raise NotCovered("a refutation")
-    if observer.integration not in ("euler", "semi_implicit"):
+    if observer.integration not in ("euler", "semi_implicit", "exponential"):
         raise NotCovered(f"the step {observer.integration}")
     if len(content["error"]) != len(observer.errors):
         raise NotCovered("a proof by structure")
@@ -70,6 +70,7 @@ def proof_text(
         "signs": {write(s): write(u) for s, u in zip(observer.signs, write.slips, strict=True)},
         "domain": _domain(observer, write),
         "shared": {write(z): write(e) for z, e in shared.items()},
+        "mean": {write(x): write(q) for x, q in mean_velocity(observer).items()},
         **error_fields(observer, write, signs, content, at),
         "box": {at[name]: ends for name, ends in content["variables"].items() if at[name].startswith("true.")},
         **_found(content, at),
@@ -83,7 +84,7 @@ def proof_text(
             [(at[x], cuts) for x, cuts in content["splits"].items() if at[x] in made["box"]], made["box"]
         )
     made["signs"] = {s: of for s, of in made["signs"].items() if s in json.dumps(made | {"signs": {}})}
-    made = {key: value for key, value in made.items() if value or key != "shared"}
+    made = {key: value for key, value in made.items() if value or key not in ("shared", "mean")}
     return proof_json(
         {"name": content["subject"]["name"], "step": observer.integration, **made, **witness(made, places)}
     )
@@ -123,6 +124,20 @@ def matrix_texts(content: Mapping[str, Any], at: Mapping[str, str]) -> list[list
     h, size = content["sample_time"], range(len(content["matrix"]))
     parameters = {p["name"]: infix(p["expression"], at) for p in content["parameters"]}
     return [[_step_entry(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size]
+
+
+def mean_velocity(observer: Observer) -> dict[Any, Any]:
+    """Position → q: an exponential step's errors stay zero where x moves by h (v + q h v') in a sample; else empty.
+
+    With v̂ = z + Γ x and dz/dt = −Γ v̂ + Φ v̂' (``observers/velocity.py``) that is q = (1 − Φ)/(hΓ), for a decay K_v
+    1/(1 − exp(−hK_v)) − 1/(hK_v): from 1/2 up to 1.
+    """
+    if observer.integration != "exponential":
+        return {}
+    h, shown = symbol("h"), observer.equations[0]
+    pushed = next(e.symbols for e in observer.equations if e.form == "mass_solve")
+    parts = zip(observer.system.positions, shown.expression, observer.rates, pushed, strict=False)
+    return {x: (1 - rate.diff(a)) / (h * value.diff(x)) for x, value, rate, a in parts}
 
 
 def driven(observer: Observer) -> tuple[dict[Any, Any], dict[Any, Any]]:

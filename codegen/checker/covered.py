@@ -16,20 +16,27 @@ FUNCTIONS = {"sin": "sin", "cos": "cos", "exp": "exp", "abs": "fabs"}
 Interval = tuple[Fraction, Fraction]
 
 
-def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any]) -> Any:
+def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any], enclosed: bool = False) -> Any:
     """A prefix expression (docs/certificate_format.md) of sums, products, quotients, powers and FUNCTIONS.
 
     Args:
         known: the reciprocals and angles so far, as of kernel.Text.
+        enclosed: whether the exp of a number may be the kernel's decimal: where the claim is verified for all that it
+            can be in its enclosure, in which the decimal then has to be.
     """
     if isinstance(entry, str):
         return names[entry] if entry in names else kernel.term(entry)
     word, *parts = entry
     kernel.demand(word in ("+", "*", "neg", "/", "^", *FUNCTIONS), f"matrix: {word}")
-    first = polynomial(parts[0], names, known)
-    kernel.demand(word != "exp" or not first or first.names(), "matrix: exp of a number")
+    first = polynomial(parts[0], names, known, enclosed)
+    number = word == "exp" and first and not first.names()
+    kernel.demand(enclosed or not number, "matrix: exp of a number")
     if word in FUNCTIONS:
-        return kernel.function(FUNCTIONS[word], first, known)
+        done = kernel.function(FUNCTIONS[word], first, known)
+        if number:
+            low, high = enclosure.exponential(first.constant(), first.constant())
+            kernel.demand(low <= done.constant() <= high, "matrix: a decimal beyond the enclosure of its exp")
+        return done
     if word == "^":
         power, count = kernel.term(1), int(parts[1])
         kernel.demand(0 <= count <= enclosure.MAX_POWER, f"exponent {count}")
@@ -37,7 +44,7 @@ def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any]) -> A
             power = power * first
         return power
     for part in parts[1:]:
-        other = polynomial(part, names, known)
+        other = polynomial(part, names, known, enclosed)
         other = kernel.function("1/", other, known) if word == "/" else other
         first = first + other if word == "+" else first * other
     return first * kernel.term(-1) if word == "neg" else first
@@ -49,12 +56,18 @@ def joined(A: list[list[Any]]) -> Any:
     return kernel.Poly({(at, *m): c for at, p in places.items() for m, c in p.items()})
 
 
-def step(top: dict[str, Any], names: Mapping[str, Any], known: dict[Any, Any]) -> list[list[Any]]:
-    """I + hA of a certificate (as verify.parsed gives it), over these names for its variables."""
+def step(
+    top: dict[str, Any], names: Mapping[str, Any], known: dict[Any, Any], enclosed: bool = False
+) -> list[list[Any]]:
+    """I + hA of a certificate (as verify.parsed gives it), over these names for its variables.
+
+    Args:
+        enclosed: as of ``polynomial``.
+    """
     h = kernel.term(top["sample_time"])
-    parameters = {e["name"]: polynomial(e["expression"], names, known) for e in top["parameters"]}
+    named = {e["name"]: polynomial(e["expression"], names, known, enclosed) for e in top["parameters"]}
     return [
-        [kernel.term(int(i == j)) + h * polynomial(a, {**names, **parameters}, known) for j, a in enumerate(row)]
+        [kernel.term(int(i == j)) + h * polynomial(a, {**names, **named}, known, enclosed) for j, a in enumerate(row)]
         for i, row in enumerate(top["matrix"])
     ]
 

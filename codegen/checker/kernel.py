@@ -4,7 +4,8 @@ Lemmas 1 to 6 are in algebra.py: polynomials, and that a matrix of these is posi
 
 THEOREM. Let the step of NAME.c run in exact arithmetic with the values of NAME_PARAMETERS, from any state and on any
 inputs, in samples with fault 0. Let a machine move by v[k+1] = v[k] + h acceleration[k] and x[k+1] = x[k] + h v[k]
-("semi_implicit": h v[k+1]), the positions x and those v that are inputs measured exactly, all else of it constant.
+("semi_implicit": h v[k+1]; "exponential": h ((1 - q) v[k] + q v[k+1]) with a number q = `mean` of x in [0, 1]), the
+positions x and those v that are inputs measured exactly, all else of it constant.
 While every sign is 1 or -1, the same in machine and code and from sample to sample, all of `domain` positive, and
 states whose formula holds no estimate are as it says, the errors e = sign * (truth - estimate) of all other states move
 by e[k+1] = matrix e[k] + rest (to first order in e, if it says so; of states without a formula, `aside`, nothing is
@@ -166,7 +167,11 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         | {x: term(1, f"{x} later") for x in c.inputs}
         | {v: names[v] + h * rate[v] for v in rate}
     )
-    later |= {x: names[x] + h * {"euler": names, "semi_implicit": later}[proof["step"]][v] for x, v in velocity.items()}
+    ends, mean = {"euler": "0", "semi_implicit": "1"}, proof.get("mean", {})
+    demand(proof["step"] in (["exponential"] if mean else ends), "a step of another mean velocity")
+    shares = {x: machine.value(q) for x, q in (mean or dict.fromkeys(velocity, ends.get(proof["step"]))).items()}
+    demand({*shares} == {*velocity} and all(0 <= q.constant() <= 1 for q in shares.values()), "no mean velocity")
+    later |= {x: names[x] + h * (names[v] + shares[x] * (later[v] - names[v])) for x, v in velocity.items()}
     moved = [e + r for (e,), r in zip(times(phi, [[e] for e in error], Poly()), rest, strict=True)]
     expected = Text(later | {y: later[t] - s * e for (y, t, s), e in zip(shown, moved, strict=True)}, known)
     off = {z: cleared(after[z] - expected.value(of), known) for z, of in formulas.items()}

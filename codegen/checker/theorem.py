@@ -33,6 +33,7 @@ FORM: dict[str, Any] = {
     "along": {"": ""},
     "shared": {"": ""},
     "rest": [""],
+    "mean": {"": ""},
     "lyapunov_matrix": [[""]],
     "box": {"": [""]},
     "decay_rate": "",
@@ -40,7 +41,7 @@ FORM: dict[str, Any] = {
     "cover": None,
     "witness": {"": ""},
 }
-OPTIONAL: dict[str, Any] = {"along": {}, "shared": {}, "rest": [], "witness": {}}
+OPTIONAL: dict[str, Any] = {"along": {}, "shared": {}, "rest": [], "mean": {}, "witness": {}}
 KINDS = "(?:parameters|inputs|outputs|state|true)"
 UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
 START = "initialisation sets the velocity estimates to 0, and all others to constants, whatever is measured; "
@@ -388,6 +389,10 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     of_floats = " (of single precision)" * (shown["c"].precision != frame.PRECISIONS["double"])
     return [
         f"machine: {'; '.join(pushed)}; {free} constant, with any value",
+        *(
+            f"in a sample {plain(x)} moves by {h} s times ({plain(v)} + q*{h} s*{plain(v)}'), q = {plain(q)}"
+            for (x, v), q in zip(proof["positions"].items(), proof.get("mean", {}).values(), strict=False)
+        ),
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),
         *(
@@ -506,7 +511,7 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
                 return False
         if top["along"] and not met_by(top, proof, shown, signs | free):
             return False
-        rows = covered.step(top, names, text.known)
+        rows = covered.step(top, names, text.known, enclosed=True)
         # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
         # the variable stands in sines and cosines alone, of which a cover takes every angle.
         used = kernel.cleared(covered.joined([*rows, [kernel.term(1)]]), text.known).names()

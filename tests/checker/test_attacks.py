@@ -393,7 +393,9 @@ MACHINES = {
     "an arm": ("arm", ARM, "gcfo", "measured", "K_F: [0.5, 0.05]", "euler", ""),
 }
 BOUND = dict.fromkeys(("an effect at the contact", "a level of a side", "an arm", "measured velocity", "plain"), 0)
-BOUND |= {"an input with limits": 0} | dict.fromkeys(("an input that is delayed", "friction that drifts"), 4)
+BOUND |= {"an input with limits": 0, "exponential": 0} | dict.fromkeys(
+    ("an input that is delayed", "friction that drifts"), 4
+)
 BOUND |= dict.fromkeys(("an input that lags", "a law that falls"), 4)
 
 
