@@ -1,6 +1,6 @@
-"""The extremes of a machine over the envelope that a certificate by structure rests on, estimated by optimisation.
+"""Extremes of M(x) and ∂g/∂v over the envelope, for a certificate by structure; estimated by optimisation, not proved.
 
-From the sampled error matrix alone: its upper right block is −M⁻¹(x), its upper left −k I + M⁻¹∂g/∂v.
+All are computed from the sampled error matrix: its upper right block is −M⁻¹(x), its upper left −k I + M⁻¹∂g/∂v.
 """
 
 from __future__ import annotations
@@ -19,22 +19,30 @@ from codegen.base.exact_numbers import geometric, powers_of_ten
 from codegen.certify.prefix import rounded
 
 POINTS = 4000
+"""Random points of the envelope."""
 KEPT, CHILDREN, ROUNDS = 20, 10, 30
+"""Random search: best points kept in each round, trial points from each of them, rounds."""
 DECADES = 4
+"""Velocities are scaled by 1 down to 10^-DECADES."""
 SCALED = 0.3
+"""Share of trial points with a relative step."""
 MARGIN = 0.1
+"""Relative margin on the extremes found."""
 SHIFTS = np.linspace(0, 1, 21)
+"""Values of ζ that are tried, over the largest norm of M⁻¹∂g/∂v."""
 DIGITS = 3
+"""Of the extremes in the certificate."""
 
 
 @dataclass(frozen=True)
 class Extremes:
-    """Over the sampled operating points, with a margin of 10 %.
+    """The largest values found, with a margin of 10 %.
 
     Attributes:
-        slowest, fastest: eigenvalues ν of G M⁻¹, 1/s.
-        growth: μ, M(x + hv) ≤ (1 + μh) M(x), 1/s, exact.
-        shift, slope: ζ, η: |(M⁻¹∂g/∂v + ζ) e|_M ≤ η |e|_M, 1/s, exact.
+        slowest, fastest: range of the eigenvalues ν of G M⁻¹, 1/s.
+        growth: μ of M(x + hv) ≤ (1 + μh) M(x), 1/s, exact.
+        shift, slope: ζ and η of |(M⁻¹∂g/∂v + ζI) e|_M ≤ η |e|_M, 1/s, exact.
+        points: number of evaluations.
     """
 
     slowest: float
@@ -46,40 +54,43 @@ class Extremes:
 
 
 def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
-    """The extremes; None where a position that moves M has no velocity among the variables of the error matrix.
+    """The extremes; None if M depends on a position whose velocity is no variable of the error matrix.
 
-    A random sample of the envelope, a third of it with every velocity at an end of its range (where the slope of the
-    Coriolis forces is largest) and a third with each scaled toward standstill (where a declared law curves most); then,
-    for each extreme, a random search from the best points with decreasing step size. Deterministic.
+    First random points of the envelope, a third of them with every velocity at an end of its range (where the slope of
+    the Coriolis forces is largest) and a third with velocities scaled toward zero (where a declared law is most
+    nonlinear). Then, for each extreme, a random search from the best points with decreasing step size and a fixed seed.
     """
     machine = _Machine(analysis, k, gain)
     if machine.moves is None:
         return None
-    dice = np.random.default_rng(3)
-    first = machine.sampled_points(dice)
-    seen = machine.slopes(first)
-    shift = float(min(SHIFTS * float(_norms(seen).max()), key=lambda z: float(_norms(seen, z).max())))
+    random = np.random.default_rng(3)
+    first = machine.sampled_points(random)
+    slopes = machine.slopes(first)
+    shift = float(min(SHIFTS * float(_norms(slopes).max()), key=lambda z: float(_norms(slopes, z).max())))
     measures: list[Callable[[Array], Array]] = [
         lambda x: -machine.modes(x)[:, 0],
         lambda x: machine.modes(x)[:, -1],
         machine.growths,
         lambda x: _norms(machine.slopes(x), shift),
     ]
-    worst = [machine.maximised(measure, first, dice) for measure in measures]
-    more = 1 + MARGIN
+    worst = [machine.maximised(measure, first, random) for measure in measures]
+    margin = 1 + MARGIN
     return Extremes(
         slowest=-worst[0] * (1 - MARGIN),
-        fastest=worst[1] * more,
-        growth=_up(max(worst[2], 0.0) * more),
+        fastest=worst[1] * margin,
+        growth=_up(max(worst[2], 0.0) * margin),
         shift=rounded(shift, DIGITS) if shift else sympy.Integer(0),
-        slope=_up(worst[3] * more),
+        slope=_up(worst[3] * margin),
         points=POINTS + len(measures) * ROUNDS * KEPT * CHILDREN,
     )
 
 
-def _bell_shaped(dice: np.random.Generator, shape: tuple[int, ...]) -> Array:
-    """Random numbers of mean 0 and variance 1 without a logarithm, which machines round differently."""
-    return np.asarray(dice.uniform(-1, 1, (3, *shape)).sum(axis=0))
+def _bell_shaped(random: np.random.Generator, shape: tuple[int, ...]) -> Array:
+    """Random numbers of mean 0 and variance 1, as sums of three uniform ones.
+
+    Normal ones need a logarithm, which processors round differently.
+    """
+    return np.asarray(random.uniform(-1, 1, (3, *shape)).sum(axis=0))
 
 
 def _up(value: float) -> Any:
@@ -87,7 +98,7 @@ def _up(value: float) -> Any:
 
 
 def _norms(slopes: Array, shift: float = 0.0) -> Array:
-    """The smallest η at each point, for a given ζ."""
+    """The smallest η at each point for a given ζ: |slopes + ζI|₂."""
     return np.asarray(np.linalg.norm(slopes + shift * np.eye(slopes.shape[1]), 2, axis=(1, 2)))
 
 
@@ -107,45 +118,45 @@ class _Machine:
         self.h, dynamics = float(analysis.dynamics.observer.sample_time), analysis.dynamics
         self.function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), analysis.points, ())
 
-    def sampled_points(self, dice: np.random.Generator) -> Array:
-        points = dice.uniform(self.ends[:, 0], self.ends[:, 1], (POINTS, len(self.ends)))
+    def sampled_points(self, random: np.random.Generator) -> Array:
+        points = random.uniform(self.ends[:, 0], self.ends[:, 1], (POINTS, len(self.ends)))
         third, count = POINTS // 3, len(self.speeds)
-        ends = dice.integers(0, 2, (third, count))
+        ends = random.integers(0, 2, (third, count))
         points[:third, self.speeds] = self.ends[self.speeds, :][np.arange(count), ends]
-        points[third : 2 * third, self.speeds] *= powers_of_ten(-dice.uniform(0, DECADES, (third, count)))
+        points[third : 2 * third, self.speeds] *= powers_of_ten(-random.uniform(0, DECADES, (third, count)))
         return np.asarray(np.vstack([points, self.analysis.points.values]))
 
-    def maximised(self, measure: Callable[[Array], Array], points: Array, dice: np.random.Generator) -> float:
-        """The largest value found by a random search that starts at the best of these points."""
+    def maximised(self, measure: Callable[[Array], Array], points: Array, random: np.random.Generator) -> float:
+        """The largest value that a random search finds, started at the best ``KEPT`` of these points."""
         best = points[np.argsort(measure(points))[-KEPT:]]
-        for reach in geometric(0.2, 0.005, ROUNDS):
-            width = reach * (self.ends[:, 1] - self.ends[:, 0])
-            moved = np.repeat(best, CHILDREN, axis=0)
-            step = reach * _bell_shaped(dice, moved.shape)
-            scaled = moved * (1 + step + step**2 / 2)  # near standstill a step is a factor
-            shifted = moved + width * _bell_shaped(dice, moved.shape)
-            moved = np.where(dice.random((len(moved), 1)) < SCALED, scaled, shifted)
-            moved = np.clip(moved, self.ends[:, 0], self.ends[:, 1])
-            both = np.vstack([best, moved])
+        for size in geometric(0.2, 0.005, ROUNDS):
+            width = size * (self.ends[:, 1] - self.ends[:, 0])
+            trial = np.repeat(best, CHILDREN, axis=0)
+            step = size * _bell_shaped(random, trial.shape)
+            scaled = trial * (1 + step + step**2 / 2)  # about e^step: a relative step, for points near standstill
+            shifted = trial + width * _bell_shaped(random, trial.shape)
+            trial = np.where(random.random((len(trial), 1)) < SCALED, scaled, shifted)
+            trial = np.clip(trial, self.ends[:, 0], self.ends[:, 1])
+            both = np.vstack([best, trial])
             best = both[np.argsort(measure(both))[-KEPT:]]
         return float(measure(best).max())
 
     def modes(self, points: Array) -> Array:
-        """ν, ascending, points by n."""
+        """The eigenvalues ν of G M⁻¹, ascending, points by n."""
         return np.linalg.eigvalsh(self.root @ self._blocks(points)[1] @ self.root)
 
     def growths(self, points: Array) -> Array:
-        """The smallest μ at each point."""
+        """The smallest μ at each point: (λ_max(L⁻¹ M(x + hv) L⁻ᵀ) − 1)/h with M(x) = L L'."""
         after = points.copy()
         for x, v in self.moves or ():
             after[:, x] += self.h * points[:, v]
-        lower, later = np.linalg.cholesky(np.linalg.inv(self._blocks(points)[1])), self._blocks(after)[1]
-        left = np.linalg.inv(lower)
-        seen = left @ np.linalg.inv(later) @ left.transpose(0, 2, 1)
-        return np.asarray((np.linalg.eigvalsh(seen)[:, -1] - 1) / self.h)
+        mass, mass_after = (np.linalg.inv(self._blocks(at)[1]) for at in (points, after))
+        inverse = np.linalg.inv(np.linalg.cholesky(mass))
+        relative = inverse @ mass_after @ inverse.transpose(0, 2, 1)
+        return np.asarray((np.linalg.eigvalsh(relative)[:, -1] - 1) / self.h)
 
     def slopes(self, points: Array) -> Array:
-        """M⁻¹∂g/∂v in coordinates in which |e|_M is the plain length, points by n by n."""
+        """L' (M⁻¹∂g/∂v) L'⁻¹ with M = L L', points by n by n: its 2-norm is the norm of M⁻¹∂g/∂v induced by |e|_M."""
         slope, inverse = self._blocks(points)
         root = np.linalg.cholesky(np.linalg.inv(inverse)).transpose(0, 2, 1)
         return np.asarray(root @ slope @ np.linalg.inv(root))
