@@ -169,7 +169,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     )
     ends, mean = {"euler": "0", "semi_implicit": "1"}, proof.get("mean", {})
     demand(proof["step"] in (["exponential"] if mean else ends), "a step of another mean velocity")
-    shares = {x: machine.value(q) for x, q in (mean or dict.fromkeys(velocity, ends.get(proof["step"]))).items()}
+    shares = {x: machine.value(q) for x, q in (mean or dict.fromkeys(velocity, ends.get(proof["step"], ""))).items()}
     demand({*shares} == {*velocity} and all(0 <= q.constant() <= 1 for q in shares.values()), "no mean velocity")
     later |= {x: names[x] + h * (names[v] + shares[x] * (later[v] - names[v])) for x, v in velocity.items()}
     moved = [e + r for (e,), r in zip(times(phi, [[e] for e in error], Poly()), rest, strict=True)]
