@@ -1,4 +1,8 @@
-"""Whether an input of a log was measured at its rows, in place of commanded there and held until the next row."""
+"""Detection of inputs that are measurements at the rows of a log, not commands that are held until the next row.
+
+The force of a measured input between two rows is about the mean of both. Relative to a held input this is a lead of
+half a sample, which is estimated from the force residual.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +19,16 @@ from codegen.diagnosis.residual_regression import LEAST_ROWS
 from codegen.logs import Finding, Log
 
 NEAR = 0.5, 1.5
-"""Half samples by which an input leads a held one, where it counts as measured at its rows."""
+"""Range of the estimated lead, in half samples, in which an input is treated as measured."""
 ONE_WAY = 0.98
-"""Least low-passed sign of the speed: around a reversal the machine may stick, which looks like a delay."""
+"""Least |low-passed sign of the speed| of a sample that is used: near a reversal the machine may stick, which looks
+like a delay."""
 SURE = 3.5
 """Least lead in standard deviations."""
 
 
 def acting_between_rows(log: Log, inputs: Collection[int]) -> Log:
-    """The log with these inputs as measured at its rows: between two rows acts the mean of what they say."""
+    """The log with the mean of successive rows in place of the held value, for these inputs."""
     chosen = [k for k in range(log.inputs.shape[1]) if k in inputs]
     values = log.inputs.copy()
     values[:-1, chosen] = 0.5 * (log.inputs[:-1, chosen] + log.inputs[1:, chosen])
@@ -31,11 +36,11 @@ def acting_between_rows(log: Log, inputs: Collection[int]) -> Log:
 
 
 def measured_inputs(problem: Problem, log: Log) -> dict[int, Finding]:
-    """By index, the inputs that act half a sample earlier than a held command would, and the words to say so.
+    """Index → finding, for the inputs that lead a held command by half a sample.
 
-    A log that takes one row of several of a faster loop has such inputs, commands too. The force residual is regressed
-    on the change that such a lead makes, beside acceleration, speed, its sign and a constant, which errors of the
-    declared parameters may leave. A delay or a lag is a lead below zero.
+    Commands do so too in a log that keeps one row of several of a faster loop. The force residual is regressed on the
+    change by a lead of half a sample, together with acceleration, speed, its sign and a constant, which absorb errors
+    of the declared parameters. A delay or a lag is a negative lead.
     """
     system, motion = problem.system, problem.motion
     if system.actuators or log.description.measured_inputs or log.description.input_hold:
@@ -51,8 +56,8 @@ def measured_inputs(problem: Problem, log: Log) -> dict[int, Finding]:
             continue
         words = (
             f"{w} acts {1e3 * lead * motion.sample_time / 2:.2g} ms earlier than a command that is held from row to "
-            f"row, about half a row ({1e3 * motion.sample_time / 2:.2g} ms): it is taken as measured at its rows. "
-            "`input_hold: zero-order` in the log description says that it is held."
+            f"row, about half a row ({1e3 * motion.sample_time / 2:.2g} ms). So it is treated as a measurement: the "
+            "mean of successive rows is used. If it is a held command, set `input_hold: zero-order` in the log description."
         )
         found[k] = Finding("warning", f"timing of {w}", words, {"lead": lead, "deviation": deviation})
     return found

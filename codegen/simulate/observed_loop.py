@@ -112,7 +112,7 @@ def run_loop(
     noise, speed_noise = sensors.noise(samples, n, seed)
     scale = SensorError(system)
     measured = sensors.encoded(scale.measured(x), noise[0])
-    seen, difference, sent, cancelling = measured, np.zeros(n), np.zeros(m), np.zeros(m)
+    previous, filtered, applied, cancelling = measured, np.zeros(n), np.zeros(m), np.zeros(m)
     rows = _empty_run(system, period, samples, () if observer is None else observer.outputs)
     with np.errstate(all="ignore"):
         for k in range(samples):
@@ -122,31 +122,27 @@ def run_loop(
             speed = plant.velocities + speed_noise[k]
             observed = estimator is not None and k % estimator.observer.every == 0
             if estimator is not None and observed:
-                estimator.measure(measured, speed, sent)
+                estimator.measure(measured, speed, applied)
                 if cancellation is None or cancellation.delay == 0:
                     estimator.foresee()
-            difference = low_passed_velocity(measured, seen, difference, period)
-            seen = measured
-            known = estimator.latest if estimator is not None else sent[:0]
-            velocities = speed if sensors.tachometer else difference
-            sent = controller.command(Sample(k * period, measured, velocities, known, sent, period))
+            filtered = low_passed_velocity(measured, previous, filtered, period)
+            previous = measured
+            estimates = estimator.latest if estimator is not None else np.zeros(0)
+            velocities = speed if sensors.tachometer else filtered
+            applied = controller.command(Sample(k * period, measured, velocities, estimates, applied, period))
             if estimator is not None and cancellation is not None:
                 cancelling = estimator.cancelling(cancellation)
-                sent = sent + cancelling
+                applied = applied + cancelling
             if limit is not None:
-                sent = np.clip(sent, -limit, limit)
+                applied = np.clip(applied, -limit, limit)
             if estimator is not None and observed:
-                estimator.step(sent)
-            rows.positions[k], rows.velocities[k], rows.inputs[k], rows.cancelling[k] = (
-                measured,
-                speed,
-                sent,
-                cancelling,
-            )
+                estimator.step(applied)
+            rows.positions[k], rows.velocities[k] = measured, speed
+            rows.inputs[k], rows.cancelling[k] = applied, cancelling
             rows.true_positions[k], rows.true_velocities[k] = plant.positions, plant.velocities
             if estimator is not None:
                 rows.estimates[k], rows.faults[k] = estimator.latest, estimator.fault
-            plant.move(k * period, sent)
+            plant.move(k * period, applied)
             rows.contact_forces[k] = plant.forces
             if progress is not None and (k + 1) * PARTS // samples > k * PARTS // samples:
                 progress((k + 1) / samples)
