@@ -57,7 +57,8 @@ def measured_inputs(problem: Problem, log: Log) -> dict[int, Finding]:
         words = (
             f"{w} acts {1e3 * lead * motion.sample_time / 2:.2g} ms earlier than a command that is held from row to "
             f"row, about half a row ({1e3 * motion.sample_time / 2:.2g} ms). So it is treated as a measurement: the "
-            "mean of successive rows is used. If it is a held command, set `input_hold: zero-order` in the log description."
+            "mean of successive rows is used. If it is a held command, set `input_hold: zero-order` in the log "
+            "description."
         )
         found[k] = Finding("warning", f"timing of {w}", words, {"lead": lead, "deviation": deviation})
     return found
