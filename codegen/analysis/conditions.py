@@ -186,7 +186,6 @@ def written_conditions(
     Args:
         raw: (name, expression > 0), over ``c``.
         c: symbols of the coefficients, highest first; the first is 1.
-        coefficients: their values.
         positive: symbols with a positive value.
     """
     values = dict(zip(c[1:], coefficients[1:], strict=True))

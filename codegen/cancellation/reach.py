@@ -27,7 +27,6 @@ class Ranks:
     """Generic ranks of matrices of one system.
 
     Attributes:
-        values: exact parameter values.
         points: of the envelope, for entries that have no exact form.
     """
 

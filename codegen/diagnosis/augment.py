@@ -21,7 +21,6 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
     """The spec's text with effects appended, and with friction levels and uncertain parameters replaced.
 
     Args:
-        effects: as found.
         values: symbol name → new value, in SI.
         system: of the spec, for the names of its friction levels.
     """

@@ -82,11 +82,8 @@ class Models:
     """The three models that are compared, and their data.
 
     Attributes:
-        declared, refit, augmented: the systems.
         train, test: problems; on the same motion when one log serves for both.
         window: the held-out part of ``test``.
-        spec_text: the augmented spec.
-        named: effects of the augmented model.
         restart_s: between restarts of free-run simulations on ``test``.
         excitation: text of the file with the discriminating motion; None where there is none.
     """
@@ -109,9 +106,7 @@ class Case:
 
     Attributes:
         log, test_log: with inputs as they act between rows. test_log: None where the end of the log is held out.
-        motion: of the whole log.
         problem: the declared system on the part of the motion for training; test: on the motion with ``window``.
-        findings: of the preflight of each log.
         material: share of the RMS of the drive force from which on a force matters.
     """
 

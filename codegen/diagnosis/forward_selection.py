@@ -102,11 +102,7 @@ def within_reach(search: Search) -> tuple[Search, Fit]:
 
 
 def find_effects(search: Search, base: Fit, report_progress: Progress, refit_only: bool = False) -> Outcome:
-    """Forward selection until no candidate is credited; no round at all where ``refit_only``.
-
-    Args:
-        base: the refit of the declared structure.
-    """
+    """Forward selection until no candidate is credited; no round at all where ``refit_only``."""
     current = confirmed = base
     first: list[Ranked] = []
     rivals: list[Ranked] = []

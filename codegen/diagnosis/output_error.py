@@ -44,7 +44,6 @@ class Prior:
 
     Attributes:
         precision: inverse prior variances, tempered: divided by ``tempering``, the share of independent residuals.
-        centre: prior means.
         size: of each parameter, for differences and for the longest step. reach: largest change in a fit.
         within: prior standard deviations that a parameter may move.
     """

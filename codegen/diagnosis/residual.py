@@ -105,8 +105,6 @@ class Problem:
     """A declared System and the Motion of the log on which it is judged.
 
     Attributes:
-        system: as declared.
-        motion: smoothed.
         deviation: standard deviation, in SI, of each declared parameter that is uncertain.
     """
 

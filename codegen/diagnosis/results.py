@@ -348,7 +348,6 @@ class Agreement:
     Attributes:
         correlation: of the two estimates, the second filtered by the observer's own dynamics.
         relative_difference: RMS of their difference over RMS of the friction.
-        samples: replayed.
     """
 
     correlation: float
@@ -384,7 +383,6 @@ class Diagnosis:
         parameter_errors: declared values that differ from the estimates by more than their tolerance explains.
         at_limit: names of refitted values at a limit (a friction level at zero).
         remarks: further words for the reader: changes that were refused, what the log does not cover.
-        later_rounds: the rounds after the first.
         standing: effects of the verdict that were a candidate in no round, each compared with the fit without it.
         rivals: of the first effect, which the log does not tell from it; on the verdict ``ambiguous``.
         separation: discriminating experiments for candidates that tie, alone or in addition to an effect.

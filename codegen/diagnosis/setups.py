@@ -39,7 +39,6 @@ class Setup:
     """One change of the machine, or of the speed of its motion.
 
     Attributes:
-        words: the change in words, for the report.
         pace: factor on the speed along the log's path.
         force, inertia: known additional force and inertia, SI: index of the coordinate → value.
         turned: whether gravity acts in the opposite direction.

@@ -167,7 +167,6 @@ class SteadySearch:
 
     Attributes:
         problem: of the declared system on the log's motion.
-        noise: of the positions.
     """
 
     problem: Problem

@@ -79,7 +79,6 @@ class Trial:
     """A system with parts.
 
     Attributes:
-        system: as declared.
         parts: in the order in which they were found.
         moved: friction levels and toleranced parameters, which every fit estimates.
     """
@@ -283,7 +282,6 @@ def free_run(
     by its level of steady sliding.
 
     Args:
-        system: with its effects.
         positions, velocities: (N, n) measured state, filtered.
         commands: (N, m), held from t_k to t_(k+1).
         restart_s: at least two samples.

@@ -48,7 +48,6 @@ class Replayed(Result):
         faults: samples over which the observer held its last estimate, or whose estimates are not finite.
         peaks: the largest value of each friction estimate.
         step_seconds: mean computing time of one step.
-        seconds: total time.
         path: file of the estimates, or None.
     """
 
