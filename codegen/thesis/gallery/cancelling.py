@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -57,12 +58,8 @@ def _closeness(runs: Runs, prefix: str) -> Reading:
     return Reading(ratio(left, without), (("cancelled", left), ("not", without)), "m")
 
 
-def closer_to_ideal(runs: Runs) -> Reading:
-    return _closeness(runs, "")
-
-
-def closer_when_pushed(runs: Runs) -> Reading:
-    return _closeness(runs, "pushed_")
+closer_to_ideal = partial(_closeness, prefix="")
+closer_when_pushed = partial(_closeness, prefix="pushed_")
 
 
 def draw(figure: Any, runs: Runs) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -56,14 +57,13 @@ def dfo_is_best(runs: Runs) -> Reading:
     return Reading(ratio(errors[2], min(errors[:2])), tuple(zip(NAMES, errors, strict=True)), "N")
 
 
-def to_has_hysteresis(runs: Runs) -> Reading:
-    missed = [_hysteresis_missed(runs[name], runs.numbers["level"]) for name in NAMES]
-    return Reading(missed[1], tuple(zip(NAMES, missed, strict=True)))
+def _missed(runs: Runs, observer: str) -> Reading:
+    missed = {name: _hysteresis_missed(runs[name], runs.numbers["level"]) for name in NAMES}
+    return Reading(missed[observer], tuple(missed.items()))
 
 
-def cfo_misses_hysteresis(runs: Runs) -> Reading:
-    missed = [_hysteresis_missed(runs[name], runs.numbers["level"]) for name in NAMES]
-    return Reading(missed[0], tuple(zip(NAMES, missed, strict=True)))
+to_has_hysteresis = partial(_missed, observer="TO")
+cfo_misses_hysteresis = partial(_missed, observer="CFO")
 
 
 def cfo_is_noisiest(runs: Runs) -> Reading:

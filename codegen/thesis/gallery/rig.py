@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import combinations
 from typing import Any
 
@@ -219,22 +220,15 @@ def loop_stays(runs: Runs) -> Reading:
     return Reading(max(abs(grown - 1) for _, grown in parts), tuple(parts), "times")
 
 
-def cfo_like_to(runs: Runs) -> Reading:
-    return _similar(runs, ("CFO", "TO"))
-
-
-def dfoa_like_dfob(runs: Runs) -> Reading:
-    return _similar(runs, ("DFOa", "DFOb"))
-
-
-def to_like_dfos_off(runs: Runs) -> Reading:
-    return _similar(runs, ("TO_off", "DFOa_off", "DFOb_off"))
-
-
 def _similar(runs: Runs, names: Sequence[str]) -> Reading:
     motions = [runs[name].true_positions for name in names]
     apart = max(rms((a - b).ravel()) for a, b in combinations(motions, 2))
     return Reading(apart / AMPLITUDE, (("RMS apart", apart * DEGREES),), "°")
+
+
+cfo_like_to = partial(_similar, names=("CFO", "TO"))
+dfoa_like_dfob = partial(_similar, names=("DFOa", "DFOb"))
+to_like_dfos_off = partial(_similar, names=("TO_off", "DFOa_off", "DFOb_off"))
 
 
 def on_the_boundary(runs: Runs) -> Reading:
