@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -133,18 +134,15 @@ def better_than_pid(runs: Runs) -> Reading:
     return Reading(ratio(errors[best], pid), ((f"best observer ({best})", errors[best]), ("PID", pid)), "m")
 
 
-def cancels(runs: Runs) -> Reading:
-    pairs = [(name, _errors(runs, name)[0], _errors(runs, [f"none_{name}"])[0]) for name in "ab"]
-    worst = max(ratio(with_it, without) for _, with_it, without in pairs)
-    parts = [part for n, w, o in pairs for part in ((f"({n}) cancelled", w), ("not", o))]
-    return Reading(worst, tuple(parts), "m")
+def _against(runs: Runs, others: str, words: tuple[str, str]) -> Reading:
+    """Position errors of the servos a and b over those of the runs with the prefix ``others``, the larger ratio."""
+    pairs = {name: _errors(runs, (name, f"{others}{name}")) for name in "ab"}
+    parts = [p for name, (own, other) in pairs.items() for p in ((f"({name}) {words[0]}", own), (words[1], other))]
+    return Reading(max(ratio(own, other) for own, other in pairs.values()), tuple(parts), "m")
 
 
-def velocity_observer_is_free(runs: Runs) -> Reading:
-    pairs = [(name, _errors(runs, name)[0], _errors(runs, [f"measured_{name}"])[0]) for name in "ab"]
-    worst = max(ratio(estimated, measured) for _, estimated, measured in pairs)
-    parts = [part for n, e, m in pairs for part in ((f"({n}) estimated", e), ("measured", m))]
-    return Reading(worst, tuple(parts), "m")
+cancels = partial(_against, others="none_", words=("cancelled", "not"))
+velocity_observer_is_free = partial(_against, others="measured_", words=("estimated", "measured"))
 
 
 def law_is_met(runs: Runs) -> Reading:
