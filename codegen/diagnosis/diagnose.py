@@ -30,7 +30,7 @@ from codegen.diagnosis.conclusion import (
     standing,
     verdict_of,
 )
-from codegen.diagnosis.credit import ALPHA, NEAR_NOISE, noise_ratio, share_far
+from codegen.diagnosis.credit import ALPHA, LEAST_SHARE, NEAR_NOISE, noise_ratio, share_far
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.force_led import credited_by_force
 from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
@@ -240,7 +240,7 @@ def _by_free_runs(case: Case, report: Progress, propose: bool) -> tuple[Diagnosi
     left = left_by(answer)
     if answer.verdict == "unknown" and is_small(left, case.material):
         answer = replace(answer, verdict="none")
-    elif answer.verdict == "none" and any(r.is_changing(case.material) for r in left):
+    elif answer.verdict == "none" and any(r.is_changing(case.material) or _is_far_off(r, case) for r in left):
         answer = replace(answer, verdict="unknown")
 
     lacks, unknown = answer.verdict == "effect", answer.verdict == "unknown"
@@ -461,6 +461,14 @@ def _steady_laws(system: System) -> tuple[Finding, ...]:
     )
 
 
+def _is_far_off(left: Remainder, case: Case) -> bool:
+    """Whether the motion predicts a force that the model lacks, of ``LEAST_SHARE`` of the squared drive force.
+
+    Free runs near a large noise, as that of a measured speed, do not show it.
+    """
+    return left.nature(case.material) == "structured" and left.material**2 >= LEAST_SHARE
+
+
 def _once_on_held_out(answer: Answer, case: Case) -> tuple[str, ...]:
     """Where half of the squared residual force on held-out data lies within a short time, as of a push, in words.
 
@@ -511,8 +519,8 @@ def _starts(system: System, log: Log) -> tuple[Finding, ...]:
             f"start of {x.name}",
             f"{x.name} is the integral of its speed, from zero where {begins}, and forces of the spec depend on "
             f"{x.name}: at another start, gravity, springs and what repeats with {x.name} act at the wrong place. "
-            f"Log the position, or put the start into the spec: {x.name} + {x.name}_start there, a parameter with a "
-            "tolerance.",
+            f"Log the position, or, if the spec has no such parameter yet, write {x.name} + {x.name}_start there, with "
+            "a tolerance.",
         )
         for x, unknown in zip(system.positions, integrated, strict=True)
         if unknown and system.equation_error.has(x)

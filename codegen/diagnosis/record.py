@@ -170,11 +170,13 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         starts = _starts(motion, usable, stretches, tried)
         if len(starts) >= LEAST_SEGMENTS:
             break
-        found = found or f"{len(starts)} stretches of {tried * h:.2g} s in motion"
+        found = found or f"{len(starts)} stretch{'es' * (len(starts) != 1)} of {tried * h:.2g} s in motion"
     else:
-        raise BadInput(
-            log.where, found, f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen", code="LOG009"
+        expected = (
+            f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen: more motion, or, as a stretch is "
+            f"{PERIODS:g} periods of the cutoff of {motion.cutoff_hz:.3g} Hz, a higher `cutoff_hz` in its description"
         )
+        raise BadInput(log.where, found, expected, code="LOG009")
     steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
     starts = _evenly(starts, max(PLENTY, MOST_STEPS // steps))
     along = motion.measured, motion.positions, motion.velocities, motion.commands

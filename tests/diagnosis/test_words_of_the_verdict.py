@@ -12,6 +12,7 @@ from codegen.app.diagnose import Diagnosed
 from codegen.base.text import render
 from codegen.diagnosis.answer import Admitted
 from codegen.diagnosis.conclusion import _best_refused, changes_in_words
+from codegen.diagnosis.diagnose import _is_far_off
 from codegen.diagnosis.results import (
     Candidate,
     Change,
@@ -187,3 +188,12 @@ def test_a_refit_that_stays_as_declared_is_said_so(refit: float, said: bool) -> 
     same = diagnosis("effect", refitted={"rail_a": (4.0, refit, 4.2)})
     text = Diagnosed(same, Path(), ()).text(paths=False)
     assert ("(refit: as declared" in text) is said
+
+
+@pytest.mark.parametrize(("share", "structured", "far"), [(0.39, 0.55, True), (0.1, 0.55, False), (0.39, 0.001, False)])
+def test_none_is_not_said_where_the_motion_predicts_much_of_the_drive(
+    share: float, structured: float, far: bool
+) -> None:
+    """A pendulum of which only the speed was logged, from another angle than zero: 29 % of the drive, and `none`."""
+    case: Any = SimpleNamespace(material=0.02)
+    assert _is_far_off(Remainder(1.0, share, structured, {}), case) is far
