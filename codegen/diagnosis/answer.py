@@ -146,7 +146,7 @@ def _list(worse: Mapping[str, float]) -> str:
         if not np.isfinite(ratio):
             return "diverge"
         if ratio > 2:
-            return f"{ratio:.3g} times as large"
+            return f"larger by a factor of {ratio:.3g}"
         return f"{100 * (ratio - 1):.2g} % larger" if ratio > 1 else f"only {100 * (1 - ratio):.2g} % smaller"
 
     return " and ".join(f"the {name} {words(ratio)}" for name, ratio in worse.items())
