@@ -12,7 +12,7 @@ at the true positions or, if `forces` is "measured", at the measured ones. Let w
 3. for each row (c, bound) of a set: `samples` samples after e came into the set, and ever after,
    |sum of c_i sign_i (truth_i - estimate_i)| is at most bound plus the direct effect of the noise of that sample;
 4. for each row c of `after` and each of its bounds (n, bound): the same, n samples after any sample in which every
-   |truth_i - estimate_i| is at most its entry in `start`.
+   |truth_i - estimate_i| is at most its entry in `start`, and ever after.
 
 As in the kernel's theorem, this holds for the machine that is printed, in exact arithmetic, while no sign changes.
 
@@ -22,7 +22,7 @@ drift: contacts may slide, stick, reverse or chatter. In the rows of this set th
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache
 from math import isqrt, lcm
@@ -39,6 +39,7 @@ SET, SET_OPTIONAL = ("matrix", "weights", "samples", "rows"), ("within", "after"
 DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
 GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 60, 84, 10_000, 1000
 Polys = list[list[Any]]
+Propagated = Callable[[tuple[Fraction, ...], int], tuple[list[int], Fraction]]
 
 
 @cache  # a claim repeats its numbers, the start at every bound
@@ -173,8 +174,8 @@ class PackedIntegers:
         return not bundle + (self.ones << s) & (self.ones << self.width) - (self.ones << s + 1)
 
 
-def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns: Any, Q: Any) -> Any:
-    """For each row c' and each N: GRID times a rounded row c'Phi^N, and an upper bound of |c'e[k+N]| - |row e[k]|.
+def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns: Any, Q: Any) -> Propagated:
+    """As a function of a row c' and an N: GRID times a rounded row c'Phi^N, an upper bound of |c'e[k+N]| - |row e[k]|.
 
     LEMMA D. Let r_0 be c' and r_i+1 be r_i Phi, all rounded to multiples of 1/GRID. Then c'e[k+N] is the sum of
     r_N e[k]; of r_i push w[k+N-1-i] over i < N; and of the rounding error of each r_i times the e of some sample. That
@@ -196,17 +197,22 @@ def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns:
     kernel.demand(starts and of_all, "no row of every error")
     sparse = [[(i, a) for i, a in enumerate(column) if a] for column in [*across, *entering]]
     left_out = 2 * sum((root_above(Q[i][i]) for i in range(size)), Fraction(0)) / GRID
-    rows, total, found = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0, {}
-    for n in range(max(map(max, counts.values())) + 1):
+    rows, total, kept = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0, {}
+    asked, place = set().union(*counts.values()), {c: k for k, c in enumerate(counts)}
+    for n in range(max(asked) + 1):
         kernel.demand(all(packed.within(row, LARGEST) for row in rows), "a row is too large")
-        for k, (c, samples_of_row) in enumerate(counts.items()):
-            if n in samples_of_row:
-                row = [packed.entry(entries, k) for entries in rows]
-                found[c, n] = row, Fraction(packed.entry(total, k), unit * GRID) + (n + 1) * left_out
+        if n in asked:
+            kept[n] = rows, total
         moved = [sum([a * rows[i] for i, a in column]) for column in sparse]
         total += sum(map(packed.magnitudes, moved[size:]))
         rows = [packed.shifted(m * R, s) for m in moved[:size]]
-    return found
+
+    def at(c: tuple[Fraction, ...], n: int) -> tuple[list[int], Fraction]:
+        (rows, total), k = kept[n], place[c]
+        row = [packed.entry(entries, k) for entries in rows]
+        return row, Fraction(packed.entry(total, k), unit * GRID) + (n + 1) * left_out
+
+    return at
 
 
 def largest(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:
@@ -223,10 +229,15 @@ def nested_lists(x: Any, depth: int) -> bool:
     return type(x) in (str, int) if depth == 0 else type(x) is list and all(nested_lists(y, depth - 1) for y in x)
 
 
-def claimed_rows(set_: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None]]:
-    """The rows of a set, then those of `after`: (c and bound, number of samples, `start` or, of the former, None)."""
-    later: list[Any] = [([*a["row"], b], n, a["start"]) for a in set_.get("after", []) for n, b in a["bounds"]]
-    return [(row, set_["samples"], None) for row in set_["rows"]] + later
+def claimed_rows(set_: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None, str | None]]:
+    """The rows of a set, then those of `after`: c and bound, a number of samples from which on this holds, `start` and
+    the number of samples from which on the next bound holds; None for the rows of a set, the last for a last bound too.
+    """
+    rows: list[Any] = [(row, set_["samples"], None, None) for row in set_["rows"]]
+    for a in set_.get("after", []):
+        following = [*(n for n, _ in a["bounds"][1:]), None]
+        rows += [([*a["row"], b], n, a["start"], end) for (n, b), end in zip(a["bounds"], following, strict=True)]
+    return rows
 
 
 @frame.limited()
@@ -259,6 +270,8 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         parts = [set_, *set_.get("after", [])]
         kernel.demand(all({*a} == {"row", "start", "bounds"} for a in parts[1:]), "other fields than those of `after`")
         kernel.demand(all(nested_lists(a[x], DEPTH[x]) for a in parts for x in a if x in DEPTH), "not lists of numbers")
+        falling = [[number(b) for _, b in a["bounds"]] for a in parts[1:]]
+        kernel.demand(all(b == sorted(b, reverse=True) for b in falling), "a later bound of `after` is larger")
         Q = [[number(x) for x in row] for row in set_["matrix"]]
         require_invariant(Q, [*map(number, set_["weights"])], [*most.values()], step, push, proof, shown)
         found = require_bounds(set_, Q, step, disturbance_columns(push, [*most.values()]), shift, most, proof)
@@ -305,8 +318,10 @@ def require_bounds(
     """The bounds of the rows of one invariant set, including the noise of the same sample; ValueError if not proved.
 
     LEMMA E. Let r >= 1 and r Q - n diag(s_i^2) be positive semidefinite for n errors (`within` is r, s_1, ..., s_n). If
-    every |e_i| <= s_i, then e is in E(r), since (c'e)^2 <= n sum (c_i s_i)^2 by Cauchy's inequality, and stays in it by
-    lemma B. So lemma D holds with r Q in place of Q.
+    every |e_i[0]| <= s_i, then e[0] is in E(r), since (c'e)^2 <= n sum (c_i s_i)^2 by Cauchy's inequality, and e stays
+    in it by lemma B. So lemma D holds with r Q in place of Q, and two ways show a bound of `after` from its n on: for
+    every N >= n by lemma D from the sample N - n, which is in E(r); or by the s_i, sample by sample until the n of the
+    next bound, which is not larger.
     """
     r, *within = map(number, set_.get("within", ["1"]))
     limits = [len(Q) * s * s for s in within] or [Fraction(0)] * len(Q)
@@ -318,19 +333,28 @@ def require_bounds(
         "the box of `within` is not inside the set: not positive semidefinite",
     )
     counts: dict[tuple[Fraction, ...], set[int]] = {}
-    lines = [(tuple(map(number, row)), count, begun) for row, count, begun in claimed_rows(set_)]
-    for (*c, _), count, _ in lines:
-        kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(count)), f"{str(count)[:20]!r} is not a number of samples")
-        kernel.demand(int(count) <= MOST_SAMPLES, "too many samples")
-        counts.setdefault(tuple(c), set()).add(int(count))
+    lines: list[tuple[tuple[Fraction, ...], Fraction, range, list[str] | None, str | None]] = []
+    for row, count, begun, end in claimed_rows(set_):
+        for n in (count, end or "0"):
+            kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(n)), f"{str(n)[:20]!r} is not a number of samples")
+            kernel.demand(int(n) <= MOST_SAMPLES, "too many samples")
+        *c, bound = map(number, row)
+        samples = range(int(count), int(end) if end else int(count) + 1)
+        kernel.demand(samples, "the samples of `after` do not rise")
+        lines.append((tuple(c), bound, samples, begun, end))
+        counts.setdefault(tuple(c), set()).update(samples)
     kernel.demand(len(counts) <= MOST_ROWS, "too many rows")
-    known: Any = {}
+    known: dict[tuple[Fraction, ...], Propagated] = {}
     for last in {max(n) for n in counts.values()}:
-        known |= propagated({c: n for c, n in counts.items() if max(n) == last}, step, columns, larger)
+        alike = {c: n for c, n in counts.items() if max(n) == last}
+        known |= dict.fromkeys(alike, propagated(alike, step, columns, larger))
     bounds, (by, squares) = [], integers(Q)
     noise = [largest(p, most, proof) for p in shift]
-    for (*c, bound), count, begun in lines:
-        row, summed = known[tuple(c), int(count)]
+    for of, bound, samples, begun, end in lines:
+        entries, summed = known[of](of, samples[0])
+        square = sum(a * sum(map(mul, qs, entries)) for a, qs in zip(entries, squares, strict=True))
+        square *= 1 if begun is None else r
+        holds = bound >= summed and square <= (bound - summed) ** 2 * by * GRID**2
         if begun is not None:  # e is the error with the noise of that sample
             start = [number(s) + x for s, x in zip(begun, noise, strict=True)]
             kernel.demand(
@@ -338,12 +362,11 @@ def require_bounds(
                 "`start` is not inside the box of `within`",
             )
             parts, (sizes,) = integers([start])
-            holds = (bound - summed) * parts * GRID >= sum(map(mul, map(abs, row), sizes))
-        else:
-            rest, square = bound - summed, sum(a * sum(map(mul, qs, row)) for a, qs in zip(row, squares, strict=True))
-            holds = rest >= 0 and square <= rest * rest * by * GRID**2
+        if end and not holds:
+            at = (known[of](of, n) for n in samples)
+            holds = all((bound - s) * parts * GRID >= sum(map(mul, map(abs, each), sizes)) for each, s in at)
         kernel.demand(holds, "a bound of the claim is smaller than the proved one")
-        direct = sum((kernel.term(a) * d for a, d in zip(c, shift, strict=True)), kernel.Poly())
+        direct = sum((kernel.term(a) * d for a, d in zip(of, shift, strict=True)), kernel.Poly())
         bounds.append(bound + largest(direct, most, proof))
     return bounds
 

@@ -289,8 +289,9 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
         for after in ball.get("after", []):
             start = zip(errors, after["start"], strict=True)
             begun = ", ".join(f"|{e}| <= {least(number(s))}" for e, s in start)
-            later = ", ".join(f"{most(next(known))} after {n} samples" for n, _ in after["bounds"])
-            lines.append(f"  {combined(after['row'], errors, shown)} is at most {later}, from any sample with {begun}")
+            later = ", ".join(f"{most(next(known))} from sample {n} on" for n, _ in after["bounds"])
+            error = combined(after["row"], errors, shown)
+            lines.append(f"  {error} is at most {later}, counted from any sample with {begun}")
     return lines
 
 

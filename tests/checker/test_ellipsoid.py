@@ -61,7 +61,8 @@ def test_what_is_shipped_is_proved_and_near_the_worst(name: str) -> None:
     for ball, found in zip(claim["sets"], bounds(name, claim), strict=True):
         for line, bound in zip(ellipsoid.claimed_rows(ball), found, strict=True):
             worst = reachable(name, claim, line, any_friction="friction" in ball)
-            assert worst <= float(bound) < (1.16 if name == "chain" and not line[2] else 1.01) * worst
+            near = (1.16 if name == "chain" and not line[2] else 1.01) * worst
+            assert worst <= float(bound) < (near if line[2] is None or line[3] else 1.6 * worst)
     if name in SUMS:
         pairs = zip(claim["sets"], bounds(name, claim), strict=True)
         steady = [float(b) for ball, each in pairs if "friction" not in ball for b in each[: len(ball["rows"])]]
@@ -69,11 +70,11 @@ def test_what_is_shipped_is_proved_and_near_the_worst(name: str) -> None:
             assert 0.999 * summed < ours < (1.16 if name == "chain" else 1.01) * summed
 
 
-def reachable(
-    name: str, claim: Any, line: tuple[list[str], str, list[str] | None], shown: Any = None, any_friction: bool = False
-) -> float:
-    """What disturbances and a start can do to a row, by sums in doubles; some 3000 samples for the long run."""
-    ((*c, _), samples, start), (phi, push, limits, direct) = line, linear(name, claim, shown)
+def reachable(name: str, claim: Any, line: tuple[Any, ...], shown: Any = None, any_friction: bool = False) -> float:
+    """What disturbances and a start can do to a row, by sums in doubles: in the long run (some 3000 samples), or at any
+    sample from that of the line on.
+    """
+    ((*c, _), samples, start, _), (phi, push, limits, direct) = line, linear(name, claim, shown)
     row, friction = np.array([float(Fraction(x)) for x in c]), claim.get("friction", {})
     keys = [(kind, of) for kind in ("noise", "drift", "friction") for of in claim.get(kind, {})]
     limits = limits * [kind != ("drift" if any_friction else "friction") or of not in friction for kind, of in keys]
@@ -81,10 +82,13 @@ def reachable(
     if any_friction:
         truths = [e["truth"] for e in content(name, "proof.json")["errors"]]
         worst += np.abs(row) @ [float(Fraction(friction.get(truth, "0"))) for truth in truths]
-    for _ in range(int(samples) if start else 3000):
-        worst, row = worst + np.abs(row @ push) @ limits, row @ phi
     begun = np.array([float(Fraction(x)) for x in start]) + np.abs(direct).sum(axis=1) if start else 0 * row
-    return float(worst + np.abs(row) @ begun)
+    most = 0.0
+    for k in range(3000):
+        if start and k >= int(samples):
+            most = max(most, worst + np.abs(row) @ begun)
+        worst, row = worst + np.abs(row @ push) @ limits, row @ phi
+    return float(most if start else worst)
 
 
 def linear(name: str, claim: Any, shown: Any = None) -> tuple[Any, Any, Any, Any]:
@@ -175,7 +179,7 @@ def test_the_compiled_c_from_its_worst_start_comes_near_the_bound_and_not_above(
     run, late = Run(name), 400
     ball = run.claim["sets"][1]
     lines = list(zip(ellipsoid.claimed_rows(ball), bounds(name)[1], strict=True))
-    for (_, samples, start), bound in (pair for pair in lines if pair[0][2]):
+    for (_, samples, start, end), bound in (pair for pair in lines if pair[0][2]):
         count, (dv, df) = late + int(samples) + 1, (float(Fraction(x)) for x in start)
         quiet = run.errors({}, count)
         alone = [(run.errors({}, count, late, each) - quiet)[-1, 1] for each in ((dv, 0.0), (0.0, df))]
@@ -186,7 +190,34 @@ def test_the_compiled_c_from_its_worst_start_comes_near_the_bound_and_not_above(
                 answer = (run.errors({(kind, of): np.eye(1, count, late)[0]}, count) - quiet)[late:, 1]
                 worst[kind, of] = np.concatenate([np.zeros(late), np.sign(answer[::-1])])
         reached = abs((run.errors(worst, count, late, jump) - quiet)[-1, 1])
-        assert 0.97 * float(bound) < reached <= float(bound)
+        assert (0.97 if end else 0.6) * float(bound) < reached <= float(bound)
+
+
+def test_a_bound_after_a_start_holds_ever_after_where_the_error_oscillates() -> None:
+    """The two masses' levels swing: at sample 215 that of the ground passes near zero, and it comes back later."""
+    name, rose = "two_mass", False
+    claim = content(name, "ellipsoid.json")
+    phi, push, limits, direct = linear(name, claim)
+    for after in (a for ball in claim["sets"] for a in ball.get("after", [])):
+        row, start = (np.array([float(Fraction(x)) for x in after[key]]) for key in ("row", "start"))
+        start, driven, reached = start + np.abs(direct).sum(axis=1), 0.0, []
+        for _ in range(3000):
+            reached.append(driven + np.abs(row) @ start)
+            driven, row = driven + np.abs(row @ push) @ limits, row @ phi
+        rose = rose or max(reached[300:]) > 1.5 * reached[215]
+        for samples, bound in after["bounds"]:
+            assert max(reached[int(samples) :]) <= float(Fraction(bound))
+    assert rose
+
+
+def test_a_bound_that_holds_at_its_own_sample_alone_is_refused() -> None:
+    """At sample 215 the ground's error is at most 6.5 N, and later up to 11.6 N."""
+    claim = content("two_mass", "ellipsoid.json")
+    (first, second, *_) = claim["sets"][-1]["after"][0]["bounds"]
+    assert first[0] == "215" and 6.5 < float(Fraction(second[1])) < 10 < float(Fraction(first[1]))
+    first[1] = "10"
+    with pytest.raises(ValueError, match="smaller than the proved one"):
+        bounds("two_mass", claim)
 
 
 Change = Callable[[Any, Any], None]
@@ -267,7 +298,10 @@ FORGERIES: dict[str, tuple[Change, str]] = {
         put("sets", 1, "after", 0, "bounds", 0, 1, "438/10"),
         "smaller than the proved one",
     ),
-    "the same bound later on": (put("sets", 1, "after", 0, "bounds", 4, 1, "5/2"), "smaller than the proved one"),
+    "a smaller bound later on": (put("sets", 1, "after", 0, "bounds", 4, 1, "2"), "smaller than the proved one"),
+    "a bound that grows": (put("sets", 1, "after", 0, "bounds", 3, 1, "2"), "a later bound of `after` is larger"),
+    "samples that do not rise": (put("sets", 1, "after", 0, "bounds", 3, 0, "538"), "do not rise"),
+    "no next sample": (put("sets", 1, "after", 0, "bounds", 4, 0, ""), "not a number of samples"),
     "a bound sooner": (put("sets", 1, "after", 0, "bounds", 1, 0, "170"), "smaller than the proved one"),
     "a count in other digits": (put("sets", 1, "after", 0, "bounds", 1, 0, "١٨٠"), "not a number of samples"),
     "a count on two lines": (put("sets", 1, "after", 0, "bounds", 1, 0, "\n1_80\n"), "not a number of samples"),
@@ -509,8 +543,8 @@ def test_rows_are_carried_as_in_exact_numbers(seed: int) -> None:
     for c in rows:
         exact, total = [*c], Fraction(0)
         for at in range(samples + 1):
-            if (c, at) in found:
-                row, most = found[c, at]
+            if at in (0, 7, samples):
+                row, most = found(c, at)
                 worst = total + abs(sum(a * b for a, b in zip(exact, start, strict=True)))
                 told = most + abs(sum(a * b for a, b in zip(row, start, strict=True))) / grid
                 assert worst <= told <= worst + Fraction((at + 1) * 5 * n * 1000, grid)

@@ -62,7 +62,7 @@ def test_what_verify_prints_of_the_c(name: str) -> None:
     grown = [Fraction(x) for x in re.findall(r"grows by at most the factor ([^;]+);", said)]
     assert all(x > Fraction(turn["growth"]) for x, turn in zip(grown, proof["reversals"], strict=True))
     bounds = [x for ball in theorem.kept(proof, theorem.proved(proof, files), files["ellipsoid.json"])[1] for x in ball]
-    pairs = re.findall(r"in the long run at most (\S+)|(\S+) after \d+ samples", said)
+    pairs = re.findall(r"in the long run at most (\S+)|(\S+) from sample \d+ on", said)
     assert all(Fraction(a or b) > x for (a, b), x in zip(pairs, bounds, strict=True))
 
 

@@ -94,7 +94,7 @@ def with_ellipsoid(
         own = [
             (int(samples) * h, begun, float_above(x), ellipsoid.FRICTION in set_)
             for set_, each in zip(json.loads(text)["sets"], found, strict=True)
-            for (row, samples, begun), x in zip(ellipsoid.claimed_rows(set_), each, strict=True)
+            for (row, samples, begun, _), x in zip(ellipsoid.claimed_rows(set_), each, strict=True)
             if [float(c) for c in row[:-1]] == unit
         ]
         later: dict[tuple[str, ...], list[tuple[float, float]]] = {}
@@ -311,7 +311,7 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
 def _with_after(
     ball: dict[str, Any], group: Group, step: Array, pushed: Array, noise: Sequence[float], h: float, worst: Any
 ) -> dict[str, Any]:
-    """The set with what its rows are at most some times after a reversal, from the errors assumed then.
+    """The set with what its rows are at most from some times after a reversal on, from the errors assumed then.
 
     Args:
         pushed: the columns of the disturbances times their sizes; noise: what that of a sample does to each error.
@@ -323,23 +323,51 @@ def _with_after(
     for row, bound, start in begins + [(row, bound, worst) for row, bound in known if worst]:
         whole = np.array([float(s) for s in start]) + noise
         within = np.maximum(within, whole)
-        floats = np.array(row, dtype=float)
-        stated = []
-        for time, _ in bound.after[1:]:
-            samples = round(time / h)
-            total, last = _pushed(floats, step, pushed, samples)
-            most = upwards((total + float(np.abs(last) @ whole)) * (1 + NEAR), DIGITS)
-            stated.append([str(samples), rational_text(most)])
-        line, begun = ([rational_text(x) for x in each] for each in (row, start))
-        after.append({"row": line, "start": begun, "bounds": stated})
+        after.append((row, start, whole, [round(time / h) for time, _ in bound.after[1:]]))
     if not after:
         return ball
     sizes = [upwards(w * (1 + NEAR), DIGITS) for w in within]
     scale = np.array([float(s) for s in sizes])
     matrix = np.array([[float(Fraction(x)) for x in row] for row in ball["matrix"]])
     most = float(np.linalg.eigvalsh(np.outer(scale, scale) * np.linalg.inv(matrix)).max()) * len(step)
-    ball["within"] = [rational_text(upwards(max(1.001 * most, 1.0), 3)), *(rational_text(s) for s in sizes)]
-    return ball | {"after": after}
+    larger = upwards(max(1.001 * most, 1.0), 3)
+    ball["within"] = [rational_text(x) for x in (larger, *sizes)]
+    ball["after"] = []
+    for row, start, whole, counts in after:
+        floats = np.array(row, dtype=float)
+        found = _from_then_on(floats, step, pushed, counts, whole, float(larger) * matrix)
+        line, begun = ([rational_text(x) for x in each] for each in (row, start))
+        stated = [
+            [str(k), rational_text(upwards(b * (1 + NEAR), DIGITS))]
+            for k, b in zip(counts, found, strict=True)
+            if b < np.abs(floats) @ whole or k == counts[-1]  # a bound above that of the start says nothing
+        ]
+        ball["after"].append({"row": line, "start": begun, "bounds": stated})
+    return ball
+
+
+def _from_then_on(
+    row: Array, step: Array, pushed: Array, counts: Sequence[int], start: Array, matrix: Array
+) -> list[float]:
+    """For each number of samples, what the row of the error is at most from then on.
+
+    Two ways, the smaller one counts: by the ellipsoid with matrix Q that the start is in, √(c'Qc); or the largest of
+    all samples up to the next number, and what holds from there on. The second takes the checker time: for FEW errors.
+    """
+    alone, largest = list[float](), [0.0 for _ in counts]
+    total, row = _pushed(row, step, pushed, counts[0])
+    for k in range(counts[0], counts[-1] + 1):
+        if k in counts:
+            alone.append(total + float(row @ matrix @ row) ** 0.5)
+        here = total + float(np.abs(row) @ start)
+        largest[len(alone) - 1] = max(largest[len(alone) - 1], here)
+        more, row = _pushed(row, step, pushed, 1)
+        total += more
+    found = [alone[-1]]
+    for by_ellipsoid, by_samples in zip(alone[-2::-1], largest[-2::-1], strict=True):
+        by_samples = max(by_samples, found[0]) if len(step) <= FEW else by_ellipsoid
+        found.insert(0, max(min(by_ellipsoid, by_samples), found[0]))
+    return found
 
 
 def _pushed(row: Array, step: Array, pushed: Array, samples: int) -> tuple[float, Array]:

@@ -33,7 +33,8 @@ from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
-TIMES = 6
+SHARES = (1, 2, 3, 4, 6)
+"""Times after a reversal at which the bound is stated, in time constants of the certified rate."""
 PERCENT = Fraction(1, 100)
 OFF = {
     "mass": ModelError(mass=PERCENT),
@@ -188,14 +189,16 @@ def error_bounds(
 
         domain = inside(sizes)
         tolerated = {cause: _tolerated(spec, observer, response, OFF[cause], inside) for cause in other_sizes}
-    powers = _powers(response, h, certificate.decay_rate)
+    counts = [math.ceil(share / certificate.decay_rate / h) for share in SHARES]
+    reach = np.outer(*lyapunov_tail(certificate)[2:]) * (1 + ROUNDING)
     jumps = {j: _jump(observer, error, slides) for j, error in list(enumerate(observer.errors))[n:]}
     together = [j for j in jumps if observer.errors[j].contact is None]  # a contact may act on several coordinates
     slip_speed = _least_slip_speed(observer, steady, slides)
     result = []
     for i, error in list(enumerate(observer.errors))[n:]:
         start = [s + (jumps[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)]
-        later = [(k * h, float(np.abs(power[i]) @ start) * (1 + ROUNDING) + steady[i]) for k, power in powers]
+        falling = _from_then_on(response, i, np.array(start), counts, reach[i], lyapunov_tail(certificate)[1])
+        later = [(k * h, left * (1 + ROUNDING) + steady[i]) for k, left in zip(counts, falling, strict=True)]
         result.append(
             ErrorBound(
                 name=error.symbol.name,
@@ -305,11 +308,24 @@ def _tolerated(
     return float(low)
 
 
-def _powers(response: Response, h: float, rate: float) -> list[tuple[int, Any]]:
-    """(k, Φ^k) at multiples of the certified time constant."""
+def _from_then_on(
+    response: Response, i: int, start: Any, counts: Sequence[int], reach: Any, fall: float
+) -> list[float]:
+    """For each number of samples k, sup over j >= k of Σ |Φ^j|[i] start: computed, and by P from where that is smaller.
+
+    Args:
+        reach, fall: |Φ^j|[i] <= reach fall^j, as the certificate's P says.
+    """
     step = np.array(response.step.tolist(), dtype=float)
-    counts = [math.ceil(share / rate / h) for share in range(1, TIMES)]
-    return [(k, np.linalg.matrix_power(step, k)) for k in counts]
+    row, found, last = np.linalg.matrix_power(step, counts[0])[i], [0.0 for _ in counts], counts[-1] + LONGEST
+    for k in range(counts[0], last + 1):
+        here, rest = float(np.abs(row) @ start), float(reach @ start) * fall ** (k + 1)
+        here = max(here, rest) if k == last else here
+        found = [max(left, here) if count <= k else left for left, count in zip(found, counts, strict=True)]
+        if k >= counts[-1] and rest <= found[-1]:
+            break
+        row = row @ step
+    return found
 
 
 def _jump(observer: Observer, error: ErrorVariable, slides: Sequence[Sliding | None]) -> float:
