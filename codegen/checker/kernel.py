@@ -108,15 +108,15 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     # the exp of a number is its decimal, for all that is made of it, and so is this exp wherever it stands.
     known: Known = {}
     decimals: Known = {}  # of an exp: one, or those of many parameters could lead away from it
-    made = Text({x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)
+    prepared = Text({x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)
     for parameter, text in c.prepare:
-        exact = made.run([(parameter, text)], [*c.values])[parameter]
+        exact = prepared.run([(parameter, text)], [*c.values])[parameter]
         decimal = c.values.get(parameter, exact.constant())
         demand(abs(exact.constant() - decimal) <= abs(decimal) * c.precision.rounding, "prepare gives others")
         exps = {key: term(decimal) for key, e in known.items() if key[0] == "exp" and e == exact}
         demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), "prepare gives others")
         known |= exps
-        made.names |= {parameter: term(decimal)} if exps else {}
+        prepared.names |= {parameter: term(decimal)} if exps else {}
     # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
     truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
     hidden, aside = [f"error of {x}" for x in truths], [z for z in c.states if z not in formulas]
@@ -124,34 +124,34 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     named = all(re.fullmatch(rf"{of}\.\w+", x, re.A) for of, all_ in (("true", truths), ("sign", signs)) for x in all_)
     named = named and {*along} == {*truths} and {*turned, *along.values()} <= {"", *signs}
     demand(named and len({*truths}) == len({*estimates} & {*c.outputs}) == len(errors) <= 100, "not so named")
-    names = (
-        {p: made.names[p] for p in c.values}
-        | {x: term(1, x) for x in (*c.inputs, *truths, *signs, *aside)}
-        | {"": term(1)}
-    )
+    names = {p: prepared.names[p] for p in c.values} | {"": term(1)}
+    names |= {x: term(1, x) for x in (*c.inputs, *truths, *signs, *aside)}
     # A sign is that of a polynomial with an estimate or a measured velocity: so there are points where all are 1.
     slips = {*estimates, *velocity.values()} - {*truths}
     visible = {x: p for x, p in names.items() if x not in (*signs, *aside)} | {x: term(1, x) for x in estimates}
-    seen = [Text(visible, {}).value(of).names() for of in signs.values()]
-    demand(all(x & slips and visible.keys() >= x for x in seen), "no sign of a slip")
+    sign_arguments = [Text(visible, {}).value(of).names() for of in signs.values()]
+    demand(all(x & slips and visible.keys() >= x for x in sign_arguments), "no sign of a slip")
     names |= {t: names[s] * names[t] for t, s in along.items()}
     machine, error = Text(names, known), [term(1, e) for e in hidden]
-    shown = [(y, t, names[s]) for y, t, s in zip(estimates, truths, turned, strict=True)]
-    names |= {y: names[t] - s * e for (y, t, s), e in zip(shown, error, strict=True)}
+    triples = [(y, t, names[s]) for y, t, s in zip(estimates, truths, turned, strict=True)]
+    names |= {y: names[t] - s * e for (y, t, s), e in zip(triples, error, strict=True)}
     claim = Text(names, known)
-    told = [(names[s], claim.value(of)) for s, of in signs.items()]
-    told += [(names[s], names[s] * p) for s in ("", *signs) for p in map(claim.value, proof["domain"])]
-    known |= {("sgn", term(way) * p): term(way) * s for s, p in told for way in (-1, 1)}
+    sign_definitions = [(names[s], claim.value(of)) for s, of in signs.items()]
+    positive_products = [(names[s], names[s] * p) for s in ("", *signs) for p in map(claim.value, proof["domain"])]
+    for s, p in sign_definitions + positive_products:  # s p > 0 tells that s is the sign of p
+        known |= {("sgn", term(way) * p): term(way) * s for way in (-1, 1)}
     # LEMMA 10. From the states that formulas of n estimates give, the n of them that move with one, `step` shows these
     # same estimates: a map of R^n to R^n that is one-to-one, hence, being polynomial, onto (linear algebra where it is
     # affine, else Bialynicki-Birula and Rosenlicht 1962). So every state is met, and shows its estimates.
-    start = {z: claim.value(of) for z, of in formulas.items()}
-    moving, follow = [z for z, p in start.items() if not p.names().isdisjoint(hidden)], {*hidden}
+    before = {z: claim.value(of) for z, of in formulas.items()}
+    moving = [z for z, p in before.items() if not p.names().isdisjoint(hidden)]
+    with_errors = {*hidden}  # and the values of functions of these
     for (_, of), p in known.items():
-        follow |= p.names() - {*signs} if of.names() & follow else set()
-    demand({*start} <= {*c.states} and len(moving) == len(errors), "not an error for each state")
-    demand(all(p.names() & follow <= {*hidden} for p in start.values()), "a state is no polynomial of the estimates")
-    code = Text({x: p for x, p in names.items() if x not in c.outputs} | start, known, c.precision)
+        with_errors |= p.names() - {*signs} if of.names() & with_errors else set()
+    demand({*before} <= {*c.states} and len(moving) == len(errors), "not an error for each state")
+    polynomial = all(p.names() & with_errors <= {*hidden} for p in before.values())
+    demand(polynomial, "a state is no polynomial of the estimates")
+    code = Text({x: p for x, p in names.items() if x not in c.outputs} | before, known, c.precision)
     code.run(c.step, [])
     after = code.run(c.commit, c.states + c.outputs)
     demand(all(after[y] == names[y] for y in estimates), "the states do not show the estimates")
@@ -172,14 +172,15 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     shares = {x: machine.value(q) for x, q in (mean or dict.fromkeys(velocity, ends.get(proof["step"], ""))).items()}
     demand({*shares} == {*velocity} and all(0 <= q.constant() <= 1 for q in shares.values()), "no mean velocity")
     later |= {x: names[x] + h * (names[v] + shares[x] * (later[v] - names[v])) for x, v in velocity.items()}
-    moved = [e + r for (e,), r in zip(times(phi, [[e] for e in error], Poly()), rest, strict=True)]
-    expected = Text(later | {y: later[t] - s * e for (y, t, s), e in zip(shown, moved, strict=True)}, known)
-    off = {z: cleared(after[z] - expected.value(of), known) for z, of in formulas.items()}
+    next_errors = [e + r for (e,), r in zip(times(phi, [[e] for e in error], Poly()), rest, strict=True)]
+    expected = Text(later | {y: later[t] - s * e for (y, t, s), e in zip(triples, next_errors, strict=True)}, known)
+    remainders = {z: cleared(after[z] - expected.value(of), known) for z, of in formulas.items()}
     # A term of more than one error is beyond the first order; where such are left, that is said.
-    bad = [z for z, p in off.items() for m in p if z not in moving or sum(x in hidden for x in m) < 2]
-    demand(not bad, f"the matrix does not move the errors: {bad[:3]}")
-    alone = {x for z in {*aside} - {*proof.get("shared", {})} for x in after[z].names() if x in aside or x[0] == "?"}
-    demand(not alone, f"nothing is said of what follows {alone}, and may grow")
+    wrong = [z for z, p in remainders.items() for m in p if z not in moving or sum(x in hidden for x in m) < 2]
+    demand(not wrong, f"the matrix does not move the errors: {wrong[:3]}")
+    unexplained = {*aside} - {*proof.get("shared", {})}
+    feedback = {x for z in unexplained for x in after[z].names() if x in aside or x[0] == "?"}
+    demand(not feedback, f"nothing is said of what follows {feedback}, and may grow")
     # V falls, by the lemmas of the algebra.
     box = {x: [machine.value(end).constant() for end in (low, high)] for x, (low, high) in proof["box"].items()}
     fall = 1 - 2 * machine.value(proof["decay_rate"]).constant() * h.constant()
@@ -189,6 +190,6 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         semidefinite([[p]], box, proof["cover"], known, LEAST)
     contracts(phi, P, fall, box, proof["cover"], known)
     conditions = proof["domain"] or box or any(rest) or aside or len(moving) < len(formulas)
-    found = {"aside": aside, "after": after, "first order": any(off.values()), "fall": fall, "values": c.values, "c": c}
-    found |= {"matrix": phi, "check": after.get("check")}
-    return found | {"whole": not conditions, "names": names, "known": known, "box": box}
+    result = {"aside": aside, "after": after, "first order": any(remainders.values()), "fall": fall, "c": c}
+    result |= {"matrix": phi, "check": after.get("check"), "values": c.values}
+    return result | {"whole": not conditions, "names": names, "known": known, "box": box}
