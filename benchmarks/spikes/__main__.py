@@ -16,7 +16,7 @@ from pathlib import Path
 from benchmarks.practice.cases import ROOT
 from benchmarks.practice.fresh import Unavailable
 from benchmarks.practice.runs import code_version
-from benchmarks.rates import Rate
+from benchmarks.rates import Rate, rate
 from benchmarks.real.spiked import real_sets
 from benchmarks.spikes.outcome import NEAR, OUTCOMES, Outcome, Spike, named, outcome_of, spike_of, totals
 from benchmarks.spikes.runs import SPIKE, Bench, kinds_for
@@ -69,9 +69,14 @@ def part(bench: Bench, kinds: Sequence[str], shares: Sequence[float], again: boo
 
 
 def rates(rows: Sequence[Row]) -> dict[str, Rate]:
-    """Sensitivity and wrong names, in words: of all spikes, and of those that least squares sees."""
-    every, visible = ([r.outcome for r in rows if whole or r.spike.is_visible] for whole in (True, False))
-    return totals(every) | {"detected, of those that least squares sees": totals(visible)["detected"]}
+    """Sensitivity and wrong names, in words: of all spikes, and of those that least squares tells from zero or sees."""
+    every = [r.outcome for r in rows]
+    some = {
+        "detected, of those that least squares tells from zero": [r.outcome for r in rows if r.spike.is_told],
+        "detected, of those that least squares sees": [r.outcome for r in rows if r.spike.is_visible],
+    }
+    found = totals(every) | {words: totals(outcomes)["detected"] for words, outcomes in some.items()}
+    return found | {"told from zero by least squares": rate(r.spike.is_told for r in rows)}
 
 
 def cell(one: Part, kind: str, percent: float) -> str:

@@ -16,6 +16,8 @@ from codegen.effects import CATALOGUE
 
 NEAR = 0.3
 """A parameter is right that is off by no more than this share of the spike, or whose interval has own + spike."""
+SIGNIFICANT = 1.96
+"""Standard errors from zero, 95 %."""
 DETECTED, TAKEN, EXTRA = "detected", "taken by the refit", "detected, and a wrong name"
 WITH, WITHOUT = "ambiguous with it", "ambiguous without it"
 PLAIN, WRONG = "as the plain log", "wrong name"
@@ -38,6 +40,7 @@ class Spike:
         refitted: parameter of the spec whose refit takes the same force, with `-` before it for the other sign, of a
             factor for its inverse; or "".
         visible: share of the squared residual of least squares that the effect itself removes; None if not known.
+        deviations: standard errors of the spike from zero by least squares; None if not known.
     """
 
     kind: str
@@ -47,6 +50,12 @@ class Spike:
     own: float | None = None
     refitted: str = ""
     visible: float | None = None
+    deviations: float | None = None
+
+    @property
+    def is_told(self) -> bool:
+        """Whether least squares with the right structure tells a coefficient of the spike's size from zero."""
+        return self.deviations is None or self.deviations >= SIGNIFICANT
 
     @property
     def is_visible(self) -> bool:
@@ -97,7 +106,8 @@ def spike_of(truth: Mapping[str, Any], checked: Mapping[str, float], refitted: s
     (effect,), (twins,) = truth["effects"], truth["equivalents"]
     name = CATALOGUE[effect["kind"]].parameters[0].name
     accepted = frozenset({effect["kind"], *(twin["kind"] for twin in twins)})
-    return Spike(effect["kind"], name, float(effect["parameters"][name]), accepted, own, refitted, visible)
+    size, deviations = float(effect["parameters"][name]), checked.get("deviations")
+    return Spike(effect["kind"], name, size, accepted, own, refitted, visible, deviations)
 
 
 def outcome_of(spike: Spike, plain: Mapping[str, Any], spiked: Mapping[str, Any]) -> Outcome:

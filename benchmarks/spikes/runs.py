@@ -24,6 +24,7 @@ from codegen.mechanics import System, build_system
 from codegen.spec import read_spec
 
 SPIKE = PRACTICE / "spike.py"
+SIGNIFICANCE = Path(__file__).with_name("significance.py")
 UNSIZED = ("encoder_eccentricity",)
 """Moves the reading and not the force, so it has no share of the drive force."""
 
@@ -50,7 +51,8 @@ class Bench:
 
     def case(self, kind: str, percent: float) -> Path:
         """The folder of the log with a spike, named by all that decides it; a share of 0 is the log as it is."""
-        decides = json.dumps(asdict(self.one), sort_keys=True) + SPIKE.read_text() + self.one.spec_file.read_text()
+        entry = {name: value for name, value in asdict(self.one).items() if name != "refitted"}
+        decides = json.dumps(entry, sort_keys=True) + SPIKE.read_text() + self.one.spec_file.read_text()
         mark = hashlib.sha256(decides.encode()).hexdigest()[:8]
         name = f"{kind}_{percent:g}" if percent else "plain"
         return self.out / "cases" / self.name / f"{name}_{mark}"
@@ -74,9 +76,12 @@ class Bench:
     def truth(self, kind: str, percent: float) -> tuple[dict[str, Any], dict[str, Any]]:
         """truth.json, and what least squares finds in the log as it is and in the spiked one."""
         case = self.case(kind, percent)
-        checked = case / "check.json"
+        checked, truth = case / "check.json", json.loads((case / "truth.json").read_text())
         found = json.loads(checked.read_text()) if checked.is_file() else {}
-        return json.loads((case / "truth.json").read_text()), found
+        if percent and "deviations" not in found:
+            found["deviations"] = _deviations(self.one, self.logs, case, truth, self.out)
+            write_atomically(checked, json.dumps(found) + "\n")
+        return truth, found
 
 
 def kinds_for(one: RealSet, out: Path) -> list[str]:
@@ -109,6 +114,23 @@ def _make(one: RealSet, logs: Readable, case: Path, kind: str, percent: float, o
     for line in said.splitlines():
         if line.startswith(f"{kind} {{"):
             write_atomically(case / "check.json", line.split(" ", 1)[1] + "\n")
+
+
+def _deviations(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any], out: Path) -> float:
+    """Standard errors of the spike from zero, by significance.py."""
+    (effect,) = truth["effects"]
+    asked = {
+        "kind": effect["kind"],
+        "parameters": effect["parameters"],
+        "position": logs.position,
+        "input": logs.input,
+        "time": logs.time[1],
+        "time_scale": logs.time_scale,
+        "gain": one.gain,
+        "gravity": one.gravity,
+        "cutoff": 2 * one.cutoff_hz,
+    }
+    return float(_spike_python([str(SIGNIFICANCE), str(case / "train.csv"), json.dumps(asked)], out))
 
 
 def _spike_python(command: list[str], out: Path) -> str:

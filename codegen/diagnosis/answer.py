@@ -91,7 +91,7 @@ def admitted(
     Args:
         refit: errors of the model without the effects; an option may exceed them by at most the share ``most``;
             where that is negative it must be better by so much. The sum over a few restarted runs also grows by
-            chance: where it may be that, and the force error falls, it refuses nothing.
+            chance: where it may be that, and the force error falls, it refuses no effect.
     """
     refusals: list[str] = []
     tried: list[ErrorFigures] = []
@@ -99,10 +99,11 @@ def admitted(
         figures = measured(option[1])
         tried.append(figures)
         worse, model = worsened(figures, declared), "the declared model"
+        if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
+            worse = {}
         if not worse and refit is not None:
             worse, model = worsened(figures, refit, most), "the refit without the effect"
-            falls = _over(figures.force_rms_rows, refit.force_rms_rows) <= FORCE_FALLS
-            if set(worse) == {RUN} and most >= 0 and falls and not is_shown_worse(figures, refit):
+            if most >= 0 and may_be_chance(worse, figures, refit):
                 worse = {}
         if not worse:
             return Admitted(option, figures, tuple(refusals))
@@ -117,6 +118,12 @@ def worsened(figures: ErrorFigures, declared: ErrorFigures, most: float = SAME) 
         RUN: _over(figures.free_run_rmse_rows, declared.free_run_rmse_rows),
     }
     return {name: ratio for name, ratio in ratios.items() if ratio > 1 + most}
+
+
+def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: ErrorFigures) -> bool:
+    """Whether only the free runs are worse than another model's, perhaps by chance, and the force error falls."""
+    falls = _over(figures.force_rms_rows, other.force_rms_rows) <= FORCE_FALLS
+    return set(worse) == {RUN} and falls and not is_shown_worse(figures, other)
 
 
 def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:

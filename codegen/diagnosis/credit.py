@@ -159,9 +159,13 @@ def _of_ratios(before: Array, after: Array, above: Array | float) -> float:
     chosen = np.maximum(before, after) > above
     if chosen.sum() < LEAST_FAR:
         return 1.0
-    ratios = np.log(after[chosen] / before[chosen])
-    spread = float(ratios.std(ddof=1)) / sqrt(len(ratios))
-    return float(student.sf(-ratios.mean() / spread, len(ratios) - 1)) if spread > 0 else 1.0
+    return above_zero(np.log(before[chosen] / after[chosen]))
+
+
+def above_zero(values: Array) -> float:
+    """One-sided probability of values with such a mean where it is zero, by Student's t test."""
+    spread = float(values.std(ddof=1)) / sqrt(len(values))
+    return float(student.sf(values.mean() / spread, len(values) - 1)) if spread > 0 else 1.0
 
 
 def _squares(losses: Array, kept: int) -> Array:

@@ -9,8 +9,9 @@ from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
-from codegen.diagnosis.credit import SIGNED, random_signs, where_large
+from codegen.diagnosis.credit import SIGNED, above_zero, random_signs, where_large
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.residual import (
     Problem,
@@ -50,12 +51,15 @@ class ForceGain:
         nats: gain in log-likelihood for the number of independent residuals.
         t: sum of the gains of blocks of the log over the root of the sum of their squares.
         where_large: probability, by a t test, of such ratios in the blocks with most to explain.
+        score: probability, by a t test, of the sums over blocks of r'(r − r₁), with r the other model's residual and r₁
+            this one's.
     """
 
     left: float
     nats: float
     t: float
     where_large: float = 1.0
+    score: float = 1.0
 
     @property
     def p(self) -> float:
@@ -65,6 +69,17 @@ class ForceGain:
         """
         return max(min(1.0, 2 * min(random_signs(self.t), self.where_large)), exp(-max(self.nats, 0.0)))
 
+    def p_added(self, parameters: int) -> float:
+        """Probability of such a gain where the other model is true and this one has so many parameters more.
+
+        As ``p``, but of nested models: by a score test on the blocks, and by the likelihood-ratio test of Wilks. A
+        block's gain r² − r₁² is smaller than 2 r'(r − r₁) by (r − r₁)², what the added force itself amounts to. Where
+        it is not there, the gains are negative and the products have the mean zero; so gains compare any two models,
+        but show an added force only with about half the standard deviations that its coefficient is from zero.
+        """
+        by_blocks = min(1.0, 2 * min(self.score, self.where_large))
+        return max(by_blocks, float(chi2.sf(2 * max(self.nats, 0.0), max(parameters, 1))))
+
 
 def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     """The gain of residuals ``after`` over ``before``, both (N, n) by ``residual_without_levels``.
@@ -73,7 +88,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     """
     motion, rows = problem.motion, problem.masks.rows
     rate = 2 * motion.cutoff_hz * motion.sample_time
-    left, nats, blocks = 1.0, 0.0, np.zeros(SIGNED)
+    left, nats, blocks, scores = 1.0, 0.0, np.zeros(SIGNED), np.zeros(SIGNED)
     squares = np.zeros((2, SIGNED))
     for i in range(rows.shape[1]):
         if rows[:, i].sum() < LEAST_ROWS:
@@ -86,12 +101,14 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
         by_block = np.array([[part.sum() for part in np.array_split(r**2, SIGNED)] for r in (b, a)]) / whole
         blocks += by_block[0] - by_block[1]
         squares += by_block
+        scores += np.array([part.sum() for part in np.array_split(b * (b - a), SIGNED)]) / whole
         if abs(np.log(ratio)) > abs(np.log(left)):
             left = ratio
-    spread = float(np.sqrt((blocks**2).sum()))
     some = squares[:, squares.min(axis=0) > 0]
     ratios = where_large(*some) if some.size else 1.0
-    return ForceGain(left, nats, float(blocks.sum()) / spread if spread > 0 else 0.0, ratios)
+    spread = float(np.sqrt((blocks**2).sum()))
+    t = float(blocks.sum()) / spread if spread > 0 else 0.0
+    return ForceGain(left, nats, t, ratios, above_zero(scores) if scores.any() else 1.0)
 
 
 def independent(values: Array) -> float:

@@ -28,8 +28,9 @@ CLOSE = 1.1
 """Ratio of squared residuals, left or removed, up to which neither of two models far from the noise is preferred."""
 EQUAL = 2.0
 """Nats by which fits of twins, which are one motion, may differ."""
-FORCE_SHARE = 0.1
-"""Share of α for the test on the force residual (weighted Bonferroni)."""
+FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
+"""Share of α for the test on the force residual (weighted Bonferroni), and that where the log has fewer than
+``credit.SIGNED`` segments: the sign test on B of them cannot give less than Φ(−√B)."""
 LEAST_DRIVE = 0.1
 """Least RMS of the drive force with an effect over that without: less does not move the machine."""
 CONTRADICTED = 1.5
@@ -234,14 +235,17 @@ def chance(search: Search, fit: Fit, e: Evidence, candidates: int) -> float:
 
 
 def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: int) -> float:
-    """Probability by free runs, or by the force residual where free runs leave doubt (weighted Bonferroni, 9 to 1)."""
-    free = min(1.0, p / (1 - FORCE_SHARE))
+    """Probability by free runs, or by the force residual where free runs leave doubt (weighted Bonferroni)."""
+    few = len(after.search.record.start) < credit.SIGNED
+    share = FORCE_SHARE_OF_FEW if few else FORCE_SHARE
+    free = min(1.0, p / (1 - share))
     if free <= credit.ALPHA:
         return free
     gain = after.over(before)
     if gain.left > 1 - credit.LEAST_SHARE:
         return free
-    return min(free, candidates * gain.p / FORCE_SHARE)
+    added = len(after.fit.theta) - len(before.fit.theta)
+    return min(free, candidates * gain.p_added(added) / share)
 
 
 def whiteness(search: Search, fit: Fit) -> float:

@@ -391,6 +391,19 @@ def test_free_runs_that_are_worse_by_chance_refuse_no_effect(force: float, worse
     assert run == pytest.approx(1.1) and (chosen.option is not None) is admissible
 
 
+@pytest.mark.parametrize(("worse_in", "admissible"), [(1, True), (12, False)])
+def test_nor_do_free_runs_that_are_worse_than_those_of_the_declared_model_by_chance(
+    worse_in: int, admissible: bool
+) -> None:
+    declared, squares = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,), ((1.0,),) * 12), np.ones(12)
+    squares[:worse_in] += 12 * 0.21 / worse_in
+    run = float(np.sqrt(squares.mean()))
+    new = ErrorFigures(0.8, (0.8,), 0.1, run, (run,), tuple((float(s),) for s in squares))
+    chosen = admitted([("the effect", system_of(stage()))], declared, lambda _: new, declared)
+    assert (chosen.option is not None) is admissible
+    assert admitted([("values", system_of(stage()))], declared, lambda _: new).option is None
+
+
 def test_the_parts_of_a_free_run_make_up_its_error(rough: tuple[Log, Log]) -> None:
     motion = smooth_motion(rough[0])
     found = measure(system_of(stage()), motion, Problem(system_of(stage()), motion, {}).masks, slice(1000, 5000))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import binom
+from scipy.stats import binom, norm
 
 from codegen.diagnosis.credit import ALPHA, Evidence
 from codegen.diagnosis.force_evidence import force_gain
@@ -91,6 +91,36 @@ def test_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log
     p = [force_gain(problem, draw.normal(size=shape), draw.normal(size=shape)).p for _ in range(400)]
     for alpha in (0.05, 0.2):
         assert np.mean(np.array(p) <= alpha) <= alpha
+
+
+def test_a_force_that_is_not_there_is_credited_as_rarely_as_stated(log: Log) -> None:
+    """A wave fitted by least squares to residuals with jerks, of the log's spectrum: one coefficient too many."""
+    problem, draw = problem_of(log), np.random.default_rng(3)
+    count, rows = len(problem.motion.time), problem.masks.rows
+    wave = problem.motion.low_pass(np.sin(0.05 * np.arange(count))[:, None])
+    p = []
+    for _ in range(400):
+        noise = problem.motion.low_pass(
+            draw.normal(size=(count, 1)) * np.exp(draw.normal(size=48))[np.arange(count) * 48 // count, None]
+        )
+        size = float(noise[rows] @ wave[rows] / (wave[rows] @ wave[rows]))
+        p.append(force_gain(problem, noise, noise - size * wave).p_added(1))
+    for alpha in (0.01, 0.05, 0.2):
+        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 400, alpha) / 400
+
+
+def test_a_coefficient_five_deviations_from_zero_is_no_chance_though_the_gains_of_blocks_leave_doubt(log: Log) -> None:
+    """A wave whose size by least squares is 5 standard errors, in white residuals."""
+    problem, draw = problem_of(log), np.random.default_rng(4)
+    count, rows = len(problem.motion.time), problem.masks.rows
+    wave = np.sin(0.05 * np.arange(count))[:, None]
+    noise = problem.motion.low_pass(draw.normal(size=(count, 1)))
+    rate = 2 * problem.motion.cutoff_hz * problem.motion.sample_time
+    error = float(np.std(noise[rows]) / np.sqrt(rate * (wave[rows] @ wave[rows])))
+    before = noise - wave * float(noise[rows] @ wave[rows] / (wave[rows] @ wave[rows])) + 5 * error * wave
+    gain = force_gain(problem, before, before - 5 * error * wave)
+    assert norm.isf(gain.score) == pytest.approx(5, rel=0.2) and gain.p_added(1) < 1e-4
+    assert gain.t < 3.2 and gain.p > 1e-3
 
 
 def test_an_offset_that_a_level_takes_is_alike_where_the_motion_never_turns(tmp_path: Path, log: Log) -> None:
