@@ -218,16 +218,13 @@ def is_small(left: Sequence[Remainder], material: float) -> bool:
 
 
 def settled_by_free_runs(final: Fit, share: float, problem: Problem, refit: System, augmented: System) -> bool:
-    """Whether free runs credit effects that the force residual does not confirm; see ``free_runs_settle``.
-
-    Where its square falls by ``LEAST_SHARE``, both criteria are asked.
+    """Whether free runs credit effects that the force residual speaks against; see ``free_runs_settle``.
 
     Args:
         share: of the squared free-run residual that the effects remove.
     """
     plain, richer = (residual_without_levels(problem, s) for s in (refit, augmented))
-    times = force_gain(problem, plain, richer).left
-    return times > 1 - LEAST_SHARE and free_runs_settle(final, share, times)
+    return free_runs_settle(final, share, force_gain(problem, plain, richer).left)
 
 
 def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System) -> bool:

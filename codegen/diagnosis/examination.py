@@ -113,13 +113,17 @@ def _judged(
     options = _options(system, richer, "the effect with refitted values", without_it)
     models = problem, plain.refit, options[0][1]
     settled, against = settled_by_free_runs(outcome.final, outcome.explained, *models), ""
-    if not (settled or force_agrees(outcome.final, *models)):
+    agrees = force_agrees(outcome.final, *models)
+    if not (settled or agrees):
         against = "it does not reduce the squared residual force of the training log as much as it should"
     against = against or against_regression(outcome, *models, found)
     if against:
         return replace(plain, verdict="unknown", effects=found, against=(against,))
     declared, without, worse = references(plain, options[0][1], problem, settled)
     chosen = admitted(options, declared, measured, without, worse)
+    if chosen.option is None and settled and agrees:  # what lets free runs decide alone refuses nothing by itself
+        declared, without, worse = references(plain, options[0][1], problem)
+        chosen = admitted(options, declared, measured, without, worse)
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
     figures = (*plain.figures[:2], chosen.figures)

@@ -129,6 +129,16 @@ def test_what_least_squares_does_not_see_is_counted_apart(
     assert rates(rows)["detected, of those that least squares sees"] == Rate(1 + visible, 1 + visible)
 
 
+@pytest.mark.parametrize(("deviations", "told"), [(5.0, True), (1.5, False)])
+def test_what_least_squares_tells_from_zero_is_counted_apart(deviations: float, told: bool) -> None:
+    truth = {"effects": [{"kind": "cogging", "on": "x", "parameters": {"amplitude": 10.0}}], "equivalents": [[]]}
+    spike = spike_of(truth, {"own": 1.0, "deviations": deviations}, "")
+    found = rates([Row("cogging", 10.0, one, Outcome(DETECTED, ())) for one in (spike, COGGING)])
+    assert spike.is_told is told
+    assert found["told from zero by least squares"] == Rate(1 + told, 2)
+    assert found["detected, of those that least squares tells from zero"] == Rate(1 + told, 1 + told)
+
+
 def test_totals_count_detections_and_false_names_apart() -> None:
     found = [Outcome(o, (), 1.0 if near is not None else None, near) for o, near in OUTCOMES_SEEN]
     assert totals(found) == {
@@ -141,7 +151,7 @@ def test_totals_count_detections_and_false_names_apart() -> None:
     text = page([Part("rig", "none", (), rows)], (10.0,), ["elsewhere"], "abc", ["cogging", "spring"])
     assert "| spring | not run | " in text and f"| cogging | {found[0].outcome} |" in text
     assert "| detected | 4 of 8: 50 % (22 … 78) | " in text and "| cogging | 4 of 8 | " in text
-    assert "| cogging | 10 % | – | detected | – | amplitude | 1, off | 11 = 1 + 10 |" in text
+    assert "| cogging | 10 % | – | – | detected | – | amplitude | 1, off | 11 = 1 + 10 |" in text
     assert "Not here or not run, so not in these tables: elsewhere." in text
 
 
