@@ -27,6 +27,11 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
     if sizes and all(low <= neutral <= high for low, high, neutral in sizes.values()):
         listed = ", ".join(f"{name} ({low:.3g} to {high:.3g})" for name, (low, high, _) in list(sizes.items())[:3])
         words.append(f"the 95 % interval of {listed} contains the value at which {found.kind} is absent")
+    for name, (low, high), least in _below_sight(problem, part, found):
+        words.append(
+            f"the 95 % interval of {name} ({low:.3g} to {high:.3g}) of {found.kind} reaches below {least:.3g} "
+            f"{found.units[name]}: a curve that bends there is a level on this log"
+        )
     if never_passed(problem.system, problem.motion, part, found.parameters):
         stroke, period = _stroke(problem.system, problem.motion, part), found.parameters["period"]
         unit = found.units["period"]
@@ -65,6 +70,14 @@ def shows_no_bend(system: System, motion: Motion, part: Part, parameters: Mappin
         return False
     top = _top_speed(system, motion, part)
     return any(not low * top <= parameters[name] <= high * top for name, (low, high) in shares.items())
+
+
+def _below_sight(problem: Problem, part: Part, found: FoundEffect) -> list[tuple[str, tuple[float, float], float]]:
+    """Speeds at which a curve bends, with intervals that reach below the least one that the log shows; see above."""
+    top = _top_speed(problem.system, problem.motion, part)
+    form = part.effect.parameters
+    least = {p.name: p.seen_at[0] * top for p in form if p.seen_at is not None and p.name in found.intervals}
+    return [(name, found.intervals[name], one) for name, one in least.items() if found.intervals[name][0] < one]
 
 
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:

@@ -56,6 +56,19 @@ def test_a_rough_loss_gives_values_without_intervals(log: Log) -> None:
     assert remarks(smooth, spring, problem) == []
 
 
+@pytest.mark.parametrize(("least", "refused"), [(2e-3, True), (2e-2, False)])
+def test_a_bend_whose_interval_reaches_below_the_speeds_of_the_log_is_no_curve(
+    log: Log, least: float, refused: bool
+) -> None:
+    """Viscous friction that saturates at a hundredth of the top speed of 0.8 m/s is a friction level."""
+    part = part_of(CATALOGUE["viscous"].with_parameters(["b", "v_s"]), 0, system_of(stage()))
+    intervals = {"b": (10.0, 90.0), "v_s": (least, 0.09)}
+    values, units = {"b": 50.0, "v_s": 0.03}, {"b": "N*s/m", "v_s": "m/s"}
+    found = FoundEffect("viscous", "rail", values, units, (), intervals)
+    words = objections(found, part, Problem(system_of(stage()), smooth_motion(log), {}))
+    assert bool(words) is refused and all("is a level on this log" in one for one in words)
+
+
 def test_a_period_longer_than_the_stroke_is_not_credited(log: Log) -> None:
     stroke = np.ptp(log.positions[500:-500])  # without the second at each end that is not used
     for times, credited in ((0.9, True), (1.03, True), (1.1, False), (1.78, False)):
