@@ -159,13 +159,14 @@ def _of_ratios(before: Array, after: Array, above: Array | float) -> float:
     chosen = np.maximum(before, after) > above
     if chosen.sum() < LEAST_FAR:
         return 1.0
-    return above_zero(np.log(before[chosen] / after[chosen]))
+    ratios = np.log(before[chosen] / after[chosen])
+    return float(student.sf(t_of_mean(ratios), len(ratios) - 1)) if ratios.std() > 0 else 1.0
 
 
-def above_zero(values: Array) -> float:
-    """One-sided probability of values with such a mean where it is zero, by Student's t test."""
+def t_of_mean(values: Array) -> float:
+    """Student's t of the mean of values; 0 where they are all the same."""
     spread = float(values.std(ddof=1)) / sqrt(len(values))
-    return float(student.sf(values.mean() / spread, len(values) - 1)) if spread > 0 else 1.0
+    return float(values.mean()) / spread if spread > 0 else 0.0
 
 
 def _squares(losses: Array, kept: int) -> Array:

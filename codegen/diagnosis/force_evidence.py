@@ -9,9 +9,9 @@ from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.stats import chi2, f
 
-from codegen.diagnosis.credit import SIGNED, above_zero, random_signs, where_large
+from codegen.diagnosis.credit import SIGNED, random_signs, t_of_mean, where_large
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.residual import (
     Problem,
@@ -51,15 +51,14 @@ class ForceGain:
         nats: gain in log-likelihood for the number of independent residuals.
         t: sum of the gains of blocks of the log over the root of the sum of their squares.
         where_large: probability, by a t test, of such ratios in the blocks with most to explain.
-        score: probability, by a t test, of the sums over blocks of r'(r − r₁), with r the other model's residual and r₁
-            this one's.
+        score: Student's t of the sums over blocks of r'(r − r₁), with r the other model's residual and r₁ this one's.
     """
 
     left: float
     nats: float
     t: float
     where_large: float = 1.0
-    score: float = 1.0
+    score: float = 0.0
 
     @property
     def p(self) -> float:
@@ -74,11 +73,17 @@ class ForceGain:
 
         As ``p``, but of nested models: by a score test on the blocks, and by the likelihood-ratio test of Wilks. A
         block's gain r² − r₁² is smaller than 2 r'(r − r₁) by (r − r₁)², what the added force itself amounts to. Where
-        it is not there, the gains are negative and the products have the mean zero; so gains compare any two models,
-        but show an added force only with about half the standard deviations that its coefficient is from zero.
+        it is not there, the products with a fixed force have the mean zero and the gains are negative; so gains compare
+        any two models, but show an added force only with about half the standard deviations that its coefficient is
+        from zero.
+
+        The force is fitted to this log, along the direction of its k parameters that explains most. Over all directions
+        the largest t² of B blocks is Hotelling's T², and T² (B − k)/(k (B − 1)) has the F distribution of k and B − k.
         """
-        by_blocks = min(1.0, 2 * min(self.score, self.where_large))
-        return max(by_blocks, float(chi2.sf(2 * max(self.nats, 0.0), max(parameters, 1))))
+        k = max(parameters, 1)
+        along_best = max(self.score, 0.0) ** 2 * (SIGNED - k) / (k * (SIGNED - 1))
+        by_blocks = min(1.0, 2 * min(float(f.sf(along_best, k, SIGNED - k)), self.where_large))
+        return max(by_blocks, float(chi2.sf(2 * max(self.nats, 0.0), k)))
 
 
 def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
@@ -108,7 +113,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     ratios = where_large(*some) if some.size else 1.0
     spread = float(np.sqrt((blocks**2).sum()))
     t = float(blocks.sum()) / spread if spread > 0 else 0.0
-    return ForceGain(left, nats, t, ratios, above_zero(scores) if scores.any() else 1.0)
+    return ForceGain(left, nats, t, ratios, t_of_mean(scores))
 
 
 def independent(values: Array) -> float:
