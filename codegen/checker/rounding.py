@@ -6,6 +6,10 @@ large factor can amplify: 1e14 * (0.1 + 0.2 - 0.3) is 0 in exact arithmetic and 
 bounded by `cancelled` for each assigned value and each argument of a function or a quotient: the sum of the absolute
 terms as written in the C, over the sum of the absolute coefficients of the polynomial that they add up to, with all
 variables equal to 1. In the shipped code the ratio is at most 600 000.
+
+So the size of a value times the rounding error of one number bounds the error of the value, to first order. A quotient
+a/b and a function pass the error of what they are of on: its size is |a| size(b)/b^2 and at most |f| size(argument). A
+parameter that `prepare` computes has the size of its formula wherever it stands.
 """
 
 import ast
@@ -16,6 +20,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING or __package__:
     from codegen.checker import frame, kernel
 
+EXP, NAME = r"\bexp *\(", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
+
 
 def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     """Raises ValueError where this does not hold in one of the functions of the C, or a formula of the proof with exp.
@@ -25,26 +31,44 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     """
     c, names, known = shown["c"], shown["names"], shown["known"]
     values = {x: names[x] for x in c.values}
-    Sized({x: p for x, p in values.items() if x not in dict(c.prepare)}, known, c.precision).run(c.prepare, [*values])
+    made = Sized({x: p for x, p in values.items() if x not in dict(c.prepare)}, known, c.precision)
+    made.run(c.prepare, [*values])
+    prepared = {x: size for x, size in made.sizes.items() if x in values}
     claim = kernel.Text(names, known)
     start = {z: claim.value(of) for z, of in proof["states"].items()}
-    text = Sized({x: p for x, p in names.items() if x not in c.outputs} | start, known, c.precision)
+    text = Sized({x: p for x, p in names.items() if x not in c.outputs} | start, known, c.precision, prepared)
     text.run(c.step, [])
     text.run(c.commit, c.states + c.outputs)
-    said = Sized(names, known, c.precision)
-    for formula in set(re.findall(r'"([^"]*\bexp *\([^"]*)"', json.dumps(proof))):
-        said.checked(formula)
+    said = Sized(names, known, c.precision, prepared)
+    rounded = of_exp(c.prepare)
+    for formula in set(re.findall(r'"([^"]*)"', json.dumps(proof))):
+        if re.search(EXP, formula) or rounded.intersection(re.findall(NAME, formula)):
+            said.checked(formula)
     free = values | {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):
-        Sized(free, {}, c.precision).run(program, c.states)
+        Sized(free, {}, c.precision, prepared).run(program, c.states)
+
+
+def of_exp(prepare: list[tuple[str, str]]) -> set[str]:
+    """What `prepare` sets to an expression with an exp, which the kernel takes to 50 digits, or with one of these."""
+    found: set[str] = set()
+    for name, text in prepare:
+        found |= {name} if re.search(EXP, text) or found.intersection(re.findall(NAME, text)) else set()
+    return found
 
 
 class Sized(kernel.Text):
-    """Assignments that are run with the sizes of what is assigned."""
+    """Assignments that are run with the sizes of what is assigned.
 
-    def __init__(self, names: dict[str, Any], known: Any, precision: Any) -> None:
+    Args:
+        sizes: of names that are set already; of others it is the sum of the magnitudes of the coefficients.
+    """
+
+    def __init__(
+        self, names: dict[str, Any], known: Any, precision: Any, sizes: dict[str, float] | None = None
+    ) -> None:
         super().__init__(names, known, precision)
-        self.sizes: dict[str, float] = {}
+        self.sizes = dict(sizes or {})
 
     def run(self, assignments: list[tuple[str, str]], writable: list[str]) -> dict[str, Any]:
         for name, value in assignments:
@@ -70,13 +94,15 @@ class Sized(kernel.Text):
                 return self.size(operand, text)
             case ast.Call(ast.Name(name), [argument], []):
                 size = self.left(p := self.of(argument, text), self.size(argument, text))
+                if name in ("fabs", "sgn"):
+                    return size if name == "fabs" else 1.0
                 value = kernel.function(name, p, self.known)
-                return size if name == "fabs" else 1.0 if value.names() else total(value)
+                return (1.0 if value.names() else total(value)) * max(1.0, size)
             case ast.BinOp(left, operator, right):
                 a, b = self.size(left, text), self.size(right, text)
                 if isinstance(operator, ast.Div):
                     self.left(p := self.of(right, text), b)
-                    return a / total(p)
+                    return a * b / total(p) ** 2
                 return a * b if isinstance(operator, ast.Mult) else a + b
         here = text[node.col_offset : node.end_col_offset]
         return self.sizes[here] if here in self.sizes else total(self.of(node, text))

@@ -392,7 +392,8 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         f"machine: {'; '.join(pushed)}; {free} constant, with any value",
         *(
             f"in a sample {plain(x)} moves by {h} s times ({plain(v)} + q*{h} s*{plain(v)}'), q = {plain(q)}"
-            for (x, v), q in zip(proof["positions"].items(), proof.get("mean", {}).values(), strict=False)
+            for x, v in proof["positions"].items()
+            if (q := proof.get("mean", {}).get(x))  # in the order of the positions, whatever that of `mean`
         ),
         *(f"{plain(s)} is 1 or -1, the sign of {plain(u)} in machine and code" for s, u in proof["signs"].items()),
         *(f"only where {plain(x)} > 0" for x in proof["domain"]),

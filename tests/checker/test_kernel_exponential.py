@@ -27,10 +27,12 @@ Change = Callable[[Any], Any]
 
 
 @cache
-def made(name: str) -> tuple[str, str, dict[str, str]]:
-    """(certificate, proof, files) of a shipped spec with an exponential step."""
+def made(name: str, *others: tuple[str, str]) -> tuple[str, str, dict[str, str]]:
+    """(certificate, proof, files) of a shipped spec with an exponential step, and others of its texts."""
     text = spec_path(name).read_text("utf-8")
-    text = text.replace("  velocity: estimated", "  integration: exponential\n  velocity: estimated", 1)
+    for old, new in (("  velocity: estimated", "  integration: exponential\n  velocity: estimated"), *others):
+        assert old in text
+        text = text.replace(old, new, 1)
     machine = Derived(parse_spec(text, Path(f"{name}.yaml")))
     outcome = machine.outcome
     assert isinstance(outcome, Certificate), outcome
@@ -89,6 +91,19 @@ def test_the_twin_keeps_a_right_estimate_on_that_motion_and_on_no_other(tmp_path
         moved = namespace["Inputs"](x + H * (v + share * H * rate), force)
         out = namespace["step"](state, parameters, moved)
         assert (abs(out.v_hat - (v + H * rate)) < 1e-12) == stays
+
+
+def test_each_position_is_printed_with_its_own_mean() -> None:
+    """Whatever their order in the file: with the two turned round, each was printed with the mean of the other."""
+    _, text, files = made("two_mass", ("K_F: [500, 700], K_v: [10, 10]", "K_F: [100, 100], K_v: [100, 300]"))
+    proof, sources = json.loads(text), {x: of.encode() for x, of in files.items()}
+    turned = proof | {"mean": dict(reversed(proof["mean"].items()))}
+    assert [*turned["mean"]] == ["inputs.x2", "inputs.x1"] and len({*turned["mean"].values()}) == 2
+    printed = [verify.check(json.dumps(p), sources=sources).proved for p in (proof, turned)]
+    assert printed[0] == printed[1]
+    for i in (1, 2):
+        (line,) = (line for line in printed[0] if line.startswith(f"in a sample x{i} moves by "))
+        assert f"K_v_v{i}" in line and f"K_v_v{3 - i}" not in line
 
 
 @pytest.mark.parametrize(

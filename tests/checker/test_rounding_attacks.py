@@ -1,0 +1,52 @@
+"""Rounding that a quotient, a function or a derived constant passes on: 0 in exact arithmetic, large in doubles.
+
+Each of these was bound to its C with status 0, and its velocity estimate was off by more than 1 m/s.
+"""
+
+from __future__ import annotations
+
+import decimal
+import json
+import math
+
+import pytest
+
+from codegen.checker import verify
+from tests.checker.forged import changed, check
+from tests.checker.test_kernel_exponential import made
+
+V_HAT = "const double v_hat = state->z_v + parameters->K_v * inputs->x"
+H_K_F = "parameters->h_K_F = parameters->sample_time * parameters->K_F"
+LEFT = "0.1 + 0.2 - 0.3"  # 5.6e-17 in doubles
+E = decimal.Context(50).exp(-1)
+
+
+@pytest.mark.parametrize(
+    ("added", "prepared"),
+    [
+        (f"1e8 * (1e-11 / ({LEFT} + 1e-11) - 1.0)", ""),
+        (f"1e10 * (exp(-(1e10 * ({LEFT}) + 1.0)) - {E})", ""),
+        (f"1e8 * (sin(inputs->x + 1e10 * ({LEFT})) - sin(inputs->x))", ""),
+        ("1e10 * (parameters->h_K_F - 0.01)", f"1e8 * ({LEFT})"),
+    ],
+)
+def test_an_error_that_is_passed_on_is_not_forgotten(added: str, prepared: str) -> None:
+    text = added.replace("inputs->x", "0.25").replace("parameters->h_K_F", f"(0.001 * 10.0 + {prepared or 0})")
+    assert abs(eval(text, {"exp": math.exp, "sin": math.sin, "__builtins__": {}})) > 1  # as doubles of the C
+    pairs = [(V_HAT, f"{V_HAT} + {added}"), *([(H_K_F, f"{H_K_F} + {prepared}")] if prepared else [])]
+    with pytest.raises(verify.Refused, match="is its rounding"):
+        check(*changed("one_mass", *pairs))
+
+
+def test_a_machine_of_what_is_left_of_a_derived_exponential_is_refused() -> None:
+    """1e60 times 1 - exp(-h K_v) less its first 50 digits, under the name that the C gives it: more than 1e6 N."""
+    _, text, files = made("one_mass")
+    proof, name, wide = json.loads(text), "parameters.one_minus_exp_minus_h_K_v", decimal.Context(99)
+    digits = wide.subtract(decimal.Decimal(1), decimal.Context(50).exp(decimal.Decimal("-0.1")))
+    exact = wide.subtract(decimal.Decimal(1), wide.exp(decimal.Decimal("-0.1")))
+    assert abs(exact - digits) * 10**60 > 10**6
+    (force,) = proof["force"]
+    force = f"{force} + 1e60*({name} - {digits})"
+    proof |= {"force": [force], "acceleration": {"true.v": f"({force})/parameters.m"}}
+    with pytest.raises(verify.Refused, match="is its rounding"):
+        verify.check(json.dumps(proof), sources={x: of.encode() for x, of in files.items()})
