@@ -105,7 +105,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     signs, errors, formulas, velocity = (proof[x] for x in ("signs", "errors", "states", "positions"))
     c = frame.read(proof["name"], files)
     # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded. But one that is
-    # the exp of a number is its decimal, for all that is made of it, and so is this exp wherever it stands.
+    # the exp of a number is its decimal, for all that is made of it, and so is this exp wherever it stands, but exp(0).
     known: Known = {}
     decimals: Known = {}  # of an exp: one, or those of many parameters could lead away from it
     prepared = Text({x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)
@@ -113,7 +113,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         exact = prepared.run([(parameter, text)], [*c.values])[parameter]
         decimal = c.values.get(parameter, exact.constant())
         demand(abs(exact.constant() - decimal) <= abs(decimal) * c.precision.rounding, "prepare gives others")
-        exps = {key: term(decimal) for key, e in known.items() if key[0] == "exp" and e == exact}
+        exps = {(f, p): term(decimal) for (f, p), e in known.items() if f == "exp" and p and e == exact}
         demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), "prepare gives others")
         known |= exps
         prepared.names |= {parameter: term(decimal)} if exps else {}

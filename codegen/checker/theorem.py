@@ -391,7 +391,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     return [
         f"machine: {'; '.join(pushed)}; {free} constant, with any value",
         *(
-            f"in a sample {plain(x)} moves by {h} s times ({plain(v)} + q*{h} s*{plain(v)}'), q = {plain(q)}"
+            f"in a sample {plain(x)} moves by {h} s times ({plain(v)} + ({plain(q)})*{h} s*{plain(v)}')"
             for x, v in proof["positions"].items()
             if (q := proof.get("mean", {}).get(x))  # in the order of the positions, whatever that of `mean`
         ),
@@ -429,7 +429,8 @@ def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str],
 
 def ambiguous(proof: dict[str, Any], shown: dict[str, Any]) -> set[str]:
     """What two quantities are called, a parameter and a true level, say: their kinds are printed with them."""
-    full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps(proof)), *(x.split("[")[0] for x in shown["values"])}
+    begun = [of for z, of in shown["c"].init if z in proof.get("shared", {})]  # printed too
+    full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps([proof, begun])), *(x.split("[")[0] for x in shown["values"])}
     bare = Counter(x.split(".")[1] for x in full)
     return {x for x, count in bare.items() if count > 1}
 

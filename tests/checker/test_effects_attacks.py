@@ -343,3 +343,28 @@ def test_the_decimals_of_one_exponential_do_not_lead_away_from_it() -> None:
         else:
             with pytest.raises(verify.Refused, match="prepare gives others"):
                 alone(json.loads(text), sources | other)
+
+
+def test_where_a_lag_starts_is_not_called_as_a_parameter_is() -> None:
+    """An input `rail_a` that no field of the proof names: "at its start rail_a" was printed beside "rail_a = 50"."""
+    _, sources, text = made("actuator_lag")
+    code, header = sources["one_mass.c"], sources["one_mass.h"]
+    for old, new in (
+        ("state->w_lagged = inputs->w;\n    state->mode", "state->w_lagged = inputs->rail_a;\n    state->mode"),
+        (
+            "const double check = inputs->x + inputs->w +",
+            "const double check = inputs->x + inputs->w + inputs->rail_a +",
+        ),
+        ("given = inputs->x + inputs->w;", "given = inputs->x + inputs->w + inputs->rail_a;"),
+        (
+            "const double check = z_v_next",
+            "const double more = inputs->rail_a;\n    const double check = more + z_v_next",
+        ),
+    ):
+        assert old in code
+        code = code.replace(old, new, 1)
+    assert header.count("double w; /* N: input */") == 1
+    header = header.replace("double w; /* N: input */", "double w; /* N: input */ double rail_a; /* N: input */")
+    report = verify.check(text, sources={"one_mass.c": code.encode(), "one_mass.h": header.encode()})
+    assert any("at its start inputs.rail_a, in a sample" in line for line in report.proved)
+    assert any("parameters.rail_a = 50" in line for line in report.proved)

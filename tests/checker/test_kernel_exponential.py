@@ -20,6 +20,7 @@ from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate
 from codegen.checker import verify
 from codegen.spec import parse_spec
+from tests.checker.forged import changed, check
 from tests.checker.test_kernel import spec_path
 
 H, K = 0.001, 100.0
@@ -181,6 +182,26 @@ def test_what_is_left_of_an_exponential_beside_its_decimal_is_not_taken_for_noth
 
     with pytest.raises(verify.Refused, match="V may not fall"):
         checked("one_mass", forged)
+
+
+def test_exp_of_zero_is_one_in_certificate_and_code() -> None:
+    """A parameter exp(0.0) whose decimal is 1 + 8e-16: with this for exp(0), which the algebra has as 1, the matrix
+    -150 + 6.25e16 (exp(0) - 1), -150 to the algebra, was bound with status 0 to a C of which it is -100.
+    """
+    content, files = changed(
+        "one_mass", ("    parameters->h_K_F =", "    parameters->c = exp(0.0);\n    parameters->h_K_F =")
+    )
+    header = files["one_mass.h"].decode().replace("    double h_K_F;", "    double c;\n    double h_K_F;")
+    header = header.replace("0.01 /* h_K_F", "1.0000000000000008, 0.01 /* h_K_F")
+    files |= {"one_mass.h": header.encode()}
+    content["subject"]["files"]["one_mass.h"] = verify.hashlib.sha256(header.encode()).hexdigest()
+    assert verify.status(check(content, files)) == 0
+    content["parameters"] = [
+        {"name": "q", "expression": ["*", str(50 * 10**16 // 8), ["+", ["exp", "0"], "-1"]]},
+    ]
+    content["matrix"][0][0], content["reversals"], content["decay_rate"] = ["+", "-150", "q"], [], "1"
+    report = check(content, files)
+    assert report.unproved and not report.proved
 
 
 def digits_as_fraction(text: str) -> str:
