@@ -55,6 +55,7 @@ FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
 # whether without conditions.
 Report = namedtuple("Report", "name claim facts unbound open assumptions proved unproved whole")
 TEXTS = ("makefile", "license", "readme", "copying", "dockerfile")  # without a suffix, and no header of any library
+HEADERS = r"\.(h|tcc|inl|modulemap)(\.|$)|^module\.map$"  # names, in small letters
 # Exit statuses: proved of the C where stated conditions hold; the inequalities hold, and were not bound to code.
 DOMAIN, NO_CODE = 4, 5
 ALWAYS = (  # not checked, whatever is given
@@ -296,13 +297,12 @@ def alone(folder: Path | None, own: str) -> None:
 
     A compiler that is given this folder by -I may read it in place of one that the system's <math.h> includes, or that
     it always reads first. GCC reads NAME.h.gch, a precompiled header, in place of NAME.h; Clang reads with math.h what
-    a module.modulemap says; C++ has headers without a suffix, as <cmath>, which
-    its <math.h> includes. What lies behind a
-    link to a folder is not seen here.
+    a module.modulemap says; C++ has headers without a suffix, as <cmath>, which its <math.h> includes, and that of g++
+    includes <tr1/gamma.tcc> and others. What lies behind a link to a folder is not seen here.
     """
     below = [x for _, x in zip(range(MAX_FILES), folder.rglob("*"), strict=False)] if folder and folder.is_dir() else []
     demand(len(below) < MAX_FILES, f"{MAX_FILES} files or more beside the code")
-    headers = [x for x in below if re.search(r"\.(h|modulemap)(\.|$)|^module\.map$", x.name.lower()) and x.name != own]
+    headers = [x for x in below if re.search(HEADERS, x.name.lower()) and x.name != own]
     headers += [x for x in below if x.parent == folder and "." not in x.name and not (x.is_dir() or program(x))]
     named = [one_line(x.name) for x in headers + [x for x in below if x.is_symlink() and x.is_dir()]]
     demand(not named, f"{', '.join(named[:3])} beside the code: a compiler may take it for a header of the system's")
