@@ -51,6 +51,7 @@ def function(name: str, p: Poly, known: Known) -> Poly:
         known["cos", p], known["sin", p] = k * (term(2) * u - term(1)), term(2) * m * t * u
     if name == "exp" and not p.names():
         digits = Context(50).exp(Context(99).divide(*p.constant().as_integer_ratio()))
+        demand(digits, "exp of a number that is too small")
         return known.setdefault((name, p), term(Fraction(digits)))
     if name == "exp" and (d := Poly({m: c for m, c in p.items() if any(x[:9] == "error of " for x in m)})):
         return function(name, p - d, known) * (term(1) + d + d * d * function("exp beyond", d, known))

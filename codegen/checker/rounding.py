@@ -13,8 +13,8 @@ parameter that `prepare` computes has the size of its formula wherever it stands
 """
 
 import ast
-import json
 import re
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
@@ -41,12 +41,21 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     text.run(c.commit, c.states + c.outputs)
     said = Sized(names, known, c.precision, prepared)
     rounded = of_exp(c.prepare)
-    for formula in set(re.findall(r'"([^"]*)"', json.dumps(proof))):
+    for formula in {*texts(proof)}:
         if re.search(EXP, formula) or rounded.intersection(re.findall(NAME, formula)):
             said.checked(formula)
     free = values | {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):
         Sized(free, {}, c.precision, prepared).run(program, c.states)
+
+
+def texts(part: Any) -> Iterator[str]:
+    """All texts in a JSON value but the names of its fields."""
+    if isinstance(part, str):
+        yield part
+    elif part:
+        for inner in part.values() if isinstance(part, dict) else part:
+            yield from texts(inner)
 
 
 def of_exp(prepare: list[tuple[str, str]]) -> set[str]:

@@ -8,11 +8,12 @@ from __future__ import annotations
 import decimal
 import json
 import math
+from typing import Any
 
 import pytest
 
 from codegen.checker import verify
-from tests.checker.forged import changed, check
+from tests.checker.forged import certificate, changed, check, sources
 from tests.checker.test_kernel_exponential import made
 
 V_HAT = "const double v_hat = state->z_v + parameters->K_v * inputs->x"
@@ -38,7 +39,8 @@ def test_an_error_that_is_passed_on_is_not_forgotten(added: str, prepared: str) 
         check(*changed("one_mass", *pairs))
 
 
-def test_a_machine_of_what_is_left_of_a_derived_exponential_is_refused() -> None:
+@pytest.mark.parametrize("cover", ["", ['" t', "1/2", "", ""]])
+def test_a_machine_of_what_is_left_of_a_derived_exponential_is_refused(cover: Any) -> None:
     """1e60 times 1 - exp(-h K_v) less its first 50 digits, under the name that the C gives it: more than 1e6 N."""
     _, text, files = made("one_mass")
     proof, name, wide = json.loads(text), "parameters.one_minus_exp_minus_h_K_v", decimal.Context(99)
@@ -48,5 +50,16 @@ def test_a_machine_of_what_is_left_of_a_derived_exponential_is_refused() -> None
     (force,) = proof["force"]
     force = f"{force} + 1e60*({name} - {digits})"
     proof |= {"force": [force], "acceleration": {"true.v": f"({force})/parameters.m"}}
+    proof = {"cover": cover} | proof | {"cover": cover}  # a cut is made of what is nowhere; its quote stands first
     with pytest.raises(verify.Refused, match="is its rounding"):
         verify.check(json.dumps(proof), sources={x: of.encode() for x, of in files.items()})
+
+
+def test_an_exponential_below_all_decimals_is_not_taken_for_zero() -> None:
+    """Its sign is 1: a machine with 1e5 N of friction besides was printed, and proved to be the one without."""
+    proof = certificate("one_mass", "proof.json")
+    (force,) = proof["force"]
+    force += " + 100000*sgn(exp(-1000000000))"
+    proof |= {"force": [force], "acceleration": {"true.v": f"({force})/parameters.m"}}
+    with pytest.raises(verify.Refused, match="too small"):
+        check(proof, sources("one_mass"))
