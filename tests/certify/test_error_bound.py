@@ -20,6 +20,7 @@ from codegen.app.derived import Derived
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_bound import error_bounds
+from codegen.certify.bound.error_response import error_response
 from codegen.certify.bound.friction_bounds import sliding
 from codegen.certify.certify import Certificate, certify
 from codegen.certify.remedies.sample_times import largest_sample_times
@@ -131,6 +132,40 @@ def balanced(generator: np.random.Generator, samples: int) -> Any:
             a = np.full(half, generator.choice([-1.0, 1.0]))
         rows += [a, -a]
     return TOP * np.concatenate(rows)
+
+
+@pytest.mark.parametrize("step", ["euler", "semi_implicit"])
+@pytest.mark.parametrize("kind", [*OBSERVERS, "gto"])
+def test_the_response_is_that_of_the_compiled_code(kind: str, step: str) -> None:
+    """Random noise, d_x, d_v and changes of friction, of a machine with a spring and a damper, sample by sample."""
+    text = TEXT.replace("parameters: {", "parameters: {b: {value: 7, unit: N*s/m}, k: {value: 0.5, unit: N/m}, ")
+    text = text.replace("force: [w]", "force: [w - b*v - k*x]")
+    gains = OBSERVERS.get(kind, OBSERVERS["to"].replace("kind: to", "kind: gto").replace("K_1: 0", "K_1: -3"))
+    spec = parse_spec(text + f"observer: {gains % step}\n", Path("rail.yaml"))
+    observer = build_observer(spec, build_system(spec))
+    response, program = error_response(observer), build_program(observer)
+    assert not isinstance(response, str)
+    draw, count = np.random.default_rng(2), 2000
+    noise, d_x, d_v, d_f, more = draw.normal(size=(5, count)) * np.array([[1e-8], [1e-8], [1e-5], [0.1], [20.0]])
+    w = LEVEL + 7 * 40 + more
+    x, v, friction, a = np.zeros((4, count))
+    v[0], friction[0] = 40.0, LEVEL
+    for k in range(count - 1):
+        a[k] = (w[k] - 7 * v[k] - 0.5 * x[k] - friction[k]) / MASS
+        v[k + 1] = v[k] + H * a[k] + d_v[k]
+        x[k + 1] = x[k] + H * v[k + (step == "semi_implicit")] + d_x[k]
+        friction[k + 1] = friction[k] + d_f[k]
+    engine = engine_for(program, emit_sources(program, make_header("rail.yaml", "0" * 64, "")))
+    rows, names = np.column_stack([x + noise, w]), [name for name, _, _ in program.outputs]
+    engine.start(rows[0])
+    found, _ = engine.run(rows)
+    estimated = found[:, [names.index("v_hat"), names.index("F_hat_on_x")]]
+    direct = np.array(response.direct, dtype=float)[:, 0]
+    error = np.column_stack([v, friction]) - estimated + noise[:, None] * direct
+    causes = {"noise": noise, "displacement": d_x, "velocity": d_v, "acceleration": a}
+    moved = error @ np.array(response.step, dtype=float).T + np.column_stack([0 * d_f, d_f])
+    moved += sum(c[:, None] * np.array(getattr(response, name), dtype=float)[:, 0] for name, c in causes.items())
+    assert np.abs(moved[:-1] - error[1:])[1500:].max() < 1e-8 < 1e-3 * np.abs(error[1500:]).max()
 
 
 @pytest.mark.parametrize(("kind", "step"), CASES)

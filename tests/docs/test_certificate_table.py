@@ -30,7 +30,10 @@ def test_the_row_is_what_the_proofs_say(name: str) -> None:
     proofs = {p.name: p.read_text(encoding="utf-8") for p in folder.glob("*.json") if p.name not in others}
     for text in proofs.values():
         assert verify.check(text, folder).unbound == ()
-    assert_newtons(row[12], friction_bounds(folder))
+    bounds = friction_bounds(folder)
+    assert_newtons(row[12], bounds)
+    worst = [float(word) for word in re.split("[–, ]+", row[13]) if word]  # what the same disturbances reach
+    assert all(0.8 * bound < w < 1.001 * bound for w, bound in zip(worst, in_cell(bounds), strict=True))
     through = [float(word) for word in re.findall(r"through stick ([^)]*)", row[12])]
     assert through == pytest.approx(friction_bounds(folder, any_friction=True), rel=1e-3)
     rates = {kind: float(Fraction(json.loads(text)["decay_rate"])) for kind, text in proofs.items()}
@@ -57,8 +60,12 @@ def friction_bounds(folder: Path, any_friction: bool = False) -> list[float]:
     return [bound for (*c, _), bound in rows if all(c[k] == "0" for k in velocities)]
 
 
+def in_cell(proved: list[float]) -> list[float]:
+    """The bounds, or the ends of their range where there are many, as a cell of the table has them."""
+    return [min(proved), max(proved)] if len(proved) > 2 else proved
+
+
 def assert_newtons(cell: str, proved: list[float]) -> None:
     """The bounds in the table's cell, or their range where there are many, are those of ellipsoid.json."""
     numbers = [float(word) for word in re.sub(r"\(.*?\)", "", cell).replace("–", " ").split() if word[0].isdigit()]
-    expected = [min(proved), max(proved)] if len(proved) > 2 else proved
-    assert numbers == pytest.approx(expected, rel=1e-3)
+    assert numbers == pytest.approx(in_cell(proved), rel=1e-3)

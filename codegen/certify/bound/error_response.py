@@ -45,7 +45,8 @@ class Response:
         step: Φ, m by m.
         noise: N, m by n; ``direct``: D, m by n.
         displacement: X, m by n; velocity: V, m by n.
-        acceleration: A, m by n; zero for Euler and semi-implicit steps.
+        acceleration: A, m by n; zero for Euler and semi-implicit steps, but in a semi-implicit tracker for its gain K_1
+            on the position: its state moves by the old velocity and x by the new one, which leaves −h² K_1 a.
         by_position, by_velocity, by_force: ∂v̂'/∂x, ∂v̂'/∂v and ∂v̂'/∂F of the model's acceleration v̂', n by n.
         by_input: ∂v̂'/∂w, n by inputs.
         nonaffine: parts of forces that are not affine in positions or inputs; not contained in the slopes above.
