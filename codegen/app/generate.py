@@ -147,7 +147,7 @@ def generate(
         _refuse_folder_of_another(target, spec.name)
         refuse_hand_written(target, files)
         if not force:
-            refuse_edited(target, files, "--force, which discards the edits")
+            refuse_edited(target, {**dict.fromkeys(BESIDE), **files}, "--force, which discards the edits")
         write_all(target, files, ("manifest.json",))
         _make_importable(target, folder)
         _drop_old_proofs(target, spec, files)
@@ -216,12 +216,12 @@ def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
 
 
 def refuse_edited(target: Path, files: Mapping[str, str | None] | Mapping[str, str], otherwise: str = "") -> None:
-    """Raise BadInput where a file that would be replaced is no longer what its manifest says that we wrote.
+    """Raise BadInput where a file that would be replaced or removed is no longer what its manifest says that we wrote.
 
     The manifest on disk has the SHA-256 of each file, so files of an older version of ours are no edits.
 
     Args:
-        files: name → its new text, which is no edit; None where that is not known yet.
+        files: name → its new text, which is no edit; None where that is not known yet, or there will be none.
         otherwise: what the user can do instead of moving the files away, in words; "" for nothing.
     """
     listed = listed_files(target)

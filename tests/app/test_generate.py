@@ -343,6 +343,18 @@ def test_an_edited_file_is_replaced_by_force_alone(generated, folder):
     assert stiction("generate", "one_mass.yaml").code == 0
 
 
+def test_an_edited_proof_that_would_be_removed_is_kept(generated, folder):
+    claim = generated / "ellipsoid.json"
+    claim.write_text(claim.read_text() + "\n")
+    text = (folder / "one_mass.yaml").read_text()
+    (folder / "one_mass.yaml").write_text("".join(x for x in text.splitlines(True) if "v_dot" not in x))
+    before = contents(folder)
+    result = stiction("generate", "one_mass.yaml")
+    assert result.code == 2 and "[FILE008]" in result.err and "ellipsoid.json" in result.err
+    assert contents(folder) == before
+    assert stiction("generate", "one_mass.yaml", "--force").code == 0 and not claim.exists()
+
+
 def test_an_edit_that_would_be_written_anyway_is_no_edit(generated, folder):
     """As where a run was killed before it wrote the manifest of the new files."""
     manifest = (generated / "manifest.json").read_text()
