@@ -38,6 +38,7 @@ KINDS = ("noise", "drift", FRICTION)
 SET, SET_OPTIONAL = ("matrix", "weights", "samples", "rows"), ("within", "after", FRICTION)
 DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
 GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 60, 84, 10_000, 1000
+MOST_KEPT = 1 << 22  # entries of rows at all samples that are asked for, of some 30 bytes each
 Polys = list[list[Any]]
 Propagated = Callable[[tuple[Fraction, ...], int], tuple[list[int], Fraction]]
 
@@ -342,11 +343,15 @@ def require_bounds(
         samples = range(int(count), int(end) if end else int(count) + 1)
         kernel.demand(samples, "the samples of `after` do not rise")
         lines.append((tuple(c), bound, samples, begun, end))
-        counts.setdefault(tuple(c), set()).update(samples)
+        asked = counts.setdefault(tuple(c), set())
+        asked.update(samples)
+        kernel.demand(len(counts) * len(asked) * len(Q) <= MOST_KEPT, "too many rows at too many samples")
     kernel.demand(len(counts) <= MOST_ROWS, "too many rows")
     known: dict[tuple[Fraction, ...], Propagated] = {}
     for last in {max(n) for n in counts.values()}:
         alike = {c: n for c, n in counts.items() if max(n) == last}
+        kept = len(alike) * len(set().union(*alike.values())) * len(Q)
+        kernel.demand(kept <= MOST_KEPT, "too many rows at too many samples")
         known |= dict.fromkeys(alike, propagated(alike, step, columns, larger))
     bounds, (by, squares) = [], integers(Q)
     noise = [largest(p, most, proof) for p in shift]

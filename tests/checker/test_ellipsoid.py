@@ -563,6 +563,20 @@ def test_many_rows_of_many_errors_are_refused_in_time() -> None:
     assert time.thread_time() - begun < 7
 
 
+@pytest.mark.parametrize("last", [["9999", "1"], ["9000", "1"]])
+def test_many_rows_at_every_sample_are_refused_before_they_fill_the_memory(last: list[str]) -> None:
+    """A thousand rows, kept at each of ten thousand samples: 2.4 GB until the time was up."""
+    proof, claim = content("chain", "proof.json"), content("chain", "ellipsoid.json")
+    set_ = claim["sets"][0]
+    begun, rest, ends = set_["after"][0]["start"], ["0"] * 31, [["0", "1000000"], last]
+    set_["after"] = [{"row": [*rest, str(k + 1)], "start": begun, "bounds": ends[k > 0 :]} for k in range(990)]
+    set_["rows"] = set_["rows"][:1]
+    shown, at = kernel.prove(proof, texts("chain")), time.thread_time()
+    with pytest.raises(ValueError, match="too many rows at too many samples"):
+        ellipsoid.bounded(proof, claim, shown)
+    assert time.thread_time() - at < 7
+
+
 def test_rows_too_large_for_the_grid_are_refused() -> None:
     one, most = [[Fraction(2)]], Fraction(2) ** (ellipsoid.LARGEST - 60)
     ellipsoid.propagated({(Fraction(1),): {ellipsoid.LARGEST - 61}}, one, [], one)
