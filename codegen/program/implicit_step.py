@@ -1,8 +1,9 @@
-"""Backward Euler as blocks: z[k] = z[k−1] + h f(z[k], x[k], w[k−1]) by one Newton step, exact where f is linear in z.
+"""Backward Euler as blocks: z[k] = z[k−1] + h f(z[k], x[k], w[k−1]) by Newton's method.
 
-The unknowns are the states and the acceleration a; M a = g − F̂ is one more row, so that M(x) is not inverted. Newton
-starts from the velocity estimate for a = 0 and the previous other states, with the slip signs of that start. The step
-is made at the beginning of a sample, when x[k] is known.
+One Newton step where f is linear in z, which is exact; two where it is not. The unknowns are the states and the
+acceleration a; M a = g − F̂ is one more row, so that M(x) is not inverted. Newton starts from the velocity estimate for
+a = 0 and the previous other states. The signs of slip are those of that start in both steps, so that the equations do
+not change between them. The step is made at the beginning of a sample, when x[k] is known.
 """
 
 from __future__ import annotations
@@ -17,8 +18,9 @@ from codegen.mechanics.casadi_form import to_casadi
 from codegen.observers.equations import Observer
 from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field
+from codegen.spec.functions import Sgn
 
-SOURCE = "z[k] = z[k-1] + h f(z[k]), one Newton step"
+SOURCE = "z[k] = z[k-1] + h f(z[k])"
 
 
 def implicit_blocks(
@@ -35,30 +37,61 @@ def implicit_blocks(
     before = casadi.vertcat(*[f.symbol for f in states])
     z = casadi.SX.sym("z", len(states))
     a = casadi.SX.sym("a", observer.system.degrees_of_freedom)
-    rates, balance = _rates(observer, names, z, a)
-    residual = casadi.vertcat(z - before - period * rates, balance)
     unknown = casadi.vertcat(z, a)
+    signs = {s: casadi.SX.sym("sign") for s in _signs(observer)}
+    rates, balance, _ = _rates(observer, names, z, a, signs)
+    residual = casadi.vertcat(z - before - period * rates, balance)
+    slope = casadi.jacobian(residual, unknown)
 
-    solve = MassSolve(taken, SOURCE)
-    start = _start(observer, solve, residual, unknown, before)
-    at = casadi.vertcat(start, casadi.SX.zeros(a.shape[0]))
-    slope, miss = casadi.substitute([casadi.jacobian(residual, unknown), residual], [unknown], [at])
-    change = solve.eliminate(casadi.sparsify(slope), -miss)
-    elements, units = tuple(f"{f.name}_now" for f in states), tuple(f.unit for f in states)
-    return [*solve.blocks, Block("state_now", elements, start + change[: len(states)], units, SOURCE)]
+    first = MassSolve(taken, SOURCE)
+    at = casadi.vertcat(_start(observer, first, residual, unknown, before), casadi.SX.zeros(a.shape[0]))
+    signed = casadi.substitute(_rates(observer, names, z, a, {})[2], unknown, at)
+
+    def newton(solve: MassSolve, at: Any) -> Any:
+        """The unknowns after a step from ``at``."""
+        here = casadi.substitute([slope, residual], [unknown, casadi.vertcat(*signs.values())], [at, signed])
+        return at + solve.eliminate(casadi.sparsify(here[0]), -here[1])
+
+    units, elements = tuple(f.unit for f in states), tuple(f"{f.name}_now" for f in states)
+    after = newton(first, at)
+    if _linear(slope, unknown):
+        return [*first.blocks, Block("state_now", elements, after[: len(states)], units, f"{SOURCE}, one Newton step")]
+    reached = [*(f"{f.name}_newton" for f in states), *(f"{v.name}_dot_newton" for v in observer.system.velocities)]
+    rate_units = tuple(f"{unit}/s^2" for unit in observer.system.position_units)
+    once = Block("state_now", tuple(reached), after, (*units, *rate_units), f"{SOURCE}, first Newton step")
+    second = MassSolve(taken, SOURCE)
+    twice = newton(second, once.symbols)[: len(states)]
+    now = Block("state_now", elements, twice, units, f"{SOURCE}, second Newton step")
+    return [*first.blocks, once, *second.blocks, now]
 
 
-def _rates(observer: Observer, names: Mapping[sympy.Symbol, Any], z: Any, a: Any) -> tuple[Any, Any]:
-    """dz/dt and M a − (g − F̂) as functions of z and a."""
+def _signs(observer: Observer) -> list[Any]:
+    """Every sign in the observer's equations."""
+    expressions = [*(e.expression for e in observer.equations), observer.rates]
+    return sorted(set().union(*(e.atoms(Sgn) for e in expressions)), key=str)
+
+
+def _rates(
+    observer: Observer, names: Mapping[sympy.Symbol, Any], z: Any, a: Any, signs: Mapping[Any, Any]
+) -> tuple[Any, Any, Any]:
+    """dz/dt, M a − (g − F̂) and the signs as functions of z and a; ``signs`` has SX that stand for them, or none."""
     values = dict(names) | dict(zip(observer.states, casadi.vertsplit(z), strict=True))
+    held = {s: sympy.Dummy() for s in signs}
+    values.update({held[s]: symbol for s, symbol in signs.items()})
     balance = casadi.SX(0, 1)
     for equation in observer.equations:
-        expression = to_casadi(equation.expression, values)
+        expression = to_casadi(equation.expression.xreplace(held), values)
         if equation.form == "mass_solve":
             balance = to_casadi(observer.system.mass_matrix, values) @ a - expression
             expression = a
         values.update(zip(equation.symbols, casadi.vertsplit(expression), strict=True))
-    return to_casadi(observer.rates, values), balance
+    own = to_casadi(sympy.Matrix(_signs(observer)), values) if _signs(observer) else casadi.SX(0, 1)
+    return to_casadi(observer.rates.xreplace(held), values), balance, own
+
+
+def _linear(slope: Any, unknown: Any) -> bool:
+    """Whether a slope is constant between the kinks of magnitudes."""
+    return bool(casadi.sparsify(casadi.jacobian(casadi.vec(slope), unknown)).nnz() == 0)
 
 
 def _start(observer: Observer, solve: MassSolve, residual: Any, unknown: Any, before: Any) -> Any:

@@ -179,7 +179,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     if outputs is None:
         outputs = Outputs()
 
-    # state now, z[k] = z[k-1] + h f(z[k]), one Newton step
+    # state now, z[k] = z[k-1] + h f(z[k]), first Newton step
     state_now_1 = parameters.K_v * inputs.x
     state_now_2 = parameters.K_f1 * inputs.x
     z_start_1 = state.z_v - parameters.constant_2 * (state.z_v + state_now_1)
@@ -221,9 +221,59 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         (state.w_held + state_now_9 * f41 - r2 * f42 - f43 * (state_now_11 + r3_)) * _quotient(1.0, parameters.m
         + parameters.sample_time * f41 - A24 * f42 - f43 * A34_)
     )
-    z_v_now = z_start_1 + parameters.constant_1 * (parameters.sample_time * d4 - state_now_9)  # m/s
-    z_f_rail_now = state.z_f_rail + one_over_p2 * (r2 - A24 * d4)  # 1
-    z_a_rail_now = state.z_a_rail + r3_ - A34_ * d4  # N
+    z_v_newton = z_start_1 + parameters.constant_1 * (parameters.sample_time * d4 - state_now_9)  # m/s
+    z_f_rail_newton = state.z_f_rail + one_over_p2 * (r2 - A24 * d4)  # 1
+    z_a_rail_newton = state.z_a_rail + r3_ - A34_ * d4  # N
+
+    # state now, z[k] = z[k-1] + h f(z[k]), second Newton step
+    state_now_14 = z_v_newton + state_now_1
+    f43_ = z_f_rail_newton + state_now_2 + parameters.K_f2 * state_now_14
+    state_now_15 = f43_ - 1.0
+    sign_state_now_15 = _sign(state_now_15)
+    state_now_16 = 1.0 + f43_
+    sign_state_now_16 = _sign(state_now_16)
+    state_now_17 = (
+        parameters.constant_3 - parameters.constant_4 * sign_state_now_15 + parameters.constant_4
+        * sign_state_now_16
+    )
+    state_now_18 = parameters.constant_5 * (state_now_17 - parameters.K_f1)
+    A24_ = parameters.h_K_f2 - parameters.sample_time * state_now_18
+    state_now_19 = z_v_newton - state.z_v - parameters.sample_time * (d4 - parameters.K_v * state_now_14)
+    state_now_20 = (
+        parameters.rail_c * (state_now_14 - parameters.rail_D2 * f43_ - parameters.rail_D1_minus_rail_D2 * (f43_
+        + 0.5 * abs(state_now_15) - 0.5 * abs(state_now_16)))
+    )
+    state_now_21 = parameters.K_f2 * d4
+    r2_ = (
+        state.z_f_rail - state_now_18 * state_now_19 - z_f_rail_newton + parameters.sample_time * (state_now_20
+        - parameters.K_f1 * state_now_14 - state_now_21)
+    )
+    f31_ = parameters.constant_6 * (state_now_21 + state_now_14 * state_now_17 + state_now_20)
+    state_now_22 = parameters.K_a * f43_
+    state_now_23 = z_a_rail_newton + state_now_14 * state_now_22
+    f41_ = (
+        parameters.constant_1 * (f43_ * (parameters.K_a_K_f2 * state_now_14 + state_now_22) + parameters.K_f2
+        * state_now_23)
+    )
+    state_now_24 = (
+        parameters.constant_7 + parameters.constant_8 * sign_state_now_15 - parameters.constant_8
+        * sign_state_now_16
+    )
+    one_over_p2_ = _quotient(1.0, 1.0 + parameters.sample_time * state_now_24)
+    f32_ = parameters.h_K_a * one_over_p2_ * (d4 - state_now_14 * state_now_24)
+    A34_3 = parameters.sample_time * state_now_22 + parameters.sample_time * f31_ - A24_ * f32_
+    r3_3 = (
+        state_now_19 * f31_ - z_a_rail_newton + state.z_a_rail - parameters.h_K_a * (d4 * f43_ + state_now_14
+        * state_now_20) - r2_ * f32_
+    )
+    f42_ = one_over_p2_ * (parameters.K_a * state_now_14 * f43_ + state_now_23)
+    d4_ = (
+        (state_now_19 * f41_ - parameters.m * d4 + state.w_held - r2_ * f42_ - f43_ * (state_now_23 + r3_3))
+        * _quotient(1.0, parameters.m + parameters.sample_time * f41_ - A24_ * f42_ - f43_ * A34_3)
+    )
+    z_v_now = z_v_newton + parameters.constant_1 * (parameters.sample_time * d4_ - state_now_19)  # m/s
+    z_f_rail_now = z_f_rail_newton + one_over_p2_ * (r2_ - A24_ * d4_)  # 1
+    z_a_rail_now = z_a_rail_newton + r3_3 - A34_3 * d4_  # N
 
     # velocity estimate, (4.25)
     v_hat = z_v_now + state_now_1  # m/s

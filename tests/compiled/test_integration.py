@@ -16,7 +16,7 @@ from codegen.spec.reader import parse_spec
 from tests.in_part import in_part
 
 from .build import Built, motion, same_bits
-from .specs import spec_text
+from .specs import SPECS, spec_text
 
 STEPS = ("semi_implicit", "exponential", "implicit")
 GAINS = {
@@ -96,6 +96,24 @@ def test_the_error_moves_as_the_sampled_matrix_says(tmp_path: Path, name: str, k
     assert np.abs(error).max() > 1e-3
     expected = error[:-1] @ phi.T
     assert np.abs(error[1:] - expected).max() < 1e-10 * np.abs(error).max()
+
+
+NONLINEAR = {
+    "dfo": (SPECS / "thesis/one_mass_dfo_implicit.yaml").read_text(encoding="utf-8"),
+    "gdfo": (SPECS / "thesis/two_mass_gdfo.yaml")
+    .read_text(encoding="utf-8")
+    .replace("sample_time: 1e-5\nenv", "sample_time: 0.001\n  integration: implicit\nenv"),
+    "exponent": text_of("two_mass", "gcfo", "implicit").replace("kind: gcfo", "kind: gcfo, exponent: 2"),
+}
+
+
+@pytest.mark.parametrize("precision", ["double", "single"])
+@pytest.mark.parametrize("case", in_part(list(NONLINEAR), ["dfo", "gdfo"]))
+def test_two_newton_steps_have_the_same_bits_in_c_and_python(tmp_path: Path, case: str, precision: str) -> None:
+    built = Built(tmp_path, NONLINEAR[case], precision)
+    assert "second Newton step" in built.files[f"{built.program.name}.c"]
+    rows = motion(built.program, 200)
+    assert all(same_bits(a, b) for a, b in zip(built.c_run(rows), built.python_run(rows), strict=True))
 
 
 SLOW = "{kind: cfo, velocity: estimated, gains: {K_F: 80, K_v: 60}, sample_time: 0.05, integration: %s}"
