@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from codegen.analysis.analysis import Analysis
 from codegen.app.derived import Source, derived_from
 from codegen.app.rounding_bound import Rounding, rounding_bounds
 from codegen.base.border import verb
@@ -20,6 +21,7 @@ from codegen.certify.outcome import Certificate, Refusal
 from codegen.certify.region_proofs import Regions
 from codegen.certify.remedies.proposals import propose
 from codegen.certify.remedies.sample_times import largest_sample_times
+from codegen.program.implicit_step import solved_by_one_step
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,12 +33,14 @@ class Certified(Shown):
         bounds: on each friction error, or the words why there are none.
         sample_times: integration → the largest sample time that was certified, s.
         rounding: precision → what rounding adds to the bounds, or the words why that is not known.
+        solved: whether the code of an implicit step solves its equations, so that its sample time holds for the code.
     """
 
     outcome: Certificate | Refusal
     bounds: tuple[ErrorBound, ...] | str
     sample_times: Mapping[str, float]
     rounding: Mapping[str, Rounding] | str = "no error bound"
+    solved: bool = True
 
     @property
     def certificate(self) -> Certificate | None:
@@ -72,9 +76,14 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
         bounds = outcome.bounds
         rounding = None if isinstance(bounds, str) else rounding_bounds(spec, analysis, outcome, bounds[0])
         times = largest_sample_times(spec, analysis, outcome)
-        return Certified(outcome, bounds, times, rounding or "no error bound")
+        return Certified(outcome, bounds, times, rounding or "no error bound", _solved(analysis, times))
     outcome = replace(outcome, proposals=propose(spec, analysis, machine.with_spec))
-    return Certified(outcome, "no certificate", largest_sample_times(spec, analysis, outcome))
+    times = largest_sample_times(spec, analysis, outcome)
+    return Certified(outcome, "no certificate", times, solved=_solved(analysis, times))
+
+
+def _solved(analysis: Analysis, times: Mapping[str, float]) -> bool:
+    return "implicit" not in times or solved_by_one_step(analysis.dynamics.observer)
 
 
 @verb
@@ -86,7 +95,7 @@ def write_certificate(certificate: Certificate, path: str | Path) -> Path:
 
 def certified_text(found: Certified, target: Path | None) -> str:
     """What ``stiction certify`` prints; ``target`` is where the certificate was written."""
-    more = {"bounds": found.bounds, "sample_times": found.sample_times}
+    more = {"bounds": found.bounds, "sample_times": found.sample_times, "solved": found.solved}
     if isinstance(found.outcome, Refusal):
         return render("text/refused.txt.j2", refusal=found.outcome, **more)
     return render("text/certified.txt.j2", certificate=found.outcome, target=target, rounding=found.rounding, **more)

@@ -65,6 +65,18 @@ def implicit_blocks(
     return [*first.blocks, once, *second.blocks, now]
 
 
+def solved_by_one_step(observer: Observer) -> bool:
+    """Whether one Newton step solves an implicit step: the rates are linear in the states for given signs of slip."""
+    expressions = [*(e.expression for e in observer.equations), observer.rates, observer.system.mass_matrix]
+    names = {s: casadi.SX.sym(s.name) for s in set().union(*(e.free_symbols for e in expressions))}
+    z = casadi.SX.sym("z", len(observer.states))
+    a = casadi.SX.sym("a", observer.system.degrees_of_freedom)
+    signs = {s: casadi.SX.sym("sign") for s in _signs(observer)}
+    rates, balance, _ = _rates(observer, names, z, a, signs)
+    unknown = casadi.vertcat(z, a)
+    return _linear(casadi.jacobian(casadi.vertcat(rates, balance), unknown), unknown)
+
+
 def _signs(observer: Observer) -> list[Any]:
     """Every sign in the observer's equations."""
     expressions = [*(e.expression for e in observer.equations), observer.rates]

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.app.certify import certified_text, certify
 from tests.compiled.build import Built, compile_shared
 
 ROOT = Path(__file__).parents[2]
@@ -212,3 +213,12 @@ def test_two_newton_steps_do_not_suffice_at_every_sample_time() -> None:
     assert worst(by_twin(0.005), 0.005)[0] == pytest.approx(said["at 5 ms"], abs=6e-3)
     assert worst(newton(3, 0.005), 0.005)[0] <= certified(0.005)
     assert worst(newton(3, 0.03), 0.03)[0] <= certified(0.03)
+
+
+@pytest.mark.parametrize(("spec", "solved"), [(SPEC, False), (ROOT / "specs/one_mass.yaml", True)])
+def test_a_largest_sample_time_of_equations_that_the_code_does_not_solve_is_said_to_be_one(
+    spec: Path, solved: bool
+) -> None:
+    found = certify(spec)
+    assert "implicit" in found.sample_times and found.solved == solved
+    assert ("the code solves by two Newton steps" in certified_text(found, None)) == (not solved)
