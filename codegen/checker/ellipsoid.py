@@ -363,7 +363,7 @@ def require_bounds(
         if begun is not None:  # e is the error with the noise of that sample
             start = [number(s) + x for s, x in zip(begun, noise, strict=True)]
             kernel.demand(
-                all(0 <= s <= x for s, x in zip(start, within, strict=True)),
+                min(map(number, begun)) >= 0 and all(s <= x for s, x in zip(start, within, strict=True)),
                 "`start` is not inside the box of `within`",
             )
             parts, (sizes,) = integers([start])

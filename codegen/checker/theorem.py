@@ -326,8 +326,14 @@ def unread(lines: list[str], sources: dict[str, bytes]) -> list[str]:
 
 
 def units(proof: dict[str, Any], header: str) -> list[str]:
-    """The unit that the header's comment gives each estimate; KeyError where it gives none; or enclosure.Refused."""
-    pairs = {*re.findall(r"(?:double|float) (\w+)(?:\[\d+\])?; /\* (\S+): ", header)}
+    """The unit that the comment behind its field in the header gives each estimate, or enclosure.Refused.
+
+    Raises KeyError where there is none. What looks like a field within a comment is none.
+    """
+    *parts, _ = re.split(r"/\*(.*?)\*/", header.replace("\\\n", ""), flags=re.DOTALL)  # C and comments in turn
+    fields = [re.search(r"\b(?:double|float) (\w+)(?:\[\d+\])?;\s*\Z", code) for code in parts[::2]]
+    said = [re.match(r" (\S+): ", comment) for comment in parts[1::2]]
+    pairs = {(field[1], unit[1]) for field, unit in zip(fields, said, strict=True) if field and unit}
     shown = [re.split(r"[.[]", error["estimate"])[1] for error in proof["errors"]]
     twice = [field for field in shown if [x for x, _ in pairs].count(field) > 1]
     enclosure.demand(not twice, f"{twice[0]} in {proof['name']}.h has two units" if twice else "")

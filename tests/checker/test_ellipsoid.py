@@ -563,6 +563,16 @@ def test_many_rows_of_many_errors_are_refused_in_time() -> None:
     assert time.thread_time() - begun < 7
 
 
+def test_a_start_that_no_sample_has_is_refused() -> None:
+    """An error of at most -0.0001 m/s: what noise adds made it a size above 0."""
+    claim = content("one_mass", "ellipsoid.json")
+    claim["sets"][-1]["after"][0]["start"][0] = "0"
+    bounds("one_mass", claim)
+    claim["sets"][-1]["after"][0]["start"][0] = "-1/10000"
+    with pytest.raises(ValueError, match="`start` is not inside"):
+        bounds("one_mass", claim)
+
+
 @pytest.mark.parametrize("last", [["9999", "1"], ["9000", "1"]])
 def test_many_rows_at_every_sample_are_refused_before_they_fill_the_memory(last: list[str]) -> None:
     """A thousand rows, kept at each of ten thousand samples: 2.4 GB until the time was up."""

@@ -50,6 +50,24 @@ def test_a_unit_that_is_a_sentence_is_refused(unit: str) -> None:
         checked(TEXT, {**SOURCES, "one_mass.h": header.encode()})
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "double v_hat; /* in m/s, the velocity estimate */ /* double v_hat; /* km/h: velocity */",
+        "/* double v_hat; /* km/h: velocity */ double v_hat; /* in m/s, the velocity estimate */",
+        "double v_hat; /* in m/s, the velocity estimate; double v_hat; /* km/h: velocity */",
+        "/\\\n* double v_hat; /* km/h: velocity */ double v_hat; /* in m/s, the velocity estimate */",
+    ],
+)
+def test_a_unit_of_a_field_within_a_comment_is_not_read(line: str) -> None:
+    """It was printed with the error, in place of what stands behind the field."""
+    own = "double v_hat; /* m/s: velocity estimate, (4.25) */"
+    header = SOURCES["one_mass.h"].decode()
+    assert header.count(own) == 1
+    with pytest.raises(Refused, match="missing"):
+        checked(TEXT, {**SOURCES, "one_mass.h": header.replace(own, line).encode()})
+
+
 def test_a_parameter_that_is_called_like_a_true_level_is_told_apart() -> None:
     """The declared level and the true one: a claim for any level must not be read into one for the declared level."""
     sources: dict[str, Any] = {name: text.replace(b"rail_a", b"a_rail") for name, text in SOURCES.items()}
