@@ -110,18 +110,30 @@ def test_a_force_that_is_not_there_is_credited_as_rarely_as_stated(log: Log) -> 
         assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 400, alpha) / 400
 
 
+@pytest.mark.parametrize(
+    ("pole", "share"),
+    [
+        pytest.param(0.99, 1 / 3, id="shorter than a block"),
+        pytest.param(
+            0.9975,
+            1 / 2,
+            id="longer than a block",
+            marks=pytest.mark.xfail(strict=True, reason="neither test sees a correlation over several of 48 blocks"),
+        ),
+    ],
+)
 def test_a_force_of_three_coefficients_is_credited_as_rarely_as_stated_where_part_of_the_residual_is_slow(
-    log: Log,
+    pole: float, share: float, log: Log
 ) -> None:
-    """Neighbours of the residual, white but for a slow part of a tenth of its square, are nearly uncorrelated."""
+    """Neighbours of the residual, white but for a slow part of a share of its size, are nearly uncorrelated."""
     problem, draw = problem_of(log), np.random.default_rng(5)
     count, rows = len(problem.motion.time), problem.masks.rows[:, 0]
     waves = np.sin(np.outer(np.arange(count), [0.0021, 0.0033, 0.0049]))
     p = []
     for _ in range(400):
-        slow = lfilter([1.0], [1.0, -0.99], draw.normal(size=count + 1000))[1000:]
+        slow = lfilter([1.0], [1.0, -pole], draw.normal(size=count + 4000))[4000:]
         noise = problem.motion.low_pass(draw.normal(size=(count, 1)))[:, 0]
-        noise += slow * np.std(noise) / np.std(slow) / 3
+        noise += slow * share * np.std(noise) / np.std(slow)
         fitted = waves @ np.linalg.lstsq(waves[rows], noise[rows], rcond=None)[0]
         p.append(force_gain(problem, noise[:, None], (noise - fitted)[:, None]).p_added(3))
     for alpha in (0.01, 0.05, 0.2):

@@ -36,7 +36,8 @@ class ErrorBound:
         start: |error| that is assumed at time 0 after a reversal. True and estimated slip then have the new sign, a law
             with a state has reached its level, and all other errors are within their ``steady``.
         starts: the assumed |error| of every component at time 0, in the observer's order.
-        after: pairs (time in s, bound from then on), from ``start`` decreasing to ``steady``.
+        after: (0, ``start``), then pairs (time in s, bound from then on), which fall to ``steady``. Before the first of
+            these an error that oscillates may exceed ``start``, and the bound may be larger than that.
         worst: exact worst case of the first-order system over the samples that were summed; below ``steady``.
         slip_speed, slip_unit: least slip speed at which true and estimated slip have the same sign, and at which an
             observer with a domain updates its level.
