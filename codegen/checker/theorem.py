@@ -335,7 +335,8 @@ def units(proof: dict[str, Any], header: str) -> list[str]:
     said = [re.match(r" (\S+): ", comment) for comment in parts[1::2]]
     pairs = {(field[1], unit[1]) for field, unit in zip(fields, said, strict=True) if field and unit}
     shown = [re.split(r"[.[]", error["estimate"])[1] for error in proof["errors"]]
-    twice = [field for field in shown if [x for x, _ in pairs].count(field) > 1]
+    seen = pairs | {*re.findall(r"(?:double|float) (\w+)(?:\[\d+\])?; /\* (\S+): ", header)}  # in comments too
+    twice = [field for field in shown if [x for x, _ in seen].count(field) > 1]
     enclosure.demand(not twice, f"{twice[0]} in {proof['name']}.h has two units" if twice else "")
     of = dict(pairs)
     found = [of[field] for field in shown]
@@ -473,12 +474,27 @@ def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
         "the step": top["observer"]["integration"] == proof["step"],
         "the errors": [(e["estimate"], e["sign"]) for e in proof["errors"]] == [*zip(places, signs, strict=True)],
         "the names of the errors": names == [f"e_{quantity(place)}" for place in places],
+        "the signs of slips": all(
+            same_sign(raw, proof["signs"].get(s)) for (_, raw), s in zip(pairs, signs, strict=True)
+        ),
         "what turns at a reversal": all(
             sorted(e["flips"]) == [i for i, s in enumerate(signs) if s == f"sign.{e['contact']}"]
             for e in top["reversals"]
         ),
     }
     return ", ".join(what for what, alike in same.items() if not alike)
+
+
+def same_sign(raw: Any, slip: str | None) -> bool:
+    """Whether a certificate's error is an output, or ["*", ["/", x, ["abs", x]], output] with x the slip of a proof."""
+    if isinstance(raw, str) or slip is None:  # without a sign, or of a sign that is compared by its name
+        return True
+    match raw:
+        case ["*", ["/", x, ["abs", again]], _] if x == again:
+            places = re.findall(rf"{KINDS}\.\w+(?:\[\d+\])?", json.dumps([x, slip]))
+            names = {place: kernel.term(1, place) for place in places}
+            return bool(covered.polynomial(x, names, {}) == kernel.Text(names, {}).value(slip))
+    return False
 
 
 def quantity(place: str) -> str:
