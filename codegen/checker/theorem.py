@@ -486,14 +486,17 @@ def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
 
 
 def same_sign(raw: Any, slip: str | None) -> bool:
-    """Whether a certificate's error is an output, or ["*", ["/", x, ["abs", x]], output] with x the slip of a proof."""
+    """Whether a certificate's error is an output, or ["*", ["/", x, ["abs", x]], output] with x a slip of a proof."""
     if isinstance(raw, str) or slip is None:  # without a sign, or of a sign that is compared by its name
         return True
     match raw:
         case ["*", ["/", x, ["abs", again]], _] if x == again:
             places = re.findall(rf"{KINDS}\.\w+(?:\[\d+\])?", json.dumps([x, slip]))
             names = {place: kernel.term(1, place) for place in places}
-            return bool(covered.polynomial(x, names, {}) == kernel.Text(names, {}).value(slip))
+            own, other = covered.polynomial(x, names, {}), kernel.Text(names, {}).value(slip)
+            one = min(own, default=())
+            by = Fraction(other.get(one, 0)) / Fraction(own.get(one, 1))
+            return by > 0 and bool(own * kernel.term(by) == other)  # a multiple above 0 has the same sign
     return False
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 import json
 import re
 import time
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from codegen.app.derived import Derived
 from codegen.checker import frame, verify
+from codegen.spec import parse_spec
 from tests.checker.forged import certificate, check, sources
+from tests.checker.test_kernel import spec_path
 from tests.checker.test_single_precision import single
 from tests.checker.test_without_guard import bare
 
@@ -135,3 +139,13 @@ def test_an_error_with_the_sign_of_another_quantity_is_bound_to_no_code(stated: 
     content["code"]["errors"][1] = [*stated, place]
     report = check(content, files)
     assert verify.status(report) == 5 and not report.proved
+
+
+def test_a_slip_of_other_factors_is_bound_to_its_code() -> None:
+    """The sign of 17/10 v2 is that of v2; and rows of fractions once ended `certify` with a traceback."""
+    text = spec_path("two_mass").read_text("utf-8")
+    assert "[[1, 0], [-1, 1]]" in text
+    text = text.replace("[[1, 0], [-1, 1]]", "[[0.5, 0], [-0.3, 1.7]]")
+    machine = Derived(parse_spec(text, Path("two_mass.yaml")))
+    files = {name: of.encode() for name, of in machine.files.items()}
+    assert verify.status(verify.check(files["certificate.json"].decode(), sources=files)) == 0

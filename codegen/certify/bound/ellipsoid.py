@@ -95,7 +95,7 @@ def with_ellipsoid(
             (int(samples) * h, begun, float_above(x), ellipsoid.FRICTION in set_)
             for set_, each in zip(json.loads(text)["sets"], found, strict=True)
             for (row, samples, begun, _), x in zip(ellipsoid.claimed_rows(set_), each, strict=True)
-            if [float(c) for c in row[:-1]] == unit
+            if [Fraction(c) for c in row[:-1]] == unit
         ]
         later: dict[tuple[str, ...], list[tuple[float, float]]] = {}
         for time, begun, x, _ in own:
