@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -29,6 +30,7 @@ KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
 WRITTEN_BEFORE = "bound.json"  # by earlier versions; ellipsoid.json is in its place
 BESIDE = (*PROOFS, KERNEL_PROOF, ELLIPSOID, WRITTEN_BEFORE)
 OF_SLIDING = ("lyapunov_matrix", "decay_rate", "box", "witness")  # what follows from it in a proof of the C
+HEADER = 1000  # characters at the beginning of a file, in which it says who made it
 REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
 
 
@@ -145,9 +147,10 @@ def generate(
         return Generated(target, files, outcome, _stale(target, files))
     if isinstance(outcome, Certificate) or uncertified:
         _refuse_folder_of_another(target, spec.name)
-        refuse_hand_written(target, files)
+        refuse_hand_written(target, files, spec.name)
         if not force:
-            refuse_edited(target, {**dict.fromkeys(BESIDE), **files}, "--force, which discards the edits")
+            otherwise = "--force, which discards the edits"
+            refuse_edited(target, {**dict.fromkeys(BESIDE), **files}, otherwise, spec.name)
         write_all(target, files, ("manifest.json",))
         _make_importable(target, folder)
         _drop_old_proofs(target, spec, files)
@@ -205,35 +208,69 @@ def _refuse_folder_of_another(target: Path, name: str) -> None:
         raise BadInput(str(target), found, f"another folder for {name}", code="FILE004")
 
 
-def refuse_hand_written(target: Path, files: Mapping[str, str]) -> None:
-    """Raise BadInput where a folder has a file of these names with another text, which no manifest of ours lists."""
+def refuse_hand_written(target: Path, files: Mapping[str, str], name: str = "") -> None:
+    """Raise BadInput where a folder has a file of these names with another text, which no manifest of ours lists.
+
+    Args:
+        name: of the machine; a file that says itself that it was generated for it passes. "" for none.
+    """
     listed = listed_files(target)
-    foreign = [name for name, text in files.items() if name not in listed and _differs(target / name, text)]
+    unlisted = [file for file, text in files.items() if file not in listed and _differs(target / file, text)]
+    foreign = [file for file in unlisted if not _says_generated(target / file, name)]
     if foreign:
-        found = f"{', '.join(foreign)}, which stiction did not write (no manifest.json lists them)"
-        expected = "a new folder, or one that stiction wrote (no file was replaced)"
+        found = f"{', '.join(foreign)}, which no manifest.json lists as written by stiction"
+        expected = (
+            "an empty folder, or one that stiction wrote: move them away or choose another -o (nothing was replaced)"
+        )
         raise BadInput(str(target), found, expected, code="FILE004")
 
 
-def refuse_edited(target: Path, files: Mapping[str, str | None] | Mapping[str, str], otherwise: str = "") -> None:
+def refuse_edited(
+    target: Path, files: Mapping[str, str | None] | Mapping[str, str], otherwise: str = "", name: str = ""
+) -> None:
     """Raise BadInput where a file that would be replaced or removed is no longer what its manifest says that we wrote.
 
-    The manifest on disk has the SHA-256 of each file, so files of an older version of ours are no edits.
+    The manifest on disk has the SHA-256 of each file, so files of an older version of ours are no edits. Of a file that
+    is ours by its own words and that no manifest lists, an edit cannot be excluded.
 
     Args:
         files: name → its new text, which is no edit; None where that is not known yet, or there will be none.
         otherwise: what the user can do instead of moving the files away, in words; "" for nothing.
+        name: of the machine, for files that no manifest lists; "" leaves these out.
     """
     listed = listed_files(target)
-    edited = [
-        name
-        for name, text in files.items()
-        if listed.get(name) and _differs(target / name, text) and sha256(_text(target / name) or "") != listed[name]
-    ]
-    if edited:
-        found = f"{', '.join(edited)}, edited after stiction wrote it (manifest.json has another SHA-256)"
+    other = [file for file, text in files.items() if _differs(target / file, text)]
+    edited = [f for f in other if listed.get(f) and sha256(_text(target / f) or "") != listed[f]]
+    unlisted = [f for f in other if files[f] is not None and f not in listed and _says_generated(target / f, name)]
+    told = {
+        "edited after stiction wrote it (manifest.json has another SHA-256)": edited,
+        "written by stiction, perhaps edited since (no manifest.json has the SHA-256)": unlisted,
+    }
+    if edited or unlisted:
+        found = "; ".join(f"{', '.join(names)}, {what}" for what, names in told.items() if names)
         ways = " or ".join(("the file as it was written, another folder", *([otherwise] if otherwise else ())))
         raise BadInput(str(target), found, ways, code="FILE008")
+
+
+def _says_generated(path: Path, name: str) -> bool:
+    """Whether a file says itself, in its header or as JSON, that it was generated for the machine of this name."""
+    text = _text(path) if name else None
+    if text is None:
+        return False
+    if path.suffix == ".json":
+        return _subject(text) == name
+    head = text[:HEADER]
+    example = f"A complete program around {name}:"
+    return example in head or ("Made by stiction " in head and re.search(rf"\b{re.escape(name)}\b", head) is not None)
+
+
+def _subject(text: str) -> object:
+    """The machine's name in the JSON of a certificate or a proof; None in other text."""
+    try:
+        content = json.loads(text)
+        return content.get("subject", content)["name"]
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
 
 
 def _text(path: Path) -> str | None:
@@ -268,9 +305,8 @@ def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
     """Remove proofs that an earlier run wrote for this machine and this one does not: they are about other code."""
     for old in (target / name for name in BESIDE if name not in kept):
         try:
-            content = json.loads(read_text(old, "a certificate", LARGEST_GENERATED))
-            ours = content.get("subject", content)["name"] == spec.name
-        except (BadInput, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            ours = _subject(read_text(old, "a certificate", LARGEST_GENERATED)) == spec.name
+        except BadInput:
             continue
         if ours:
             remove(old)

@@ -343,6 +343,32 @@ def test_an_edited_file_is_replaced_by_force_alone(generated, folder):
     assert stiction("generate", "one_mass.yaml").code == 0
 
 
+@pytest.mark.parametrize("edited", ["one_mass.c", "example_main.c", "README.md", "one_mass.mk", "proof.json"])
+def test_without_a_manifest_a_file_that_says_it_is_ours_is_perhaps_edited(generated, folder, edited):
+    """It once was called one that stiction did not write, and --force did not help."""
+    file = generated / edited
+    before = file.read_text()
+    file.write_text(before + "\n")
+    (generated / "manifest.json").unlink()
+    result = stiction("generate", "one_mass.yaml")
+    assert result.code == 2 and is_one_message(result) and file.read_text() == before + "\n"
+    assert all(word in result.err for word in ("[FILE008]", f"{edited}, written by stiction", "perhaps", "--force"))
+    assert stiction("generate", "one_mass.yaml", "--force").code == 0 and file.read_text() == before
+    assert stiction("generate", "one_mass.yaml").code == 0
+
+
+def test_force_replaces_no_file_of_another_hand(generated):
+    (generated / "manifest.json").unlink()
+    for text in ("mine", "/* Made by stiction 0.1.0 from two_mass.yaml */"):
+        (generated / "one_mass.c").write_text(text)
+        for force in ((), ("--force",)):
+            result = stiction("generate", "one_mass.yaml", *force)
+            assert (
+                result.code == 2 and "[FILE004]" in result.err and "move them away or choose another -o" in result.err
+            )
+        assert (generated / "one_mass.c").read_text() == text
+
+
 def test_an_edited_proof_that_would_be_removed_is_kept(generated, folder):
     claim = generated / "ellipsoid.json"
     claim.write_text(claim.read_text() + "\n")
