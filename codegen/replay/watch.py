@@ -51,13 +51,14 @@ class Limit:
 
 @dataclass
 class Alarm:
-    """A time during which an estimate was out of its bound.
+    """From where an estimate was out of its bound for the dwell time, to where it was within it for QUIET times that.
 
     Attributes:
         since: time of the first sample out of it; said: when that had lasted for the dwell time; until: of the last
             sample out of it.
-        ended: whether it was within its bound for QUIET times the dwell time since.
+        ended: whether it was within its bound for QUIET times the dwell time since; cleared: when that had lasted.
         worst: the largest difference from the declared friction, signed.
+        compared: judged samples from ``since`` to the end or ``cleared``; outside: of them, those out of the bound.
     """
 
     where: str
@@ -68,6 +69,9 @@ class Alarm:
     unit: str
     until: float
     ended: bool = False
+    cleared: float | None = None
+    compared: int = 0
+    outside: int = 0
 
     @property
     def content(self) -> dict[str, Any]:
@@ -172,26 +176,30 @@ class Watch:
         for j, (limit, out) in enumerate(zip(self.limits, self._out, strict=True)):
             value = float(apart[j])
             self.tally.worst[j] = max(self.tally.worst[j], abs(value) / limit.bound)
+            if out.alarm is not None:
+                out.alarm.compared += 1
             if abs(value) <= limit.bound:
-                self._within(out)
+                self._within(out, time)
                 continue
             out.count, out.since = out.count + 1, time if out.count == 0 else out.since
             out.quiet = 0
             out.worst = value if abs(value) > abs(out.worst) else out.worst
             if out.alarm is not None:
                 out.alarm.worst, out.alarm.until = out.worst, time
+                out.alarm.outside += 1
             elif out.count >= self._dwell:
                 out.alarm = Alarm(limit.where, out.since, time, out.worst, limit.bound, limit.unit, time)
+                out.alarm.compared = out.alarm.outside = out.count
                 self.alarms.append(out.alarm)
                 begun.append(out.alarm)
         return begun
 
-    def _within(self, out: _Out) -> None:
+    def _within(self, out: _Out, time: float) -> None:
         out.count, out.quiet = 0, out.quiet + 1
         if out.alarm is None:
             out.worst = 0.0
         elif out.quiet >= QUIET * self._dwell:
-            out.alarm.ended = True
+            out.alarm.ended, out.alarm.cleared = True, time
             out.alarm, out.worst = None, 0.0
 
     def _forget(self) -> None:

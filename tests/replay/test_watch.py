@@ -14,10 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.app.derived import derived_from
 from codegen.app.machine import Machine, load
-from codegen.app.watch import watch
+from codegen.app.watch import Watched, watch
 from codegen.base.errors import BadInput
 from codegen.logs.bag_file import DEFINITIONS
+from codegen.replay.samples import Block
+from codegen.replay.watch import Watch
 from tests.app.command import SPECS, is_one_message, stiction
 from tests.told import refused
 
@@ -166,7 +169,7 @@ def test_rows_through_a_pipe_are_said_before_the_pipe_ends(logs: dict[str, str])
     assert first.startswith("t = 2.") and "friction at guide (x)" in first
     running.send_signal(signal.SIGINT)
     rest, _ = running.communicate()
-    assert running.returncode == 3 and "interrupted" in rest and "outside its bound from t = 2." in rest
+    assert running.returncode == 3 and "interrupted" in rest and "alarm from t = 2." in rest
 
 
 def test_a_file_that_grows_is_followed(logs: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -220,7 +223,7 @@ def test_bad_rows_are_one_message(text: str, tmp_path: Path) -> None:
 def test_a_row_that_cannot_be_read_keeps_the_report_and_the_alarm(logs: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(logs["force"] + "garbage,1\n")
     done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
-    assert done.code == 3 and "a row could not be read" in done.out and "outside its bound from" in done.out
+    assert done.code == 3 and "a row could not be read" in done.out and "alarm from t = " in done.out
     (tmp_path / "log.csv").write_text(logs[""] + "3.999,0,0\n")
     done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
     assert done.code == 2 and "compared with the bound: " in done.out and "[LOG008]" in done.err
@@ -331,3 +334,49 @@ def test_a_bound_that_holds_nowhere_in_the_envelope_is_refused(tmp_path: Path) -
     spec.write_text(text.replace("  v: [-1, 1]\n", "  v: [-1e-6, 1e-6]\n"), encoding="utf-8")
     with refused("SPEC037 envelope: guide 1e-06"):
         watch(spec, "-", given=iter([b"t,x,u\n0,0,0\n"]))
+
+
+class Prescribed:
+    """In place of an engine: estimates that the test chooses, at 0.5 m/s."""
+
+    def __init__(self, outputs: list[str], levels: np.ndarray) -> None:
+        self.estimates = np.zeros((len(levels), len(outputs)))
+        self.estimates[:, outputs.index("v_hat")] = 0.5
+        self.estimates[:, outputs.index("a_hat_guide")] = levels
+
+    def take(self, block: Block) -> tuple[np.ndarray, np.ndarray]:
+        rows = np.round(block.time / PERIOD).astype(int)
+        return self.estimates[rows], np.zeros(len(rows), dtype=np.intc)
+
+
+def watched_levels(above: np.ndarray) -> Watch:
+    """A watch, with a dwell of 10 samples, over estimates that are ``above`` the declared 9 N."""
+    made = derived_from(belt())
+    engine = Prescribed([name for name, _, _ in made.program.outputs], 9.0 + above)
+    done = Watch(made.spec, made.system, made.program, made.outcome.bounds, engine, PERIOD, 10)
+    done.take(Block(np.arange(len(above)) * PERIOD, np.zeros((len(above), len(made.program.inputs))), True))
+    return done
+
+
+@pytest.mark.parametrize("clears", [False, True])
+def test_an_alarm_says_for_which_share_its_estimate_was_outside(clears: bool) -> None:
+    """Outside in one of four stretches of 100 samples; 1000 within it, 100 dwell times, pass at the end alone."""
+    above = np.zeros(6000 if clears else 4800)
+    for start in range(1000, 4800, 400):
+        above[start : start + 100] = 3.0
+    done = watched_levels(above)
+    (alarm,) = done.alarms
+    assert alarm.since == pytest.approx(1.0) and alarm.until == pytest.approx(4.699)
+    assert alarm.ended == clears and alarm.outside == 1000
+    # The last stretch ends before sample 4700; the 1000th one within the bound is sample 5699.
+    assert alarm.compared == (4700 if clears else 3800)
+    assert alarm.cleared == (pytest.approx(5.699) if clears else None)
+    words = "cleared at t = 5.699 s" if clears else "not cleared by the end"
+    share = "21.3" if clears else "26.3"
+    text = made_report(done)
+    assert f"alarm from t = 1 s, {words}: friction at guide (x) was outside its bound for {share} % of the" in text
+    assert "last at t = 4.699 s; up to 3 N above the declared law" in text and "to the end" not in text
+
+
+def made_report(done: Watch) -> str:
+    return Watched("belt", done.limits, 0.1, 0.01, done.tally, tuple(done.alarms), "the rows ended").text()
