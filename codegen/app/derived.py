@@ -79,9 +79,16 @@ class Derived(Shown):
     Args:
         overrides: the command's own choices of precision, fault policy and targets.
         origin: another machine, which differs in its observer and code alone; its system is taken.
+
+    Raises:
+        TypeError: for a path in place of a spec.
     """
 
+    _in_words = "a machine"
+
     def __init__(self, spec: Spec, overrides: Overrides | None = None, origin: Derived | None = None) -> None:
+        if not isinstance(spec, Spec):
+            raise TypeError(f"a machine is made of a Spec, not of {type(spec).__name__}; stiction.load(path) reads one")
         self.spec = spec if overrides is None else overrides.applied(spec)
         self.overrides = overrides
         self._origin = origin

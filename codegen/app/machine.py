@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from codegen.replay.over_log import Replayed
 
 Result = TypeVar("Result")
+STAGES = ("spec", "system", "observer", "analysis", "program", "outcome", "files")
+"""Properties of a machine that docs/how-to/python.md names."""
 
 
 class _Verb(Generic[Result]):
@@ -53,6 +55,11 @@ class Machine(Derived):
     replay: _Verb[Replayed] = _Verb()
     simulate: _Verb[Simulated] = _Verb()
     watch: _Verb[Watched] = _Verb()
+
+    def __dir__(self) -> list[str]:
+        """The verbs and the stages; what these use among themselves is left out."""
+        verbs = [name for name, value in vars(Machine).items() if isinstance(value, _Verb)]
+        return sorted([*verbs, "verify", *STAGES])
 
     def verify(self, certificate: str | Path | None = None) -> Verified:
         """Check a certificate of this machine by the independent checker; by default that of ``files``."""

@@ -13,6 +13,7 @@ from typing import ParamSpec, TypeVar
 
 from threadpoolctl import threadpool_limits
 
+from codegen.base.arguments import refuse_wrong_arguments
 from codegen.base.errors import BadInput, InternalError
 
 Given = ParamSpec("Given")
@@ -25,7 +26,7 @@ def verb_that_raises(
 ) -> Callable[[Callable[Given, Result]], Callable[Given, Result]]:
     """A decorator of a verb: every exception but those it declares becomes an InternalError with it as its cause.
 
-    KeyboardInterrupt and SystemExit pass.
+    KeyboardInterrupt and SystemExit pass. Arguments that do not fit the verb's signature are refused before its work.
 
     Args:
         meant: the exceptions other than BadInput that the verb declares.
@@ -36,6 +37,7 @@ def verb_that_raises(
     def border(work: Callable[Given, Result]) -> Callable[Given, Result]:
         @wraps(work)
         def bordered(*given: Given.args, **named: Given.kwargs) -> Result:
+            refuse_wrong_arguments(work, given, named)
             try:
                 with threadpool_limits(limits=1, user_api="blas"):
                     return work(*given, **named)

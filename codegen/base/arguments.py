@@ -1,0 +1,85 @@
+"""Arguments of a verb against its signature: a mistake of the caller is told as one, not as a fault of the tool."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import types
+from collections.abc import Callable, Mapping, Sequence, Set
+from numbers import Integral, Real
+from pathlib import Path
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+from codegen.base.errors import BadInput
+
+_NAMES: dict[Any, tuple[type | tuple[type, ...], str]] = {
+    Path: (os.PathLike, "a path (text or a Path)"),
+    str: (str, "text"),
+    bool: (Integral, "True or False"),
+    int: (Integral, "a whole number"),
+    float: (Real, "a number"),
+    Mapping: (Mapping, "a mapping"),
+    Sequence: ((Sequence, Set), "a list"),
+}
+"""Type of an annotation → what fits it, and its words. Types that are not here, and are no classes, are not checked."""
+
+
+def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...], named: Mapping[str, object]) -> None:
+    """Raise where a verb cannot be called so.
+
+    Raises:
+        TypeError: for a missing argument, or one that the verb does not have.
+        BadInput: for an argument of another type than its annotation says.
+    """
+    try:
+        bound = inspect.signature(work).bind(*given, **named)
+    except TypeError as error:
+        raise TypeError(f"{work.__name__}(): {error}") from None
+    try:
+        hints = get_type_hints(work)
+    except NameError:  # of a type that is imported for the type checker alone
+        return
+    for name, value in bound.arguments.items():
+        if name in hints and not _fits(value, hints[name]):
+            found = f"an object of the type {type(value).__name__}"
+            raise BadInput(f"{work.__name__}(): `{name}`", found, _words(hints[name]), code="CALL001")
+
+
+def _alternatives(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+
+
+def _fits(value: object, hint: Any) -> bool:
+    return any(_fits_one(value, one) for one in _alternatives(hint))
+
+
+def _fits_one(value: object, hint: Any) -> bool:
+    kind, inner = get_origin(hint) or hint, get_args(hint)
+    if kind is Callable:
+        return callable(value)
+    known = _NAMES[kind][0] if kind in _NAMES else kind
+    if not isinstance(known, type | tuple) or (kind not in _NAMES and inner):
+        return True
+    if not isinstance(value, known) or (kind is Sequence and isinstance(value, str | bytes)):
+        return False
+    if kind is Mapping:
+        return all(_fits(k, inner[0]) and _fits(v, inner[1]) for k, v in value.items())  # type: ignore[attr-defined]
+    return kind is not Sequence or all(_fits(part, inner[0]) for part in value)  # type: ignore[attr-defined]
+
+
+def _words(hint: Any) -> str:
+    """What an annotation asks for, in words: ``a path (text or a Path), or a list``."""
+    parts = _alternatives(hint)
+    words = []
+    for part in parts:
+        kind, inner = get_origin(part) or part, get_args(part)
+        if part is type(None) or (part is str and Path in parts):
+            continue
+        if kind in (Mapping, Sequence):
+            each = " and ".join(dict.fromkeys(_words(one) for one in inner))
+            words.append(f"{_NAMES[kind][1]} of such" if each in words else f"{_NAMES[kind][1]} of {each}")
+        elif kind is Callable:
+            words.append("a function")
+        else:
+            words.append(_NAMES[kind][1] if kind in _NAMES else getattr(kind, "_in_words", f"a {kind.__name__}"))
+    return " or ".join([*words, *(["None"] if type(None) in parts else [])])
