@@ -383,16 +383,18 @@ def watch(
 ) -> None:
     """Run the observer beside a machine, over rows as they arrive; say when friction leaves its certified bound.
 
-    Ends with the rows, or by Ctrl-C, with a short report. Exit status 3 where the bound was left.
+    Ends with the rows, or by Ctrl-C, with a short report. Exit status 3 where the bound was left, 2 where no sample
+    could be compared with it.
     """
     from codegen.app.watch import alarm_text, watch
 
     tell = None if as_json else lambda alarm: output.print(alarm_text(alarm), end="")
     result = watch(spec, log, _columns(column or []), dwell, follow, tell)
     _show(result, as_json)
-    if result.fault is not None and not result.alarms and not as_json:
-        raise result.fault
-    raise typer.Exit(REFUSED if result.alarms else 2 if result.fault is not None else 0)
+    fault = result.fault or result.useless
+    if fault is not None and not result.alarms and not as_json:
+        raise fault
+    raise typer.Exit(REFUSED if result.alarms else 2 if fault is not None else 0)
 
 
 @app.command()

@@ -16,12 +16,13 @@ from codegen.base.shown import Result
 from codegen.base.text import render
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.replay.engine import engine_for
-from codegen.replay.live import Stop, is_recorded, live_blocks, pieces
+from codegen.replay.live import Stop, is_recorded, live_blocks, named, pieces
 from codegen.replay.samples import Samples
 from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable, too_slow
 from codegen.spec.quantity import read_quantity
 
 BOUNDED = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
+NOTHING = "no sample that can be compared with the bound"
 DWELL = 10
 """An alarm begins after so many consecutive samples out of the bound."""
 
@@ -33,8 +34,8 @@ class Watched(Result):
     Attributes:
         limits: what was compared with which bound, from ``settle`` seconds after a reversal on.
         alarms: when an estimate was out of its bound for longer than the dwell time.
-        fault: the error at the row at which reading ended, or None.
-        notes: how the log was read, where that is not plain.
+        fault: the error at the row at which reading ended, or None; useless: that nothing was compared, or None.
+        notes: how the log was read, where that is not plain; why nothing was compared, where nothing was.
     """
 
     template = "watched"
@@ -46,6 +47,7 @@ class Watched(Result):
     alarms: tuple[Alarm, ...]
     ended: str
     fault: BadInput | None = None
+    useless: BadInput | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -146,6 +148,12 @@ def watch(
             if not watched.tally.samples:
                 raise
             ended, fault = "a row could not be read", error
+    notes = notes if samples is None else list(samples.notes)
+    why, useless = watched.uncompared(period), None
+    if why is not None:
+        notes.append(why)
+        expected = f"sliding in one direction for more than {watched.settle * period:.4g} s, within the envelope"
+        useless = BadInput(Place(named(str(log))), NOTHING, expected, code="LOG015")
     return Watched(
         spec.name,
         watched.limits,
@@ -155,7 +163,8 @@ def watch(
         tuple(watched.alarms),
         ended,
         fault,
-        tuple(notes if samples is None else samples.notes),
+        useless,
+        tuple(notes),
     )
 
 

@@ -89,6 +89,10 @@ CODES: dict[str, tuple[str, str]] = {
     "LOG012": ("The unit of a column does not fit its variable.", "Correct the unit, or set `scale:`."),
     "LOG013": ("The log description, or an option for it, does not fit the spec or the log.", "Correct it as named."),
     "LOG014": ("One log is given for two purposes.", "Give each log once."),
+    "LOG015": (
+        "No sample of the log could be compared with the bound, by `watch`.",
+        "Look at the note in its report: units and scales, or a longer stroke in one direction.",
+    ),
     "FILE001": ("A file cannot be read.", "Look at its path and its permissions."),
     "FILE002": ("A file is larger than any sensible one of its kind.", "Check that it is the file you mean."),
     "FILE003": ("A file or folder cannot be written.", "Choose another folder, or make room."),

@@ -95,7 +95,9 @@ class Tally:
 
     Attributes:
         samples: taken; judged: of them, those where the bound applies.
-        outside: samples with an estimated velocity outside the envelope; faults: held by the observer.
+        outside: samples with an estimated velocity outside the envelope; faults: held by the observer; slow: of the
+            others, with a contact no faster than the bound's ``slip_speed``; early: of the rest, not yet ``settle``
+            samples after a reversal, or after a sample of the kinds before.
         worst: of each limit, the largest difference as a share of its bound, on judged samples.
     """
 
@@ -103,6 +105,8 @@ class Tally:
     judged: int = 0
     outside: int = 0
     faults: int = 0
+    slow: int = 0
+    early: int = 0
     first: float = float("nan")
     last: float = float("nan")
     worst: list[float] = field(default_factory=list)
@@ -140,6 +144,7 @@ class Watch:
         self._positions = [inputs.index(x) for x in spec.positions]
         self._slow = max(b.slip_speed for b in bounds)
         self._ranges = np.array([[float(e) for e in spec.envelope.get(v, (-np.inf, np.inf))] for v in spec.velocities])
+        self._limited = [v for v in spec.velocities if v in spec.envelope]
         self._declared = _declared(system, [b.name for b in bounds])
         self._since, self._signs = 0, np.zeros(len(system.contacts))
         self._out = [_Out() for _ in self.limits]
@@ -163,13 +168,39 @@ class Watch:
             if steady and self._since > self.settle:
                 self.tally.judged += 1
                 begun += self._judge(float(block.time[k]), apart[k])
-            elif not steady:
+                continue
+            if not steady:
                 self._forget()
+            if not held[k] and not left[k]:
+                self.tally.slow += not signs.all()
+                self.tally.early += bool(signs.all())
         tally = self.tally
         tally.first = tally.first if tally.samples else float(block.time[0])
         tally.last, tally.samples = float(block.time[-1]), tally.samples + len(block.time)
         tally.outside, tally.faults = tally.outside + int(left.sum()), tally.faults + int((faults != 0).sum())
         return begun
+
+    def uncompared(self, period: float) -> str | None:
+        """Where no sample could be compared with a bound: the reason that most samples have, in words."""
+        tally, names = self.tally, " and ".join(self._limited)
+        if tally.judged or not tally.samples:
+            return None if tally.judged else "nothing was compared: no sample was read"
+        of = f"of {tally.samples} samples"
+        after = f"{self.settle * period:.4g} s after a reversal, a stop, or a sample that cannot be compared"
+        reasons = [
+            (
+                tally.outside,
+                f"{tally.outside} {of} were outside the envelope of {names}: the unit or scale of a column or of time "
+                "may be wrong, or two columns exchanged",
+            ),
+            (tally.faults, f"{tally.faults} {of} were invalid"),
+            (
+                tally.slow,
+                f"in {tally.slow} {of} a contact was no faster than {self._slow:.3g}, above which the bound holds",
+            ),
+            (tally.early, f"{tally.early} {of} were less than {after}"),
+        ]
+        return f"nothing was compared: {max(reasons)[1]}"
 
     def _judge(self, time: float, apart: Array) -> list[Alarm]:
         begun = []

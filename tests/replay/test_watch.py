@@ -260,6 +260,33 @@ def test_a_machine_that_always_reverses_is_not_called_sound() -> None:
     rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},{1e-4 * np.sin(0.3 * k):.9f},0\n" for k in range(1000))
     seen = watch(belt(), "-", given=pieces(rows, 4096))
     assert seen.tally.judged == 0 and "nothing was compared" in seen.text()
+    assert "outside the envelope" not in seen.text() and "unit" not in seen.notes[-1]
+
+
+def test_a_machine_at_rest_is_not_called_sound(tmp_path: Path) -> None:
+    rows = "t,x,u\n" + "".join(f"{k * PERIOD:.4f},0,0\n" for k in range(300))
+    (tmp_path / "log.csv").write_text(rows)
+    done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
+    assert "nothing was compared: in 300 of 300 samples a contact was no faster than " in done.out
+    assert done.code == 2 and "log.csv: no sample that can be compared" in done.err and "[LOG015]" in done.err
+
+
+def test_a_log_in_another_unit_says_that_it_is_outside_the_envelope(logs: dict[str, str], tmp_path: Path) -> None:
+    """Positions in mm: speeds of 300 where the envelope has at most 1 m/s, but for the samples about a reversal."""
+    head, *rows = logs[""].splitlines()
+    split = [row.split(",") for row in rows]
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join([head, *(f"{t},{1000 * float(x):.9g},{u}" for t, x, u in split)]))
+    seen = watch(belt(), log)
+    assert seen.tally.judged == 0 and seen.tally.outside > 3000
+    (note,) = seen.notes
+    assert note.startswith(f"nothing was compared: {seen.tally.outside} of 4000 samples were outside the envelope of v")
+    assert "unit or scale" in note and "no contact slid" not in seen.text()
+    done = stiction("watch", BELT, "--log", log)
+    assert done.code == 2 and f"note: {note}" in done.out and "[LOG015]" in done.err
+    assert len(done.err.splitlines()) == 1 and "no alarm" not in done.out
+    as_json = stiction("watch", BELT, "--log", log, "--json")
+    assert as_json.code == 2 and json.loads(as_json.out)["notes"] == [note] and as_json.err == ""
 
 
 def rewritten(text: str, way: str) -> bytes:
@@ -324,7 +351,7 @@ def test_samples_outside_the_envelope_are_counted_in_one_line() -> None:
     seen = watch(belt(), "-", given=pieces(rows, 4096))
     text = seen.text()
     assert seen.tally.outside and f"outside the envelope, not compared: {seen.tally.outside} samples" in text
-    assert text.count("outside the envelope") == 1
+    assert text.count("outside the envelope, not compared") == 1
 
 
 def test_a_bound_that_holds_nowhere_in_the_envelope_is_refused(tmp_path: Path) -> None:
