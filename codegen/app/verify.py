@@ -81,7 +81,9 @@ def readable(path: str | Path) -> None:
 
 
 def _no_json(path: Path, error: json.JSONDecodeError) -> BadInput:
-    return BadInput(Place(str(path), error.lineno), "text that is not JSON", CERTIFICATE, code="CALL003")
+    spec = path.suffix.lower() in (".yaml", ".yml")
+    hint = f"; this is a spec: `stiction generate {path.name}` writes its certificate" if spec else ""
+    return BadInput(Place(str(path), error.lineno), "text that is not JSON", f"{CERTIFICATE}{hint}", code="CALL003")
 
 
 @verb

@@ -139,6 +139,10 @@ def test_messages_say_what_they_mean(folder):
             told = stiction("verify", "text.json", *more)
             assert is_one_message(told) and told.code == 2
             assert told.err == "error: text.json:1: text that is not JSON; expected a certificate (JSON) [CALL003]\n"
+    for more in ((), ("--json",)):
+        told = stiction("verify", ONE, *more)
+        assert is_one_message(told) and told.code == 2 and "a certificate (JSON); this is a spec" in told.err
+        assert f"`stiction generate {ONE.name}`" in told.err
     (folder / "meta.yaml").write_text("")
     (folder / "log.csv").write_text("t,x,w\n")
     told = stiction("replay", ONE, "log.csv", "-d", "meta.yaml").err

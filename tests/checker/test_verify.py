@@ -943,10 +943,13 @@ def test_files_are_bound(folder: Path) -> None:
     assert check(content).unbound == ("observer.c", "observer.h")
     (folder / "spec.yaml").write_text("name: another\n")
     check(content, folder)
-    with pytest.raises(Refused, match=r"spec\.yaml has the SHA-256"):
+    with pytest.raises(
+        Refused,
+        match=r"spec\.yaml differs from the one that the certificate names .*its SHA-256 is \w{64}, not \w{64}$",
+    ):
         check(content, folder, folder / "spec.yaml")
     (folder / "observer.c").write_text("/* generated  */\n")
-    with pytest.raises(Refused, match=r"observer\.c has the SHA-256"):
+    with pytest.raises(Refused, match=r"observer\.c differs from the one that the certificate names \(edited since"):
         check(content, folder)
 
 
@@ -1018,13 +1021,27 @@ def test_a_reader_that_goes_away_sees_no_traceback(folder: Path) -> None:
     assert process.wait(60) == -signal.SIGPIPE and said == b""
 
 
+def test_an_edited_c_is_told_with_what_checks_it_as_it_is(tmp_path: Path) -> None:
+    """Its proof names no hashes: it is about the text beside it, edited or not."""
+    folder = shutil.copytree(SOURCE.parents[2] / "generated/one_mass", tmp_path / "one_mass")
+    code = folder / "one_mass.c"
+    code.write_text(code.read_text().replace("K_F", "K_F ", 1))
+    status, out, _ = run(folder / "certificate.json")
+    assert status == 3 and "one_mass.c differs from the one that the certificate names (edited since" in out
+    assert "`verify proof.json` checks the text as it is now" in out
+    shutil.copy(SOURCE.parents[2] / "generated/one_mass/one_mass.c", code)
+    (folder / "__init__.py").write_text("")
+    status, out, _ = run(folder / "certificate.json")
+    assert status == 3 and "__init__.py differs" in out and "proof.json" not in out
+
+
 def test_command_line_refuses(folder: Path) -> None:
     (folder / "observer.c").write_text("")
     status, out, err = run(folder / "certificate.json")
     assert status == 3 and out.startswith(
-        f"refused: {folder / 'certificate.json'}: observer.c has the SHA-256 e3b0c442"
+        f"refused: {folder / 'certificate.json'}: observer.c differs from the one that the certificate names"
     )
-    assert err == ""
+    assert err == "" and "its SHA-256 is e3b0c442" in out and "proof.json" not in out
     for name, (cert, _) in REFUSALS.items():
         if name in ("nested JSON", "nested expression", "half a character", "nan", "no JSON object", "key twice"):
             (folder / "bad.json").write_text(cert if isinstance(cert, str) else text(cert))
