@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from codegen.base.arrays import Array
 from codegen.base.errors import Place
@@ -53,6 +54,9 @@ NEAR = 0.05
 """Relative deviation of a ratio from the power of ten that it is taken for."""
 FITS, BETTER = 0.25, 0.5
 """Largest misfit that is accepted of another unit or order of columns, and its largest ratio to that of any other."""
+FACTOR_RANGE, FACTORS_TRIED, SURE_FACTOR, NO_UNIT = 10.0, 41, 0.02, 1.5
+"""Factors about a unit's that are tried: a range to both sides and how many. Another factor than the unit's is named
+with at most such a misfit, and at least so far from the unit's: nearer ones are errors of the model's parameters."""
 IN_ANY_ORDER, MOST_TRIED = 3, 60
 """Variables that are tried in any order, more of them by pairs; and most orders that are tried."""
 UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 3
@@ -201,10 +205,18 @@ def _other_unit(
     least, j, unit = min(tried)
     now = forces_along(log, system, motion).misfit
     others = [now, *(left for left, k, _ in tried if k != j)]
-    if least > FITS or least > BETTER * min(others):
-        return
     name = spec.coordinates[j].name
     taken = log.description.units.get(name, spec.coordinates[j].unit)
+    fits = least <= FITS and least <= BETTER * min(others)
+    unit_factor = dict(_other_units(taken))[unit]
+    heavy, _ = forces.inertia_factor(j)
+    if fits or (found and heavy > 0):
+        factor, fitted = _best_factor(log, system, motion, j, unit_factor if fits else heavy)
+        if fitted < min(SURE_FACTOR, BETTER * least) and not 1 / NO_UNIT < factor / unit_factor < NO_UNIT:
+            yield _no_unit(name, spec, 1 / factor, {"misfit": now, "misfit_in_unit": least, "misfit_scaled": fitted})
+            return
+    if not fits:
+        return
     words = (
         f"The scale of {name} seems off: is {name} in {unit}? As {taken}, motion and inputs leave {100 * now:.2g} % of "
         f"the squared forces unbalanced, as {unit} {100 * least:.2g} %. "
@@ -215,6 +227,36 @@ def _other_unit(
         if one.topic == topic:
             figures |= one.figures
     yield Finding("problem", topic, words, figures)
+
+
+def _best_factor(log: Log, system: System, motion: Motion, j: int, about: float) -> tuple[float, float]:
+    """The factor on coordinate j with the least misfit, within ``FACTOR_RANGE`` of ``about``, and that misfit."""
+
+    def misfit(power: float) -> float:
+        return forces_along(log, system, _scaled(motion, j, 10.0**power)).misfit
+
+    powers = np.log10(about) + np.linspace(-1, 1, FACTORS_TRIED) * np.log10(FACTOR_RANGE)
+    k = int(np.argmin([misfit(power) for power in powers]))
+    ends = float(powers[max(k - 1, 0)]), float(powers[min(k + 1, len(powers) - 1)])
+    found = minimize_scalar(misfit, bounds=ends, method="bounded", options={"xatol": 1e-3})
+    return float(10.0**found.x), float(found.fun)
+
+
+def _no_unit(name: str, spec: Spec, factor: float, misfits: dict[str, float]) -> Finding:
+    """A coordinate that is too large by a factor that is no unit's: that of a gear, if a parameter has this value."""
+    ratios = [(p.name, float(p.value)) for p in spec.parameters if p.unit in ("", "1") and p.value]
+    gears = [(p, r) for p, value in ratios for r in (value, 1 / value) if abs(r / factor - 1) < NEAR]
+    scale = 1 / (gears[0][1] if gears else factor)
+    gear = gears[0][0] if gears else ""
+    same = f" The parameter {gear} has this value: is {name} measured on the other side of a gear?" if gear else ""
+    left = {key: f"{100 * value:.2g} %" for key, value in misfits.items()}
+    words = (
+        f"The scale of {name} seems off by a factor of {factor:.3g}: as it is, motion and inputs leave "
+        f"{left['misfit']} of the squared forces unbalanced, divided by this factor {left['misfit_scaled']}, in no "
+        f"usual unit less than {left['misfit_in_unit']}.{same} "
+        f"(`scale: {{{name}: {scale:.4g}}}` in a log description)"
+    )
+    return Finding("problem", f"scale of {name}", words, misfits)
 
 
 def _against_velocity(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:

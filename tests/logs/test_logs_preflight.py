@@ -238,6 +238,19 @@ def test_a_wrong_power_of_ten_in_the_units_of_a_log_is_named_with_the_right_unit
     assert "scale of x" not in findings(tmp_path, moving_in_mm(), TEXT + inside, description=about)
 
 
+@pytest.mark.parametrize("gear", [50.0, 1 / 50])
+def test_a_position_on_the_other_side_of_a_gear_is_no_other_unit(tmp_path, gear):
+    """A servo's angle at its motor, 100 times that of the load, was taken for degrees, 57 times."""
+    text = TEXT.replace("parameters:\n", f"parameters:\n  n: {{value: {gear:.6g}}}\n")
+    assert text != TEXT
+    made = moving_in_mm()
+    told = findings(tmp_path, {**made, "x": made["x"] / 1000 * gear}, text)["scale of x"]
+    assert told.severity == "problem" and "is x in" not in told.words
+    assert f"scale: {{x: {1 / gear:.4g}}}" in told.words and "The parameter n has this value" in told.words
+    told = findings(tmp_path, {**made, "x": made["x"] / 1000 * 1.3 * gear}, text)["scale of x"]
+    assert "The parameter n" not in told.words
+
+
 @pytest.mark.parametrize("share", [0.3, 0.5, 1.5, 3.0])
 def test_another_inertia_is_no_other_unit(tmp_path, share):
     """Also where the log is outside the envelope, which tells the audit to look."""
