@@ -19,6 +19,7 @@ from codegen.logs.readers import log_description
 from codegen.logs.source import LARGEST, Columns, OpenedLog
 from codegen.logs.stream import NotStreamed, open_stream
 from codegen.logs.term import columns_of, compute
+from codegen.logs.time_unit import time_unit_hint
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
 from codegen.spec import Spec
@@ -114,7 +115,11 @@ class Samples:
         if not abs(log.sample_time / self.period - 1) <= JITTER:
             taken = log.intake.time_unit
             found = f"a sample every {log.sample_time:.6g} s{taken}, where the observer takes {self.period:.6g} s"
-            expected = f"a log at the observer's sample time, or `sample_time: {log.sample_time:.6g}` in the spec"
+            scale = float(log.description.scale.get("t", self._spec.log.scale.get("t", 1.0)))
+            hint = time_unit_hint(log.sample_time, self.period, scale, bool(taken) or "t" in log.description.units)
+            otherwise = f"`sample_time: {log.sample_time:.6g}` in the spec"
+            expected = f"a log at the observer's sample time, or {'if its time is right, ' if hint else ''}{otherwise}"
+            found += f": {hint}" if hint else ""
             raise BadInput(Place(str(self._path)), found, expected, code="LOG013")
         self.notes = list(log.notes)
         values = self._of_log(log)

@@ -196,6 +196,41 @@ def test_another_sample_time_is_refused(tmp_path: Path, times: int) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["log.csv"]
 
 
+@pytest.mark.parametrize(
+    ("times", "described", "said"),
+    [
+        (1e3, "", "is time in milliseconds? (`scale: {t: 0.001}` in a log description)"),
+        (1e6, "", "is time in microseconds? (`scale: {t: 1e-6}` in a log description)"),
+        (1 / 60, "", "is time in minutes? (`scale: {t: 60}` in a log description)"),
+        (1.0, "scale: {t: 0.001}\n", "is time in s before `scale: {t: 0.001}`? (leave that out"),
+        (1.0, "scale: {t: 60}\n", "is time in s before `scale: {t: 60}`? (leave that out"),
+        (1.0, "units: {t: ms}\n", "is time in another unit? (`units: {t: UNIT}` in a log description)"),
+        (1e-3, "", "is the observer's sample time meant in ms? (`sample_time: 0.001 ms` in the spec)"),
+    ],
+)
+def test_time_in_another_unit_is_asked_for_before_another_sample_time(
+    tmp_path: Path, times: float, described: str, said: str
+) -> None:
+    table = record(1000)
+    table[:, 0] *= times
+    log = write_csv(tmp_path / "log.csv", table)
+    if described:
+        (tmp_path / "meta.yaml").write_text(described)
+    done = stiction("replay", SPEC, log)
+    assert is_one_message(done) and "[LOG013]" in done.err
+    assert said in done.err and done.err.index(said) < done.err.index("`sample_time: ", done.err.index("; expected"))
+
+
+@pytest.mark.parametrize("scale", ["0.001", "60"])
+def test_the_scale_that_is_asked_for_gives_the_same_estimates(tmp_path: Path, scale: str) -> None:
+    table = record(1000)
+    plain = replay(SPEC, write_csv(tmp_path / "plain.csv", table))
+    table[:, 0] /= float(scale)
+    log = write_csv(tmp_path / "log.csv", table)
+    (tmp_path / "meta.yaml").write_text(f"scale: {{t: {scale}}}\n")
+    assert [p.value for p in replay(SPEC, log).peaks] == [p.value for p in plain.peaks]
+
+
 @pytest.mark.parametrize(("bad", "faults"), [(500, [500]), (0, [0, 1])])
 def test_a_value_that_is_not_finite_is_held_over_or_refused(tmp_path: Path, bad: int, faults: list[int]) -> None:
     """Where it is the first, the good sample behind it starts the observer."""
