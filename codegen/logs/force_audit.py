@@ -213,7 +213,12 @@ def _other_unit(
     if fits or (found and heavy > 0):
         factor, fitted = _best_factor(log, system, motion, j, unit_factor if fits else heavy)
         if fitted < min(SURE_FACTOR, BETTER * least) and not 1 / NO_UNIT < factor / unit_factor < NO_UNIT:
-            yield _no_unit(name, spec, 1 / factor, {"misfit": now, "misfit_in_unit": least, "misfit_scaled": fitted})
+            misfits = {"misfit": now, "misfit_in_unit": least, "misfit_scaled": fitted}
+            finding = _no_unit(name, spec, 1 / factor, misfits)
+            for one in found:
+                if one.topic == finding.topic:
+                    finding = replace(finding, figures={**finding.figures, **one.figures})
+            yield finding
             return
     if not fits:
         return
