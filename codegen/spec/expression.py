@@ -49,13 +49,16 @@ class Expression:
     tree: ast.expr
     place: Place
 
-    def symbolic(self, symbols: Mapping[str, sympy.Symbol]) -> sympy.Expr:
+    def symbolic(self, symbols: Mapping[str, sympy.Symbol], hint: str = "") -> sympy.Expr:
         """The SymPy form over the given symbols, numbers as exact rationals.
+
+        Args:
+            hint: what else is said of an unknown name.
 
         Raises:
             BadInput: on a name that is not in ``symbols``, a division by zero or a number out of range.
         """
-        value = evaluate_tree(self.tree, self, _numbers_of(symbols))
+        value = evaluate_tree(self.tree, self, _numbers_of(symbols, hint))
         value = value.replace(sympy.Abs, Magnitude).replace(sympy.sign, Sgn)  # sqrt(x**2) gives SymPy's own
         if value.has(sympy.zoo, sympy.nan, sympy.oo, sympy.I) or value.is_real is False:
             found = f"`{self.text}` is not a finite real number"
@@ -186,8 +189,9 @@ def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
     raise BadInput(whole.place, f"`{whole.source(node)}`", "an arithmetic expression", code="SPEC011")
 
 
-def _numbers_of(symbols: Mapping[str, sympy.Symbol]) -> Algebra:
-    expected = f"one of {', '.join(sorted(symbols))}" if len(symbols) <= 40 else "a declared name"
+def _numbers_of(symbols: Mapping[str, sympy.Symbol], hint: str) -> Algebra:
+    expected = f"one of {', '.join(sorted(symbols))}" if 0 < len(symbols) <= 40 else "a declared name"
+    expected += f"; {hint}" if hint else ""
     return Algebra(symbols, expected, lambda name, argument: FUNCTIONS[name](argument), _combine)
 
 

@@ -15,6 +15,8 @@ from codegen.spec.kinematics import KinematicTree
 from codegen.spec.motion import Form, Sliding
 
 Rational = sympy.Rational
+NO_INPUTS = "no inputs are declared (`inputs:` is missing)"
+"""Said of an unknown name where an input may stand."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equa
 from codegen.spec.expression import NAME, Expression, parse_expression
 from codegen.spec.kinematics import KinematicTree
 from codegen.spec.missing_units import refuse_missing_units
-from codegen.spec.model import Coordinate, Input, symbol
+from codegen.spec.model import NO_INPUTS, Coordinate, Input, symbol
 from codegen.spec.motion import DIRECTIONS, Constraints, Form, Lagrangian, Sliding, Topology
 from codegen.spec.motion_units import Units
 from codegen.spec.schema import SpecDocument, TopologySection
@@ -93,7 +93,8 @@ class _MotionReader:
         kind = self._form_kind()
         rows = d.force if d.force is not None else ["0"] * n
         force = self._matrix("force", [[row] for row in rows], (n, 1), column=True)
-        forces = _symbolic(force, self.position | self.velocity | self.constant | self.input)
+        names = self.position | self.velocity | self.constant | self.input
+        forces = _symbolic(force, names, "" if self.inputs else NO_INPUTS)
         distribution = None
         if d.friction.distribution is not None:
             shape = n, len(d.friction.contacts)
@@ -237,5 +238,5 @@ class _MotionReader:
         ]
 
 
-def _symbolic(rows: Rows, symbols: Mapping[str, sympy.Symbol]) -> sympy.ImmutableMatrix:
-    return sympy.ImmutableMatrix([[x.symbolic(symbols) for x in row] for row in rows])
+def _symbolic(rows: Rows, symbols: Mapping[str, sympy.Symbol], hint: str = "") -> sympy.ImmutableMatrix:
+    return sympy.ImmutableMatrix([[x.symbolic(symbols, hint) for x in row] for row in rows])

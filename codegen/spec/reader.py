@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
+
+import sympy
 
 from codegen.base.errors import BadInput, Faults, Place, refuse_unknown
 from codegen.base.input_files import read_text
@@ -29,7 +32,7 @@ from codegen.spec.quantity import read_numbers, read_quantity, read_share
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import SpecDocument
 from codegen.spec.simulation_section import read_simulation
-from codegen.spec.units import require_coherent, si_factor, unit_name
+from codegen.spec.units import inertia_for, require_coherent, si_factor, unit_name
 from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import nearest_place, validate
 from codegen.spec.yaml_text import load_plain
@@ -212,11 +215,21 @@ class _Reading:
     def _parameter(self, name: str) -> Parameter:
         section, key = self.document.parameters[name], f"parameters.{name}"
         declared = exact_number(section.value, self.place(f"{key}.value"))
-        exact = declared * si_factor(section.unit, self.place(f"{key}.unit"))
+        exact = declared * self._factor(name, section.unit, self.place(f"{key}.unit"))
         value = printed(exact, self.place(f"{key}.value"), f"{section.value} {section.unit} in SI units")
         share = section.tolerance
         tolerance = None if share is None else read_share(share, self.place(f"{key}.tolerance"))
         return Parameter(name, value, section.unit, declared, tolerance)
+
+    def _factor(self, name: str, unit: str, place: Place) -> sympy.Rational:
+        """Of a parameter's unit to SI; in the mass matrix a unit that may be a torque's is rather an inertia's."""
+        try:
+            return si_factor(unit, place)
+        except BadInput as error:
+            inertia = inertia_for(error.nearest)
+            if inertia and re.search(rf"\b{re.escape(name)}\b", str(self.document.mass_matrix or "")):
+                raise BadInput(place, error.found, error.expected, inertia, code=error.code) from None
+            raise
 
     def _contact(self, index: int, sliding: Sliding | None) -> Contact:
         section, key = self.document.friction.contacts[index], f"friction.contacts[{index}]"

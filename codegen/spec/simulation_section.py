@@ -8,7 +8,7 @@ import sympy
 
 from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.expression import exact_number, parse_expression
-from codegen.spec.model import Coordinate, Input, Simulation, symbol
+from codegen.spec.model import NO_INPUTS, Coordinate, Input, Simulation, symbol
 from codegen.spec.quantity import read_quantity
 from codegen.spec.schema import SimulationSection
 
@@ -45,6 +45,9 @@ def read_simulation(
         key = f"simulation.{name}"
         values: Mapping[str, str] = getattr(section, name)
         for entry in values:
+            if not names:  # only inputs can be missing; a spec has a coordinate
+                found = f"the input `{entry}`, but {NO_INPUTS}"
+                raise BadInput(place(f"{key}.{entry}"), found, "`inputs:` with it", code="SPEC008")
             refuse_unknown(entry, sorted(names), place(f"{key}.{entry}"), "unknown name", code="SPEC008")
         return values
 

@@ -126,12 +126,20 @@ def parse_unit(text: str, place: Place) -> SiUnit | Any:
         raise BadInput(place, f"unit `{text}`", error.expected, nearest, code="SPEC013") from None
     for pattern, meanings, meant in _TWO_MEANINGS:
         if re.search(pattern, plain) or re.search(pattern, with_plain_signs(str(text))):
-            raise BadInput(place, f"unit `{text}`, {meanings}", "an unambiguous unit", meant, code="SPEC013")
+            clear = inertia_for(meant)
+            expected = "an unambiguous unit" + (f": {meant} for a torque, {clear} for an inertia" if clear else "")
+            raise BadInput(place, f"unit `{text}`, {meanings}", expected, meant, code="SPEC013")
     try:
         return si_unit(plain) or _parse(plain)
     except ValueError:
         nearest = nearest_name(str(text), _CALLED)
         raise BadInput(place, f"unit `{text}`", "a unit such as N*m, kg*m^2 or 1", nearest, code="SPEC013") from None
+
+
+def inertia_for(torque: str | None) -> str | None:
+    """The unit of an inertia that is written nearly as one of a torque: ``kg*cm^2`` for ``kgf*cm``; None for others."""
+    found = re.fullmatch(r"(kg|g|oz|lb)f\*(\w+)", torque or "")
+    return f"{found[1]}*{found[2]}^2" if found else None
 
 
 def unit_name(text: str, place: Place) -> str:

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.spec.quantity import split_quantity
 
 EXAMPLE = 60
 """Characters of what stands there, up to which a message shows it in brackets."""
@@ -94,7 +95,7 @@ def _explain(
             if any(f["type"] == "list_type" and f["loc"][: len(steps)] == fault["loc"][: len(steps)] for f in faults):
                 expected += ", or a list"
         case "model_type" if keys := _known_keys(model, steps):
-            expected = f"a mapping with {', '.join(keys)}"
+            expected = f"a mapping with {', '.join(keys)}{_as_mapping(fault['input'], keys)}"
         case other:
             expected = _EXPECTED.get(other, fault["msg"])
             if other == "list_type" and isinstance(one := fault["input"], (str, int)) and len(f"{one}") <= EXAMPLE:
@@ -104,6 +105,17 @@ def _explain(
     nearest = nearest_name(str(found), re.findall(r"'(\w+)'", expected)) if fault["type"] == "literal_error" else None
     words = "nothing" if found is None else f"`{found}`" if not isinstance(found, (dict, list)) else _shape(found)
     return BadInput(place, words, expected, nearest, code="SPEC006")
+
+
+def _as_mapping(found: object, keys: Sequence[str]) -> str:
+    """The mapping to write for a number, a number with a unit, or a unit alone, in words; "" for anything else."""
+    if isinstance(found, bool) or not isinstance(found, (str, int, float)) or len(str(found)) > EXAMPLE:
+        return ""
+    if {"value", "unit"} <= {*keys}:
+        value, unit = split_quantity(str(found)) or (found, "UNIT")
+        is_value = unit != "UNIT" or isinstance(found, (int, float))
+        return f", as in `{{value: {value}, unit: {unit}}}`" if is_value else ""
+    return f", as in `{{unit: {found}}}`" if [*keys] == ["unit"] and isinstance(found, str) else ""
 
 
 def _without_colon(name: str, known: Sequence[str]) -> tuple[str, str] | None:

@@ -28,6 +28,23 @@ FAULTS = {
     "missing inner key": (changed(ONE, "{velocity: v, unit: m}", "{unit: m}"), ":5: coordinates.x.velocity"),
     "unknown key": (changed(ONE, "observer:", "obsever:"), "unknown key `obsever`"),
     "unknown name": (changed(ONE, "\n  - w\n", "\n  - kk*w\n"), ":13: force[0]: unknown name `kk`"),
+    "a parameter as a number": (
+        changed(ONE, "m: {value: 1, unit: kg}", "m: 0.02"),
+        ":9: parameters.m: `0.02`; expected a mapping with tolerance, unit, value, as in `{value: 0.02, unit: UNIT}`",
+    ),
+    "a parameter as a quantity": (
+        changed(ONE, "m: {value: 1, unit: kg}", "m: 35 g*cm^2"),
+        "a mapping with tolerance, unit, value, as in `{value: 35, unit: g*cm^2}`",
+    ),
+    "an input as a unit": (changed(ONE, "w: {unit: N}", "w: N"), "a mapping with unit, as in `{unit: N}`"),
+    "a torque's unit in a mass matrix": (
+        changed(ONE, "m: {value: 1, unit: kg}", "m: {value: 1, unit: kg*cm}"),
+        "kgf*cm for a torque, kg*cm^2 for an inertia (did you mean 'kg*cm^2'?)",
+    ),
+    "a torque's unit elsewhere": (
+        changed(ONE, "m: {value: 1, unit: kg}", "m: {value: 1, unit: kg}\n  T: {value: 1, unit: kg*cm}"),
+        "kgf*cm for a torque, kg*cm^2 for an inertia (did you mean 'kgf*cm'?)",
+    ),
     "call": (changed(ONE, "\n  - w\n", f'\n  - "{CALL}"\n'), "force[0]"),
     "call in parameter": (changed(ONE, "value: 1,", f'value: "{CALL}",'), "parameters.m.value"),
     "attribute": (changed(ONE, "\n  - w\n", "\n  - w.__class__\n"), "`w.__class__`"),
@@ -150,6 +167,18 @@ def test_fault(folder, fault):
     again = stiction("generate", "s.yaml")
     assert again == result
     assert contents(folder) == before
+
+
+@pytest.mark.parametrize("key", ["inputs", "position_gain"])
+def test_without_inputs(folder, key):
+    """They were told as names among none: expected one of nothing."""
+    text = changed(ONE, "inputs:\n  w: {unit: N}\n", "")
+    write(folder, changed(text, "inputs: {w: 61*sin(2*pi*0.5*t) + 8*sin(2*pi*1.3*t)}", f"{key}: {{w: 3}}"))
+    result = stiction("check", "s.yaml")
+    missing = "no inputs are declared (`inputs:` is missing)"
+    force = f"s.yaml:11: force[0]: unknown name `w` in `w`; expected one of m, v, x; {missing} [SPEC008]"
+    drive = f"s.yaml:29: simulation.{key}.w: the input `w`, but {missing}; expected `inputs:` with it [SPEC008]"
+    assert result.code == 2 and result.err.splitlines() == [f"error: {force}", f"error: {drive}"]
 
 
 @pytest.mark.parametrize(
