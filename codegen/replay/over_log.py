@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.base.errors import refuse_unknown
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.shown import Result
 from codegen.logs.stream import NotStreamed
 from codegen.program import Program
 from codegen.replay.engine import Engine, Faults
 from codegen.replay.samples import Block, Irregular, Samples
-from codegen.replay.writer import open_writer
+from codegen.replay.writer import open_writer, read_estimates
 
 FRICTION = "F_hat"
 
@@ -48,7 +48,7 @@ class Replayed(Result):
         faults: samples over which the observer held its last estimate, or whose estimates are not finite.
         peaks: the largest value of each friction estimate.
         step_seconds: mean computing time of one step.
-        path: file of the estimates, or None.
+        path: file of the estimates, or None; ``estimates`` are its columns by name.
     """
 
     template = "replayed"
@@ -68,6 +68,19 @@ class Replayed(Result):
     def summary(self) -> Mapping[str, object]:
         peaks = {f"largest {p.name}": f"{p.value:.4g} {p.unit}" for p in self.peaks}
         return {"machine": self.name, "samples": self.samples, "faults": self.faults, **peaks}
+
+    @property
+    def estimates(self) -> dict[str, Array]:
+        """Name → array (samples,), read from ``path``: ``t`` in s, the outputs, ``fault`` where the observer has it.
+
+        Raises BadInput for a replay without ``out``, which keeps no estimates, or a file that cannot be read.
+        """
+        if self.path is None:
+            expected = "a file as `out`, a .csv or .npy, from which they are read"
+            raise BadInput(
+                "replay()", "no estimates, which a replay without `out` does not keep", expected, code="CALL001"
+            )
+        return read_estimates(self.path)
 
     @property
     def content(self) -> dict[str, Any]:

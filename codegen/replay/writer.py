@@ -1,4 +1,4 @@
-"""Writers of estimates to a file, block by block; the file replaces its target only when it is complete."""
+"""Estimates in a file: written block by block, where the file replaces its target only when complete; read whole."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.base.errors import BadInput
 from codegen.base.files import Waiting, refuse_ending, refuse_target, write_atomically
 
 Column = tuple[str, str]
@@ -41,6 +42,26 @@ def open_writer(path: Path | None, columns: Sequence[Column], flagged: bool) -> 
         yield add
         end()
         file.take_place()
+
+
+def read_estimates(path: Path) -> dict[str, Array]:
+    """The columns of a file that ``open_writer`` wrote, by name: ``t`` in s, the estimates, and ``fault``.
+
+    Raises BadInput if it cannot be read.
+    """
+    try:
+        if path.suffix.lower() == ".npy":
+            table = np.load(path)
+            return {name: table[name] for name in table.dtype.names}
+        with path.open(encoding="utf-8") as file:
+            names = file.readline().strip().split(",")
+            columns = np.loadtxt(file, delimiter=",", ndmin=2, comments=None).T
+    except (OSError, ValueError) as error:
+        raise BadInput(str(path), f"unreadable ({error})", "the estimates that replay wrote", code="FILE001") from None
+    return {
+        name: column.astype(np.intc) if name == "fault" else column.copy()
+        for name, column in zip(names, columns, strict=True)
+    }
 
 
 def _csv_writer(file: Waiting, columns: Sequence[Column], flagged: bool) -> tuple[Add, Callable[[], None]]:

@@ -126,6 +126,28 @@ def test_npy_out_has_the_same_numbers_and_its_units_beside_it(tmp_path: Path) ->
     assert again.samples == len(np.load(tmp_path / "out.npy"))
 
 
+@pytest.mark.parametrize("ending", [".csv", ".npy"])
+def test_the_result_gives_the_estimates_by_name(tmp_path: Path, ending: str) -> None:
+    """The bits of the twin, whole or in part; a result whose estimates were not kept says how to keep them."""
+    table = record(3000)
+    log, expected = write_csv(tmp_path / "log.csv", table), by_twin(table)
+    replay(SPEC, log, tmp_path / "all.csv")
+    names, _ = read_csv(tmp_path / "all.csv")
+    found = replay(SPEC, log, tmp_path / f"out{ending}").estimates
+    assert list(found) == names and found["t"].tobytes() == table[:, 0].tobytes()
+    for k, name in enumerate(names[1:]):
+        assert (found[name] == expected[:, k]).all() and len(found[name]) == 3000
+    if "fault" in found:
+        assert found["fault"].dtype.kind == "i"
+    part = replay(SPEC, log, tmp_path / f"part{ending}", only=["v1_hat"])
+    assert "F_hat_ground" not in part.estimates and (part.estimates["v1_hat"] == found["v1_hat"]).all()
+    (tmp_path / f"part{ending}").unlink()
+    with pytest.raises(BadInput, match=f"part{ending}"):
+        _ = part.estimates
+    with pytest.raises(BadInput, match="`out`"):
+        _ = replay(SPEC, log).estimates
+
+
 def test_without_a_compiler_the_twin_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     log = write_csv(tmp_path / "log.csv", record(500))
     replay(SPEC, log, tmp_path / "a.csv")
