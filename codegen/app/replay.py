@@ -8,6 +8,7 @@ from pathlib import Path
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_target
+from codegen.replay.doubts import declared_friction
 from codegen.replay.engine import engine_for
 from codegen.replay.over_log import Replayed, replay_log
 from codegen.replay.samples import Samples
@@ -40,7 +41,8 @@ def replay(
         refuse_target(target, {"the log itself": Path(log), "the spec itself": spec.path})
     engine = engine_for(program, machine.sources)
     samples = Samples(spec, program, float(machine.observer.sample_time), Path(log), description, columns, engine.holds)
-    return replay_log(program, engine, samples, target, only)
+    declared = declared_friction(spec, machine.observer)
+    return replay_log(spec, program, engine, samples, declared, target, only)
 
 
 __all__ = ["Replayed", "replay"]

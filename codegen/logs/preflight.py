@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.logs.envelope import Span
 from codegen.logs.force_audit import LONGEST_STEP, audit_force
 from codegen.logs.log import Finding, Log, Severity
 from codegen.logs.motion import Motion, Steady, measured_motion, steady_speeds
@@ -277,14 +278,10 @@ def _envelope(log: Log, spec: Spec, motion: Motion, kept: Kept) -> Iterator[Find
             continue
         unit, values = measured[name]
         low, high = float(low_exact), float(high_exact)
-        share = float(np.mean((values < low) | (values > high)))
-        if share > 0:
-            words = (
-                f"{name} runs from {values.min():.4g} to {values.max():.4g} {unit}, outside the spec's envelope "
-                f"[{low:g}, {high:g}] for {share:.1%} of the time: the certificate does not speak for that part."
-            )
-            figures = {"min": float(values.min()), "max": float(values.max()), "low": low, "high": high, "share": share}
-            yield Finding("warning", f"envelope of {name}", words, figures)
+        span = Span(name, unit, low, high)
+        span.add(values)
+        if span.finding is not None:
+            yield span.finding
         size, bound = float(np.abs(values).max()), max(abs(low), abs(high))
         if 0 < size < FAR_INSIDE * bound:
             words = f"{name} stays below {size:.3g} {unit}, a small part of the spec's envelope [{low:g}, {high:g}]: "

@@ -15,9 +15,11 @@ from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.shown import Result
 from codegen.logs.stream import NotStreamed
 from codegen.program import Program
+from codegen.replay.doubts import Doubts, far_above
 from codegen.replay.engine import Engine, Faults
 from codegen.replay.samples import Block, Irregular, Samples
 from codegen.replay.writer import open_writer, read_estimates
+from codegen.spec import Spec
 
 FRICTION = "F_hat"
 
@@ -47,6 +49,7 @@ class Replayed(Result):
         starts: number of initialisations: 1, and 1 more for each gap in the log.
         faults: samples over which the observer held its last estimate, or whose estimates are not finite.
         peaks: the largest value of each friction estimate.
+        warnings: signals outside the spec's envelope, and friction far above the declared one.
         step_seconds: mean computing time of one step.
         path: file of the estimates, or None; ``estimates`` are its columns by name.
     """
@@ -63,6 +66,7 @@ class Replayed(Result):
     seconds: float
     notes: tuple[str, ...]
     path: Path | None
+    warnings: tuple[str, ...] = ()
 
     @property
     def summary(self) -> Mapping[str, object]:
@@ -89,11 +93,18 @@ class Replayed(Result):
 
 
 def replay_log(
-    program: Program, engine: Engine, samples: Samples, path: Path | None = None, only: Sequence[str] = ()
+    spec: Spec,
+    program: Program,
+    engine: Engine,
+    samples: Samples,
+    declared: Mapping[str, float],
+    path: Path | None = None,
+    only: Sequence[str] = (),
 ) -> Replayed:
     """Run an observer over a log.
 
     Args:
+        declared: friction output → the largest friction that the spec declares, where there is one.
         path: CSV or .npy for the estimates; None writes nothing.
         only: the outputs to write; all by default.
 
@@ -104,21 +115,22 @@ def replay_log(
     chosen = _chosen(program, only)
     why: Irregular | None = None
     try:
-        seen = _run(program, engine, samples.streamed(), path, chosen)
+        seen = _run(_Seen(spec, program, declared), program, engine, samples.streamed(), path, chosen)
         if seen.samples:
             return seen.result(program, engine, samples, path, began)
     except Irregular as error:
         why = error
     except NotStreamed:
         why = None
-    seen = _run(program, engine, samples.whole(why), path, chosen)
+    seen = _run(_Seen(spec, program, declared), program, engine, samples.whole(why), path, chosen)
     return seen.result(program, engine, samples, path, began)
 
 
 class _Seen:
     """Running summary figures."""
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, spec: Spec, program: Program, declared: Mapping[str, float]) -> None:
+        self.doubts, self.declared = Doubts(spec, program), declared
         outputs = [(name, unit) for name, unit, _ in program.outputs]
         self.friction = [k for k, (name, _) in enumerate(outputs) if name.startswith(FRICTION)]
         self.named = [outputs[k] for k in self.friction]
@@ -134,6 +146,7 @@ class _Seen:
         self.samples += len(block.time)
         self.starts += block.fresh
         self.faults += int(np.count_nonzero((faults != 0) | ~np.isfinite(estimates).all(axis=1)))
+        self.doubts.add(block, estimates)
         for j, k in enumerate(self.friction):
             size = np.where(np.isfinite(estimates[:, k]), np.abs(estimates[:, k]), -1.0)
             row = int(np.argmax(size))
@@ -141,6 +154,11 @@ class _Seen:
                 self.largest[j], self.at[j] = estimates[row, k], block.time[row]
 
     def result(self, program: Program, engine: Engine, samples: Samples, path: Path | None, began: float) -> Replayed:
+        peaks = tuple(
+            Peak(name, unit, float(value), float(at))
+            for (name, unit), value, at in zip(self.named, self.largest, self.at, strict=True)
+        )
+        far = far_above([(p.name, p.unit, p.value) for p in peaks], self.declared)
         return Replayed(
             name=program.name,
             engine=engine.name,
@@ -148,19 +166,18 @@ class _Seen:
             duration=self.last - self.first,
             starts=self.starts,
             faults=self.faults,
-            peaks=tuple(
-                Peak(name, unit, float(value), float(at))
-                for (name, unit), value, at in zip(self.named, self.largest, self.at, strict=True)
-            ),
+            peaks=peaks,
             step_seconds=self.stepping / max(self.samples, 1),
             seconds=perf_counter() - began,
             notes=tuple(samples.notes),
             path=path,
+            warnings=(*self.doubts.words, *far),
         )
 
 
-def _run(program: Program, engine: Engine, blocks: Iterator[Block], path: Path | None, chosen: list[int]) -> _Seen:
-    seen = _Seen(program)
+def _run(
+    seen: _Seen, program: Program, engine: Engine, blocks: Iterator[Block], path: Path | None, chosen: list[int]
+) -> _Seen:
     columns = [program.outputs[k][:2] for k in chosen]
     every = chosen == list(range(len(program.outputs)))
     block = next(blocks, None)  # errors in the log are raised before a file is created

@@ -330,3 +330,56 @@ def test_memory_does_not_grow_with_the_log(tmp_path: Path, monkeypatch: pytest.M
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < 1.5 * peaks[0]
+
+
+def axis_log(path: Path, gain: float = 1.0, scale: float = 1.0, exchanged: bool = False) -> Path:
+    """Of `one_mass`: 1 kg and 50 N of friction pushed along 0.1 (1 - cos 2t) m for 6 s, from rest; the exact input."""
+    t = np.arange(6000) * PERIOD
+    x, v, a = 0.1 * (1 - np.cos(2 * t)), 0.2 * np.sin(2 * t), 0.4 * np.cos(2 * t)
+    columns = [scale * x, gain * (a + 50 * np.sign(v))]
+    return write_csv(path, np.column_stack([t, *(columns[::-1] if exchanged else columns)]), "t,x,w")
+
+
+def test_a_log_that_fits_the_spec_warns_of_nothing(tmp_path: Path) -> None:
+    done = stiction("replay", SPECS / "one_mass.yaml", axis_log(tmp_path / "log.csv"))
+    assert done.code == 0 and "warning" not in done.out
+    assert replay(SPECS / "one_mass.yaml", tmp_path / "log.csv").content["warnings"] == ()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "times"),
+    [({"gain": 1000.0}, 1000), ({"scale": 1000.0}, 0), ({"scale": 1e5}, 0), ({"exchanged": True}, 0)],
+    ids=["mA", "mm", "um", "exchanged"],
+)
+def test_friction_far_above_the_declared_is_warned_of(tmp_path: Path, wrong: dict[str, float], times: float) -> None:
+    """Of an input a thousand times too large the estimate is a thousand times the 50 N, and the acceleration little."""
+    log = axis_log(tmp_path / "log.csv", **wrong)
+    result = replay(SPECS / "one_mass.yaml", log)
+    largest = abs(result.peaks[0].value)
+    (line,) = [line for line in result.warnings if "F_hat" in line] or [""]
+    assert (line != "") == (largest > 10 * 50)
+    assert not times or largest / 50 == pytest.approx(times, rel=0.1)
+    if line:
+        told = f"|F_hat_rail| reaches {largest / 50:.4g} times the largest friction that the spec declares"
+        assert line.startswith(told) and ", 50 N: check units" in line
+        assert f"warning: {line}\n" in stiction("replay", SPECS / "one_mass.yaml", log).out
+
+
+def test_a_signal_outside_the_envelope_is_warned_of_with_its_share(tmp_path: Path) -> None:
+    """Positions in mm: the speed is 200 |sin 2t|, of which the envelope has 5; of the input it has less than 50.2 N."""
+    spec = tmp_path / "spec.yaml"
+    text = (SPECS / "one_mass.yaml").read_text(encoding="utf-8")
+    spec.write_text(text.replace("envelope: ", "envelope:\n  w: [-60, 50.2] #"), encoding="utf-8")
+    log = axis_log(tmp_path / "log.csv", scale=1000.0)
+    out = stiction("replay", spec, log, "--json")
+    t = np.arange(6000) * PERIOD
+    found = {line.split()[0]: line for line in json.loads(out.out)["warnings"] if "the spec's envelope [" in line}
+    assert set(found) == {"w", "v_hat"}
+    expected = {
+        "w": np.mean(0.4 * np.cos(2 * t) + 50 * np.sign(np.sin(2 * t)) > 50.2),
+        "v_hat": np.mean(np.abs(200 * np.sin(2 * t)) > 5),
+    }
+    for name, line in found.items():
+        share = float(line.split(" for ")[1].split("%")[0]) / 100
+        assert share == pytest.approx(expected[name], abs=0.0006 if name == "w" else 0.01)
+    assert "[-60, 50.2]" in found["w"] and "[-5, 5]" in found["v_hat"]

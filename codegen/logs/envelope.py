@@ -1,0 +1,50 @@
+"""A signal outside the range that the spec's envelope gives it: for which share of the samples, and in which words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen.base.arrays import Array
+from codegen.logs.log import Finding
+
+
+@dataclass
+class Span:
+    """The values of a signal so far, and the range that the envelope gives it.
+
+    Attributes:
+        low, high: the range, in ``unit``.
+        least, most: of the finite values; count: of these; outside: of them, those out of the range.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    least: float = float("inf")
+    most: float = float("-inf")
+    count: int = 0
+    outside: int = 0
+
+    def add(self, values: Array) -> None:
+        """Further values, (N,)."""
+        finite = values[np.isfinite(values)]
+        if len(finite):
+            self.least, self.most = min(self.least, float(finite.min())), max(self.most, float(finite.max()))
+            self.count += len(finite)
+            self.outside += int(np.count_nonzero((finite < self.low) | (finite > self.high)))
+
+    @property
+    def finding(self) -> Finding | None:
+        """A warning where some value is outside."""
+        if not self.outside:
+            return None
+        share = self.outside / self.count
+        words = (
+            f"{self.name} runs from {self.least:.4g} to {self.most:.4g} {self.unit}, outside the spec's envelope "
+            f"[{self.low:g}, {self.high:g}] for {share:.1%} of the time: the certificate does not speak for that part."
+        )
+        figures = {"min": self.least, "max": self.most, "low": self.low, "high": self.high, "share": share}
+        return Finding("warning", f"envelope of {self.name}", words, figures)
