@@ -36,11 +36,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Overrides:
-    """Options of the command that override the spec; None and () for the spec's own or the default."""
+    """Options of the command that override the spec; None and () for the spec's own or the default.
+
+    Raises TypeError for values of other types.
+    """
 
     precision: str | None = None
     fault: str | None = None
     targets: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name, value in (("precision", self.precision), ("fault", self.fault)):
+            if not isinstance(value, str | None):
+                raise TypeError(f"Overrides: `{name}` is text or None, not {type(value).__name__}")
+        targets: object = self.targets
+        if not isinstance(targets, tuple | list) or not all(isinstance(target, str) for target in targets):
+            raise TypeError("Overrides: `targets` is a tuple of text")
 
     @property
     def printers(self) -> tuple[str, ...]:

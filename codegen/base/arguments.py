@@ -41,8 +41,18 @@ def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...
         return
     for name, value in bound.arguments.items():
         if name in hints and not _fits(value, hints[name]):
-            found = f"an object of the type {type(value).__name__}"
-            raise BadInput(f"{work.__name__}(): `{name}`", found, _words(hints[name]), code="CALL001")
+            raise BadInput(f"{work.__name__}(): `{name}`", _found(value), _words(hints[name]), code="CALL001")
+
+
+def _found(value: object) -> str:
+    """Its type, and of a list or mapping the first type in it that is neither text nor a path."""
+    parts = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple | Set) else ()
+    inner = next((type(part).__name__ for part in parts if not isinstance(part, str | os.PathLike)), None)
+    return f"an object of the type {type(value).__name__}" + (f" with {_one(inner)} in it" if inner else "")
+
+
+def _one(noun: str) -> str:
+    return f"{'an' if noun[0] in 'aeioAEIO' else 'a'} {noun}"
 
 
 def _alternatives(hint: Any) -> tuple[Any, ...]:
@@ -58,7 +68,7 @@ def _fits_one(value: object, hint: Any) -> bool:
     if kind is Callable:
         return callable(value)
     known = _NAMES[kind][0] if kind in _NAMES else kind
-    if not isinstance(known, type | tuple) or (kind not in _NAMES and inner):
+    if kind is Any or not isinstance(known, type | tuple):
         return True
     if not isinstance(value, known) or (kind is Sequence and isinstance(value, str | bytes)):
         return False
@@ -81,5 +91,5 @@ def _words(hint: Any) -> str:
         elif kind is Callable:
             words.append("a function")
         else:
-            words.append(_NAMES[kind][1] if kind in _NAMES else getattr(kind, "_in_words", f"a {kind.__name__}"))
+            words.append(_NAMES[kind][1] if kind in _NAMES else getattr(kind, "_in_words", _one(kind.__name__)))
     return " or ".join([*words, *(["None"] if type(None) in parts else [])])
