@@ -3,7 +3,8 @@
 ``python -m benchmarks.reliability --fit 73009 --check 88411 [--code CODE] [--out practice_results]``: the counts of the
 shipped file are of the seeds of ``--fit`` and of the spiked real logs; the seeds of ``--check`` say whether the stated
 probabilities hold on cases that are in none of the counts. `make practice SEED=…` and `python -m benchmarks.spikes`
-make the diagnoses; nothing is diagnosed here.
+make the diagnoses; nothing is diagnosed here. With ``--kept-spikes N --kept-code CODE`` the shipped counts stay, which
+are of the seeds of ``--fit`` and N spiked logs by an earlier code, and only the seeds of ``--check`` are counted anew.
 """
 
 from __future__ import annotations
@@ -110,6 +111,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--fit", type=int, nargs="+", required=True, metavar="SEED")
     parser.add_argument("--check", type=int, nargs="*", default=[], metavar="SEED")
     parser.add_argument("--count", type=int, default=60, help="cases a tier")
+    parser.add_argument("--kept-spikes", type=int, help="keep the shipped counts, of so many spiked logs")
+    parser.add_argument("--kept-code", default="", help="the code that made the diagnoses of the shipped counts")
     parser.add_argument("--code", default="", help="version of the code that made the diagnoses; by default this one")
     parser.add_argument("--out", type=Path, nargs="+", default=[ROOT / "practice_results"])
     args = parser.parse_args(arguments)
@@ -119,11 +122,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     def of(seeds: Sequence[int]) -> list[Judged]:
         return [one for folder in folders for seed in seeds for one in of_seed(seed, args.count, code, folder)]
 
+    check = counts(of(args.check))
+    if args.kept_spikes is not None:
+        kept = {name: (right, judged) for name, (right, judged) in json.loads(FILE.read_text()).items()}
+        sources = {"fitted": args.fit, "checked": args.check, "spikes": args.kept_spikes, "checked_code": code}
+        text = page(kept, check, sources, args.kept_code)
+        write_atomically(PAGE, text)
+        print(text)
+        return
     spikes = [one for folder in folders for one in of_spikes(code, folder)]
-    fit, check = counts([*of(args.fit), *spikes]), counts(of(args.check))
+    fit = counts([*of(args.fit), *spikes])
     if not fit:
         parser.exit(1, f"reliability: no diagnosis by code {code} is here\n")
-    sources = {"fitted": args.fit, "checked": args.check, "spikes": len(spikes)}
+    sources = {"fitted": args.fit, "checked": args.check, "spikes": len(spikes), "checked_code": code}
     text = page(fit, check, sources, code)
     rows = ",\n".join(f" {json.dumps(name)}: {json.dumps(found)}" for name, found in fit.items())
     write_atomically(FILE, f"{{\n{rows}\n}}\n")
