@@ -89,7 +89,7 @@ def test_every_unit_is_si(name: str, force: str, slip: str) -> None:
     law = LAWS[name]
     for p in law.parameters:
         parse_unit(p.unit.format(F=force, q=slip), "here")
-        require_coherent(p.unit.format(F=force, q=slip), "here")
+        require_coherent(p.unit.format(F=force, q=slip), "here", "SI units alone")
 
 
 @pytest.mark.parametrize("name", LAWS)
