@@ -72,9 +72,11 @@ def _fits_one(value: object, hint: Any) -> bool:
         return True
     if not isinstance(value, known) or (kind is Sequence and isinstance(value, str | bytes)):
         return False
-    if kind is Mapping:
-        return all(_fits(k, inner[0]) and _fits(v, inner[1]) for k, v in value.items())  # type: ignore[attr-defined]
-    return kind is not Sequence or all(_fits(part, inner[0]) for part in value)  # type: ignore[attr-defined]
+    if kind is Mapping and isinstance(value, Mapping):
+        return all(_fits(k, inner[0]) and _fits(v, inner[1]) for k, v in value.items())
+    if kind is Sequence and isinstance(value, Sequence | Set):
+        return all(_fits(part, inner[0]) for part in value)
+    return True
 
 
 def _words(hint: Any) -> str:

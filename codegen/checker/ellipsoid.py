@@ -231,8 +231,10 @@ def nested_lists(x: Any, depth: int) -> bool:
 
 
 def claimed_rows(set_: dict[str, Any]) -> list[tuple[list[str], str, list[str] | None, str | None]]:
-    """The rows of a set, then those of `after`: c and bound, a number of samples from which on this holds, `start` and
-    the number of samples from which on the next bound holds; None for the rows of a set, the last for a last bound too.
+    """Bounds of a set as tuples: (row c with its bound, number of samples from which on it holds, `start`, end).
+
+    The rows of the set come first, with `start` and end None; then those of `after`. There end is the number of samples
+    from which on the next, smaller bound holds, and None for the last.
     """
     rows: list[Any] = [(row, set_["samples"], None, None) for row in set_["rows"]]
     for a in set_.get("after", []):

@@ -470,10 +470,10 @@ def _is_far_off(left: Remainder, case: Case) -> bool:
 
 
 def _once_on_held_out(answer: Answer, case: Case) -> tuple[str, ...]:
-    """Where half of the squared residual force on held-out data lies within a short time, as of a push, in words.
+    """Remarks on single events, such as a push, that hold half of the squared residual force on held-out data.
 
-    Such an event is not of the model, and yet decides what held-out data refuse. One at a reversal is not told: where
-    friction changes its sign a sample early or late, that leaves such a residual too.
+    No model explains such an event, but it can decide whether held-out data refuse an effect. Events at a reversal are
+    left out: friction whose sign changes one sample early or late leaves the same residual.
     """
     if answer.adopted is None:
         return ()

@@ -55,8 +55,8 @@ NEAR = 0.05
 FITS, BETTER = 0.25, 0.5
 """Largest misfit that is accepted of another unit or order of columns, and its largest ratio to that of any other."""
 FACTOR_RANGE, FACTORS_TRIED, SURE_FACTOR, NO_UNIT = 10.0, 41, 0.02, 1.5
-"""Factors about a unit's that are tried: a range to both sides and how many. Another factor than the unit's is named
-with at most such a misfit, and at least so far from the unit's: nearer ones are errors of the model's parameters."""
+"""Search for a scale factor that is no unit conversion: range about a starting value, number of factors on that grid,
+largest misfit at which the factor is named, and least ratio to the unit's factor (nearer: a parameter error)."""
 IN_ANY_ORDER, MOST_TRIED = 3, 60
 """Variables that are tried in any order, more of them by pairs; and most orders that are tried."""
 UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 3
@@ -248,7 +248,14 @@ def _best_factor(log: Log, system: System, motion: Motion, j: int, about: float)
 
 
 def _no_unit(name: str, spec: Spec, factor: float, misfits: dict[str, float]) -> Finding:
-    """A coordinate that is too large by a factor that is no unit's: that of a gear, if a parameter has this value."""
+    """The finding on a coordinate whose scale is off by a factor that no usual unit explains.
+
+    A dimensionless parameter with this value, such as a gear ratio, is named with it.
+
+    Args:
+        factor: the values in the log over the right ones.
+        misfits: unbalanced share of the squared forces: as read, in the best usual unit, and divided by the factor.
+    """
     ratios = [(p.name, float(p.value)) for p in spec.parameters if p.unit in ("", "1") and p.value]
     gears = [(p, r) for p, value in ratios for r in (value, 1 / value) if abs(r / factor - 1) < NEAR]
     scale = 1 / (gears[0][1] if gears else factor)

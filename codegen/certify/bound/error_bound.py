@@ -311,7 +311,9 @@ def _tolerated(
 def _from_then_on(
     response: Response, i: int, start: Any, counts: Sequence[int], reach: Any, fall: float
 ) -> list[float]:
-    """For each number of samples k, sup over j >= k of Σ |Φ^j|[i] start: computed, and by P from where that is smaller.
+    """sup over j >= k of Σ |Φ^j|[i] start, for each number of samples k in ``counts``.
+
+    The powers are computed until the bound on all later ones, by the certificate's P, is below the largest found.
 
     Args:
         reach, fall: |Φ^j|[i] <= reach fall^j, as the certificate's P says.
