@@ -31,7 +31,7 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import covered, enclosure, files, forms, frame, theorem
+    from codegen.checker import agreement, covered, enclosure, files, forms, frame, theorem
 else:
     enclosure, files = beside("enclosure"), beside("files")
     frame = beside("frame")
@@ -42,9 +42,10 @@ else:
     by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel) for name in of_c}}
     covered = beside("covered", enclosure=enclosure, frame=frame, kernel=kernel)
     theorem = beside("theorem", enclosure=enclosure, covered=covered, forms=forms, frame=frame, **by_c)
+    agreement = beside("agreement", enclosure=enclosure, covered=covered, kernel=kernel, theorem=theorem)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
-PROOF, SETS, by_kernel, of_its_proof = theorem.PROOF, theorem.SETS, theorem.bound, theorem.of_its_proof
+PROOF, SETS, by_kernel, of_its_proof = theorem.PROOF, theorem.SETS, agreement.bound, agreement.of_its_proof
 by_kernel_alone = theorem.proved
 integers, require = forms.integers, forms.require
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, MAX_FILES, FINE = 5_000_000, 32, 4096, 200_000, 1000, 2**128

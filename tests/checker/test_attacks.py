@@ -201,11 +201,11 @@ def test_a_matrix_a_hair_off_is_not_bound(name: str, proof: str) -> None:
 def test_a_reversal_turns_the_errors_that_bear_its_sign() -> None:
     """Two errors with one sign, and a reversal that turns one of them: of another error than the code's."""
     top, proof = verify.parsed(json.dumps(certificate("one_mass"))), json.loads(sources("one_mass")["proof.json"])
-    assert verify.theorem.unlike(top, proof) == ""
+    assert verify.agreement.unlike(top, proof) == ""
     top["code"]["errors"][0] = ["*", "1", "outputs.v_hat"]
-    assert "what turns at a reversal" not in verify.theorem.unlike(top, proof)  # sign.e_v is no contact's
+    assert "what turns at a reversal" not in verify.agreement.unlike(top, proof)  # sign.e_v is no contact's
     top["reversals"][0]["flips"] = [0]
-    assert "what turns at a reversal" in verify.theorem.unlike(top, proof)
+    assert "what turns at a reversal" in verify.agreement.unlike(top, proof)
 
 
 def test_a_matrix_with_more_than_signs_is_not_bound() -> None:

@@ -1,0 +1,185 @@
+"""Whether a certificate claims what the proof.json beside it proves: the same errors, signs, matrix and ranges.
+
+Standard library only; part of the checker (verify.py). The certificate is given as ``verify.parsed`` reads it.
+"""
+
+import json
+import re
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING or __package__:
+    from codegen.checker import covered, enclosure, kernel, theorem
+
+
+def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
+    """In what a proof speaks of another error than the certificate (as verify.parsed gives it); empty where in nothing.
+
+    Of the matrix, and of the values and units of the C, nothing is said here.
+    """
+    names = [entry["name"] for entry in top["error"]]
+    pairs = [*zip(names, top["code"]["errors"], strict=True)]
+    places = [raw if isinstance(raw, str) else raw[2] for _, raw in pairs]
+    signs = ["" if isinstance(raw, str) else f"sign.{name.removeprefix('e_a_')}" for name, raw in pairs]
+    same = {
+        "the machine": top["subject"]["name"] == proof["name"],
+        "the step": top["observer"]["integration"] == proof["step"],
+        "the errors": [(e["estimate"], e["sign"]) for e in proof["errors"]] == [*zip(places, signs, strict=True)],
+        "the names of the errors": names == [f"e_{quantity(place)}" for place in places],
+        "the signs of slips": all(
+            same_sign(raw, proof["signs"].get(s)) for (_, raw), s in zip(pairs, signs, strict=True)
+        ),
+        "what turns at a reversal": all(
+            sorted(e["flips"]) == [i for i, s in enumerate(signs) if s == f"sign.{e['contact']}"]
+            for e in top["reversals"]
+        ),
+    }
+    return ", ".join(what for what, alike in same.items() if not alike)
+
+
+def same_sign(raw: Any, slip: str | None) -> bool:
+    """Whether a certificate's error is an output, or ["*", ["/", x, ["abs", x]], output] with x a slip of a proof."""
+    if isinstance(raw, str) or slip is None:  # without a sign, or of a sign that is compared by its name
+        return True
+    match raw:
+        case ["*", ["/", x, ["abs", again]], _] if x == again:
+            places = re.findall(rf"{theorem.KINDS}\.\w+(?:\[\d+\])?", json.dumps([x, slip]))
+            names = {place: kernel.term(1, place) for place in places}
+            own, other = covered.polynomial(x, names, {}), kernel.Text(names, {}).value(slip)
+            one = min(own, default=())
+            by = Fraction(other.get(one, 0)) / Fraction(own.get(one, 1))
+            return by > 0 and bool(own * kernel.term(by) == other)  # a multiple above 0 has the same sign
+    return False
+
+
+def quantity(place: str) -> str:
+    """What an output shows, in the spec's names: outputs.v_hat[2] -> v3, outputs.a_hat_rail -> a_rail."""
+    field, _, at = place.removeprefix("outputs.").rstrip("]").partition("[")
+    kinds = {"a_hat_": "a_", "f_hat_": "f_", "tracked_": "F_"}
+    name = next((kinds[x] + field.removeprefix(x) for x in kinds if field.startswith(x)), field.removesuffix("_hat"))
+    return f"{name}{int(at) + 1}" if at else name
+
+
+def claims_fall(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any]) -> bool:
+    """Whether what a proof says of V, and of its reversals, is what the certificate does."""
+    known = shown["numbers"]
+    turns = {f"sign.{e['contact']}": (e["growth"], e["dwell_samples"]) for e in top["reversals"]}
+    same = not top["along"] and top["lyapunov_matrix"] == known["P"] and top["decay_rate"] == known["rate"]
+    return same and turns == known["turns"] and len(turns) == len(proof["reversals"])
+
+
+def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any]) -> bool:
+    """Whether the certificate's I + hA, over all signs and its ranges, is the matrix that the kernel has accepted."""
+    signs = {f"s_{s.removeprefix('sign.')}": s for s in proof["signs"]}
+    try:
+        within = theorem.ranges(proof)
+    except ValueError:  # ends that are no numbers
+        return False
+    free = {x.split(".")[1]: x for x in (*proof["positions"], *within)}
+    names = {name: shown["names"][x] for name, x in (signs | free).items()}
+    if not {*proof["box"]} <= {free.get(name) for name in top["variables"]}:  # of these the certificate asks nothing
+        return False
+    # A magnitude of a quantity with a sign of its own is that sign times it, in the machine too.
+    true = kernel.Text(shown["names"] | {e["estimate"]: shown["names"][e["truth"]] for e in proof["errors"]}, {})
+    own = {("sgn", true.value(of)): shown["names"][s] for s, of in proof["signs"].items()}
+    text = kernel.Text(shown["names"], own | shown["known"])
+    try:
+        for name, ends in top["variables"].items():
+            low, high = within.get(free.get(name, ""), [Fraction(e) for e in (ends[0], ends[-1])])
+            turns = name not in signs or ({-1, 1} >= {*ends} if top["along"] else {-1, 1} <= {*ends})
+            if name not in names or not turns or not low <= ends[0] <= ends[-1] <= high:
+                return False
+        if top["along"] and not met_by(top, proof, shown, signs | free):
+            return False
+        rows = covered.step(top, names, text.known, enclosed=True)
+        # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
+        # the variable stands in sines and cosines alone, of which a cover takes every angle.
+        used = kernel.cleared(covered.joined([*rows, [kernel.term(1)]]), text.known).names()
+        for name, ends in top["variables"].items():
+            x = free.get(name, "")  # what is in a range times a sign is with the other sign in the range turned round
+            same = within.get(x) == [ends[0], ends[-1]] and (not theorem.turned(proof).get(x) or ends[0] == -ends[-1])
+            all_round = top["cover"] and free.get(name) not in (*proof["box"], *used)
+            if not (top["along"] or claims_fall(top, proof, shown) or name in signs or same or all_round):
+                return False
+        off = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(rows, shown["matrix"], strict=True)]
+        return not kernel.cleared(covered.joined(off), text.known)
+    except ValueError:  # one of them speaks of more than polynomials and quotients
+        return False
+
+
+def met_by(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any], places: dict[str, str]) -> bool:
+    """Whether the point of a refutation is one where the signs that it states can be those of what they are of.
+
+    And where `domain` holds, as far as the point decides it. What the point leaves open can be any number: so is a sum,
+    of which one term is in no other.
+
+    Args:
+        places: variable of the certificate -> sign, position or truth of the proof.
+    """
+    at = {x: kernel.term(1, x) for x in (*shown["c"].inputs, *shown["aside"], *(e["truth"] for e in proof["errors"]))}
+    at |= {x: p for x, p in shown["names"].items() if x == "" or x.startswith("parameters.")}
+    at |= {s: kernel.term(1, s) for s in proof["signs"]}
+    at |= {places[name]: kernel.term(ends[0]) for name, ends in top["variables"].items()}
+    text = kernel.Text(at | {e["estimate"]: at[e["truth"]] for e in proof["errors"]}, {})
+    stated = [s for s in proof["signs"] if not at[s].names()]
+    slips = [at[s] * text.value(proof["signs"][s]) for s in stated]
+    told = [p.constant() for p in map(text.value, proof["domain"]) if not p.names()]
+    if min(told, default=1) <= 0 or any(p.constant() < 0 for p in slips if not p.names()):
+        return False
+    left = [p for p in slips if p.names()]
+    while left:
+        free = [p for p in left if any((x,) in p and sum(x in m for q in left for m in q) == 1 for x in p.names())]
+        if not free:
+            return False
+        left.remove(free[0])
+    return True
+
+
+def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], str, bool]:
+    """Of a certificate: what the kernel proved of the C beside it; why it proved nothing; whether without conditions.
+
+    That the errors of the C move by the certificate's matrix, and all that the proof says of V where it is the same V.
+
+    Raises enclosure.Refused as ``of_its_proof``.
+    """
+    proof, shown, why = of_its_proof(top, sources)
+    if why:
+        return [], why, False
+    if not claims_fall(top, proof, shown):
+        return theorem.words(proof, shown, False, fall=False), "", shown["whole"]
+    more = theorem.reached(proof, shown, sources[theorem.SETS]) if theorem.SETS in sources else []
+    return [*theorem.words(proof, shown, bool(more)), *more], "", shown["whole"]
+
+
+def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[str, Any], dict[str, Any], str]:
+    """The proof of a certificate, what ``proved`` finds of it, and "", or why there is none of the C beside it.
+
+    Raises enclosure.Refused if the proof is of the certificate's errors, and the kernel does not accept it.
+    """
+    if theorem.PROOF not in sources:
+        return {}, {}, f"no {theorem.PROOF} is beside it"
+    if len(top["code"]["errors"]) != len(top["error"]):
+        return {}, {}, "it does not say which outputs its errors are of"
+    if {f"{top['subject']['name']}.{end}" for end in "ch"} - sources.keys():
+        return {}, {}, "its C or its header is not here, or not among its files"
+    not_its = f"{theorem.PROOF} is not its proof:"
+    try:
+        proof = theorem.read(sources[theorem.PROOF])
+        other = unlike(top, proof) if proof and theorem.numbers(proof) else ""
+    except enclosure.Refused as why:
+        return {}, {}, f"{not_its} it cannot be read ({why})"
+    except (AttributeError, LookupError, TypeError, ValueError) as why:
+        return {}, {}, f"{not_its} it cannot be read ({type(why).__name__})"
+    if proof is None:
+        return {}, {}, f"{theorem.PROOF} is not the JSON of a proof, with just its fields"
+    if other:
+        return {}, {}, f"{not_its} {other}"
+    shown = theorem.proved(proof, sources, [f"sign.{e['contact']}" for e in top["reversals"]])
+    if any(rest != "0" for rest in proof.get("rest", [])):
+        return {}, {}, f"{not_its} a rest"
+    alike = shown["values"]["parameters.sample_time"] == top["sample_time"]
+    enclosure.demand(alike, f"the sample time of {proof['name']}.h is another")
+    if not same_matrix(top, proof, shown):
+        return {}, {}, f"{not_its} the matrix, or the signs and ranges for which it holds"
+    enclosure.demand([e["unit"] for e in top["error"]] == shown["units"], f"the units of {proof['name']}.h are others")
+    return proof, shown, ""
