@@ -33,7 +33,7 @@ from codegen.diagnosis.output_error import (
     segment_weights,
     shooting_fit,
 )
-from codegen.diagnosis.ranking import Ranked, hypotheses, is_possible, led_by, matters, relative_size, ties
+from codegen.diagnosis.ranking import CLOSE, Ranked, hypotheses, is_possible, led_by, matters, relative_size, ties
 from codegen.diagnosis.reservations import objections
 from codegen.diagnosis.residual import Problem, drive_share, residual_at_drive
 from codegen.diagnosis.results import ErrorFigures, Verdict
@@ -96,6 +96,20 @@ class ForceFits:
         """Values (p,) of levels and toleranced parameters that free runs and force residual together choose."""
         values = adopt_values(self.search, self.base, self.problem, self.search.system)
         return np.array(values.values, dtype=float)
+
+    @cached_property
+    def plain(self) -> Fit:
+        """The fit of the model without effects."""
+        return self.fit(self.search.declared_trial, self.adopted)
+
+    def nearly_alike(self, one: Fit, best: Fit) -> bool:
+        """Whether both what two fits leave of the squared residual and what they remove differ by little.
+
+        A log is long enough to show any difference between two models that are both a little wrong. It then does not
+        tell which effect acts, but which one also imitates part of what neither describes.
+        """
+        plain, less, most = (float(fit.by_segment.sum()) for fit in (self.plain, one, best))
+        return less <= CLOSE * most and plain - most <= CLOSE * (plain - less)
 
     def _forces(self, trial: Trial, theta: Array) -> Array:
         return residual_at_drive(model_of(trial, theta), self.problem.motion)
@@ -249,7 +263,8 @@ def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
     not_needed = sorted(kind for kind, _ in known.keys() - _forms(needed.trial.parts).keys())
     if (not_needed or larger) and random_signs(-gained.t) > credit.TIE_LEVEL:
         return f"of which the residual force does not need {' and '.join(not_needed or larger)}"
-    return "which leaves more of the residual force" if random_signs(gained.t) <= credit.TIE_LEVEL else ""
+    leaves_more = random_signs(gained.t) <= credit.TIE_LEVEL and not fits.nearly_alike(needed, found.fit)
+    return "which leaves more of the residual force" if leaves_more else ""
 
 
 def _forms(parts: Sequence[Part]) -> dict[tuple[str, str], frozenset[str]]:
@@ -290,7 +305,7 @@ def selected_by_force(
         tell: called with words on the effects that the force residual credits, where free runs confirm none.
     """
     fits = ForceFits(search, problem, base)
-    fit = plain = fits.fit(search.declared_trial, fits.adopted)
+    fit = plain = fits.plain
     rounds: list[LaterRound] = []
     for turn in range(MOST_EFFECTS):
         progress = partial(lambda turn, share: report_progress((turn + share) / MOST_EFFECTS), turn)
@@ -369,8 +384,9 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
         fitted.append((fits.fit(trial, trial.theta(moved, [one.found.parameters, *values])), one))
     fitted.sort(key=lambda pair: pair[0].cost)
     best, leader = fitted[0]
-    shown = ((evidence_of(other, best, floored=False), one) for other, one in fitted[1:])
-    return best, [leader, *(one for e, one in shown if random_signs(e.t) > credit.TIE_LEVEL)]
+    shown = ((evidence_of(other, best, floored=False), other, one) for other, one in fitted[1:])
+    tied = (one for e, fit, one in shown if random_signs(e.t) > credit.TIE_LEVEL or fits.nearly_alike(fit, best))
+    return best, [leader, *tied]
 
 
 def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
