@@ -17,7 +17,7 @@ from codegen.analysis.feasibility.gains import Feasibility, GainSet, assess
 from codegen.analysis.feasibility.noise import DEFAULT_STEP
 from codegen.analysis.feasibility.region import SEARCHED, Margin
 from codegen.analysis.feasibility.stated import suggested_text
-from codegen.analysis.feasibility.suggest import GAIN_FACTOR, NOISE_SHARE
+from codegen.analysis.feasibility.suggest import GAIN_FACTOR, NOISE_SHARE, Suggestion
 from codegen.app.derived import Source, derived_from
 from codegen.app.gains_bound import USEFUL, GainBound, bounds_at, why_no_bound
 from codegen.base.border import verb
@@ -35,7 +35,8 @@ class GainReport(Result):
     """What ``gains`` found, and the files it wrote.
 
     Attributes:
-        bounds: certified at the suggested gains, and at slower ones where these are of little use; () where unknown.
+        bounds: certified at the gains that the rule chose, and at the slower ones that are suggested where the first
+            bound is of little use; () where unknown.
     """
 
     template = "gains"
@@ -97,9 +98,16 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
         for name in (NUMBERS, MAP, SPEC):
             refuse_target(Path(folder) / name, {"the spec itself": spec.path})
         refuse_foreign(Path(folder), SPEC, (NUMBERS,))
-    report = assess(spec, machine.nominal.observer, over)
+    bounds: tuple[GainBound, ...] = ()
+
+    def divisor(axes: Sequence[GainAxis], suggestion: Suggestion) -> int:
+        nonlocal bounds
+        bounds = bounds_at(machine, axes, suggestion)
+        return bounds[-1].divisor if bounds else 1
+
+    report = assess(spec, machine.nominal.observer, over, divisor)
+    bounds = tuple(one for one in bounds if report.suggestion and one.divisor in (1, report.suggestion.divisor))
     require_finite(spec, gains_json(report), "what the gains do")
-    bounds = bounds_at(machine, report)
     if folder is None:
         return GainReport(report, (), bounds)
     from codegen.report.gain_map import gain_map_png  # matplotlib costs a second that the text need not pay
@@ -129,6 +137,7 @@ def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[st
         "axes": [_axis_json(report, axis) for axis in report.axes],
         "chosen": _set_json(report.chosen),
         "suggested": _set_json(report.suggested),
+        "suggested_divided_by": report.suggestion.divisor if report.suggestion else None,
         "error_bounds": [one.content for one in bounds],
         "no_error_bound": why_no_bound(report, bounds) or None,
         "rule": report.suggestion.rule if report.suggestion else None,

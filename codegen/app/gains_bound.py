@@ -1,6 +1,7 @@
 """The certified bound on the friction error at suggested gains, and at the same gains divided by powers of two.
 
 Fast gains amplify what the machine moves within a sample: the bound can then be larger than the friction itself.
+``stiction gains`` therefore suggests the slower ones.
 """
 
 from __future__ import annotations
@@ -10,7 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from codegen.analysis.analysis import analyse
+from codegen.analysis.feasibility.axes import GainAxis
 from codegen.analysis.feasibility.gains import Feasibility
+from codegen.analysis.feasibility.suggest import Suggestion
 from codegen.app.derived import Derived
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.bound.error_bound import error_bounds
@@ -21,7 +24,7 @@ from codegen.spec.free_gains import with_gains
 
 DIVISORS = (1, 2, 4, 8, 16, 32)
 USEFUL = 0.2
-"""Share of the friction up to which a bound on its error is useful, and no other gains are proposed."""
+"""Share of the friction up to which a bound on its error is useful, and no slower gains are suggested."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,7 @@ class GainBound:
     """What is certified at one set of gains.
 
     Attributes:
-        divisor: of all suggested gains.
+        divisor: of all gains that the rule chose.
         gains: axis → number.
         decay_rate: certified, 1/s.
         bound: on the friction error, long after a reversal: of the contact for which it is the largest share.
@@ -56,14 +59,14 @@ class GainBound:
         }
 
 
-def bounds_at(machine: Derived, report: Feasibility) -> tuple[GainBound, ...]:
-    """The bound at the suggested gains, and where it is not useful the first one that is, or the least; () for none.
+def bounds_at(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion) -> tuple[GainBound, ...]:
+    """The bound at the gains that the rule chose, and where it is not useful the first that is, or the least; or ().
 
     Bounds are known where the error dynamics are the same at every operating point and the envelope has the ranges.
     """
-    if report.suggestion is None or isinstance(error_response(machine.nominal.observer), str):
+    if isinstance(error_response(machine.nominal.observer), str):
         return ()
-    found = list(_until_useful(machine, report))
+    found = list(_until_useful(machine, axes, suggestion))
     if not found or found[0].divisor != 1:
         return ()
     best = min(found, key=lambda one: (one.share > USEFUL, one.share if one.share > USEFUL else one.divisor))
@@ -76,9 +79,9 @@ def why_no_bound(report: Feasibility, bounds: Sequence[GainBound]) -> str:
     return found if isinstance(found, str) else ""
 
 
-def _until_useful(machine: Derived, report: Feasibility) -> Iterator[GainBound]:
+def _until_useful(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion) -> Iterator[GainBound]:
     for divisor in DIVISORS:
-        one = _bound(machine, report, divisor)
+        one = _bound(machine, axes, suggestion, divisor)
         if one is None:
             return
         yield one
@@ -86,12 +89,11 @@ def _until_useful(machine: Derived, report: Feasibility) -> Iterator[GainBound]:
             return
 
 
-def _bound(machine: Derived, report: Feasibility, divisor: int) -> GainBound | None:
-    assert report.suggestion is not None
-    numbers = {axis.name: report.suggestion.numbers[axis.name] / divisor for axis in report.axes}
-    if any(not axis.low <= numbers[axis.name] <= axis.high for axis in report.axes if report.free):
+def _bound(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion, divisor: int) -> GainBound | None:
+    numbers = suggestion.over(divisor)
+    if any(axis.chosen is None and not axis.low <= numbers[axis.name] <= axis.high for axis in axes):
         return None
-    entries = {at: weight * numbers[axis.name] for axis in report.axes for at, weight in axis.entries.items()}
+    entries = {at: weight * numbers[axis.name] for axis in axes for at, weight in axis.entries.items()}
     there = machine.with_spec(with_gains(machine.spec, entries))
     analysis = analyse(there.spec, there.observer, False)
     certificate = certify(there.spec, analysis, {}, "", further=False)

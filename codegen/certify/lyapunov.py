@@ -337,12 +337,18 @@ def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
 
 
 def _of_one(a: Array, h: float, alpha: float) -> Array | None:
-    """For one matrix: the Lyapunov equation at a rate below its limit, discrete or of the implicit step."""
+    """For one matrix: the Lyapunov equation at a rate below its limit, discrete or of the implicit step.
+
+    None where it has no positive definite solution, or where rounding makes it singular: then the rate is the limit.
+    """
     unit = np.eye(len(a))
-    if h == 0:
-        p = solve_continuous_lyapunov(a.T + alpha * unit, -unit)
-    else:
-        p = solve_discrete_lyapunov((unit + h * a).T / np.sqrt(1 - 2 * alpha * h), unit * h)
+    try:
+        if h == 0:
+            p = solve_continuous_lyapunov(a.T + alpha * unit, -unit)
+        else:
+            p = solve_discrete_lyapunov((unit + h * a).T / np.sqrt(1 - 2 * alpha * h), unit * h)
+    except np.linalg.LinAlgError:
+        return None
     p = (p + p.T) / 2
     return p if np.linalg.eigvalsh(p)[0] > 0 else None
 

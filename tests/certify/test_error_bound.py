@@ -403,6 +403,19 @@ def test_largest_sample_times_by_eigenvalues() -> None:
         assert radius(*coefficients(h), h) < 1 < radius(*coefficients(1.03 * h), 1.03 * h)
 
 
+def test_largest_sample_times_at_a_double_eigenvalue() -> None:
+    """K_v = 4 K_F/m: Psi has the double eigenvalue -K_v/2, so Euler is stable below h = 4/K_v.
+
+    The Lyapunov equation was singular at a rate that was tried, and `certify` ended with an error.
+    """
+    observer = "{kind: cfo, velocity: estimated, sample_time: 0.001, gains: {K_F: 1470, K_v: 168}}"
+    text = TEXT.replace("value: 2.5, unit: kg", "value: 35, unit: kg") + f"observer: {observer}\n"
+    spec = parse_spec(text, Path("rail.yaml"))
+    found = largest_sample_times(spec, analyse(spec, build_observer(spec, build_system(spec))))
+    assert set(found) == {"euler", "semi_implicit", "implicit", "exponential"}
+    assert found["euler"] == pytest.approx(4 / 168, rel=0.02)
+
+
 @pytest.mark.slow
 def test_a_million_random_runs() -> None:
     """10⁶ runs of 100 samples each, one after the other in ten pieces."""

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -17,7 +17,7 @@ from codegen.analysis.feasibility.failure import Failure, explain_failure, large
 from codegen.analysis.feasibility.family import Family, Settings
 from codegen.analysis.feasibility.noise import NoiseModel, PositionNoise, position_noise
 from codegen.analysis.feasibility.region import GainMap, Margin, intervals, map_region, margin
-from codegen.analysis.feasibility.suggest import NothingStable, Suggestion, suggest
+from codegen.analysis.feasibility.suggest import NothingStable, Suggestion, divided, suggest
 from codegen.analysis.operating_points import operating_points
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
@@ -77,6 +77,7 @@ class Feasibility:
         units: friction output → unit.
         chosen: the spec's gains, or None where they are free.
         suggestion, suggested: the suggested set and its assessment; None where nothing in the range is stable.
+        before_division: the suggestion before its numbers were divided; the same where they were not.
         infeasible: where nothing in the range is stable, the failure of the set whose error grows least.
         sampled, continuous: axis name → stable intervals, the others as suggested.
         region: the plane of two axes; ``noise_share`` of its grid, infinite where unstable.
@@ -92,6 +93,7 @@ class Feasibility:
     units: Mapping[str, str]
     chosen: GainSet | None
     suggestion: Suggestion | None
+    before_division: Suggestion | None
     suggested: GainSet | None
     infeasible: Failure | None
     tried: int
@@ -102,12 +104,18 @@ class Feasibility:
 
 
 @numerical("which gains are stable")
-def assess(spec: Spec, observer: Observer, over: Sequence[str] = ()) -> Feasibility:
+def assess(
+    spec: Spec,
+    observer: Observer,
+    over: Sequence[str] = (),
+    divisor: Callable[[Sequence[GainAxis], Suggestion], int] = lambda axes, suggestion: 1,
+) -> Feasibility:
     """Assess the gains of a spec's observer.
 
     Args:
         observer: of the spec, with its free gains at mid-range.
         over: names of the two axes of the map; by default the first two gains, or the gain and the sample time.
+        divisor: by what all gains that the rule chose are to be divided.
 
     Raises:
         BadInput: for an observer that cannot be built in the range, unknown axes, or an envelope in which the error
@@ -135,9 +143,11 @@ def assess(spec: Spec, observer: Observer, over: Sequence[str] = ()) -> Feasibil
     family.start(spread)
     free = any(axis.chosen is None for axis in axes)
     found_set = suggest(family, noise, nominal, axes)
-    base = found_set.settings
+    first = suggestion = found_set if isinstance(found_set, Suggestion) else None
+    if first is not None and (by := divisor(axes, first)) != 1:
+        suggestion = divided(family, axes, first, by)
+    base = found_set.settings if suggestion is None else suggestion.settings
     region = map_region(family, base, *pair)
-    suggestion = found_set if isinstance(found_set, Suggestion) else None
     return Feasibility(
         spec=spec,
         observer=observer,
@@ -149,6 +159,7 @@ def assess(spec: Spec, observer: Observer, over: Sequence[str] = ()) -> Feasibil
         units=dict(zip(noise.outputs, noise.units, strict=True)),
         chosen=None if free else judge(family, noise, nominal, axes),
         suggestion=suggestion,
+        before_division=first,
         suggested=judge(family, noise, base, axes) if suggestion else None,
         infeasible=explain_failure(family, base) if isinstance(found_set, NothingStable) else None,
         tried=found_set.tried,

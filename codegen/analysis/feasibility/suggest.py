@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,12 +41,18 @@ class Suggestion:
         rule: "fastest": the fastest decay within both bounds, on noise and gain margin; "product": no set of the
             range is within both bounds, so the least product of noise and decay time.
         tried: gain sets evaluated.
+        divisor: of all numbers, after the rule had chosen them.
     """
 
     numbers: Mapping[str, float]
     settings: Settings
     rule: str
     tried: int
+    divisor: int = 1
+
+    def over(self, divisor: int) -> dict[str, float]:
+        """All numbers divided, to three digits."""
+        return {name: float(f"{number / divisor:.{DIGITS}g}") for name, number in self.numbers.items()}
 
 
 @dataclass(frozen=True)
@@ -94,6 +100,18 @@ def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[Ga
         return suggest(family, noise, base, axes)
     numbers = {axis.name: float(_numbers(axis, best[[k]])[0]) for k, axis in enumerate(axes)}
     return Suggestion(numbers, settings, rule, tried)
+
+
+def divided(family: Family, axes: Sequence[GainAxis], suggestion: Suggestion, divisor: int) -> Suggestion:
+    """The suggestion with all its numbers divided; as it was where that set is unstable or has not the gain margin."""
+    numbers = suggestion.over(divisor)
+    settings = suggestion.settings
+    for axis in axes:
+        settings = settings.along(axis, numbers[axis.name])
+    claimed = joined([settings, *_scaled(settings, axes)]) if suggestion.rule == "fastest" else settings
+    if not stable(family, "sampled", claimed, True).all():
+        return suggestion
+    return replace(suggestion, numbers=numbers, settings=settings, divisor=divisor)
 
 
 def wide_margin(family: Family, base: Settings, axes: Sequence[GainAxis]) -> NDArray[np.bool_]:

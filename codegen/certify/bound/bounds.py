@@ -50,6 +50,7 @@ class ErrorBound:
         always: proved of the C, for trackers: bound in the long run for any friction within ``largest`` at each sample,
             including stick, reversals and chatter; None if it is not proved. after_always: pairs (time, bound) after
             the last such sample, as ``after``.
+        without_noise: positions whose noise was taken as zero, since the envelope has no range for it.
     """
 
     name: str
@@ -70,6 +71,7 @@ class ErrorBound:
     after_of_code: tuple[tuple[float, float], ...] = ()
     always: float | None = None
     after_always: tuple[tuple[float, float], ...] = ()
+    without_noise: tuple[str, ...] = ()
 
     @property
     def stated(self) -> float:

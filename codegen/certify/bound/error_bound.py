@@ -215,6 +215,7 @@ def error_bounds(
                 percent={cause: b[i].bound - steady[i] for cause, b in other_bounds.items()},
                 stands=tolerated,
                 largest=_largest(observer, error, friction),
+                without_noise=tuple(x.name for x in system.positions if f"{x}_noise" not in spec.envelope),
             )
         )
     return tuple(result)
