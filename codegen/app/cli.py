@@ -14,7 +14,7 @@ import traceback
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 from typer.main import get_command
@@ -28,6 +28,9 @@ from codegen.base.interrupt import interrupted, noted
 from codegen.base.shown import Result
 from codegen.base.terminal import PlainConsole, errors, output, without_library_warnings
 from codegen.base.version import VERSION
+
+if TYPE_CHECKING:
+    from codegen.diagnosis.diagnose import Findings
 
 REFUSED, STALE, INTERNAL, INTERRUPTED = 3, 4, 70, 130
 
@@ -336,12 +339,20 @@ def diagnose(
 
     with progress("reading", lines=True) as tell:
         gc.disable()
-        from codegen.app.diagnose import diagnose  # more than a second: the bar is there first
+        from codegen.app.diagnose import diagnose, findings_text  # more than a second: the bar is there first
 
         gc.freeze()  # what the libraries made stays to the end; the collector need not search it again and again
         gc.enable()
-        result = diagnose(spec, log, test, out, description, _columns(column or []), tell, propose, material)
-    _show(result, as_json, paths=True)
+
+        def print_findings(found: Findings) -> None:
+            if as_json:
+                return
+            tell.above(lambda: output.print(findings_text(found), end=""))
+            sys.stdout.flush()  # a pipe shows them now, too
+
+        given = description, _columns(column or []), tell, propose, material
+        result = diagnose(spec, log, test, out, *given, print_findings)
+    _show(result, as_json, paths=True, told=True)
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 
 

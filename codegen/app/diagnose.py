@@ -13,7 +13,8 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.files import refuse_foreign, refuse_target, write_all
 from codegen.base.input_files import identity, read_text
 from codegen.base.shown import Result, json_text
-from codegen.diagnosis.diagnose import diagnose_log
+from codegen.base.text import render
+from codegen.diagnosis.diagnose import Findings, diagnose_log
 from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
 from codegen.logs import Allowance, read_logs
 from codegen.report import render_report
@@ -73,6 +74,7 @@ def diagnose(
     progress: Progress | None = None,
     propose: bool = False,
     material: str | float | None = None,
+    tell: Callable[[Findings], None] = lambda found: None,
 ) -> Diagnosed:
     """Find the effect that a model lacks, write the augmented spec and the report, and generate again.
 
@@ -82,6 +84,7 @@ def diagnose(
         out: folder for DIAGNOSIS_FILES and generated/NAME; by default named after the first log.
         description, columns: how the logs name their columns. propose: terms for an unknown residual, by PySINDy.
         material: share of the RMS drive force from which on a residual matters, 0.02 or "2 %"; 2 % by default.
+        tell: called with what the preflight found in each log, before anything is fitted.
 
     Raises:
         BadInput: for a bad spec, log or share, or a folder where we would replace what is not ours; then nothing is
@@ -112,7 +115,7 @@ def diagnose(
     held_out = None
     if tests:
         held_out = read_logs(tests, spec, description=description, columns=columns, allowance=allowance)
-    diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters)
+    diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters, tell)
     files: dict[str, str] = {"spec.yaml": models.spec_text}
     free = free_gains_in_words(spec)
     if free:
@@ -139,6 +142,11 @@ def diagnose(
     write_all(folder, files, ("diagnosis.json", "manifest.json"))
     notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})
     return Diagnosed(diagnosis, folder, tuple(files), notes)
+
+
+def findings_text(found: Findings) -> str:
+    """What the preflight found, as the command prints it first."""
+    return render("text/preflight.j2", findings=found)
 
 
 def _files(given: str | Path | Sequence[str | Path] | None) -> Sequence[str | Path]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Protocol
 
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from codegen.base.terminal import errors
 
@@ -14,8 +15,17 @@ LINE_S = 10.0
 """Between two lines of progress of one station."""
 
 
+class Told(Protocol):
+    """Takes (station, share done)."""
+
+    def __call__(self, station: str, share: float) -> None: ...
+
+    def above(self, show: Callable[[], None]) -> None:
+        """Print something while the bar is away."""
+
+
 @contextmanager
-def progress(first: str = "", lines: bool = False) -> Iterator[Callable[[str, float], None]]:
+def progress(first: str = "", lines: bool = False) -> Iterator[Told]:
     """A progress bar on a terminal, from the first moment on.
 
     Args:
@@ -28,8 +38,22 @@ def progress(first: str = "", lines: bool = False) -> Iterator[Callable[[str, fl
         return
     columns = (TextColumn("{task.description:20}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
-        task = bar.add_task(first, total=1.0)
-        yield lambda station, share: bar.update(task, description=station, completed=share)
+        yield _Bar(bar, bar.add_task(first, total=1.0))
+
+
+class _Bar:
+    """Progress as a bar."""
+
+    def __init__(self, bar: Progress, task: TaskID) -> None:
+        self._bar, self._task = bar, task
+
+    def __call__(self, station: str, share: float) -> None:
+        self._bar.update(self._task, description=station, completed=share)
+
+    def above(self, show: Callable[[], None]) -> None:
+        self._bar.stop()
+        show()
+        self._bar.start()
 
 
 class _Lines:
@@ -43,3 +67,6 @@ class _Lines:
         if 0 < share < 1 and (station != self._station or now - self._last >= LINE_S):
             self._last, self._station = now, station
             errors.print(f"{station}, {100 * share:.0f} %")
+
+    def above(self, show: Callable[[], None]) -> None:
+        show()

@@ -75,6 +75,8 @@ HELD_OUT_EVERY = 3
 """Of records at steady speed, every third one is held out: their order is by speed, not by time."""
 Progress = Callable[[str, float], None]
 """Called with (station, share done)."""
+Findings = Mapping[str, tuple[str, ...]]
+"""Log, "train" or "test" → what the preflight found, in words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +127,11 @@ class Case:
         """Whether log and spec do not fit together, so that no effect is tried."""
         return any(f.severity == "problem" for f in self.findings["train"])
 
+    @property
+    def findings_in_words(self) -> Findings:
+        """Each finding with its severity before it."""
+        return {name: tuple(f"{f.severity}: {f.words}" for f in some) for name, some in self.findings.items()}
+
 
 @numerical("the fit of the model to the log")
 def diagnose_log(
@@ -135,6 +142,7 @@ def diagnose_log(
     progress: Progress | None = None,
     propose: bool = False,
     material: float = MATERIAL,
+    tell: Callable[[Findings], None] = lambda found: None,
 ) -> tuple[Diagnosis, Models]:
     """Diagnose one log.
 
@@ -143,6 +151,7 @@ def diagnose_log(
         log: to train on; without ``test_log`` its last 30 % is held out.
         propose: whether to propose terms for an unknown residual.
         material: share of the RMS of the drive force from which on a force matters.
+        tell: called with what the preflight found, before anything is fitted.
 
     Raises:
         BadInput: if a log is too short or moves too little to say anything; for a proposal without PySINDy.
@@ -154,8 +163,11 @@ def diagnose_log(
     case = _case(spec, system, log, test_log, material)
     means = means_of(case.log) if is_static(case.problem.system) and not case.faults else None
     if means is None:
-        diagnosis, models = _by_free_runs(case, report, propose)
+        search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
+        tell(case.findings_in_words)  # after what a short log is refused for
+        diagnosis, models = _by_free_runs(case, search, report, propose)
     else:
+        tell(case.findings_in_words)
         report("means of steady records", 0.2)
         diagnosis, models = _by_means(case, means)
     report("done", 1.0)
@@ -185,10 +197,9 @@ def _case(spec: Spec, system: System, log: Log, test_log: Log | None, material: 
     return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
 
 
-def _by_free_runs(case: Case, report: Progress, propose: bool) -> tuple[Diagnosis, Models]:
+def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -> tuple[Diagnosis, Models]:
     """The diagnosis by free runs and force residual of a motion."""
     problem, test, system = case.problem, case.test, case.problem.system
-    search = search_on(problem, lambda share: record_of(problem.motion, case.log, share))
     report("refit", 0.05)
     search, base = _refit(search, case)
 
@@ -366,7 +377,7 @@ def _diagnosis(
         },
         data=data,
         agreement=None,
-        findings={name: tuple(f"{f.severity}: {f.words}" for f in some) for name, some in case.findings.items()},
+        findings=case.findings_in_words,
         certificate=None,
         rivals=tuple(rivals) if answer.verdict == "ambiguous" else (),
         separation=experiment,

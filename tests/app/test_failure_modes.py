@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.app.diagnose import diagnose
 from codegen.logs import preflight, read_log
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
@@ -84,6 +85,20 @@ def test_preflight_finds_the_problem(mode, good, tmp_path):
     write(tmp_path, change(good))
     problems = [f.words for f in preflight(read_log(tmp_path / "log.csv", spec), spec) if f.severity == "problem"]
     assert any(words in told for told in problems), problems
+
+
+def test_the_preflight_is_told_before_anything_is_fitted(good, tmp_path, monkeypatch):
+    """The words came after 2 to 15 s of fits that no unfit log needs, and once they come they are not printed again."""
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path, UNFIT["x in mm"][0](good))
+    events = []
+    done = diagnose("stage.yaml", "log.csv", out="one", progress=lambda at, _: events.append(at), tell=events.append)
+    (found,) = [k for k, event in enumerate(events) if not isinstance(event, str)]
+    assert events[:found] == ["preflight"] and events[found] == done.diagnosis.findings
+    problems = [words for words in done.diagnosis.findings["train"] if words.startswith("problem")]
+    assert problems and all(stiction("diagnose", "stage.yaml", "log.csv").out.count(words) == 1 for words in problems)
+    asked = stiction("diagnose", "stage.yaml", "log.csv", "-o", "two", "--json")
+    assert json.loads(asked.out)["preflight"]["train"] == list(done.diagnosis.findings["train"])
 
 
 def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypatch):

@@ -191,7 +191,7 @@ def test_the_noise_of_a_semi_implicit_step(tmp_path: Path) -> None:
 
 
 def test_slower_gains_are_suggested_where_the_bound_of_fast_ones_is_as_large_as_friction(tmp_path: Path) -> None:
-    """A ball screw: the fastest set has a bound above the friction itself. It was written, and the slower one printed."""
+    """A ball screw: the fastest set, whose bound is above the friction itself, was written, and the slower one told."""
     path = tmp_path / "axis.yaml"
     text = (SPECS / "one_mass.yaml").read_text().partition("envelope:")[0]
     text = text.replace("gains: {K_F: 10, K_v: 100}", "gains: {K_F: {free: [10, 1e5]}, K_v: {free: [10, 1000]}}")
