@@ -44,14 +44,16 @@ app = typer.Typer(
 app.add_typer(pages)
 
 SpecPath = Annotated[Path, typer.Argument(metavar="SPEC", help="the spec file (YAML)")]
-Description = Annotated[Path | None, typer.Option("--description", "-d", help="log description (YAML with columns:)")]
+Description = Annotated[
+    Path | None, typer.Option("--description", "-d", help="read this file in place of meta.yaml beside the log")
+]
 Columns = Annotated[
     list[str] | None,
     typer.Option(
         "--column",
         "-c",
         metavar="NAME=COLUMN",
-        help="what all logs call a variable; of one, a meta.yaml beside it says so",
+        help="what all logs call a variable; meta.yaml beside a log says so of one",
     ),
 ]
 

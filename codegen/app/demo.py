@@ -36,6 +36,6 @@ def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, floa
     simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda share: tell("simulate", (1 + share) / 2))
     say(render("text/demo_log.txt.j2", log=log, test=test))
     result = diagnose(spec, log, test, folder / "diagnosis", progress=tell)
-    say(result.text(paths=False, told=False))
+    say(result.text(paths=False))
     say(render("text/demo_paths.txt.j2", generated=generated, result=result))
     return result

@@ -62,6 +62,10 @@ class Diagnosed(Result):
         """The JSON object that the command prints."""
         return {**self.diagnosis.as_json(), "folder": str(self.folder), "files": list(self.files)}
 
+    def text(self, **options: object) -> str:
+        """In words; with ``told`` the preflight is left out, since it was printed before."""
+        return super().text(**{"told": False, **options})
+
 
 @verb
 def diagnose(

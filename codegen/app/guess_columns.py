@@ -61,7 +61,7 @@ def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
     remarks: list[str] = []
     time = TIME if TIME in names else next(iter(time_columns(names)), None)
     if time is None:
-        remarks.append("no column of time: `t: COLUMN`, or `sample_time` in a meta.yaml beside the log")
+        remarks.append("no column of time: `t: COLUMN`, or `sample_time` in meta.yaml beside the log")
     elif time != TIME:
         columns[TIME] = time
     currents = []

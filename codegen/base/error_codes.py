@@ -77,7 +77,7 @@ CODES: dict[str, tuple[str, str]] = {
     "EFFECT001": ("A file with effects of your own cannot be used.", "See docs/effects.md, an effect of your own."),
     "LOG001": ("A log is damaged, or is not a file of its format.", "Write it again from its source."),
     "LOG002": ("A log has a format that is not read.", "Convert it to one of the formats that are listed."),
-    "LOG003": ("A column is missing.", "Name it with `--column NAME=COLUMN`, or in a log description."),
+    "LOG003": ("A column is missing.", "Name it with `--column NAME=COLUMN`, or in meta.yaml beside the log."),
     "LOG004": ("Two columns have one name, or two variables one column.", "Name each once."),
     "LOG005": ("A value is not a usable number, or a row is incomplete.", "Correct the row that is named."),
     "LOG006": ("Values are missing.", "Cut the log there, or see `missing: fill` for single ones."),
@@ -87,7 +87,10 @@ CODES: dict[str, tuple[str, str]] = {
     "LOG010": ("The log is too large.", "Cut it, or take fewer columns."),
     "LOG011": ("Columns or joined records differ in their length.", "Write them from one recording."),
     "LOG012": ("The unit of a column does not fit its variable.", "Correct the unit, or set `scale:`."),
-    "LOG013": ("The log description, or an option for it, does not fit the spec or the log.", "Correct it as named."),
+    "LOG013": (
+        "The meta.yaml of a log, or an option in its place, does not fit the spec or the log.",
+        "Correct it as named.",
+    ),
     "LOG014": ("One log is given for two purposes.", "Give each log once."),
     "LOG015": (
         "No sample of the log could be compared with the bound, by `watch`.",

@@ -176,7 +176,7 @@ class _Search:
         if likely:
             which = ", ".join(f"`{shown(n)}`" for n in likely)
             found = f"no column `{symbol}`, and {len(likely)} that may be it: {which}"
-            expected = f"`columns: {{{symbol}: NAME}}` in a log description, or `--column {symbol}=NAME`"
+            expected = f"`columns: {{{symbol}: NAME}}` in meta.yaml beside the log, or `--column {symbol}=NAME`"
             raise BadInput(self.place, found, expected, code="LOG003")
         error = self._absent(symbol, text, origin)
         if not by_name or (symbol not in self.spec.positions and origin is not None):
@@ -199,14 +199,16 @@ class _Search:
     def _absent(self, symbol: str, text: str, origin: Place | str | None) -> BadInput:
         """The error for a column that is not there."""
         said = f", which {origin} asks for as `{symbol}`" if origin else ""
-        expected = f"one of the columns {listing(self.names)} (or `columns: {{{symbol}: ...}}` in a log description)"
+        expected = (
+            f"one of the columns {listing(self.names)} (or `columns: {{{symbol}: ...}}` in meta.yaml beside the log)"
+        )
         if symbol in self.explicit:
-            expected += (
-                "; the option is for every log of a command: where their columns differ, a meta.yaml beside each"
-            )
+            expected += "; the option is for every log of a command: where their columns differ, meta.yaml beside each"
         if self.headless:
             said = said or ", and no header line"
-            expected = f"`columns: {{{symbol}: NUMBER}}` in a log description, NUMBER from 1 to {len(self.names)}"
+            expected = (
+                f"`columns: {{{symbol}: NUMBER}}` in meta.yaml beside the log, NUMBER from 1 to {len(self.names)}"
+            )
         found = f"no column `{shown(text)}`{said}"
         as_written = [name for name in self.names if name in text and name != identifier(name)]
         if as_written and OPERATORS & set(text):
@@ -225,7 +227,7 @@ class _Search:
         return [name for name in self.names if name not in used]
 
     def _propose(self) -> None:
-        """Refuse the symbols without a column, with lines of a log description that name the likely columns.
+        """Refuse the symbols without a column, with lines of meta.yaml that name the likely columns.
 
         A position whose velocity was logged is integrated where no column is left for it.
         """
@@ -245,7 +247,7 @@ class _Search:
         lines = lines_of(told, {s: "..." for s in lacking if s not in found and not (s == "t" and counted)})
         if counted:
             lines += " and `sample_time: SECONDS`"
-        expected = f"{lines} in a meta.yaml beside the log ({reasons(told)}); it has {listing(self.names)}"
+        expected = f"{lines} in meta.yaml beside the log ({reasons(told)}); it has {listing(self.names)}"
         nearest = told[0].column if told[0].symbol == lacking[0] else None
         raise BadInput(first.place, absent, expected, nearest, code="LOG003")
 
@@ -322,7 +324,9 @@ class _Search:
             if units:
                 words = f"{symbol} is computed from columns in {listing(sorted(units))}, and taken to be in {own}"
                 self.notes.append(words)
-                advice = f"Say `units: {{{symbol}: UNIT}}` or `scale: {{{symbol}: FACTOR}}` in a log description."
+                advice = (
+                    f"Say `units: {{{symbol}: UNIT}}` or `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log."
+                )
                 self.findings.append(Finding("warning", f"unit of {symbol}", f"{words}. {advice}"))
             return scale
         name = term.columns[0]
@@ -334,15 +338,15 @@ class _Search:
             factor = float(si_factor(unit, place))
             if factor != 1.0:
                 says = "file" if by_file else f"name of `{shown(name)}`"
-                wrong = f" (`units: {{{symbol}: {own}}}` in a log description where that is wrong)"
+                wrong = f" (`units: {{{symbol}: {own}}}` in meta.yaml beside the log where that is wrong)"
                 self.brought[symbol] = f"in {unit}, as the {says} says"
                 self.notes.append(f"{symbol} is {self.brought[symbol]}: brought to {own}{'' if by_file else wrong}")
             return factor * scale
         if by_file:
             taken = f"which is no unit of {own}: its numbers are taken as they stand"
             words = f"the file has {symbol} in `{shown(unit)}`, {taken}"
-            self.notes.append(f"{words} (`scale: {{{symbol}: ...}}` in a log description)")
-            advice = f"Say `scale: {{{symbol}: FACTOR}}` in a log description, 1 if they are in {own}."
+            self.notes.append(f"{words} (`scale: {{{symbol}: ...}}` in meta.yaml beside the log)")
+            advice = f"Say `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log, 1 if they are in {own}."
             self.findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
         return scale
 

@@ -136,7 +136,7 @@ def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
     if run > RUN_NOT_FINITE:
         at, which, expected = start, f", {run} of them in a row", f"gaps of at most {RUN_NOT_FINITE} rows"
     elif not fill:
-        expected = "numbers; `missing: fill` in a log description fills single ones in"
+        expected = "numbers; `missing: fill` in meta.yaml beside the log fills single ones in"
     elif count > SHARE_NOT_FINITE * len(bad):
         expected = f"at most {SHARE_NOT_FINITE:.0%} of them missing"
     else:
@@ -213,7 +213,9 @@ def _check_seconds(raw: Columns, time: Array, factor: float, description: LogDes
             place = Place(raw.file, raw.place(0).line, shown(raw.names[0]))
             found = f"a median step of {step:g} s where {description.file} says {rate:g} Hz: it seems to be in {unit}"
             scaled = hint if factor == 1.0 else f"{factor * float(hint):g}"
-            raise BadInput(place, found, f"seconds; in a log description `scale: {{t: {scaled}}}`", code="LOG012")
+            raise BadInput(
+                place, found, f"seconds; in meta.yaml beside the log `scale: {{t: {scaled}}}`", code="LOG012"
+            )
     if abs(ratio - 1) > 0.1:
         notes.append(f"the median step is {step:g} s, which is {1 / step:g} Hz; the description says {rate:g} Hz")
 

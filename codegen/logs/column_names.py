@@ -127,7 +127,7 @@ def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spe
 
 
 def lines_of(told: Sequence[Proposed], others: Mapping[str, str]) -> str:
-    """The lines of a log description that take the proposed columns; ``others``: what stands for the rest."""
+    """The lines of meta.yaml that take the proposed columns; ``others``: what stands for the rest."""
     columns = {one.symbol: _written(one.column) for one in told} | dict(others)
     lines = [f"`columns: {_flow(columns)}`"]
     units = {one.symbol: one.unit for one in told if one.unit}
@@ -203,7 +203,7 @@ def _proposed(symbol: str, name: str, stated: str, why: str, spec: Spec) -> Prop
 
 
 def _written(name: str) -> str:
-    return name if re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) else json.dumps(name)
+    return name if re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name) else json.dumps(name, ensure_ascii=False)
 
 
 def _flow(entries: Mapping[str, str]) -> str:

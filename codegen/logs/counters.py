@@ -163,7 +163,7 @@ def _stored_unsigned(name: str, values: Array, symbols: Sequence[str]) -> Findin
         words = (
             f"The column {name}, from which {_and(symbols)} is taken, holds signed {bits}-bit numbers stored as if "
             f"they were unsigned: {share:.1%} of its values lie between {least:.0f} and {values.max():.0f}, where "
-            f"small negative ones are meant. Say `signed{bits}: [{name}]` in the log description."
+            f"small negative ones are meant. Say `signed{bits}: [{name}]` in meta.yaml beside the log."
         )
         figures = {"share": share, "least": least, "largest": float(values.max()), "bits": float(bits)}
         return Finding("problem", f"numbers of {_and(symbols)}", words, figures)
@@ -184,7 +184,7 @@ def _overflow(name: str, values: Array, symbols: Sequence[str]) -> Finding | Non
         count = int(jumps.sum())
         words = (
             f"The column {name}, from which {_and(symbols)} is taken, jumps by about 2^{bits} {count} times, as a "
-            f"counter of {bits} bits that overflows. Say `unwrap: {{{name}: {size:.0f}}}` in the log description."
+            f"counter of {bits} bits that overflows. Say `unwrap: {{{name}: {size:.0f}}}` in meta.yaml beside the log."
         )
         figures = {"count": float(count), "size": size}
         return Finding("problem", f"numbers of {_and(symbols)}", words, figures)

@@ -178,7 +178,7 @@ class CsvSource(LogFile):
         if 0 < len(grouped) < len(texts) and all(_GROUPED.fullmatch(texts[k]) for k in grouped):
             k, whole = grouped[0], next(text for text in texts if "." not in text)
             found = f"`{shown(texts[k])}` in a column of whole numbers such as `{shown(whole)}`"
-            expected = "numbers without a sign between thousands; or `decimal: point` in a log description"
+            expected = "numbers without a sign between thousands; or `decimal: point` in meta.yaml beside the log"
             raise BadInput(Place(self.file, int(numbers[k]), shown(self.names[index])), found, expected, code="LOG005")
 
     def _careful(self, body: list[str], numbers: NDArray[np.int64], indices: list[int]) -> NDArray[np.float64]:
@@ -223,14 +223,14 @@ class CsvSource(LogFile):
         """What to write in place of a text that is no number, and the number that it may be."""
         sign = self.layout.decimal
         if ":" in text or text.count("/") == 2 or (text.count(".") == 2 and len(text) == 10):
-            dates = "2026-03-04 23:59:58.002 (ISO 8601); or `sample_time: SECONDS` in a log description"
+            dates = "2026-03-04 23:59:58.002 (ISO 8601); or `sample_time: SECONDS` in meta.yaml beside the log"
             return f"a number, or date and time of day as {dates}, without a column of time", None
         other = re.sub("[dD]", "E", text).replace(",", ".")
         nearest = other if other != text and NUMBER.match(other) else None
-        key = "`decimal: comma` in a log description"
+        key = "`decimal: comma` in meta.yaml beside the log"
         if _GROUPED.fullmatch(text) and (sign != "." or text.count(",") != 1 or "." in text):
             may = f"; if its comma stands before decimals, {key}" if not sign else ""
-            also = "; `decimal: point` in a log description if it stands before decimals" if sign == "," else ""
+            also = "; `decimal: point` in meta.yaml beside the log if it stands before decimals" if sign == "," else ""
             return f"a number without a sign between its thousands{may}{also}", None
         if sign == ",":
             return "a number with a decimal comma, as the others in the file (or `decimal: point`, see the docs)", None
@@ -239,7 +239,7 @@ class CsvSource(LogFile):
             commas = f"; {key} reads decimal commas" if "," in text else ""
             return f"a number with a decimal point{grouped}{commas}", None if grouped else nearest
         if _WITH_UNIT.fullmatch(text):
-            return "a number without its unit, which `units:` in a log description states", None
+            return "a number without its unit, which `units:` in meta.yaml beside the log states", None
         return "a number with a decimal point", None
 
 

@@ -281,7 +281,7 @@ def read_description(path: str | Path) -> LogDescription:
         BadInput: if it cannot be read, is not a YAML mapping, holds an unknown key, or one with what cannot be used.
     """
     path = Path(path)
-    document, places = load_plain(read_text(path, "a log description (YAML)"), str(path), "columns: {x: qm}")
+    document, places = load_plain(read_text(path, "what meta.yaml says of a log (YAML)"), str(path), "columns: {x: qm}")
     reading = _Reading(str(path), places)
     said = validate(LogDescription, document, places, str(path), reading)
     reading.faults.raise_noted()

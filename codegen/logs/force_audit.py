@@ -225,7 +225,7 @@ def _other_unit(
     words = (
         f"The scale of {name} seems off: is {name} in {unit}? As {taken}, motion and inputs leave {100 * now:.2g} % of "
         f"the squared forces unbalanced, as {unit} {100 * least:.2g} %. "
-        f"(`units: {{{name}: {unit}}}` in a log description)"
+        f"(`units: {{{name}: {unit}}}` in meta.yaml beside the log)"
     )
     topic, figures = f"scale of {name}", {"misfit": now, "misfit_in_unit": least}
     for one in found:
@@ -266,7 +266,7 @@ def _no_unit(name: str, spec: Spec, factor: float, misfits: dict[str, float]) ->
         f"The scale of {name} seems off by a factor of {factor:.3g}: as it is, motion and inputs leave "
         f"{left['misfit']} of the squared forces unbalanced, divided by this factor {left['misfit_scaled']}, in no "
         f"usual unit less than {left['misfit_in_unit']}.{same} "
-        f"(`scale: {{{name}: {scale:.4g}}}` in a log description)"
+        f"(`scale: {{{name}: {scale:.4g}}}` in meta.yaml beside the log)"
     )
     return Finding("problem", f"scale of {name}", words, misfits)
 
@@ -288,7 +288,7 @@ def _against_velocity(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]
         key = f"`units: {{{c.name}: {meant[0]}}}`" if meant else f"`scale: {{{c.name}: {1 / factor:.4g}}}`"
         words = (
             f"{c.name} moves {factor:.3g} times as far as the integral of the measured {c.velocity} says: the scale or "
-            f"sign of one of the two is off. If it is that of {c.name}: {key} in a log description."
+            f"sign of one of the two is off. If it is that of {c.name}: {key} in meta.yaml beside the log."
         )
         yield Finding("warning", f"scale of {c.name}", words, {"factor": factor})
 
@@ -347,7 +347,7 @@ def _exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, for
     words = (
         f"The columns of {', or those of '.join(which)} seem exchanged: as the log is read, motion and inputs leave "
         f"{100 * now:.2g} % of the squares unbalanced, otherwise {100 * best:.2g} %. "
-        f"({' or '.join(lines)} in a log description)"
+        f"({' or '.join(lines)} in meta.yaml beside the log)"
     )
     yield Finding("problem", "columns", words, {"misfit": now, "misfit_exchanged": best})
 

@@ -120,7 +120,7 @@ class JsonFile(LogFile):
         if len(keys) == 1:
             return keys[0], entries[keys[0]]
         if keys:
-            expected = f"`records: KEY` in a log description, KEY one of {listing(keys)}"
+            expected = f"`records: KEY` in meta.yaml beside the log, KEY one of {listing(keys)}"
             raise self.fault(f"{len(keys)} tables, under {listing(keys)}", expected)
         raise self.fault("no list of records")
 

@@ -96,11 +96,11 @@ def _rate(log: Log, turns: bool) -> Finding:
         figures |= {"records": float(len(steps)), "slow": float(slow)}
     if least > LONG_STEP and turns:
         unit, factor = next(words for step, words in _UNITS_OF_TIME if least > step)
-        hint = f" That is slow for friction: is time in {unit}? (`scale: {{t: {factor}}}` in a log description)"
+        hint = f" That is slow for friction: is time in {unit}? (`scale: {{t: {factor}}}` in meta.yaml beside the log)"
     elif most < SHORTEST_STEP and "t" in log.intake.brought:
-        hint = f" No drive is sampled as fast{log.intake.time_unit}. (`units: {{t: s}}` in a log description)"
+        hint = f" No drive is sampled as fast{log.intake.time_unit}. (`units: {{t: s}}` in meta.yaml beside the log)"
     elif most < SHORTEST_STEP:
-        hint = " No drive is sampled as fast: is time in days? (`scale: {t: 86400}` in a log description)"
+        hint = " No drive is sampled as fast: is time in days? (`scale: {t: 86400}` in meta.yaml beside the log)"
     elif rate < SLOW_HZ and turns:
         hint = f" That is slow for friction: {which} within one or two samples."
     else:
@@ -260,7 +260,8 @@ def _wraps(log: Log, spec: Spec, kept: Kept, j: int) -> Iterator[Finding]:
         count, size = int(jumps.sum()), float(np.median(moves[jumps]))
         words = (
             f"{c.name} jumps by {size:.4g} {c.unit} {count} times, as one that wraps around each turn: unwrap it. "
-            f"`unwrap: {{COLUMN: {size:.4g}}}` in a log description does so, by the column's own unit and exact period."
+            f"`unwrap: {{COLUMN: {size:.4g}}}` in meta.yaml beside the log does so, by the column's own unit and exact "
+            "period."
         )
         yield Finding("problem", f"jumps of {c.name}", words, {"count": float(count), "size": size})
 

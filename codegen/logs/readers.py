@@ -270,7 +270,9 @@ def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, descripti
     scale = dict(binding.scale)
     if "t" not in symbols:
         if description.sample_rate_hz is None:
-            raise BadInput(place, "no column `t`", "a time column, or sample_time in a log description", code="LOG003")
+            raise BadInput(
+                place, "no column `t`", "a time column, or sample_time in meta.yaml beside the log", code="LOG003"
+            )
         time = np.arange(len(raw.values)) / description.sample_rate_hz
         raw = Columns(raw.file, ("t", *raw.names), np.column_stack([time, raw.values]), raw.lines)
         symbols.insert(0, "t")

@@ -197,17 +197,21 @@ def starts_anew(text: str) -> float:
 
 
 def _decimal(lines: Sequence[str], delimiter: str) -> str:
-    """``,`` where some number has a comma that can be nothing else, empty where all may group thousands, else ``.``."""
-    if delimiter == ",":
-        return "."
+    """``,`` where some number has a comma that can be nothing else, empty where all may group thousands, else ``.``.
+
+    Between commas only a number in quotes can have one.
+    """
     edge = re.escape(delimiter) if delimiter else r"\s"
     before, behind = rf'(?:^|[{edge}"])\s*[+-]?', rf'\s*(?=$|[{edge}"])'
+    point = re.compile(rf"{before}\d*\.\d+{behind}", re.ASCII)
+    sign = ","
+    if delimiter == ",":
+        before, behind, sign = r'"\s*[+-]?', r'\s*"', '"'
     clear = re.compile(f"{before}{_DECIMAL_COMMA}{behind}", re.ASCII)
     either = re.compile(rf"{before}\d{{1,3}},\d{{3}}{behind}", re.ASCII)
-    point = re.compile(rf"{before}\d*\.\d+{behind}", re.ASCII)
     found = "."
     for k, line in enumerate(lines):
-        if "," in line:
+        if sign in line:
             if clear.search(line):
                 return "." if any(point.search(other) for other in lines[: k + 1] if "." in other) else ","
             found = "" if found and either.search(line) else found
@@ -398,7 +402,7 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
             at, units = near[1], tuple(zip(_named(upper), map(_bare, lower), strict=False))
         elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]):
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
-            expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in a log description"
+            expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in meta.yaml beside the log"
             raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
     return _told(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, rows.wrapped, units))
 

@@ -27,13 +27,13 @@ def time_unit_hint(step: float, period: float, scale: float, taken: bool) -> str
     """
     ratio = step / period
     if scale != 1 and _equal(ratio, scale):
-        return f"is time in s before `scale: {{t: {scale:g}}}`? (leave that out of the log description)"
+        return f"is time in s before `scale: {{t: {scale:g}}}`? (leave that out of meta.yaml)"
     if taken and any(_equal(ratio, times) for times, *_ in (*UNITS, *MEANT)):
-        return "is time in another unit? (`units: {t: UNIT}` in a log description)"
+        return "is time in another unit? (`units: {t: UNIT}` in meta.yaml beside the log)"
     for times, unit, factor in UNITS:
         if _equal(ratio, times):
             stated = factor if scale == 1 else f"{float(factor) * scale:g}"
-            return f"is time in {unit}? (`scale: {{t: {stated}}}` in a log description)"
+            return f"is time in {unit}? (`scale: {{t: {stated}}}` in meta.yaml beside the log)"
     for times, unit in MEANT:
         if _equal(ratio, times):
             return f"is the observer's sample time meant in {unit}? (`sample_time: {period:g} {unit}` in the spec)"

@@ -216,5 +216,5 @@ class _Table:
             found = f"a step of {step:.6g} s in every one of the first rows"
             expected = f"steps of the observer's sample time, {self._period:g} s"
             if abs(step / self._period / 1000 - 1) <= JITTER:
-                expected += "; where time is in milliseconds, `scale: {t: 0.001}` in a meta.yaml beside the log"
+                expected += "; where time is in milliseconds, `scale: {t: 0.001}` in meta.yaml beside the log"
             raise BadInput(columns.place(1, 0), found, expected, code="LOG008")

@@ -229,7 +229,7 @@ class SimulationSection(Section):
 
 
 class LogSection(Section):
-    """How the columns of a log are called; a log description beside the log says more."""
+    """How the columns of a log are called; meta.yaml beside the log says more."""
 
     columns: dict[str, str] = {}
     scale: dict[str, Quantity] = {}

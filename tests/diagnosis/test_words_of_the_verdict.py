@@ -118,6 +118,36 @@ def test_none_claims_nothing_of_all_effects_where_one_passed_and_was_refused_lat
     assert "no effect removes" not in words
 
 
+FEW = {"noise": 5.2, "near_noise": 2, "far": 0.9, "far_noise": 10, "changes": ()}
+
+
+@pytest.mark.parametrize(
+    ("over", "refused", "begins"),
+    [
+        ([("position", 0.6)], None, "The model does not describe this log, and no effect of the catalogue explains"),
+        ([("position", 0.6)], ("cogging", "x", "it ties"), "The model does not describe this log, and no effect of"),
+        ([("constant", 0.6)], None, "What the model leaves is mainly a constant force, and no effect of the catalogue"),
+        ([("position", 0.6), ("constant", 0.5)], None, "The model does not describe this log, and no effect"),
+        ([], None, "The model does not describe this log, and no effect of the catalogue explains"),
+    ],
+)
+@pytest.mark.parametrize("records", [0, 24])
+def test_unknown_says_no_more_than_its_reason(over: Any, refused: Any, begins: str, records: int) -> None:
+    """It began "Something is missing that is not in the catalogue", of a constant and of refused candidates too."""
+    said = dict.fromkeys(UNUSED, ()) | FEW | {"records": records, "left": None, "over": over}
+    words = render("text/verdict.j2", verdict="unknown", refused=None if records else refused, **said)
+    assert words.startswith(begins) and "not in the catalogue" not in words
+    if refused and not records:
+        assert "no effect of the catalogue is credited" in words and words.count("cogging on x, is not credited") == 1
+
+
+def test_unknown_names_the_candidate_that_leaves_most() -> None:
+    play = FoundEffect("backlash", "x", {"gap": 1e-4}, {"gap": "m"}, (), {})
+    said = dict.fromkeys(UNUSED, ()) | FEW | {"effects": (play,), "left": None, "over": [], "refused": None}
+    words = render("text/verdict.j2", verdict="unknown", **said)
+    assert words.startswith("The model does not describe this log, and the best candidate, backlash on x (gap = 0.0001")
+
+
 UNUSED = ("effects", "rivals", "against", "errors", "remarks", "records", "doubts", "experiment")
 
 

@@ -3,6 +3,7 @@ names what to add. The numbers are those of a slider's log in closed form."""
 
 from __future__ import annotations
 
+import re
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -94,6 +95,16 @@ READ = {
     "quoted decimal commas between commas": (
         "t,x,w\n" + "".join(",".join(f'"{v}"' for v in line.split(";")) + "\n" for line in EUROPE.splitlines()),
         "decimal: comma\n",
+        "decimal commas",
+    ),
+    "quoted decimal commas between commas, found": (
+        "t,x,w\n" + "".join(",".join(f'"{v}"' for v in line.split(";")) + "\n" for line in EUROPE.splitlines()),
+        "",
+        "decimal commas",
+    ),
+    "decimal commas between commas, quoted where they are": (
+        "t,x,w\n" + re.sub(r"([^;\n]*,[^;\n]*)", r'"\1"', EUROPE.replace("0,000000000", "0")).replace(";", ","),
+        "",
         "decimal commas",
     ),
     "trailing separators": ("t;x;w;\n" + lines(";", comma=True, tail=";"), "", "decimal commas"),
@@ -247,6 +258,7 @@ REFUSED = {
     "exponents of Fortran": ("t,x,w\n0.0D0,1,2\n1.0D0,1,2\n", "", "LOG005 a.csv:2 '0.0E0'"),
     "nan words": ("t,x,w\n0,1,2\n1,#N/A,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),
     "nan words of a compiler": ("t,x,w\n0,1,2\n1,-1.#IND,2\n2,1,2\n", "", "LOG006 a.csv:3 fill"),
+    "points among quoted commas": ('t,x,w\n0,"0,5",1.5\n1,"0,6",1.5\n', "", "LOG005 a.csv:2 `0,5` decimal: comma"),
     "decimal commas between commas": ("t,x,w\n0,1,0,5,1,0\n0,2,0,5,1,0\n", "", "LOG005 a.csv:2 6 decimal"),
     "utf-16 without its mark": ("t,x,w\n0,1,2\n".encode("utf-16-le"), "", "LOG001 UTF-16"),
 }

@@ -95,7 +95,7 @@ def test_the_header_by_its_line(tmp_path, spec):
     with pytest.raises(BadInput) as told:
         read_log(tmp_path / "a.csv", spec)
     assert "a.csv:2: two lines that may be the header, this one and line 1 (`x,w,t`)" in str(told.value)
-    assert "expected `header: 2` or `header: 1` in a log description" in str(told.value)
+    assert "expected `header: 2` or `header: 1` in meta.yaml beside the log" in str(told.value)
     about = tmp_path / "about.yaml"
     about.write_text("header: 2\n")
     assert read_log(tmp_path / "a.csv", spec, description=about).inputs[0, 0] == -3

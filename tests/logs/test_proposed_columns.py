@@ -41,6 +41,14 @@ def motor():
     return parse_spec(MOTOR, Path("motor.yaml"))
 
 
+def test_a_name_with_a_degree_sign_is_proposed_as_it_is_written(tmp_path, motor):
+    """It was proposed as `angle [\\u00b0]`."""
+    path = write(tmp_path, "t,angle [°],Strom [mA]")
+    with refused("LOG003") as caught:
+        read_log(path, motor)
+    assert '`columns: {phi: "angle [°]", i: "Strom [mA]"}` in meta.yaml' in caught.value.expected
+
+
 def write(tmp_path: Path, header: str) -> Path:
     made = rows(2.0)
     columns = [made[name] for name in ("t", "x", "w", "w", "w")[: header.count(",") + 1]]

@@ -221,12 +221,12 @@ def test_another_sample_time_is_refused(tmp_path: Path, times: int) -> None:
 @pytest.mark.parametrize(
     ("times", "described", "said"),
     [
-        (1e3, "", "is time in milliseconds? (`scale: {t: 0.001}` in a log description)"),
-        (1e6, "", "is time in microseconds? (`scale: {t: 1e-6}` in a log description)"),
-        (1 / 60, "", "is time in minutes? (`scale: {t: 60}` in a log description)"),
+        (1e3, "", "is time in milliseconds? (`scale: {t: 0.001}` in meta.yaml beside the log)"),
+        (1e6, "", "is time in microseconds? (`scale: {t: 1e-6}` in meta.yaml beside the log)"),
+        (1 / 60, "", "is time in minutes? (`scale: {t: 60}` in meta.yaml beside the log)"),
         (1.0, "scale: {t: 0.001}\n", "is time in s before `scale: {t: 0.001}`? (leave that out"),
         (1.0, "scale: {t: 60}\n", "is time in s before `scale: {t: 60}`? (leave that out"),
-        (1.0, "units: {t: ms}\n", "is time in another unit? (`units: {t: UNIT}` in a log description)"),
+        (1.0, "units: {t: ms}\n", "is time in another unit? (`units: {t: UNIT}` in meta.yaml beside the log)"),
         (1e-3, "", "is the observer's sample time meant in ms? (`sample_time: 0.001 ms` in the spec)"),
     ],
 )
