@@ -301,7 +301,7 @@ def export(
     ],
     out: Annotated[Path, written("FILE", "file, or folder of a library")],
     on: Annotated[str | None, typer.Option("--on", metavar="NAME", help="the coordinate of a map")] = None,
-    counts: Annotated[int | None, typer.Option("--counts", help="of a turn in csv-map; 3600 by default")] = None,
+    counts: Annotated[int | None, typer.Option("--counts", help="rows of a turn in csv-map; 3600 by default")] = None,
     gear: Annotated[
         float | None, typer.Option("--gear", metavar="N", help="turns of the motor a turn of the joint, in a map")
     ] = None,
@@ -326,7 +326,7 @@ def diagnose(
     test: Annotated[
         list[Path] | None, typer.Option("--test", metavar="LOG2", help="log to measure the error on; may be repeated")
     ] = None,
-    out: Annotated[Path | None, written("DIR", "folder for the results")] = None,
+    out: Annotated[Path | None, written("DIR", "folder for the results; by default run_diagnosis for run.csv")] = None,
     description: Description = None,
     column: Columns = None,
     propose: Annotated[bool, typer.Option("--propose", help="where nothing known fits, a term by PySINDy")] = False,

@@ -17,7 +17,7 @@ from codegen.base.shown import Result
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
 from codegen.export.remarks import Remark
-from codegen.export.targets import TARGETS, Choices, robot_file, target_of
+from codegen.export.targets import TARGETS, Choices, Target, robot_file, target_of
 from codegen.spec.model import Spec
 
 MARK = "Written by stiction export"
@@ -90,9 +90,7 @@ def export(
         if to != "mjcf":
             raise BadInput("--into", f"a file to take what was found, and --to {to}", "--to mjcf", code="CALL002")
         sources["the model that it is made of, which stays as it is"] = Path(into)
-    if gear is not None and not target.is_map:
-        maps = " or ".join(f"--to {name}" for name, known in TARGETS.items() if known.is_map)
-        raise BadInput("--gear", f"a ratio for a map over the motor's turn, and --to {to}", maps, code="CALL002")
+    _refuse_options_of_other_formats(to, target, on, counts, gear)
     if not target.endings:
         refuse_target(path / "manifest.json")
     else:
@@ -108,6 +106,19 @@ def export(
         return Exported(path, to, tuple(made.files), made.remarks)
     write_atomically(path, made.files[""])
     return Exported(path, to, (), made.remarks)
+
+
+def _refuse_options_of_other_formats(
+    to: str, target: Target, on: str | None, counts: int | None, gear: float | None
+) -> None:
+    """Refuse what only a map can take, rather than leave it unused."""
+    maps = " or ".join(f"--to {name}" for name, known in TARGETS.items() if known.is_map)
+    if gear is not None and not target.is_map:
+        raise BadInput("--gear", f"a ratio for a map over the motor's turn, and --to {to}", maps, code="CALL002")
+    if on is not None and not target.is_map:
+        raise BadInput("--on", f"the coordinate of a map, and --to {to}", maps, code="CALL002")
+    if counts is not None and to != "csv-map":
+        raise BadInput("--counts", f"the number of rows of a map, and --to {to}", "--to csv-map", code="CALL002")
 
 
 def _header(spec: Spec, to: str) -> list[str]:

@@ -94,6 +94,24 @@ def test_a_gear_is_refused_by_what_has_no_map(tmp_path: Path) -> None:
         assert not (tmp_path / name).exists()
 
 
+@pytest.mark.parametrize(
+    ("to", "name", "more"),
+    [
+        ("arduino", "axis", ("--counts", "-3")),
+        ("odrive", "map.h", ("--counts", "360", "--gear", "1")),
+        ("urdf", "axis.urdf", ("--on", "x")),
+        ("simulink", "axis", ("--on", "x")),
+    ],
+)
+def test_an_option_of_maps_is_refused_by_what_does_not_read_it(to, name, more, tmp_path: Path) -> None:
+    """`--to arduino --counts -3` was accepted, and the number left unused."""
+    path = tmp_path / "axis.yaml"
+    path.write_text(axis(turns=True)[0].text, "utf-8")
+    refused = stiction("export", path, "--to", to, "-o", tmp_path / name, *more)
+    assert is_one_message(refused) and more[0] in refused.err and "CALL002" in refused.err
+    assert not (tmp_path / name).exists()
+
+
 def test_maps_are_refused_where_there_is_none(tmp_path: Path) -> None:
     path = tmp_path / "axis.yaml"
     path.write_text(axis()[0].text, "utf-8")
