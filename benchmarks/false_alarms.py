@@ -1,9 +1,10 @@
-"""How often the force residual credits one of 20 effects that are not there. `python -m benchmarks.false_alarms`.
+"""How often the force residual credits one of 20 effects, none there or one. `python -m benchmarks.false_alarms`.
 
 A residual of n independent values, or one with a slow part, is fitted with 20 candidates by linear least squares along
 one motion: 14 of one parameter, 3 of two, two periodic ones with an unknown period and one with an unknown width. A
-candidate passes as in ``ranking.combined_p``: it removes 5 % of the squares, and p times 20 over its share of α is at
-most α. Left out are the t test where there is most to explain, free runs, and the later checks of a diagnosis.
+candidate passes as in ``ranking.combined_p``: it removes 5 % of the squares, and p times 20, for a periodic one times
+40 periods, over its share of α is at most α. Left out are the t test where there is most to explain, free runs, and
+the later checks of a diagnosis. For the power, one of five forces is added that makes up a fifth of all squares.
 """
 
 from __future__ import annotations
@@ -15,32 +16,35 @@ from scipy.signal import lfilter
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.credit import ALPHA, LEAST_SHARE, SIGNED, t_of_mean
-from codegen.diagnosis.force_evidence import ForceGain, independent
+from codegen.diagnosis.force_evidence import ForceGain
 from codegen.diagnosis.ranking import FORCE_SHARE, FORCE_SHARE_OF_FEW
+from codegen.diagnosis.slow_noise import slow_noise_likelihood
 
-Candidate = tuple[int, list[Array]]
+Candidate = tuple[int, float, list[Array]]
 RESIDUALS = ("white", "neighbours' correlation 0.6", "white and a slow force")
 LOGS = ((250, FORCE_SHARE_OF_FEW), (600, FORCE_SHARE), (2000, FORCE_SHARE))
 BEGIN = 2000
+PERIODS, WIDTHS = np.linspace(1, 40, 160), np.linspace(0.02, 0.95, 40)
+FORCES = {"spring": (0, 0), "mass": (2, 0), "offset": (4, 0), "drift": (5, 0), "wave": (17, 60)}
+"""Index of the candidate and of its trial value."""
+ADDED = 0.2
 
 
 def candidates(n: int) -> tuple[Array, list[Candidate]]:
-    """Orthonormal columns of the friction levels, and per candidate its parameters and columns for each trial value."""
+    """Orthonormal columns of the friction levels; per candidate parameters, periods, and columns for trial values."""
     t = np.arange(n)
     x = np.sin(2 * np.pi * 3.3 * t / n) + 0.4 * np.sin(2 * np.pi * 7.7 * t / n + 0.5) + 0.2 * t / n
     v = np.gradient(x)
     a, s, top = np.gradient(v), np.sign(v), np.abs(v).max()
     one = [x, x**3, a, s * v**2, np.ones(n), t / n, s * np.sqrt(np.abs(v)), np.abs(v), s * np.abs(x), a * np.abs(a)]
     one += [x * v, s * np.abs(a), np.sin(3 * x), v**3]
-    waves = [
-        np.column_stack([f(2 * np.pi * x * k / np.ptp(x)) for f in (np.cos, np.sin)]) for k in np.linspace(1, 40, 160)
-    ]
-    found: list[Candidate] = [(1, [c[:, None]]) for c in one]
-    found += [(2, [np.column_stack(pair)]) for pair in ((x, x**2), (a, a * s), (t / n, s * t / n))]
-    found += [(3, waves), (3, [s[:, None] * wave for wave in waves])]
-    found.append((2, [(s * np.maximum(np.abs(v) - w * top, 0))[:, None] for w in np.linspace(0.02, 0.95, 40)]))
+    waves = [np.column_stack([f(2 * np.pi * x * k / np.ptp(x)) for f in (np.cos, np.sin)]) for k in PERIODS]
+    found: list[Candidate] = [(1, 1, [c[:, None]]) for c in one]
+    found += [(2, 1, [np.column_stack(pair)]) for pair in ((x, x**2), (a, a * s), (t / n, s * t / n))]
+    found += [(3, PERIODS[-1], waves), (3, PERIODS[-1], [s[:, None] * wave for wave in waves])]
+    found.append((2, 1, [(s * np.maximum(np.abs(v) - w * top, 0))[:, None] for w in WIDTHS]))
     levels = np.linalg.qr(np.column_stack([s, v]))[0]
-    return levels, [(k, [np.linalg.qr(c - levels @ (levels.T @ c))[0] for c in some]) for k, some in found]
+    return levels, [(k, m, [np.linalg.qr(c - levels @ (levels.T @ c))[0] for c in some]) for k, m, some in found]
 
 
 def residual(kind: str, n: int, draw: np.random.Generator) -> Array:
@@ -54,30 +58,34 @@ def residual(kind: str, n: int, draw: np.random.Generator) -> Array:
 
 def passes(r: Array, candidate: Candidate, share: float, count: int) -> bool:
     """Whether a candidate is credited by the residual (n,) that is left without it."""
-    k, some = candidate
+    k, periods, some = candidate
     columns = max(some, key=lambda c: float(np.sum((c.T @ r) ** 2)))
     force = columns @ (columns.T @ r)
     left = float(np.sum((r - force) ** 2) / np.sum(r**2))
-    nats = -0.5 * independent(r - force) * len(r) * float(np.log(left))
+    nats = slow_noise_likelihood(r - force, 1.0) - slow_noise_likelihood(r, 1.0)
     score = t_of_mean(np.array([part.sum() for part in np.array_split(r * force, SIGNED)]))
-    p = ForceGain(left, nats, 0.0, 1.0, score).p_added(k)
-    return left <= 1 - LEAST_SHARE and count * p / share <= ALPHA
+    p = ForceGain(left, 0.0, 0.0, 1.0, score, nats).p_added(k)
+    return left <= 1 - LEAST_SHARE and count * periods * p / share <= ALPHA
 
 
 def main() -> None:
-    """Print a line for each kind of residual and length of log."""
-    parser = argparse.ArgumentParser(description="False alarms of the force residual, in per cent of logs.")
+    """Print false alarms and power for each kind of residual and length of log."""
+    parser = argparse.ArgumentParser(description="False alarms and power of the force residual, in per cent of logs.")
     parser.add_argument("--runs", type=int, default=800)
     runs = parser.parse_args().runs
     for kind in RESIDUALS:
         for n, share in LOGS:
             draw, (levels, tried) = np.random.default_rng(7), candidates(n)
-            alarms = 0
+            alarms, hits = 0, dict.fromkeys(FORCES, 0)
             for _ in range(runs):
                 r = residual(kind, n, draw)
                 r = r - levels @ (levels.T @ r)
                 alarms += any(passes(r, one, share, len(tried)) for one in tried)
+                for name, (k, value) in FORCES.items():
+                    force = tried[k][2][value][:, 0] * float(np.linalg.norm(r)) * np.sqrt(ADDED / (1 - ADDED))
+                    hits[name] += passes(r + force, tried[k], share, len(tried))
             print(f"{kind}, {n} values: {100 * alarms / runs:.2f} % of logs; {100 * ALPHA * share:.2g} % is allowed")
+            print("    found: " + ", ".join(f"{name} {100 * hit / runs:.0f} %" for name, hit in hits.items()))
 
 
 if __name__ == "__main__":

@@ -127,10 +127,14 @@ def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: Erro
 
 
 def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:
-    """Whether the free runs of a model are worse than another's by more than chance, by a sign test on their parts."""
-    if not figures.free_run_parts or not other.free_run_parts:
-        return True
+    """Whether the free runs of a model are worse than another's by more than chance, by a sign test on their parts.
+
+    On so few parts that it could not show it, whatever the errors, nothing shows either that it is chance: it counts as
+    shown.
+    """
     parts, others = np.array(figures.free_run_parts), np.array(other.free_run_parts)
+    if min(len(parts), len(others)) == 0 or random_signs(np.sqrt(len(parts))) > TIE_LEVEL:
+        return True
     more = ((parts - others) / np.maximum(others.mean(axis=0), 1e-300)).mean(axis=1)
     spread = float(np.sqrt((more**2).sum()))
     return spread > 0 and random_signs(float(more.sum()) / spread) <= TIE_LEVEL

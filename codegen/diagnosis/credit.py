@@ -70,6 +70,7 @@ class Evidence:
         where_far: one-sided p of Student's t test on the log ratios of squared residuals, over the blocks in which
             either model is more than ``FAR`` times the noise off; 1 where these are too few.
         where_large: the same over the blocks chosen by ``LARGE``.
+        signed: number of the blocks of ``t``.
     """
 
     gain: float
@@ -79,8 +80,9 @@ class Evidence:
     blocks: int
     where_far: float = 1.0
     where_large: float = 1.0
+    signed: int = 0
 
-    def p(self, whiteness: float) -> float:
+    def p(self, whiteness: float, alone: bool = True) -> float:
         """One-sided p-value of the gain under "no effect": four times the smallest of four p-values (Bonferroni).
 
         The tests are the sign test on all blocks; the likelihood ratio, which is valid near the noise; and the two t
@@ -88,9 +90,25 @@ class Evidence:
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
+            alone: whether the candidate leaves nothing but noise. Else errors of the model may last from one segment to
+                the next, and the likelihood ratio counts only as far as a t test on the gains of blocks agrees.
         """
         likelihood = exp(-max(whiteness * self.gain, 0.0))
+        if not alone:
+            likelihood = max(likelihood, self.by_blocks)
         return min(1.0, 4 * min(random_signs(self.t), likelihood, self.where_far, self.where_large))
+
+    @property
+    def by_blocks(self) -> float:
+        """One-sided p-value of Student's t test on the gains of blocks.
+
+        Student's t follows from ``t``: t √((B − 1)/(B − t²)) of B blocks. Unlike the sign test it has no least value on
+        few blocks, but it assumes that the gains are normally distributed.
+        """
+        spread = self.signed - self.t**2
+        if self.signed < 2:
+            return 1.0
+        return float(student.sf(self.t * sqrt((self.signed - 1) / max(spread, 1e-12)), self.signed - 1))
 
 
 def random_signs(t: float) -> float:
@@ -137,6 +155,7 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
         blocks=len(wins),
         where_far=far,
         where_large=large,
+        signed=min(SIGNED, len(gains)),
     )
 
 

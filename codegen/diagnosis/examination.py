@@ -12,7 +12,7 @@ from codegen.diagnosis.adoption import Refit, adopt_values
 from codegen.diagnosis.answer import REFIT_WORSE, Answer, Measured, Option, admitted
 from codegen.diagnosis.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.estimate import estimate
-from codegen.diagnosis.forward_selection import Outcome
+from codegen.diagnosis.forward_selection import Outcome, first_candidates
 from codegen.diagnosis.output_error import Fit, at_limit
 from codegen.diagnosis.ranking import credible
 from codegen.diagnosis.reservations import objections, remarks
@@ -190,7 +190,7 @@ def _examined(
         if all(raised):
             return fit, found, words
         final = search.without(final, next(k for k, one in enumerate(raised) if one))
-        if not credible(search, outcome.base, final, len(outcome.first)):
+        if not credible(search, outcome.base, final, first_candidates(search, outcome.base)):
             return fit, found, words
 
 

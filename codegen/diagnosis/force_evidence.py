@@ -22,6 +22,7 @@ from codegen.diagnosis.residual import (
 )
 from codegen.diagnosis.residual_regression import LEAST_ROWS, explained_over, peak_hz, remainder_columns, sliding
 from codegen.diagnosis.search import Search
+from codegen.diagnosis.slow_noise import slow_noise_likelihood
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 
@@ -52,6 +53,7 @@ class ForceGain:
         t: sum of the gains of blocks of the log over the root of the sum of their squares.
         where_large: probability, by a t test, of such ratios in the blocks with most to explain.
         score: Student's t of the sums over blocks of r'(r − r₁), with r the other model's residual and r₁ this one's.
+        nats_added: gain in log-likelihood where either residual may be slow noise in part (``slow_noise_likelihood``).
     """
 
     left: float
@@ -59,6 +61,7 @@ class ForceGain:
     t: float
     where_large: float = 1.0
     score: float = 0.0
+    nats_added: float = 0.0
 
     @property
     def p(self) -> float:
@@ -79,11 +82,12 @@ class ForceGain:
 
         The force is fitted to this log, along the direction of its k parameters that explains most. Over all directions
         the largest t² of B blocks is Hotelling's T², and T² (B − k)/(k (B − 1)) has the F distribution of k and B − k.
+        That holds where blocks are independent; the likelihood ratio holds for noise slower than a block as well.
         """
         k = max(parameters, 1)
         along_best = max(self.score, 0.0) ** 2 * (SIGNED - k) / (k * (SIGNED - 1))
         by_blocks = min(1.0, 2 * min(float(f.sf(along_best, k, SIGNED - k)), self.where_large))
-        return max(by_blocks, float(chi2.sf(2 * max(self.nats, 0.0), k)))
+        return max(by_blocks, float(chi2.sf(2 * max(self.nats_added, 0.0), k)))
 
 
 def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
@@ -93,7 +97,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     """
     motion, rows = problem.motion, problem.masks.rows
     rate = 2 * motion.cutoff_hz * motion.sample_time
-    left, nats, blocks, scores = 1.0, 0.0, np.zeros(SIGNED), np.zeros(SIGNED)
+    left, nats, added, blocks, scores = 1.0, 0.0, 0.0, np.zeros(SIGNED), np.zeros(SIGNED)
     squares = np.zeros((2, SIGNED))
     for i in range(rows.shape[1]):
         if rows[:, i].sum() < LEAST_ROWS:
@@ -103,6 +107,8 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
         ratio = max(float(a @ a), 1e-12 * whole) / max(float(b @ b), 1e-12 * whole)
         share = independent(a[:: max(1, round(1 / rate))])
         nats -= 0.5 * share * min(rate, 1.0) * float(rows[:, i].sum()) * float(np.log(ratio))
+        with_effect, without = (slow_noise_likelihood(r[rows[:, i]] / np.sqrt(whole), rate) for r in (a, b))
+        added += with_effect - without
         by_block = np.array([[part.sum() for part in np.array_split(r**2, SIGNED)] for r in (b, a)]) / whole
         blocks += by_block[0] - by_block[1]
         squares += by_block
@@ -113,7 +119,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     ratios = where_large(*some) if some.size else 1.0
     spread = float(np.sqrt((blocks**2).sum()))
     t = float(blocks.sum()) / spread if spread > 0 else 0.0
-    return ForceGain(left, nats, t, ratios, t_of_mean(scores))
+    return ForceGain(left, nats, t, ratios, t_of_mean(scores), added)
 
 
 def independent(values: Array) -> float:

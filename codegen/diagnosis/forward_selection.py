@@ -140,7 +140,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         current, rivals = _pruned_with_rivals(search, current, rivals)
         single = _merged(search, current)
         current, rivals = (single, []) if single else (current, rivals)
-        current, rivals = still_credited(search, base, current, rivals, len(first))
+        current, rivals = still_credited(search, base, current, rivals, first_candidates(search, base))
         current = current if rivals else _largest_first(search, current)
     lost = current is base and not refit_only and not credit.near_noise(base)
     unexplained = lost and credit.misfit(base) > credit.LEAST_SIZE
@@ -221,6 +221,11 @@ def still_credited(
         return base, []
     alone = len(current.trial.parts) == 1
     return current, [r for r in rivals if not alone or len(r.found.trial.parts) == 1]
+
+
+def first_candidates(search: Search, base: Fit) -> int:
+    """Number of candidates of the first round, also those that were not fitted on all segments."""
+    return hypotheses(every_part(search, base.trial.parts))
 
 
 def at_noise(fit: Fit) -> bool:
@@ -340,7 +345,7 @@ def common_effects(search: Search, outcome: Outcome) -> tuple[Search, Outcome] |
     if freed is not None:
         search, common = freed
         base = search.fitted_again(base)
-    if not credible(search, base, common, len(outcome.first)):
+    if not credible(search, base, common, first_candidates(search, base)):
         return None
     return search, replace(outcome, base=base, final=common, rivals=(), explained=explained_share(search, base, common))
 

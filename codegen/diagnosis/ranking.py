@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from math import comb, prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from codegen.diagnosis.candidate_fits import FORM_GAIN, fit_candidates
 from codegen.diagnosis.credit import Evidence, evidence_of, independent_share, near_noise, noise_ratio, size_of
 from codegen.diagnosis.force_evidence import ForceCriterion
 from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.reservations import never_passed, passed_too_fast, shows_no_bend
+from codegen.diagnosis.reservations import never_passed, passed_too_fast, resolvable_periods, shows_no_bend
 from codegen.diagnosis.residual import drive_left, drive_share, inverse_dynamics_residual
 from codegen.diagnosis.residual_regression import inertia_noise
 from codegen.diagnosis.results import FoundEffect
@@ -35,6 +36,8 @@ LEAST_DRIVE = 0.1
 """Least RMS of the drive force with an effect over that without: less does not move the machine."""
 CONTRADICTED = 1.5
 """A candidate that multiplies the squared force residual by this or more is refused, whatever free runs say."""
+ALONE = 1.2
+"""Squared ratio of residual to noise up to which the likelihood of free runs counts without a test on blocks."""
 FORM_ERROR = 0.1
 """Least force of an effect over that of another on the same coordinate that is seen over the same variable."""
 
@@ -67,11 +70,12 @@ def run_round(
 ) -> list[Ranked]:
     """Fit and rank every candidate in addition to the current effects: those that pass every test first."""
     soft, base = search.with_noise_floor(current)
-    before, many, ranked = ForceCriterion(search, base), hypotheses(parts), []
+    before, count, ranked = ForceCriterion(search, base), hypotheses(parts), []
     for found in fit_candidates(soft, base, parts, report_progress):
         one, after = evidence_of(base, found), ForceCriterion(search, found)
         size = relative_size(search, found, base)
         why_not = _why_not(before, after, one, size)
+        many = tried(search, base, found, count)
         p = chance(search, found, one, many)
         p = p if why_not else combined_p(p, before, after, many)
         unsure = not why_not and p > credit.ALPHA
@@ -110,7 +114,8 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
 
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
     """Whether free runs tell a fit from another one."""
-    return evidence_of(other, best, floored=False).p(whiteness(search, best)) <= credit.TIE_LEVEL
+    gained = evidence_of(other, best, floored=False)
+    return gained.p(whiteness(search, best), dispersion(search, best) <= ALONE) <= credit.TIE_LEVEL
 
 
 def leaves_as_little(one: Ranked, best: Ranked) -> bool:
@@ -229,12 +234,25 @@ def hypotheses(parts: Sequence[Part]) -> int:
     return len({(p.kind, p.on) for p in parts})
 
 
-def chance(search: Search, fit: Fit, e: Evidence, candidates: int) -> float:
+def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
+    """Number of hypotheses among which the effects that a model has more than another were chosen.
+
+    Of so many candidates, every set of as many; of an effect with an unknown period, each that the log can resolve.
+    """
+    known = {(p.kind, p.on) for p in before.trial.parts}
+    added = [
+        (p, values) for p, values in zip(after.trial.parts, after.values[1], strict=True) if (p.kind, p.on) not in known
+    ]
+    sets = comb(max(candidates, len(added)), len(added))
+    return sets * prod(resolvable_periods(search.system, search.motion, p, values) for p, values in added)
+
+
+def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
     """Probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
-    return min(1.0, candidates * e.p(whiteness(search, fit)))
+    return min(1.0, candidates * e.p(whiteness(search, fit), dispersion(search, fit) <= ALONE))
 
 
-def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: int) -> float:
+def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: float) -> float:
     """Probability by free runs, or by the force residual where free runs leave doubt (weighted Bonferroni)."""
     few = len(after.search.record.start) < credit.SIGNED
     share = FORCE_SHARE_OF_FEW if few else FORCE_SHARE
@@ -255,13 +273,22 @@ def whiteness(search: Search, fit: Fit) -> float:
     of the squared residual counts: at three times the noise a ninth of the residuals, and the likelihood gain must be
     nine times as large. This is a cautious count and no quasi-likelihood, whose dispersion `segment_losses` holds.
     """
-    soft = float(fit.runner.record.noise[0] / search.record.noise[0])
-    dispersion = max(1.0, (soft * noise_ratio(fit)) ** 2)
-    return independent_share(fit) / dispersion if near_noise(fit, soft) else 0.0
+    near = near_noise(fit, _noise_assumed(search, fit))
+    return independent_share(fit) / dispersion(search, fit) if near else 0.0
+
+
+def dispersion(search: Search, fit: Fit) -> float:
+    """Squared ratio of residual to noise in the median segment, at least 1."""
+    return max(1.0, (_noise_assumed(search, fit) * noise_ratio(fit)) ** 2)
+
+
+def _noise_assumed(search: Search, fit: Fit) -> float:
+    """Noise that a fit assumes over that of the measurement."""
+    return float(fit.runner.record.noise[0] / search.record.noise[0])
 
 
 def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
-    """Whether a model with more effects is credited over one with fewer.
+    """Whether a model with more effects is credited over one with fewer, each chosen among so many candidates.
 
     Each effect may have passed its tests beside another one that was dropped since, so the drive that they leave
     together is asked for too.
@@ -271,9 +298,10 @@ def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
     one = evidence_of(base, richer)
     if one.share < credit.LEAST_SHARE:
         return False
-    p = chance(search, richer, one, candidates)
+    many = tried(search, before, after, candidates)
+    p = chance(search, richer, one, many)
     plain, found = ForceCriterion(search, before), ForceCriterion(search, after)
-    return combined_p(p, plain, found, candidates) <= credit.ALPHA and not only_reduces_drive(plain, found, one)
+    return combined_p(p, plain, found, many) <= credit.ALPHA and not only_reduces_drive(plain, found, one)
 
 
 def relative_size(search: Search, found: Fit, base: Fit) -> float:

@@ -16,6 +16,8 @@ from codegen.mechanics.system import System
 
 WHOLE_TURN = 2 * np.pi
 MOST_SPEED = 0.95
+PERIODS_TRIED, SHORTEST_PERIOD = 48, 1e-3
+"""Periods between the stroke and this share of it at which ``resolvable_periods`` asks whether the log shows them."""
 LEAST_PERIOD = 0.95
 """Share of a period that a log must cover; less does not show that it repeats."""
 
@@ -61,6 +63,22 @@ def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapp
     return period <= _stroke(system, motion, part) and not is_resolved(
         period, motion.positions @ direction, motion.velocities @ direction, motion.usable, motion.cutoff_hz
     )
+
+
+def resolvable_periods(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> float:
+    """Number of periods among which that of an effect was searched for: stroke over shortest; 1 without a search.
+
+    Waves whose numbers of turns in the stroke differ by less than one cannot be told apart. The largest of as many
+    squared amplitudes is judged as so many hypotheses (R. B. Davies, Biometrika 74, 1987, to first order).
+    """
+    stroke, period = _stroke(system, motion, part), parameters.get("period")
+    if period is None or stroke <= 0 or _known_turn(system, part, period):
+        return 1.0
+    direction = _direction(system, part)
+    x, v = motion.positions @ direction, motion.velocities @ direction
+    shares = np.geomspace(SHORTEST_PERIOD, 1.0, PERIODS_TRIED)
+    seen = (q for q in shares if is_resolved(q * stroke, x, v, motion.usable, motion.cutoff_hz))
+    return float(1 / next(seen, 1.0))
 
 
 def shows_no_bend(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:

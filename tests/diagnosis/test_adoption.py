@@ -404,9 +404,6 @@ def test_nor_do_free_runs_that_are_worse_than_those_of_the_declared_model_by_cha
     assert admitted([("values", system_of(stage()))], declared, lambda _: new).option is None
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the sign test on two parts cannot give less than Φ(−√2) = 0.08, and asks for 0.05"
-)
 def test_free_runs_that_are_ten_times_worse_in_each_of_two_parts_are_not_so_by_chance() -> None:
     declared = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,), ((1.0,),) * 2)
     new = ErrorFigures(0.8, (0.8,), 0.1, 10.0, (10.0,), ((100.0,),) * 2)

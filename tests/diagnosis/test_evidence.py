@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.stats import binom
+from scipy.stats import binom, ttest_1samp
 
 from codegen.diagnosis import ranking
 from codegen.diagnosis.credit import evidence
@@ -91,6 +91,19 @@ def test_a_likelihood_credits_none_of_two_models_that_are_wrong_alike(monkeypatc
         rare += found.p(ranking.whiteness(search, fit)) < level
         likely += found.p(0.2) < level
     assert rare <= binom.ppf(0.999, draws, level) < likely
+
+
+def test_above_the_noise_a_likelihood_counts_only_as_far_as_the_blocks_agree() -> None:
+    """13 segments at 1.5 times the noise: the same gain in one of them, or shared by all."""
+    generator = np.random.default_rng(8)
+    after = losses(KEPT * 2.2 * np.exp(0.05 * generator.normal(size=13)))
+    spread = np.abs(generator.normal(size=13)) + 1
+    shared, single = 60 * spread / spread.sum(), np.where(np.arange(13) == 5, 60.0, 0.0)
+    for gains, blocks in ((shared, True), (single, False)):
+        found = evidence(after + gains, after, KEPT, FLOOR)
+        assert found.gain == pytest.approx(60) and found.p(0.3) < 1e-6
+        assert found.by_blocks == pytest.approx(ttest_1samp(gains, 0.0, alternative="greater").pvalue)
+        assert (found.p(0.3, alone=False) < 1e-4) is blocks
 
 
 def test_the_numbers_of_an_evidence_can_be_written_as_json() -> None:

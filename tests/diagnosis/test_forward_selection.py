@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from codegen.diagnosis import candidate_fits, forward_selection, ranking
 from codegen.diagnosis.forward_selection import still_credited
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import part_of
+from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates
 from tests.diagnosis.stage import stage, system_of
 
@@ -236,6 +238,34 @@ def test_forms_of_an_effect_are_one_hypothesis() -> None:
     parts = [part_of(form, place, system) for effect, place in candidates(system) for form in effect.forms]
     kinds = {(effect.kind, place) for effect, place in candidates(system)}
     assert len(parts) > len(kinds) == ranking.hypotheses(parts)
+
+
+def test_an_unknown_period_counts_as_many_hypotheses_and_sets_of_effects_each() -> None:
+    """Of a ramp of 1 m at 0.1 m/s, a filter of 20 Hz shows waves down to 5 mm: 200 in the stroke. 20 candidates make
+    190 pairs.
+    """
+    time = np.arange(0.0, 10.0, 0.002)
+    motion = SimpleNamespace(
+        positions=0.1 * time[:, None],
+        velocities=np.full((len(time), 1), 0.1),
+        usable=np.ones(len(time), dtype=bool),
+        cutoff_hz=20.0,
+    )
+    search: Any = SimpleNamespace(system=system_of(stage()), motion=motion)
+
+    def model(*kinds: str) -> Any:
+        parts = tuple(part_of(CATALOGUE[kind], 0, search.system) for kind in kinds)
+        values = [dict.fromkeys(p.names, 0.1) for p in parts]
+        return SimpleNamespace(trial=SimpleNamespace(parts=parts), values=([], values))
+
+    def tried(*kinds: str, before: tuple[str, ...] = ()) -> float:
+        return ranking.tried(search, model(*before), model(*kinds), 20)
+
+    assert tried("viscous", "spring", before=("spring",)) == 20
+    assert tried("viscous", "spring") == 190
+    # The periods that are asked for are 16 % apart.
+    assert 200 / 1.16 <= tried("cogging") / 20 <= 200
+    assert tried("cogging", "spring") == pytest.approx(190 * tried("cogging") / 20)
 
 
 @pytest.mark.parametrize(("sizes", "moved"), [((0.1, 0.3), 1), ((0.3, 0.1), None)])

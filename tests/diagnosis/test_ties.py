@@ -28,8 +28,9 @@ def ranked(kind: str, left: float, on: str = "q") -> Any:
 @pytest.fixture
 def significant(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every difference of free runs is significant, as it is where all models are wrong."""
-    monkeypatch.setattr(ranking, "evidence_of", lambda *_, floored: SimpleNamespace(p=lambda white: 1e-6))
+    monkeypatch.setattr(ranking, "evidence_of", lambda *_, floored: SimpleNamespace(p=lambda white, alone: 1e-6))
     monkeypatch.setattr(ranking, "whiteness", lambda *_: 1.0)
+    monkeypatch.setattr(ranking, "dispersion", lambda *_: 1.0)
     monkeypatch.setattr(ranking, "is_identical", lambda *_: False)
     monkeypatch.setattr(
         ranking, "twins", lambda part, found: {"offset": [("coulomb_asymmetry", "q")]}.get(part.kind, [])

@@ -1,0 +1,57 @@
+"""The likelihood of a residual that is white noise and, in part, slow noise: what a slow force is worth depends on it.
+
+A force that no candidate describes, and that varies slowly, is noise with much power at low frequencies. A candidate
+that varies as slowly explains part of it by chance. So the residuals with and without the candidate are each judged
+with the noise that suits them best, as in a likelihood-ratio test with nuisance parameters.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from codegen.base.arrays import Array
+
+LONGEST = 1 / 12
+"""Longest correlation time over the length of the log: slower noise cannot be told from an offset or a drift."""
+TIMES = 8
+SHARES = (0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0)
+"""Shares of the power that the slow noise may have."""
+
+
+def slow_noise_likelihood(residual: Array, band: float) -> float:
+    """Log-likelihood of a residual by Whittle's approximation, as the best of a grid of noise models; nats.
+
+        max over a, s, τ of −Σ_j (ln a S_j + I_j/(a S_j)),   S = 1 − s + s (1 − φ²)/|1 − φ exp(−iω)|²,   φ = exp(−1/τ)
+
+    with I_j the periodogram, S the spectrum of white noise and a share s of first-order autoregressive noise of the
+    correlation time τ, and a its size. The line at zero counts half. Constants are left out: only differences count.
+
+    Args:
+        residual: (N,) values; what lies above the band is ignored.
+        band: width of the band over the Nyquist frequency: N values hold N·band independent ones.
+    """
+    lines = round(len(residual) * min(band, 1.0) / 2)
+    if lines < 2:
+        return 0.0
+    power = np.abs(np.fft.rfft(residual)[:lines]) ** 2
+    inverse, logarithms = _spectra(lines)
+    count = lines - 0.5
+    sizes = np.maximum(inverse @ power, 1e-300) / count
+    return float(np.max(-count * np.log(sizes) - logarithms))
+
+
+@lru_cache(maxsize=8)
+def _spectra(lines: int) -> tuple[Array, Array]:
+    """Of every noise model: weight over spectrum at each line, (models, lines); and Σ weight ln S, (models,)."""
+    turn = np.exp(-1j * np.pi * np.arange(lines) / lines)
+    models = [np.ones(lines)]
+    for time in np.geomspace(1.0, max(1.0, 2 * lines * LONGEST), TIMES):
+        phi = np.exp(-1 / time)
+        slow = (1 - phi**2) / np.abs(1 - phi * turn) ** 2
+        models += [1 - share + share * slow for share in SHARES]
+    spectra = np.array(models)
+    weight = np.ones(lines)
+    weight[0] = 0.5
+    return weight / spectra, np.log(spectra) @ weight
