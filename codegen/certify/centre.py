@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 
-Group = tuple[Sequence[Array] | Array, float]
+Matrices = Sequence[Array] | Array
+Group = tuple[Matrices, float]
 Pattern = NDArray[np.bool_]
 RATIO = 0.99
 LEAST = 1024

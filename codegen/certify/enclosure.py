@@ -14,6 +14,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
 from codegen.certify.family import PI, Family, NotEnclosable
 from codegen.certify.prefix import rational_text, to_prefix
@@ -39,11 +40,11 @@ class Cells:
 
     Attributes:
         splits: variable → breakpoints, exact.
-        matrices: A at the vertices of every cell, each once.
+        matrices: A at the vertices of every cell, each once, N by m by m.
     """
 
     splits: Mapping[sympy.Symbol, list[Any]]
-    matrices: list[NDArray[np.float64]]
+    matrices: Array
 
 
 class Enclosure:
@@ -65,19 +66,20 @@ class Enclosure:
         self._function = casadi.Function("matrix", [theta], [casadi.densify(to_casadi(family.matrix, names))])
         self._over = cache(self._function.map)
 
-    def vertices(self, cells: Iterable[Cell]) -> list[NDArray[np.float64]]:
-        """A at the corners of what the parameters can be in cells, each once."""
+    def vertices(self, cells: Iterable[Cell]) -> Array:
+        """A at the corners of what the parameters can be in cells, each once, N by m by m."""
         return self.at(_boxes(self._values, cells))
 
-    def at(self, boxes: Iterable[Box]) -> list[NDArray[np.float64]]:
-        """A at the corners of boxes of the parameters, each once."""
+    def at(self, boxes: Iterable[Box]) -> Array:
+        """A at the corners of boxes of the parameters, each once, N by m by m."""
         if not self._values:
-            return [np.asarray(self._function(0.0).full())]
+            return np.asarray(self._function(0.0).full())[None]
         ends = [[sorted({float(low), float(high)}) for low, high in box] for box in boxes]
-        corners = sorted({corner for box in ends for corner in product(*box)})
+        grids = [np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(-1, len(box)) for box in ends]
+        corners = grids[0] if len(grids) == 1 else np.unique(np.concatenate(grids), axis=0)
         rows, columns = self._function.size_out(0)
-        flat = np.asarray(self._over(len(corners))(np.array(corners).T))
-        return [*np.ascontiguousarray(flat.reshape(rows, len(corners), columns).transpose(1, 0, 2))]
+        flat = np.asarray(self._over(len(corners))(corners.T))
+        return np.ascontiguousarray(flat.reshape(rows, len(corners), columns).transpose(1, 0, 2))
 
 
 def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:

@@ -21,6 +21,7 @@ from scipy.spatial import ConvexHull
 from codegen.base.arrays import Array
 from codegen.certify.centre import (
     Group,
+    Matrices,
     Pattern,
     analytic_centre,
     half_vectorisation,
@@ -54,7 +55,7 @@ SETTLED, TIGHTEST = 2048, 400
 TIGHTEST of each group then stand for all."""
 
 
-def decay_rate_limit(matrices: Sequence[Array], h: float) -> float:
+def decay_rate_limit(matrices: Matrices, h: float) -> float:
     """The largest α that any common P could have: from the spectral radius of each I + hA alone; h = 0: abscissa."""
     eigenvalues = np.linalg.eigvals(np.asarray(matrices))  # of all at once: a call for each takes ten times as long
     if h == 0:
@@ -72,7 +73,7 @@ def certified_rates(p: Array, stack: Array, h: float) -> Array:
 
 
 def common_lyapunov(
-    matrices: Sequence[Array], h: float, structure: Pattern | None = None
+    matrices: Matrices, h: float, structure: Pattern | None = None
 ) -> tuple[Array, float] | None:
     """(P, α) with Φ'PΦ ≤ (1 − 2αh)P for every matrix and α close to the largest possible, or None if none is found.
 
@@ -100,7 +101,7 @@ def common_lyapunov(
     return (p + p.T) / 2, found[1]
 
 
-def common_lyapunov_of_many(matrices: Sequence[Array], h: float, near: float = NEAR) -> tuple[Array, float] | None:
+def common_lyapunov_of_many(matrices: Matrices, h: float, near: float = NEAR) -> tuple[Array, float] | None:
     """As ``common_lyapunov``, for families of very many matrices; α is 0.1 % below the rate of P.
 
     Args:
@@ -130,7 +131,7 @@ def common_lyapunov_of_many(matrices: Sequence[Array], h: float, near: float = N
     return p / scale[None, :] / scale[:, None], shown * 0.999
 
 
-def _bisected(matrices: Sequence[Array], h: float, limit: float, steps: int = 8) -> tuple[Array, float] | None:
+def _bisected(matrices: Matrices, h: float, limit: float, steps: int = 8) -> tuple[Array, float] | None:
     """As ``common_lyapunov_of_many``, by bisection alone."""
     low, high, best = 0.0, limit, None
     stack, alpha = np.array(matrices), limit * 0.98
@@ -292,22 +293,22 @@ def _decided(info: Any) -> bool:
     return bool(none or (info.cost_primal < -ENOUGH and info.res_primal < CLOSER))
 
 
-def balance(matrices: Sequence[Array]) -> Array:
+def balance(matrices: Matrices) -> Array:
     """Scales of the error's components that balance the matrices: A_ij scale_j / scale_i."""
     _, (scale, _) = matrix_balance(np.mean(np.abs(matrices), axis=0), permute=False, separate=True)
     return np.asarray(scale)
 
 
 def _scale(groups: Sequence[Group]) -> Array:
-    return balance([a for matrices, _ in groups for a in matrices])
+    return balance(np.concatenate([np.asarray(matrices) for matrices, _ in groups]))
 
 
-def _in(scale: Array, matrices: Sequence[Array] | Array) -> Array:
+def _in(scale: Array, matrices: Matrices) -> Array:
     """Matrices A in these scales, N by m by m."""
     return np.asarray(np.array(matrices) * scale[None, None, :] / scale[None, :, None])
 
 
-def extreme_points(matrices: Sequence[Array]) -> list[Array]:
+def extreme_points(matrices: Matrices) -> list[Array]:
     """The vertices of the convex hull of the matrices, or all where the hull is expensive.
 
     The condition on A is convex for a given P, so it holds for all matrices if it holds at the vertices.

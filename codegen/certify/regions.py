@@ -104,7 +104,7 @@ class RegionSearch:
         """Up to where growth through zero is at most DEARER times that without acceleration."""
         leasts = [axis.least_state for axis in self.along.axes]
 
-        def both(w: float) -> tuple[list[Array], list[Array]]:
+        def both(w: float) -> tuple[Array, Array]:
             return self._family(self._box(states, slips, w))[1], self._family(self._box(leasts, (-1.0, 1.0), w))[1]
 
         stack, whole = both(0.0)
@@ -117,7 +117,7 @@ class RegionSearch:
 
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
-    def _growth(self, groups: Sequence[Group], whole: list[Array]) -> tuple[float, Array | None]:
+    def _growth(self, groups: Sequence[Group], whole: Array) -> tuple[float, Array | None]:
         """The least rate of growth, 1/s, of a P that also meets the conditions of ``groups``, and this P or None."""
         worst: Worst = []
 
@@ -201,7 +201,7 @@ class RegionSearch:
         best = common_lyapunov_of_many(stack, self.h, near=centre.NEAR)  # few digits must do for its P
         return None if best is None else Region("presliding", family, *best)
 
-    def _through_zero(self, sliding: Family, stack: list[Array], rate: float) -> list[Region]:
+    def _through_zero(self, sliding: Family, stack: Array, rate: float) -> list[Region]:
         """The least growth over the whole envelope, and with a P that falls while sliding, at KEPT of the rate."""
         family, whole = self._family(self._box([axis.least_state for axis in self.along.axes], (-1.0, 1.0)))
         found = []
@@ -211,10 +211,10 @@ class RegionSearch:
             p = analytic_centre_at([*groups, (whole, -growth)], self.h, p)
             if p is None:
                 continue
-            shown = float(certified_rates(p, np.array(whole), self.h).min())
+            shown = float(certified_rates(p, whole, self.h).min())
             found.append(Region(kind, family, p, shown - 1e-3 * abs(shown)))
             if groups:
-                shown = float(certified_rates(p, np.array(stack), self.h).min())
+                shown = float(certified_rates(p, stack, self.h).min())
                 found.append(Region("recovery", sliding, p, shown * 0.999))
         return found
 
@@ -234,7 +234,7 @@ class RegionSearch:
             box[axis.slip_rate] = (-most, most)
         return box
 
-    def _family(self, box: Box) -> tuple[Family, list[Array]]:
+    def _family(self, box: Box) -> tuple[Family, Array]:
         family = self.along.family(box)
         if id(family.matrix) not in self._enclosures:
             self._enclosures[id(family.matrix)] = Enclosure(family)

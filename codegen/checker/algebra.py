@@ -24,8 +24,12 @@ class Poly(dict[tuple[str, ...], Any]):
         return hash(frozenset(self.items()))
 
     def __add__(self, other: "Poly") -> "Poly":
-        terms = self | {m: self.get(m, 0) + c for m, c in other.items()}
-        return Poly({m: c for m, c in terms.items() if c})
+        terms = Poly(self)
+        for m, c in other.items():
+            terms[m] = terms.get(m, 0) + c
+            if not terms[m]:
+                del terms[m]
+        return terms
 
     def __sub__(self, other: "Poly") -> "Poly":
         return self + Poly({m: -c for m, c in other.items()})
@@ -37,7 +41,7 @@ class Poly(dict[tuple[str, ...], Any]):
             demand(len(terms) < 10**6, "more terms than the limit")
             for m, c in self.items():
                 pairs = signs.intersection(m, n) if signs else ()
-                monomial = tuple(sorted(x for x in m + n if x not in pairs) if pairs else sorted(m + n))
+                monomial = tuple(sorted(x for x in m + n if x not in pairs) if pairs else sorted(m + n)) if n else m
                 terms[monomial] = terms.get(monomial, 0) + c * d
         return Poly({m: c for m, c in terms.items() if c})
 
@@ -54,7 +58,7 @@ Known = dict[tuple[str, Poly], Poly]  # function and argument -> value
 
 
 def term(c: Any, *names: str) -> Poly:
-    c = Fraction(c)
+    c = c if type(c) is int else Fraction(c)
     return Poly({names: c.numerator if c.denominator == 1 else c} if c else {})  # whole numbers are fast
 
 
@@ -84,7 +88,7 @@ def positive(A: Any, definite: bool = False) -> bool:
 def replaced(sum_: Poly, x: str, a: Poly, b: Poly) -> Poly:
     parts: dict[int, Poly] = {}
     for m, c in sum_.items():
-        rest = tuple(y for y in m if y != x)
+        rest = tuple(y for y in m if y != x) if x in m else m
         parts.setdefault(len(m) - len(rest), Poly())[rest] = c
     powers = {k: prod([a] * k + [b] * (max(parts) - k), start=term(1)) for k in parts}
     return sum((part * powers[k] for k, part in parts.items()), Poly())

@@ -20,6 +20,7 @@ import ast
 import re
 from decimal import Context
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
@@ -64,13 +65,18 @@ def function(name: str, p: Poly, known: Known) -> Poly:
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 
 
+@lru_cache(1 << 14)  # a proof repeats its expressions, most of which are 0
+def parsed(text: str) -> ast.expr:
+    demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
+    return ast.parse(text, mode="eval").body
+
+
 class Text:  # expressions over `names`, and assignments to them
     def __init__(self, names: dict[str, Poly], known: Known, precision: Any = frame.EXACT) -> None:
         self.names, self.known, self.precision = dict(names), known, precision
 
     def value(self, text: str) -> Poly:
-        demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
-        return self.of(ast.parse(text := text.strip(), mode="eval").body, text)
+        return self.of(parsed(text := text.strip(" ")), text)
 
     def of(self, node: ast.expr, text: str) -> Poly:
         here = text[node.col_offset : node.end_col_offset]

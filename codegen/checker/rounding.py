@@ -43,7 +43,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     rounded = of_exp(c.prepare)
     for formula in {*texts(proof)}:
         if re.search(EXP, formula) or rounded.intersection(re.findall(NAME, formula)):
-            said.checked(formula)
+            said.value(formula)
     free = values | {x: kernel.term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     for program in (c.init, c.reset, c.predict, c.resume):
         Sized(free, {}, c.precision, prepared).run(program, c.states)
@@ -77,19 +77,19 @@ class Sized(kernel.Text):
         self, names: dict[str, Any], known: Any, precision: Any, sizes: dict[str, float] | None = None
     ) -> None:
         super().__init__(names, known, precision)
-        self.sizes = dict(sizes or {})
+        self.sizes, self.latest = dict(sizes or {}), 0.0
 
     def run(self, assignments: list[tuple[str, str]], writable: list[str]) -> dict[str, Any]:
         for name, value in assignments:
-            size = self.checked(value)
             super().run([(name, value)], writable)
-            self.sizes[name] = size
+            self.sizes[name] = self.latest
         return self.names
 
-    def checked(self, value: str) -> float:
-        """The size of an expression."""
-        text = value.strip()
-        return self.left(self.value(text), self.size(ast.parse(text, mode="eval").body, text))
+    def value(self, text: str) -> Any:
+        """Its polynomial; its size is then ``latest``."""
+        p = super().value(text)
+        self.latest = self.left(p, self.size(kernel.parsed(text.strip(" ")), text.strip(" ")))
+        return p
 
     def left(self, p: Any, size: float) -> float:
         """The size, if not nearly all of it cancels in p."""

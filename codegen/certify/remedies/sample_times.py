@@ -172,7 +172,7 @@ class _Proofs:
         p = common_lyapunov_at([(cells.matrices, SLOWEST * limit)], step) if limit > 0 else None
         if p is None:
             return None
-        rate = float(certified_rates(p, np.array(cells.matrices), step).min())
+        rate = float(certified_rates(p, cells.matrices, step).min())
         return at, family, Found(0.999 * rate, cells.splits, p)
 
     def certified(self, h: float) -> bool:
