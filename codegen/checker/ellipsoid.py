@@ -146,12 +146,17 @@ class PackedIntegers:
     2^(width - 1) to every entry (`half`) makes them digits of `width` bits:
     - the highest bit of a digit is 1 exactly if x_k >= 0, and the bits below it are then x_k;
     - without its last s bits a digit is 2^(width - 1 - s) + x_k/2^s, rounded down;
-    - with 2^s added in place of 2^(width - 1), the bits above the last s + 1 are all 0 exactly if -2^s <= x_k < 2^s.
+    - with 2^t added in place of 2^(width - 1), the bits above the last t + 1 are all 0 exactly if -2^t <= x_k < 2^t.
+
+    Args:
+        s, t: what ``shifted`` divides by is 2^s, and what ``within`` compares with 2^t.
     """
 
-    def __init__(self, width: int, count: int) -> None:
-        self.width, self.ones = width, sum(1 << width * k for k in range(count))
+    def __init__(self, width: int, count: int, s: int, t: int) -> None:
+        self.width, self.ones, self.s = width, sum(1 << width * k for k in range(count)), s
         self.half = self.ones << width - 1
+        self.without, self.halved = (self.ones << width - s) - self.ones, self.half >> s
+        self.limit, self.above = self.ones << t, (self.ones << width) - (self.ones << t + 1)
 
     def pack(self, numbers: Sequence[int]) -> int:
         return sum(x << self.width * k for k, x in enumerate(numbers))
@@ -166,13 +171,13 @@ class PackedIntegers:
         up = digits >> self.width - 1 & self.ones
         return 2 * (digits & (up << self.width - 1) - up) - bundle
 
-    def shifted(self, bundle: int, s: int) -> int:
+    def shifted(self, bundle: int) -> int:
         """The packed x_k/2^s, rounded down."""
-        return (bundle + self.half >> s & (self.ones << self.width - s) - self.ones) - (self.half >> s)
+        return (bundle + self.half >> self.s & self.without) - self.halved
 
-    def within(self, bundle: int, s: int) -> bool:
-        """Whether -2^s <= x_k < 2^s for all k."""
-        return not bundle + (self.ones << s) & (self.ones << self.width) - (self.ones << s + 1)
+    def within(self, bundle: int) -> bool:
+        """Whether -2^t <= x_k < 2^t for all k."""
+        return not bundle + self.limit & self.above
 
 
 def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns: Any, Q: Any) -> Propagated:
@@ -192,7 +197,7 @@ def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns:
     (by, across), (unit, entering), size = integers(zip(*step, strict=True)), integers(columns), len(step)
     s = LARGEST + max(sum(map(abs, column)) for column in [*across, *entering]).bit_length()
     R, most = (1 << s) // by, MOST_SAMPLES * (len(columns) + 1)
-    packed = PackedIntegers(s + max(R, most).bit_length() + 1, len(counts))
+    packed = PackedIntegers(s + max(R, most).bit_length() + 1, len(counts), s, LARGEST)
     starts = [[int(x * GRID) for x in c] for c in counts]
     of_all = all(len(c) == size and max(map(abs, c)) < 1 << LARGEST for c in starts)
     kernel.demand(starts and of_all, "no row of every error")
@@ -201,12 +206,12 @@ def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns:
     rows, total, kept = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0, {}
     asked, place = set().union(*counts.values()), {c: k for k, c in enumerate(counts)}
     for n in range(max(asked) + 1):
-        kernel.demand(all(packed.within(row, LARGEST) for row in rows), "a row is too large")
+        kernel.demand(all(map(packed.within, rows)), "a row is too large")
         if n in asked:
             kept[n] = rows, total
         moved = [sum([a * rows[i] for i, a in column]) for column in sparse]
         total += sum(map(packed.magnitudes, moved[size:]))
-        rows = [packed.shifted(m * R, s) for m in moved[:size]]
+        rows = [packed.shifted(m * R) for m in moved[:size]]
 
     def at(c: tuple[Fraction, ...], n: int) -> tuple[list[int], Fraction]:
         (rows, total), k = kept[n], place[c]

@@ -504,7 +504,7 @@ def test_packed_integers_are_the_numbers_in_them(seed: int) -> None:
     dice, width = random.Random(seed), 40
     ends = [-(2**39) + 1, -(2**20), -1, 0, 1, 2**20 - 1, 2**39 - 1]
     numbers = [dice.choice([*ends, dice.randrange(-(2**39) + 1, 2**39)]) for _ in range(9)]
-    packed = ellipsoid.PackedIntegers(width, len(numbers))
+    packed = ellipsoid.PackedIntegers(width, len(numbers), 0, 20)
 
     def held(one: int) -> list[int]:
         return [packed.entry(one, k) for k in range(len(numbers))]
@@ -513,17 +513,17 @@ def test_packed_integers_are_the_numbers_in_them(seed: int) -> None:
     assert held(one) == numbers
     assert held(packed.magnitudes(one)) == [abs(x) for x in numbers]
     for s in (0, 1, 7, 20, 38):
-        assert held(packed.shifted(one, s)) == [x // 2**s for x in numbers]
-        assert packed.within(one, s) == all(-(2**s) <= x < 2**s for x in numbers)
+        other = ellipsoid.PackedIntegers(width, len(numbers), s, s)
+        assert held(other.shifted(one)) == [x // 2**s for x in numbers]
+        assert other.within(one) == all(-(2**s) <= x < 2**s for x in numbers)
     small = [dice.randrange(-(2**20), 2**20) for _ in numbers]
     assert held(1000 * packed.pack(small) - packed.pack(small[::-1])) == [
         1000 * x - y for x, y in zip(small, small[::-1], strict=True)
     ]
-    assert packed.within(packed.pack([x % 2**20 for x in small]), 20)
+    assert packed.within(packed.pack([x % 2**20 for x in small]))
     for k in range(len(numbers)):  # one alone is outside
         for x, inside in ((2**20, False), (2**20 - 1, True), (-(2**20), True), (-(2**20) - 1, False)):
-            other = [*small[:k], x, *small[k + 1 :]]
-            assert packed.within(packed.pack(other), 20) == inside
+            assert packed.within(packed.pack([*small[:k], x, *small[k + 1 :]])) == inside
 
 
 @pytest.mark.parametrize("seed", range(5))
