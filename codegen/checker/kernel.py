@@ -168,12 +168,8 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     rest = [*map(machine.value, proof.get("rest", ["0"] * len(errors)))]
     moves = {*velocity.values()} <= {*rate} <= {*truths, *c.inputs} and {*velocity} <= {*c.inputs} - {*rate}
     demand(moves, "not a velocity for each position")
-    later = (
-        names
-        | {z: after[z] for z in aside}
-        | {x: term(1, f"{x} later") for x in c.inputs}
-        | {v: names[v] + h * rate[v] for v in rate}
-    )
+    later = names | {z: after[z] for z in aside} | {x: term(1, f"{x} later") for x in c.inputs}
+    later |= {v: names[v] + h * rate[v] for v in rate}
     ends, mean = {"euler": "0", "semi_implicit": "1"}, proof.get("mean", {})
     demand(proof["step"] in (["exponential"] if mean else ends), "a step of another mean velocity")
     shares = {x: machine.value(q) for x, q in (mean or dict.fromkeys(velocity, ends.get(proof["step"], ""))).items()}
