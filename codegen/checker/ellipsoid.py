@@ -286,6 +286,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         own = [sizes.get(f"{FRICTION}.{e['truth']}", Fraction(0)) * any_friction for e in proof["errors"]]
         more = (sum(abs(number(c)) * d for c, d in zip(row[:-1], own, strict=True)) for row, *_ in claimed_rows(set_))
         result.append([bound + x for bound, x in zip(found, more, strict=True)])
+    kernel.demand(result and all(result), "it states no bound")
     return result
 
 
