@@ -221,7 +221,7 @@ def generate(
     for spec in specs:
         made: Generated | GeneratedFmu
         if fmu:
-            made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides)
+            made = generate_fmu(spec, out, fmi, check_only, uncertified, overrides, force)
         else:
             made = generate(spec, out, check_only, uncertified, overrides, force)
         results.append(made.content)

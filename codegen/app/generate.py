@@ -21,7 +21,8 @@ from codegen.certify import REGION_PROOFS
 from codegen.certify.kernel_form import proof_json, with_solution
 from codegen.certify.outcome import PROOFS, Certificate, Refusal
 from codegen.checker import verify as checker
-from codegen.emit.fmu import VERSIONS, emit_fmu
+from codegen.emit.fmu import VERSIONS, emit_fmu, is_ours
+from codegen.emit.manifest import is_edited, manifest_text
 from codegen.emit.package import proof_lines
 from codegen.spec import Spec
 
@@ -30,6 +31,7 @@ KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
 WRITTEN_BEFORE = "bound.json"  # by earlier versions; ellipsoid.json is in its place
 BESIDE = (*PROOFS, KERNEL_PROOF, ELLIPSOID, WRITTEN_BEFORE)
 OF_SLIDING = ("lyapunov_matrix", "decay_rate", "box", "witness")  # what follows from it in a proof of the C
+MANIFEST = "manifest.json"
 HEADER = 1000  # characters at the beginning of a file, in which it says who made it
 REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
 
@@ -141,7 +143,7 @@ def generate(
     spec = machine.spec
     target = Path(folder) if folder is not None else Path("generated") / spec.name
     if not check_only:
-        refuse_target(target / "manifest.json")
+        refuse_target(target / MANIFEST)
     files, outcome = machine.files, machine.outcome
     if check_only:
         return Generated(target, files, outcome, _stale(target, files))
@@ -151,7 +153,7 @@ def generate(
         if not force:
             otherwise = "--force, which discards the edits"
             refuse_edited(target, {**dict.fromkeys(BESIDE), **files}, otherwise, spec.name)
-        write_all(target, files, ("manifest.json",))
+        write_all(target, files, (MANIFEST,))
         _make_importable(target, folder)
         _drop_old_proofs(target, spec, files)
     return Generated(target, files, outcome)
@@ -165,6 +167,7 @@ def generate_fmu(
     check_only: bool = False,
     uncertified: bool = False,
     overrides: Overrides | None = None,
+    force: bool = False,
 ) -> GeneratedFmu:
     """Build the FMU of a spec's observer with the local C compiler.
 
@@ -174,9 +177,11 @@ def generate_fmu(
         check_only: write nothing; say whether the file on disk is current.
         uncertified: write it even where no certificate can be given.
         overrides: the command's own choices of precision and fault policy.
+        force: write it where generated files in the folder were edited, too: it does not hold the edits.
 
     Raises:
-        BadInput: for a bad spec, no C compiler, or a folder that cannot be written.
+        BadInput: for a bad spec, no C compiler, a folder that cannot be written or in which such files were edited, or
+            an FMU there that stiction did not write.
     """
     if version not in VERSIONS:
         raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}", code="CALL001")
@@ -188,6 +193,13 @@ def generate_fmu(
     if check_only:
         return GeneratedFmu(target, version, members, outcome, _bytes_of(target) != fmu.data)
     if isinstance(outcome, Certificate) or uncertified:
+        there = _bytes_of(target)
+        if is_there(target) and (there is None or not is_ours(there)):
+            expected = "another -o (nothing was replaced)"
+            raise BadInput(str(target), "a file that stiction did not write", expected, code="FILE004")
+        held = {file: text for file, text in files.items() if f"sources/{file}" in members}
+        if not force:
+            refuse_edited(target.parent, held, "--force, which builds the FMU without the edits")
         write_all(target.parent, {target.name: fmu.data})
     return GeneratedFmu(target, version, members, outcome)
 
@@ -241,6 +253,7 @@ def refuse_edited(
     listed = listed_files(target)
     other = [file for file, text in files.items() if _differs(target / file, text)]
     edited = [f for f in other if listed.get(f) and sha256(_text(target / f) or "") != listed[f]]
+    edited += [f for f in other if f == MANIFEST and f in listed and is_edited(_text(target / f) or "")]
     unlisted = [f for f in other if files[f] is not None and f not in listed and _says_generated(target / f, name)]
     told = {
         "edited after stiction wrote it (manifest.json has another SHA-256)": edited,
@@ -287,9 +300,9 @@ def _differs(path: Path, text: str | None) -> bool:
 def listed_files(folder: Path) -> dict[str, object]:
     """The files that a manifest of ours in a folder lists → SHA-256, and itself → None; {} without one."""
     try:
-        manifest = json.loads(read_text(folder / "manifest.json", "a manifest", LARGEST_GENERATED))
+        manifest = json.loads(read_text(folder / MANIFEST, "a manifest", LARGEST_GENERATED))
         ours = manifest["tool"]["name"] == "stiction"
-        return {**manifest["files"], "manifest.json": None} if ours else {}
+        return {**manifest["files"], MANIFEST: None} if ours else {}
     except (BadInput, ValueError, KeyError, TypeError, RecursionError):
         return {}
 
@@ -344,8 +357,7 @@ def _with_sliding(files: dict[str, str], folder: Path, proof: str | None) -> dic
         made = proof_json(json.loads(files[KERNEL_PROOF]) | {key: theirs[key] for key in OF_SLIDING})
     except (checker.Refused, OSError, ValueError, KeyError):
         return files
-    manifest = files["manifest.json"].replace(sha256(files[KERNEL_PROOF]), sha256(made))
-    return {**files, KERNEL_PROOF: made, "manifest.json": manifest}
+    return _listed_anew(files, {**files, KERNEL_PROOF: made})
 
 
 def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str, str]:
@@ -360,6 +372,11 @@ def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str,
     result["README.md"] = files["README.md"].replace(*now)
     if name == PROOFS[0] and KERNEL_PROOF in files:
         result[KERNEL_PROOF] = with_solution(files[KERNEL_PROOF], content)
-    for changed in {name, "README.md", KERNEL_PROOF} & files.keys():
-        result["manifest.json"] = result["manifest.json"].replace(sha256(files[changed]), sha256(result[changed]))
-    return result
+    return _listed_anew(files, result)
+
+
+def _listed_anew(files: Mapping[str, str], changed: dict[str, str]) -> dict[str, str]:
+    """The changed files with the manifest of these."""
+    manifest = json.loads(files[MANIFEST])
+    hashes = {name: sha256(changed[name]) for name in manifest["files"]}
+    return {**changed, MANIFEST: manifest_text(manifest | {"files": hashes})}

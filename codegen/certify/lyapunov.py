@@ -72,9 +72,7 @@ def certified_rates(p: Array, stack: Array, h: float) -> Array:
     return np.asarray(np.linalg.eigvalsh(inverse @ falls @ inverse.T)[:, 0] / 2)
 
 
-def common_lyapunov(
-    matrices: Matrices, h: float, structure: Pattern | None = None
-) -> tuple[Array, float] | None:
+def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = None) -> tuple[Array, float] | None:
     """(P, α) with Φ'PΦ ≤ (1 − 2αh)P for every matrix and α close to the largest possible, or None if none is found.
 
     Args:

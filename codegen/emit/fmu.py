@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import platform
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +24,7 @@ from codegen.program import Program
 from codegen.spec.units import base_units
 
 VERSIONS = ("3.0", "2.0")
+LONGEST_HEAD = 4096
 EPOCH = (1980, 1, 1, 0, 0, 0)
 _HEADERS = {
     "2.0": ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
@@ -89,6 +91,15 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", c
     members |= {f"documentation/{file}": files[file] for file in ("README.md", "certificate.json") if file in files}
     content = {path: text.encode() if isinstance(text, str) else text for path, text in members.items()}
     return Fmu(f"{name}.fmu", content, _zip(content))
+
+
+def is_ours(data: bytes) -> bool:
+    """Whether a file is an FMU whose description says that this tool made it."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open("modelDescription.xml") as description:
+            return b'generationTool="stiction ' in description.read(LONGEST_HEAD)
+    except (zipfile.BadZipFile, KeyError, NotImplementedError, RuntimeError, OSError, EOFError, ValueError, zlib.error):
+        return False
 
 
 def _compiled(sources: Mapping[str, str], units: tuple[str, ...]) -> bytes:

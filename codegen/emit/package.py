@@ -11,6 +11,7 @@ from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
 from codegen.emit import ALWAYS, PRINTERS
 from codegen.emit.header import Header, make_header
+from codegen.emit.manifest import manifest_text
 from codegen.emit.writer import entries
 from codegen.program import Program
 from codegen.program.lower import lower
@@ -66,7 +67,7 @@ def emit_readme(
 
 
 def emit_manifest(header: Header, files: dict[str, str]) -> str:
-    """Hashes of the spec and of every file beside the manifest."""
+    """Hashes of the spec, of every file beside the manifest, and of the manifest itself."""
     robot = {"robot": {"file": header.robot[0].raw, "sha256": header.robot[1]}} if header.robot else {}
     content = {
         "tool": {"name": "stiction", "version": header.version, "command": header.command.raw},
@@ -74,7 +75,7 @@ def emit_manifest(header: Header, files: dict[str, str]) -> str:
         **robot,
         "files": {name: sha256(text) for name, text in sorted(files.items())},
     }
-    return json.dumps(content, indent=2) + "\n"
+    return manifest_text(content)
 
 
 __all__ = ["Header", "emit_manifest", "emit_readme", "emit_sources", "make_header", "proof_lines"]

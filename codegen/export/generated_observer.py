@@ -11,6 +11,7 @@ from codegen.base.files import sha256
 from codegen.base.text import render
 from codegen.base.version import VERSION
 from codegen.certify.outcome import Certificate, Refusal
+from codegen.emit.manifest import manifest_text
 from codegen.emit.writer import entries
 from codegen.program import Program
 
@@ -69,7 +70,7 @@ def with_manifest(files: Mapping[str, str]) -> dict[str, str]:
     """The files and a manifest with their hashes, by which a later run recognises files that it may overwrite."""
     hashes = {name: sha256(text) for name, text in sorted(files.items())}
     manifest = {"tool": {"name": "stiction", "version": VERSION}, "files": hashes}
-    return {**files, "manifest.json": json.dumps(manifest, indent=2) + "\n"}
+    return {**files, "manifest.json": manifest_text(manifest)}
 
 
 def arduino_library(observer: GeneratedObserver, header: list[str]) -> dict[str, str]:

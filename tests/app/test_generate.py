@@ -14,6 +14,7 @@ import pytest
 
 from codegen.app import derived
 from codegen.checker import verify as checker
+from codegen.emit.manifest import manifest_text
 from tests.in_part import in_part
 
 from .command import SPECS, contents, is_one_message, process, stiction
@@ -163,6 +164,7 @@ def test_check_accepts_other_digits_of_the_solver(generated):
     for name in names[:3]:
         old, new = (hashlib.sha256(text[name].encode()).hexdigest() for text in (files, changed))
         changed["manifest.json"] = changed["manifest.json"].replace(old, new)
+    changed["manifest.json"] = manifest_text(json.loads(changed["manifest.json"]))
     for name, text in changed.items():
         (generated / name).write_text(text)
     assert stiction("generate", "one_mass.yaml", "--check").code == 0
@@ -394,6 +396,7 @@ def test_an_edit_that_would_be_written_anyway_is_no_edit(generated, folder):
 def test_files_of_an_older_version_and_other_line_ends_are_no_edits(generated, folder):
     """What identifies a file of ours is its hash in the manifest beside it, whatever we write now."""
     manifest = json.loads((generated / "manifest.json").read_text())
+    del manifest["sha256"]  # of an older version has none
     old = "/* as version 0.0.1 wrote it */\n"
     (generated / "one_mass.c").write_text(old)
     manifest["files"]["one_mass.c"] = hashlib.sha256(old.encode()).hexdigest()
@@ -402,6 +405,46 @@ def test_files_of_an_older_version_and_other_line_ends_are_no_edits(generated, f
         (generated / name).write_bytes((generated / name).read_bytes().replace(b"\n", b"\r\n"))
     assert stiction("generate", "one_mass.yaml").code == 0
     assert b"\r" not in (generated / "one_mass.h").read_bytes()
+
+
+def test_an_edited_manifest_is_replaced_by_force_alone(generated, folder):
+    """With the hash of an edited file written into it, that edit once was replaced without a word."""
+    source, manifest = generated / "one_mass.c", generated / "manifest.json"
+    source.write_text(source.read_text().replace("/*", "/* mine", 1))
+    content = json.loads(manifest.read_text())
+    content["files"]["one_mass.c"] = hashlib.sha256(source.read_bytes()).hexdigest()
+    manifest.write_text(json.dumps(content, indent=2) + "\n")
+    before = contents(folder)
+    result = stiction("generate", "one_mass.yaml")
+    assert result.code == 2 and is_one_message(result) and contents(folder) == before
+    assert all(word in result.err for word in ("[FILE008]", "manifest.json, edited", "--force"))
+    assert stiction("generate", "one_mass.yaml", "--force").code == 0
+    assert "/* mine" not in source.read_text()
+    text = manifest.read_text()
+    for same in (text.replace("\n", "\r\n"), json.dumps(json.loads(text))):  # line ends and layout are no edits
+        manifest.write_text(same)
+        assert stiction("generate", "one_mass.yaml").code == 0 and manifest.read_text() == text
+
+
+def test_an_fmu_is_not_built_beside_edited_code(generated, folder):
+    """It holds the code as generated: the edits were once left out of it without a word."""
+    assert stiction("generate", "one_mass.yaml", "--target", "fmu").code == 0
+    source = generated / "one_mass.c"
+    source.write_text(source.read_text().replace("/*", "/* mine", 1))
+    before = contents(folder)
+    result = stiction("generate", "one_mass.yaml", "--target", "fmu")
+    assert result.code == 2 and is_one_message(result) and contents(folder) == before
+    assert all(word in result.err for word in ("[FILE008]", "one_mass.c, edited", "--force, which builds the FMU"))
+    assert stiction("generate", "one_mass.yaml", "--target", "fmu", "--force").code == 0
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize("other", [b"mine", b"PK\x05\x06" + 18 * b"\0"])
+def test_an_fmu_of_another_hand_is_kept(folder, other):
+    (folder / "one_mass.fmu").write_bytes(other)
+    result = stiction("generate", "one_mass.yaml", "--target", "fmu", "-o", ".", "--force")
+    assert result.code == 2 and is_one_message(result) and "[FILE004]" in result.err
+    assert (folder / "one_mass.fmu").read_bytes() == other
 
 
 def test_diagnose_refuses_an_edited_file_before_any_work(generated, folder):

@@ -284,7 +284,10 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "drift of a gain": (lambda c, _: c["drift"].update({"parameters.K_F": "1"}), "not a truth or velocity"),
     "drift of an estimate": (lambda c, _: c["drift"].update({"outputs.v_hat": "1"}), "not a truth or velocity"),
     "no sets: what it assumes would be printed, and no bound": (put("sets", []), "it states no bound"),
-    "a set without a bound": (lambda c, _: (put("sets", 0, "rows", [])(c, _), c["sets"][0].pop("after", 0)), "no bound"),
+    "a set without a bound": (
+        lambda c, _: (put("sets", 0, "rows", [])(c, _), c["sets"][0].pop("after", 0)),
+        "no bound",
+    ),
     "no push": (put("push", []), "."),
     "push by a state of the machine": (put("push", 1, 1, "1000 + inputs.x"), "do not act on the errors as claimed"),
     "another machine": (put("name", "rig"), "another machine"),

@@ -1126,7 +1126,7 @@ def test_json_that_is_no_certificate_is_said_in_plain_words(text: str) -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("manifest.json", 'an object with the fields "tool", "spec", "files"; expected is a certificate'),
+        ("manifest.json", 'an object with the fields "tool", "spec", "files", "sha256"; expected is a certificate'),
         ("ellipsoid.json", "it is verified with the proof.json beside it"),
     ],
 )
