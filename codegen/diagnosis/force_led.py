@@ -48,7 +48,9 @@ LEVEL = 10.0
 
 It is far above 1, where the loss of a block is logarithmic, so each block counts by the ratio of its residuals."""
 FITTED = 8
-"""Number of candidates that are fitted: those with the least residual after linear least squares from their start."""
+"""Number of candidates that are fitted: those with the least residual after linear least squares from their start, over
+the square of the drive force that they leave. Candidates that start with much less drive force are fitted in addition:
+such a start makes every force small, and says little of what their fit will leave."""
 ELSEWHERE = 0.2
 """Least share of the remaining squared residual that a further effect must remove, if it depends on another variable
 than those found. If it depends on the same variable it may only correct a misfit of their form, and must remove
@@ -409,7 +411,7 @@ def _evidence_of_blocks(before: Fit, after: Fit) -> Evidence:
 
 
 def force_round(fits: ForceFits, plain: Fit, report_progress: Callable[[float], None]) -> list[Ranked]:
-    """Add to a fit each of the candidates that are best by linear least squares, and rank these: credited ones first.
+    """Add to a fit each of the candidates that start best (see ``FITTED``), and rank these: credited ones first.
 
     Of several forms of one effect, the simplest is kept that fits as well.
     """
@@ -418,14 +420,36 @@ def force_round(fits: ForceFits, plain: Fit, report_progress: Callable[[float], 
     start, trials = ForceStart(fits.problem, plain, True), [plain.trial.with_part(p) for p in parts]
     starts = [start.best(trial, fits.candidates.covered(p)) for p, trial in zip(parts, trials, strict=True)]
     begun = [(*s, trial) for s, trial in zip(starts, trials, strict=True) if s is not None]
+    kept_drive = [drive_kept(fits, plain, trial, theta) for _, theta, trial in begun]
+    order = sorted(range(len(begun)), key=lambda k: begun[k][0] / kept_drive[k] ** 2)
+    chosen = [k for rank, k in enumerate(order) if rank < FITTED or kept_drive[k] < 1 - credit.LEAST_SHARE]
     found: list[Fit] = []
-    for _, theta, trial in sorted(begun, key=lambda one: one[0])[:FITTED]:
-        report_progress(len(found) / FITTED)
-        found.append(fits.fit(trial, theta))
+    for k in chosen:
+        report_progress(len(found) / len(chosen))
+        found.append(fit_in_addition(fits, plain, begun[k][2], begun[k][1]))
     possible = [f for f in found if is_possible(fits.search, f)]
     kept = [f for f in possible if not any(is_simpler_form(other, f) for other in possible)]
     ranked = [judged(fits, plain, f, hypotheses(parts)) for f in kept]
     return sorted(ranked, key=lambda r: (bool(r.why_not), r.found.cost))
+
+
+def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:
+    """Share of a fit's drive force that is left with these values of a trial."""
+    return drive_share(model_of(trial, theta), plain.model, fits.problem.motion, fits.problem.masks.rows)
+
+
+def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> Fit:
+    """The fit of a trial that has one part more than a fit, from ``theta``.
+
+    The trial contains the model without the part. So a fit that ends above it has lost its way from values that were
+    too far off; it is repeated from the start at which only friction levels follow the part.
+    """
+    fit = fits.fit(trial, theta)
+    if fit.cost <= plain.cost:
+        return fit
+    near = ForceStart(fits.problem, plain).best(trial, fits.candidates.covered(trial.parts[-1]))
+    again = fit if near is None else fits.fit(trial, near[1])
+    return again if again.cost < fit.cost else fit
 
 
 def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
@@ -439,7 +463,7 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     least = credit.LEAST_SHARE if not plain.trial.parts else ELSEWHERE
     least = credit.FURTHER if found.part.effect.seen_over in variables else least
     ratio = float(np.sqrt(found.by_segment.sum() / plain.by_segment.sum()))
-    acting = drive_share(found.model, plain.model, fits.problem.motion, fits.problem.masks.rows)
+    acting = drive_kept(fits, plain, found.trial, found.theta)
     one = evidence_of(plain, found, floored=False)
     p = min(1.0, candidates * random_signs(one.t))
     why_not = ""

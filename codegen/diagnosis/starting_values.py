@@ -134,7 +134,8 @@ class ForceStart:
 
     Attributes:
         problem: of the declared system on the log's motion. base: the fit without the candidate.
-        whole: whether all values of the base follow by linear least squares, within their limits; else friction levels.
+        whole: whether all values of the base follow by linear least squares, with the prior of their tolerances and
+            within their limits; else friction levels.
     """
 
     problem: Problem
@@ -177,8 +178,11 @@ class ForceStart:
         return self._share(rest)
 
     def _share(self, rest: Array) -> float:
-        """The square of what remains over that of the base, whose rows have the mean square 1 on each coordinate."""
-        return float(rest @ rest) / max(1, len(rest))
+        """The square of what remains over that of the base, whose rows have the mean square 1 on each coordinate.
+
+        Where all values follow, what their prior costs is a part of it.
+        """
+        return float(rest @ rest) / max(1, len(self._slopes))
 
     def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
         """The best of an effect's shapes, with its weights and the levels by linear least squares."""
@@ -230,15 +234,22 @@ class ForceStart:
     def _least_squares(self, columns: Array, residual: Array) -> tuple[Array, Array]:
         """The steps that make a residual least, and what is left of it.
 
+        Where all values follow, rows below the residual hold how far they are from their prior's centre.
+
         Args:
             columns: (R, …) the last of them ``_slopes``.
         """
+        if self.whole:
+            theta, prior = self.base.theta, self.base.prior
+            weights = np.sqrt(self._dense * prior.precision)
+            held = np.hstack([np.zeros((len(theta), columns.shape[1] - len(theta))), np.diag(weights)])
+            columns, residual = np.vstack([columns, held]), np.append(residual, weights * (theta - prior.centre))
         step = _steps(columns, residual)
         if self.whole:
-            own, theta = slice(columns.shape[1] - len(self.base.theta), None), self.base.theta
-            held = self.base.prior.clip(theta + step[own]) - theta
-            fixed = np.append(np.zeros(own.start, dtype=bool), held != step[own])
-            step[own] = held
+            own = slice(columns.shape[1] - len(theta), None)
+            within = prior.clip(theta + step[own]) - theta
+            fixed = np.append(np.zeros(own.start, dtype=bool), within != step[own])
+            step[own] = within
             step[~fixed] = _steps(columns[:, ~fixed], residual + columns[:, fixed] @ step[fixed])
         return step, residual + columns @ step
 
@@ -246,6 +257,12 @@ class ForceStart:
     def _every(self) -> int:
         """Distance of the samples that are used."""
         return self.problem.motion.step(DENSE)
+
+    @property
+    def _dense(self) -> float:
+        """Samples that are used, for each value that the low-passed residual holds: two in a period of the cutoff."""
+        motion = self.problem.motion
+        return max(1.0, 1 / (2 * motion.cutoff_hz * motion.sample_time * self._every))
 
     @cached_property
     def _points(self) -> Array:

@@ -20,6 +20,7 @@ from codegen.diagnosis.force_led import (
     against_free_runs,
     best_first_effect,
     confirmed,
+    fit_in_addition,
     in_determined_forms,
     judged,
     selected_by_force,
@@ -230,6 +231,22 @@ def test_what_takes_the_drive_away_removes_no_residual_by_that(tmp_path: Path) -
     found = fits.fit(trial, trial.theta(np.array([5.5, 0.8]), [{"limit": 2.0}]))
     ranked = judged(fits, fits.fit(search.declared_trial, fits.adopted), found, 1)
     assert ranked.evidence.share > 0.3 and ranked.why_not.endswith("% of the drive force")
+
+
+def test_a_fit_that_lost_its_way_is_repeated_from_near_the_model_without_the_effect(tmp_path: Path) -> None:
+    """A gain of 1 is no effect, so a gain never fits worse than none; from a start at 0.7 with little mass it did."""
+    rise, wave = "{kind: stribeck, on: rail, parameters: {delta: 3, v_s: 0.1}}", "amplitude: 1.5, period: 0.02, phase: 0"
+    lacking = f"[{rise}, {{kind: cogging, on: x, parameters: {{{wave}}}}}]"
+    log = jittered(log_of(stage(lacking, 5.5, duration=6.0), tmp_path, "train.csv"), tmp_path)
+    motion, system = smooth_motion(log), system_of(stage())
+    tolerances = {"m": 0.2, "b": 6.0}
+    problem = Problem(system, motion, {s: tolerances[s.name] for s in system.values if s.name in tolerances})
+    search = search_on(problem, lambda share: record_of(motion, log, share))
+    fits = ForceFits(search, problem, search.refit())
+    trial = search.declared_trial.with_part(part_of(CATALOGUE["input_gain"], 0, search.system))
+    far_off = trial.theta(np.array([4.2, 1.4, 3.6]), [{"gain": 0.7}])
+    assert fits.fit(trial, far_off).cost > fits.plain.cost + 1
+    assert fit_in_addition(fits, fits.plain, trial, far_off).cost <= fits.plain.cost
 
 
 def test_a_constant_force_is_no_curve_over_speed(tmp_path: Path) -> None:

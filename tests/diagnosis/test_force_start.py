@@ -65,6 +65,25 @@ def test_what_was_refitted_in_its_place_follows(tmp_path: Path) -> None:
     assert off[True] < 0.05 < off[False]
 
 
+def test_only_the_tolerance_divides_an_effect_from_a_parameter_that_acts_alike(tmp_path: Path) -> None:
+    """Viscous friction beside a declared coefficient b of 6 N·s/m that may be off by 100 %; the machine lacks a spring.
+
+    Least squares without the tolerance moves b as far as it may go, to -12, and the effect the other way, for nothing.
+    """
+    system = system_of(stage())
+    log = log_of(stage("[{kind: spring, on: x, parameters: {k: 30}}]", 5.5), tmp_path, "train.csv")
+    problem = Problem(system, smooth_motion(log), {s: 6.0 for s in system.values if s.name == "b"})
+    search = search_on(problem, partial(record_of, problem.motion, log))
+    base, part = search.refit(), part_of(CATALOGUE["viscous"], 0, search.system)
+    covered = CandidateFits(search, base, (part,), lambda share: None).covered(part)
+    found = ForceStart(search.problem, base, True).best(base.trial.with_part(part), covered)
+    assert found is not None
+    moved, (values,) = base.trial.with_part(part).split(found[1])
+    b = dict(zip((s.name for s in search.moved), moved, strict=True))["b"]
+    assert b == pytest.approx(6.0, abs=0.6)
+    assert abs(values["b"]) < 6
+
+
 def test_what_adds_states_or_is_no_force_has_no_such_start(tmp_path: Path) -> None:
     search = search_in(log_of(stage(), tmp_path, "train.csv"))
     base = search.refit()
