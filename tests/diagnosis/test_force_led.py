@@ -235,8 +235,9 @@ def test_what_takes_the_drive_away_removes_no_residual_by_that(tmp_path: Path) -
 
 def test_a_fit_that_lost_its_way_is_repeated_from_near_the_model_without_the_effect(tmp_path: Path) -> None:
     """A gain of 1 is no effect, so a gain never fits worse than none; from a start at 0.7 with little mass it did."""
-    rise, wave = "{kind: stribeck, on: rail, parameters: {delta: 3, v_s: 0.1}}", "amplitude: 1.5, period: 0.02, phase: 0"
-    lacking = f"[{rise}, {{kind: cogging, on: x, parameters: {{{wave}}}}}]"
+    rise = "{kind: stribeck, on: rail, parameters: {delta: 3, v_s: 0.1}}"
+    wave = "{kind: cogging, on: x, parameters: {amplitude: 1.5, period: 0.02, phase: 0}}"
+    lacking = f"[{rise}, {wave}]"
     log = jittered(log_of(stage(lacking, 5.5, duration=6.0), tmp_path, "train.csv"), tmp_path)
     motion, system = smooth_motion(log), system_of(stage())
     tolerances = {"m": 0.2, "b": 6.0}
