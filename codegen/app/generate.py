@@ -26,18 +26,24 @@ from codegen.emit.manifest import is_edited, manifest_text
 from codegen.emit.package import proof_lines
 from codegen.spec import Spec
 
-CHOSEN = ("splits", "lyapunov_matrix", "cover", "decay_rate", "reversals", "along")  # by the solver, in a certificate
+CHOSEN = ("splits", "lyapunov_matrix", "cover", "decay_rate", "reversals", "along")
+"""Keys of a certificate whose values the solver chooses: another run may find other digits."""
+REGION = ("variables", "parameters", "matrix", "claim", "assumptions")
+"""The same in a region's proof: the solver also chooses how far the region goes."""
+OF_SLIDING = ("lyapunov_matrix", "decay_rate", "box", "witness")
+"""Keys of the kernel's proof that follow from the solver's choice in sliding.json."""
 KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
-WRITTEN_BEFORE = "bound.json"  # by earlier versions; ellipsoid.json is in its place
+WRITTEN_BEFORE = "bound.json"
+"""Written by earlier versions; ellipsoid.json has taken its place."""
 BESIDE = (*PROOFS, KERNEL_PROOF, ELLIPSOID, WRITTEN_BEFORE)
-OF_SLIDING = ("lyapunov_matrix", "decay_rate", "box", "witness")  # what follows from it in a proof of the C
+"""Files that not every observer has: those of an earlier run are removed where this run has none."""
 MANIFEST = "manifest.json"
-HEADER = 1000  # characters at the beginning of a file, in which it says who made it
-REGION = ("variables", "parameters", "matrix", "claim", "assumptions")  # of a region's proof: how far it goes
+HEADER = 1000
+"""Characters at the beginning of a file among which it states who made it."""
 
 
 class Certifiable(Result):
-    """What is generated with a certificate, or in spite of a refusal."""
+    """A result of ``generate``: files, and the certificate or the refusal that belongs to them."""
 
     outcome: Certificate | Refusal
 
@@ -240,13 +246,14 @@ def refuse_hand_written(target: Path, files: Mapping[str, str], name: str = "") 
 def refuse_edited(
     target: Path, files: Mapping[str, str | None] | Mapping[str, str], otherwise: str = "", name: str = ""
 ) -> None:
-    """Raise BadInput where a file that would be replaced or removed is no longer what its manifest says that we wrote.
+    """Raise BadInput where a file that would be replaced or removed was edited after stiction wrote it.
 
-    The manifest on disk has the SHA-256 of each file, so files of an older version of ours are no edits. Of a file that
-    is ours by its own words and that no manifest lists, an edit cannot be excluded.
+    The manifest on disk has the SHA-256 of each file as it was written, so a file that an older version of stiction
+    wrote is no edit. If a file says that stiction made it, and no manifest lists it, an edit cannot be excluded.
 
     Args:
-        files: name → its new text, which is no edit; None where that is not known yet, or there will be none.
+        files: name → its new text: a file that already has this text is not refused. None where the new text is not
+            known yet, or the file will be removed.
         otherwise: what the user can do instead of moving the files away, in words; "" for nothing.
         name: of the machine, for files that no manifest lists; "" leaves these out.
     """
@@ -287,7 +294,7 @@ def _subject(text: str) -> object:
 
 
 def _text(path: Path) -> str | None:
-    """A file's text with the line ends that we write, whatever a version control system made of them."""
+    """A file's text with \\n as line ends: a version control system may have written \\r\\n."""
     text = read_or_none(path)
     return None if text is None else text.replace("\r\n", "\n")
 
@@ -326,9 +333,10 @@ def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
 
 
 def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
-    """Names of files on disk that differ from what would be written.
+    """Names of the files on disk that are missing, surplus, or differ from what would be written.
 
-    A certificate that differs only in the digits a solver found is current if the checker accepts it for these sources.
+    Solvers find other digits on other processors. A certificate that differs in such digits alone is current if the
+    checker accepts it for these sources.
     """
     on_disk = {name: read_or_none(folder / name) for name in files}
     different = tuple(name for name, text in files.items() if on_disk[name] != text)
@@ -348,7 +356,10 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def _with_sliding(files: dict[str, str], folder: Path, proof: str | None) -> dict[str, str]:
-    """The files with what a solver chooses in the kernel's proof of another sliding.json, if the checker accepts it."""
+    """The files with the solver's choices in ``proof``, the proof.json on disk, if the checker accepts that proof.
+
+    For an observer whose proof.json follows from sliding.json.
+    """
     if KERNEL_PROOF not in files or not proof:
         return files
     try:
@@ -361,7 +372,10 @@ def _with_sliding(files: dict[str, str], folder: Path, proof: str | None) -> dic
 
 
 def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str, str]:
-    """The files as another run of the solver would give them: from ``proof`` only what a solver chooses."""
+    """The files with the solver's choices in ``proof``, the text on disk of the certificate or proof called ``name``.
+
+    The claim, the README, the kernel's proof and the manifest repeat these choices, and change with them.
+    """
     ours, theirs = json.loads(files[name]), json.loads(proof)
     rate, other = (f"alpha = {float(Fraction(c.get('decay_rate', 0))):.6g} 1/s" for c in (ours, theirs))
     chosen = (*CHOSEN, *(REGION if name in REGION_PROOFS else ()))

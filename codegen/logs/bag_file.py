@@ -17,7 +17,9 @@ from codegen.spec.yaml_text import load_plain
 
 METADATA = "metadata.yaml"
 LARGEST_MESSAGE = 64_000_000
+"""Bytes."""
 TABLES = {"topics": {"id", "name", "type", "serialization_format"}, "messages": {"topic_id", "timestamp", "data"}}
+"""Table of a bag in SQLite → its columns that are read."""
 _RULE = "\n" + "=" * 80 + "\n"
 _HEADER = _RULE + "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id"
 _LAYOUT = (
@@ -36,14 +38,14 @@ DEFINITIONS = {
     "std_msgs/msg/Float64MultiArray": f"std_msgs/MultiArrayLayout layout\nfloat64[] data{_LAYOUT}",
     "geometry_msgs/msg/WrenchStamped": f"std_msgs/Header header\ngeometry_msgs/Wrench wrench{_HEADER}{_WRENCH}",
 }
-"""Of the commonest messages, for bags older than ROS 2 Iron, which hold no definitions.
+"""Type of a message → its definition, for bags older than ROS 2 Iron, which hold none.
 
-From ros2/common_interfaces, branch humble, without comments; where a bag holds a definition, that one is taken.
+The commonest types, from ros2/common_interfaces, branch humble, without comments. A definition in the bag goes before.
 """
 
 
 class Db3Storage(Storage):
-    """A bag in SQLite whose tables of topics and definitions are read."""
+    """A bag in one SQLite file. Opening it reads its topics and definitions, and no message."""
 
     expected = "a ROS 2 bag in SQLite (.db3)"
 
@@ -74,6 +76,7 @@ class Db3Storage(Storage):
                 yield Message(self._ids[key], stamp, data)
 
     def _connection(self) -> sqlite3.Connection:
+        """The file, opened for reading only and with limits, since it may come from a stranger."""
         bag = sqlite3.connect(f"file:{quote(str(self.path.resolve()))}?mode=ro&immutable=1", uri=True)
         bag.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_MESSAGE)
         bag.setlimit(sqlite3.SQLITE_LIMIT_ATTACHED, 0)
@@ -82,7 +85,7 @@ class Db3Storage(Storage):
         return bag
 
     def _require_tables(self, bag: sqlite3.Connection) -> None:
-        """Tables, and not views or computed columns, which would be programs in the file."""
+        """Refuse a file without these tables, or with views or computed columns in their place: those are programs."""
         for table, wanted in TABLES.items():
             kinds = {kind for (kind,) in bag.execute("SELECT type FROM sqlite_master WHERE name = ?", [table])}
             columns = {row[1] for row in bag.execute(f"PRAGMA table_xinfo({table})") if row[6] == 0}
@@ -91,7 +94,7 @@ class Db3Storage(Storage):
 
 
 def _definitions(bag: sqlite3.Connection) -> dict[str, tuple[str, str]]:
-    """Type → (encoding, definition), as far as the bag holds them."""
+    """Type of a message → (encoding of its definition, definition), for the types that the bag defines."""
     if not bag.execute("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions' AND type = 'table'").fetchone():
         return {}
     rows = bag.execute("SELECT topic_type, encoding, encoded_message_definition FROM message_definitions")
@@ -99,6 +102,13 @@ def _definitions(bag: sqlite3.Connection) -> dict[str, tuple[str, str]]:
 
 
 def _topic(name: str, kind: str, coding: str, given: Mapping[str, tuple[str, str]]) -> Topic:
+    """A topic with the definition of its messages, or with the reason why they cannot be read.
+
+    Args:
+        kind: type of its messages.
+        coding: how they are serialised.
+        given: as of ``_definitions``.
+    """
     encoding, text = given.get(kind, ("", ""))
     if coding != "cdr":
         return Topic(name, kind, "", f"its messages are in `{coding}`, not CDR")
@@ -113,7 +123,7 @@ STORAGES: Mapping[str, Callable[[Path], Storage]] = {".mcap": McapStorage, ".db3
 
 
 class BagFolder(Storage):
-    """The files that a folder's metadata names, as one."""
+    """A bag's folder: the files that its metadata names, read as one."""
 
     expected = f"a ROS 2 bag folder: {METADATA} and the .mcap or .db3 files that it names"
 

@@ -1,4 +1,7 @@
-"""Parquet logs, LeRobot's among them: a column a column, the entries of vector columns as ``observation.state[2]``."""
+"""Parquet logs, those of LeRobot among them.
+
+A column of numbers is a column of the log; of a column of lists each entry is one, called ``observation.state[2]``.
+"""
 
 from __future__ import annotations
 
@@ -12,14 +15,17 @@ from codegen.base.user_text import shown
 from codegen.logs.source import BlockFile, Columns, listing
 
 ROWS = 1 << 16
+"""Rows that are read at a time."""
 LONGEST_LIST = 256
+"""Most entries of a list whose entries are offered as columns."""
 TICKS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+"""Arrow's unit of a time → its ticks in a second."""
 COMMAND, STATE = "action", "observation.state"
-"""LeRobot's columns of what a policy or a leader arm asked of the servos, and of what these measured."""
+"""LeRobot's columns: the positions that a policy or a leader arm commands, and those that the servos measure."""
 
 
 class ParquetFile(BlockFile):
-    """An opened file; a name stands for a column of the file, or for an entry of the lists in one."""
+    """An opened file, whose names stand for its columns or for entries of the lists in a column."""
 
     expected = "a Parquet log with a row a sample: columns of numbers, or of lists of equally many"
 
@@ -62,10 +68,19 @@ class ParquetFile(BlockFile):
                 yield Columns(str(self.path), tuple(wanted), values)
 
     def _next(self, batches: Iterator[Any]) -> Any:
+        """The next batch, or None; an error of the library becomes a message."""
         with self.reading():
             return next(batches, None)
 
     def _entry(self, lists: Any, entry: int, name: str, before: int) -> Array:
+        """(N,): the entry of each list of a batch.
+
+        Args:
+            before: rows of the file before the batch, for messages.
+
+        Raises:
+            BadInput: for a list that does not have this entry.
+        """
         lengths = np.asarray(lists.value_lengths().fill_null(0), dtype=np.int64)
         short = lengths <= entry
         if short.any():
@@ -78,7 +93,7 @@ class ParquetFile(BlockFile):
 
 
 def _parquet(stream: Any) -> Any:
-    """A reader that holds a page at a time; its memory is the system's, where a limit holds."""
+    """A reader that holds one page at a time, in memory to which the limit of the process applies."""
     import pyarrow
     from pyarrow import parquet
 
@@ -95,7 +110,7 @@ def _is_number(kind: Any) -> bool:
 
 
 def _length(file: Any, column: Any) -> int:
-    """Entries of each list: as the type has it, else as the first row has it; 0 for no list of numbers."""
+    """Entries of a column's lists, by its type or by its first row; 0 for a column without lists of numbers."""
     from pyarrow import types
 
     kind = column.type
@@ -109,7 +124,13 @@ def _length(file: Any, column: Any) -> int:
 
 
 def _from_first(column: Any, origins: dict[str, int], name: str) -> Any:
-    """Times as seconds from the first one, since a double does not hold today in nanoseconds; others as they are."""
+    """Times as seconds from the file's first one, and numbers as they are.
+
+    Nanoseconds since 1970 have more digits than a double, so the first time is subtracted in integers.
+
+    Args:
+        origins: name of a column → its first time in ticks; this one is added.
+    """
     import pyarrow
     from pyarrow import compute, types
 
@@ -122,7 +143,7 @@ def _from_first(column: Any, origins: dict[str, int], name: str) -> Any:
 
 
 def _floats(column: Any) -> Array:
-    """(N,); NaN where a value is missing."""
+    """(N,) of a column's numbers; NaN where a value is missing."""
     import pyarrow
 
     return np.asarray(column.cast(pyarrow.float64(), safe=False).to_numpy(zero_copy_only=False), dtype=np.float64)

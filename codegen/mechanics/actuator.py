@@ -1,4 +1,4 @@
-"""The actuator chain from a command to the input that acts: delay → gain → dead zone → saturation → lag."""
+"""The actuator chain from a command to the input that acts: delay → gain → dead zone → threshold → saturation → lag."""
 
 from __future__ import annotations
 
@@ -16,13 +16,22 @@ Stage = Literal["delay", "gain", "dead_zone", "threshold", "saturation", "lag"]
 
 @dataclass(frozen=True)
 class Limit:
-    """A saturation. height: input's unit; rounding: from 0 for a sharp corner to below 1."""
+    """A saturation.
+
+    Attributes:
+        height: largest magnitude that passes, in the input's unit.
+        rounding: of its corner: 0 for a sharp one, below 1.
+    """
 
     height: sympy.Expr
     rounding: sympy.Expr = sympy.S.Zero
 
     def of(self, w: sympy.Expr) -> sympy.Expr:
-        """The input that passes; clip(w, −L, L) is (|w + L| − |w − L|)/2."""
+        """The input that passes.
+
+        With a sharp corner clip(w, −L, L) = (|w + L| − |w − L|)/2. With a rounding r each |u| becomes √(u² + (rL)²),
+        with u = w ± L√(1 − r²), and the difference is divided by 2√(1 − r²), so that at most L passes.
+        """
         if self.rounding == 0:
             return (Magnitude(w + self.height) - Magnitude(w - self.height)) / 2
         steep = sympy.sqrt(1 - self.rounding**2)
@@ -32,17 +41,16 @@ class Limit:
 
 @dataclass(frozen=True)
 class Actuator:
-    """The chain of one input, in this order whatever the order in which its stages are declared.
+    """The chain of one input. Its stages act in the order above, in whatever order they are declared.
 
-    Two of a kind act one after the other: delays add up, gains multiply, dead zones add up. A threshold stands between
-    dead zone and saturation.
+    Two stages of a kind act one after the other: delays add up, gains multiply, dead zones add up.
 
     Attributes:
-        delay: T, s.
+        delay: s.
         gain: 1 if there is none.
-        dead_zone: width, input's unit.
-        thresholds: input's unit; up to a threshold nothing passes, above it everything.
-        limits: of saturation, one after the other.
+        dead_zone: width on either side of zero, in the input's unit.
+        thresholds: in the input's unit: up to a threshold nothing passes, above it everything.
+        limits: saturations, one after the other.
         lag: time constant of the lags, s; None if there is none.
         order: number of equal lags in series.
     """
@@ -59,7 +67,8 @@ class Actuator:
         """The chain with one more stage.
 
         Args:
-            shape: a saturation's rounding, or the number of equal lags, where given.
+            parameter: delay, gain, width, threshold, height or time constant.
+            shape: the rounding of a saturation, or the number of equal lags; may be left out.
 
         Raises:
             ValueError: for a second lag stage.
@@ -82,11 +91,12 @@ class Actuator:
 
     @property
     def has_memory(self) -> bool:
+        """Whether the input that acts depends on earlier commands."""
         return self.delay != 0 or self.lag is not None
 
     @property
     def has_inverse(self) -> bool:
-        """Whether each mean of the effective input is what some held command gives."""
+        """Whether for each mean of the input that acts over a sample there is a held command that gives it."""
         return self.lag is None and not self.thresholds
 
     def static(self, w: sympy.Expr) -> sympy.Expr:

@@ -1,8 +1,8 @@
-"""Shadow mode: an observer of a running machine, its friction estimate compared with the declared law in newtons.
+"""The generated observer on a running machine: its friction estimate compared with the declared law, in newtons.
 
-While the machine is as declared and every slip keeps its sign, faster than ``slip_speed``, the friction estimate is
-within the bound of the law's friction that ``certify`` states. Where it is not for longer than a dwell time, the
-friction is another one, or a force acts that the model does not have.
+``certify`` states a bound on the difference of the two. It holds while the machine is as declared and every contact
+slides in one direction, faster than ``slip_speed``. If the difference is larger than the bound for a dwell time, the
+friction has changed, or a force acts that the model does not have: that is an alarm.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from codegen.certify.bound.bounds import ErrorBound
 
 QUIET = 100
-"""Dwell times within the bound after which an alarm has ended, and a further one is said."""
+"""An alarm ends after this many dwell times within the bound; only then can another one begin."""
 LEVEL, FORCE = "e_a_", "e_F_"
-"""What a bound calls the error of a contact's level, and of the friction on a coordinate."""
+"""Prefixes of a bound's name: the error of a contact's friction level, and of the friction force on a coordinate."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,8 @@ class Limit:
     """One friction estimate and its bound.
 
     Attributes:
-        output: of the observer; where: what it is the friction of, in words.
+        output: name of the observer's output.
+        where: in words, such as "friction at rail (x)".
         bound: largest error, in ``unit``, from ``settle`` samples after a reversal on.
     """
 
@@ -51,14 +52,17 @@ class Limit:
 
 @dataclass
 class Alarm:
-    """From where an estimate was out of its bound for the dwell time, to where it was within it for QUIET times that.
+    """An estimate that was outside its bound for the dwell time.
 
     Attributes:
-        since: time of the first sample out of it; said: when that had lasted for the dwell time; until: of the last
-            sample out of it.
-        ended: whether it was within its bound for QUIET times the dwell time since; cleared: when that had lasted.
-        worst: the largest difference from the declared friction, signed.
-        compared: judged samples from ``since`` to the end or ``cleared``; outside: of them, those out of the bound.
+        since: time of the first sample outside, s.
+        said: time at which the dwell time was over and the alarm began, s.
+        until: time of the last sample outside, s.
+        ended: whether the estimate has been within its bound for ``QUIET`` dwell times since.
+        cleared: time at which these were over, s; None before.
+        worst: largest difference from the declared friction, with its sign.
+        compared: number of judged samples from ``since`` to ``cleared``, or to the end of the log.
+        outside: how many of them were outside the bound.
     """
 
     where: str
@@ -80,7 +84,14 @@ class Alarm:
 
 @dataclass
 class _Out:
-    """How long an estimate has been out of its bound, in judged samples, and how long back within it since an alarm."""
+    """State of one comparison.
+
+    Attributes:
+        count: judged samples in a row outside the bound.
+        quiet: judged samples in a row within it.
+        since, worst: as of an ``Alarm``, which these samples may become.
+        alarm: the one that has begun and not ended.
+    """
 
     count: int = 0
     quiet: int = 0
@@ -91,14 +102,16 @@ class _Out:
 
 @dataclass
 class Tally:
-    """Counts and extremes so far.
+    """Counts and extremes so far. A sample is judged where the bound applies.
 
     Attributes:
-        samples: taken; judged: of them, those where the bound applies.
-        outside: samples with an estimated velocity outside the envelope; faults: held by the observer; slow: of the
-            others, with a contact no faster than the bound's ``slip_speed``; early: of the rest, not yet ``settle``
-            samples after a reversal, or after a sample of the kinds before.
-        worst: of each limit, the largest difference as a share of its bound, on judged samples.
+        samples, judged: number of samples that were taken, and that were judged.
+        outside: samples with an estimated velocity outside the envelope.
+        faults: invalid samples, in which the observer held its estimate.
+        slow: of the others, those with a contact no faster than the bound's ``slip_speed``.
+        early: of the rest, those less than ``settle`` samples after a reversal or after a sample that is not judged.
+        first, last: times of the first and the last sample, s.
+        worst: of each limit, the largest difference on judged samples, as a share of its bound.
     """
 
     samples: int = 0
@@ -116,7 +129,9 @@ class Watch:
     """An observer's estimates compared with their bounds, block by block.
 
     Attributes:
-        limits: one a bound; settle: samples after a reversal from which they hold.
+        limits: one for each bound.
+        settle: samples after a reversal from which on all of them hold.
+        alarms: all that began, in the order of time.
     """
 
     def __init__(
@@ -129,10 +144,12 @@ class Watch:
         period: float,
         dwell: int,
     ) -> None:
-        """Args:
-        bounds: on every friction error; what is proved of the C counts, where anything is.
-        period: of a sample, s.
-        dwell: judged samples in a row that an estimate must be out of its bound.
+        """Compile what is compared.
+
+        Args:
+            bounds: on every friction error; those proved of the C are used where there are any.
+            period: sample time, s.
+            dwell: judged samples in a row outside a bound that make an alarm.
         """
         self._engine, self._dwell = engine, max(dwell, 1)
         self.settle = max((round(time / period) for b in bounds for time, _ in b.after[-1:]), default=0)
@@ -152,7 +169,7 @@ class Watch:
         self.tally = Tally(worst=[0.0] * len(self.limits))
 
     def take(self, block: Block) -> list[Alarm]:
-        """Step over a block; the alarms that begin in it."""
+        """Run the observer over a block of samples, and return the alarms that begin in it."""
         self._since = 0 if block.fresh else self._since
         estimates, faults = self._engine.take(block)
         x, v = block.rows[:, self._positions], estimates[:, self._velocities]
@@ -203,6 +220,7 @@ class Watch:
         return f"nothing was compared: {max(reasons)[1]}"
 
     def _judge(self, time: float, apart: Array) -> list[Alarm]:
+        """Compare one sample with every bound, and return the alarms that begin with it."""
         begun = []
         for j, (limit, out) in enumerate(zip(self.limits, self._out, strict=True)):
             value = float(apart[j])
@@ -226,6 +244,7 @@ class Watch:
         return begun
 
     def _within(self, out: _Out, time: float) -> None:
+        """Count a sample within the bound; enough of them end an alarm."""
         out.count, out.quiet = 0, out.quiet + 1
         if out.alarm is None:
             out.worst = 0.0
@@ -234,7 +253,7 @@ class Watch:
             out.alarm, out.worst = None, 0.0
 
     def _forget(self) -> None:
-        """Nothing is known of the estimates until the bound holds again: an alarm neither begins nor ends."""
+        """Start counting again after a sample that is not judged; an alarm that has begun stays."""
         for out in self._out:
             out.count = 0
             if out.alarm is None:
@@ -242,6 +261,7 @@ class Watch:
 
 
 def _limit(stated: ErrorBound, system: System) -> Limit:
+    """The output that a bound is about, with the last, smallest bound after a reversal."""
     name = stated.name[len(LEVEL) :]
     bound = (stated.after_of_code or stated.after)[-1][1]
     if stated.name.startswith(FORCE):
@@ -269,8 +289,11 @@ def _declared(system: System, errors: list[str]) -> Any:
 
 
 def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[str, float, float] | None:
-    """(contact, its greatest slip speed in the envelope, the speed from which on the bound holds), where the first is
-    no larger, so that no sample could be judged; None where all contacts can be, or a distribution varies.
+    """A contact that is too slow for its bound everywhere in the envelope, so that no sample could be judged.
+
+    Returns:
+        (contact, its greatest slip speed in the envelope, the speed above which the bound holds), or None if there is
+        no such contact. A contact whose distribution depends on the position is not examined.
     """
     least = max(b.slip_speed for b in bounds)
     fastest = [max(map(abs, map(float, spec.envelope.get(v, (np.inf,))))) for v in spec.velocities]

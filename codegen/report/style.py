@@ -10,7 +10,9 @@ import numpy as np
 
 INK, QUIET, GRID = "#26282b", "#8a8f96", "#dfe2e6"
 PANEL_IN, HEIGHT_IN = 4.0, 3.0
+"""Width and height of one panel of ``svg_of``, inches."""
 DIGITS = 5
+"""Digits to which ``rounded`` keeps drawn values."""
 CURVE, SECOND, THIRD = "#1f6fb4", "#e08214", "#4d9221"
 STYLE = {
     "font.family": "DejaVu Sans",
@@ -31,11 +33,12 @@ STYLE = {
 
 
 def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, **style: Any) -> bytes:
-    """The PNG of what ``draw`` draws on a figure; deterministic.
+    """A PNG of a matplotlib figure, with the same bytes in every run.
 
     Args:
-        size: width and height in inches.
-        style: matplotlib settings in addition to ``STYLE``, dots in their names as double underscores.
+        draw: puts the content on the figure that it is given.
+        size: width and height, inches.
+        style: matplotlib settings in addition to ``STYLE``; ``font__size`` stands for ``font.size``.
     """
     spaces = {"w_pad": 0.07, "h_pad": 0.06, "wspace": 0.03, "hspace": 0.04}
     return drawn(draw, size, "png", dpi, spaces, _look(style))
@@ -44,16 +47,17 @@ def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, **styl
 def svg(
     draw: Callable[[Any], None], size: tuple[float, float], dpi: int | None = None, fits: bool = False, **style: Any
 ) -> bytes:
-    """The SVG of what ``draw`` draws on a figure; deterministic.
+    """An SVG of a matplotlib figure, with the same bytes in every run; arguments as of ``png``.
 
     Args:
-        dpi: of what is drawn as a bitmap.
-        fits: whether panels are fitted into the figure; else ``draw`` places them.
+        dpi: resolution of the parts that are bitmaps.
+        fits: whether matplotlib arranges the panels; otherwise ``draw`` places them.
     """
     return drawn(draw, size, "svg", dpi, {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05} if fits else None, _look(style))
 
 
 def _look(style: Mapping[str, Any]) -> dict[str, Any]:
+    """``STYLE`` with the settings of a call."""
     return STYLE | {name.replace("__", "."): value for name, value in style.items()}
 
 
@@ -65,10 +69,10 @@ def drawn(
     spaces: Mapping[str, Any] | None,
     look: Mapping[str, Any],
 ) -> bytes:
-    """The file of what ``draw`` draws on a figure; deterministic.
+    """The bytes of a figure's file: without a date, and by matplotlib's default settings and ``look`` alone.
 
     Args:
-        spaces: around panels that are fitted into the figure; None where ``draw`` places them.
+        spaces: distances between the panels that matplotlib arranges; None where ``draw`` places them.
         look: matplotlib settings.
     """
     import matplotlib  # here, since it takes about a second and the lists of laws and effects do without
@@ -91,9 +95,10 @@ def drawn(
 
 
 def rounded(values: Any) -> Any:
-    """Values rounded to ``DIGITS`` digits of the largest magnitude; positive arrays are returned as they are.
+    """Values rounded to ``DIGITS`` digits of the largest magnitude, so that a picture is the same on every platform.
 
-    So the pictures do not depend on how a platform rounds.
+    Arrays of positive values are returned as they are: they may be drawn on a logarithmic axis, where the smallest
+    values need their own digits.
     """
     array = np.asarray(values, dtype=float)
     size = float(np.nanmax(np.abs(array)))

@@ -1,4 +1,7 @@
-"""What the thesis leaves open, varied: the noise and its bandwidth, the sample time, the drive, gains and laws."""
+"""Settings of a figure: choices of what the thesis does not state, such as noise, sample time, drive and gains.
+
+The statements about a figure are checked in several settings, so that a verdict does not depend on one choice.
+"""
 
 from __future__ import annotations
 
@@ -15,18 +18,21 @@ from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.model import ObserverChoice, Simulation, Spec, symbol
 
 LEVELS = ("a", "a1", "a2", "a4", "F_c", "F_s")
+"""Parameters of friction laws that are levels of force."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One choice of what the text leaves open; None for the spec's own value.
+    """One choice of what the text does not state.
 
     Attributes:
         name: in words, for the table.
-        noise: RMS of the white noise on every measurement, in SI.
-        hold: s for which one value of the noise is held, so that its bandwidth is about 0.44/hold; 0 for each sample.
-        step: sample time of observer and controller, s.
-        inputs: what drives an open loop, expressions of t.
+        noise: RMS of the white noise on every measurement, in SI; None for that of the spec.
+        hold: time for which a value of the noise is held, s; its bandwidth is then about 0.44/hold. With 0 each sample
+            has a value of its own.
+        step: sample time of observer and controller, s; None for that of the spec.
+        inputs: input → expression of t that drives an open loop, in place of the spec's; None for the spec's own.
+        seed: of the noise.
         levels: factor on the machine's friction, where a figure takes one.
         delay: samples between an estimate and its use, where a figure takes one.
         slower: factor on the time of the reference and on the duration.
@@ -46,9 +52,10 @@ class Setting:
     factors: Mapping[str, float] = field(default_factory=dict)
 
     def applied(self, spec: Spec) -> Spec:
-        """The spec with this setting's sample time, drive and factors, its observer sampled as its simulation is.
+        """The spec with this setting's sample time, drive and factors.
 
-        A spec without an observer keeps its laws: only what an observer assumes of them is left open.
+        Simulation and observer get the same sample time. Factors on a law's parameters change what the observer
+        assumes, so a spec without an observer keeps its laws.
 
         Raises:
             ValueError: for a spec without a simulation section.
@@ -77,6 +84,7 @@ class Setting:
         return replace(spec, contacts=tuple(contacts), observer=choice)
 
     def _scaled(self, name: str, value: Any) -> Any:
+        """A number, or each number of a list, times the factor of its name; a number may be text."""
         if name not in self.factors:
             return value
         if isinstance(value, list | tuple):
@@ -101,7 +109,7 @@ AS_DRAWN = Setting("as drawn")
 
 @dataclass(frozen=True)
 class HeldNoise(Sensors):
-    """Sensors whose noise changes once in ``held`` samples: white noise of less bandwidth and the same RMS."""
+    """Sensors whose noise keeps its value for ``held`` samples: the same RMS with less bandwidth."""
 
     held: int = 1
 

@@ -1,4 +1,7 @@
-"""Statements of the thesis about its figures, read from ``claims/``, one file per chapter, without verdicts."""
+"""Statements of the thesis about its figures, read from ``claims/``, a file for each chapter.
+
+The files hold no verdicts: whether a statement holds is computed.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +26,14 @@ class Statement(BaseModel):
     """One statement of the text about a figure.
 
     Attributes:
-        says: the statement, in our words or a short quotation.
-        where: section and page; "ours" where it is no statement of the text.
-        measure: name of the function that computes the number.
-        number: what the number is.
-        holds: "< 1" or "> 0.5": where the number has to lie.
+        says: the statement, in our words or as a short quotation.
+        where: section and page, or "ours" for a statement that is not in the text.
+        measure: name of the function that computes a number from the runs.
+        number: what that number is, in words.
+        holds: the condition on the number, such as "< 1" or "> 0.5".
         unit: of the number.
-        note: why it comes out as it does, where that is known.
-        closed_form: whether the number follows from the spec alone, so that no setting can change it.
+        note: why the verdict is as it is, where that is known.
+        closed_form: whether the number follows from the spec alone, so that it is the same in every setting.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -50,14 +53,15 @@ class Statement(BaseModel):
 
 
 class Making(BaseModel):
-    """How a figure is made, by names of functions in one of the gallery's modules, where its measures are too.
+    """How a figure is made.
 
     Attributes:
-        runs: specs, a setting and the PID's gains, if it is tuned already → Runs.
-        draws: puts the runs as drawn on a matplotlib figure.
-        rows: of panels, for the height.
+        module: of the gallery, with the functions named below and the figure's measures.
+        runs: function (specs, setting, gains of a tuned PID or None) → Runs.
+        draws: function that draws the runs of the setting "as drawn" on a matplotlib figure.
+        rows: number of rows of panels, from which the height follows.
         cost: approximate computing time relative to the other figures.
-        pid_of: the figure whose tuned PID this one has too, since machine, servo and sensors are the same.
+        pid_of: number of another figure with the same machine, servo and sensors, whose tuned PID is used.
     """
 
     model_config = ConfigDict(extra="forbid")
@@ -73,10 +77,10 @@ class Figure(BaseModel):
     """A figure of the thesis.
 
     Attributes:
-        figure: its number, "2.4".
-        specs: files in specs/gallery/, first those that are drawn.
-        settings: names in settings.yaml in which the statements are checked again, apart from the one as drawn.
-        open: what the text does not state or states inconsistently, and what we assumed.
+        figure: its number, such as "2.4".
+        specs: files in specs/gallery/; those that are drawn come first.
+        settings: names in settings.yaml of further settings in which the statements are checked.
+        open: what the text does not state, or states inconsistently, and what we assume.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -91,19 +95,19 @@ class Figure(BaseModel):
 
     @property
     def others(self) -> tuple[Setting, ...]:
-        """The settings themselves."""
+        """The settings that ``settings`` names."""
         return self._others
 
 
 class SettingsFile(BaseModel):
-    """All settings."""
+    """settings.yaml."""
 
     model_config = ConfigDict(extra="forbid")
     settings: list[Setting]
 
 
 class ChapterFile(BaseModel):
-    """The figures of a chapter."""
+    """A file of ``claims/``: the figures of a chapter."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
     chapter: str

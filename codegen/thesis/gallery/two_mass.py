@@ -1,4 +1,8 @@
-"""Figures of sections 4.7 and 7.7: two masses, their friction watched by two observers."""
+"""Figures of sections 4.7 and 7.7: two masses, and two observers that estimate their friction.
+
+Run ``a`` is the observer of the model, a GCFO or GDFO; ``b`` the GTO with the gains as printed; ``low`` the GTO with a
+tenth of them. The functions that return a ``Reading`` are the measures that ``claims/`` names.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +24,16 @@ from codegen.thesis.gallery.setting import Setting, observer_choice, with_observ
 TRANSIENT = 2.0
 """s: from then on an estimate counts as settled."""
 PRINTED_NOISE = 0.1
+"""Amplitude of the noise that the thesis prints, m."""
 HOLD = 1e-3
+"""s for which a value of the noise is held, where a setting does not state it."""
 FORCES = ("F₁", "F₁ + F₂")
 PRESLIDING = 0.98
+"""Share of its largest friction below which a contact counts as not sliding."""
 
 
 def watched(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """The model's own observer as a, the GTO as b and, with a tenth of its gain, as low."""
+    """The machine with its observers: of each spec as ``a`` and ``b``, and ``b`` with a tenth of K_2 as ``low``."""
     choice = specs[-1].observer
     observers = dict(zip("ab", specs, strict=False))
     if choice is not None and choice.kind == "gto":
@@ -46,6 +53,7 @@ def contact_forces(run: LoopRun) -> tuple[Array, Array]:
 
 
 def _errors(run: LoopRun, start: float = TRANSIENT) -> list[float]:
+    """RMS error of each force, N."""
     truth, estimate = contact_forces(run)
     late = after(run, start)
     return [rms((truth - estimate)[late, k]) for k in range(2)]
@@ -60,25 +68,30 @@ def _compared(one: LoopRun, other: LoopRun, label: str, names: Sequence[str]) ->
 
 
 def model_is_better(runs: Runs) -> Reading:
+    """Error with the model of the friction over the error of the GTO, which has none."""
     names = [observer_choice(spec).kind.upper() for spec in runs.specs]
     return _compared(runs["a"], runs["b"], "{who} {force}", names)
 
 
 def needs_gain(runs: Runs) -> Reading:
+    """Error of the GTO with the printed gain over the error with a tenth of it."""
     return _compared(runs["b"], runs["low"], "{force} {who}", ("as printed", "a tenth"))
 
 
 def _worst(values: Sequence[float]) -> Reading:
+    """The larger of the numbers of both forces."""
     return Reading(max(values), tuple(zip(FORCES, values, strict=True)))
 
 
 def overshoots(runs: Runs) -> Reading:
+    """Overshoot of the GTO's estimates at the start."""
     early = ~after(runs["b"], TRANSIENT)
     truth, estimate = (force[early] for force in contact_forces(runs["b"]))
     return _worst([overshoot(estimate[:, k], truth[:, k]) for k in range(2)])
 
 
 def excellent_in_noise(runs: Runs) -> Reading:
+    """Error of the observer with the model over the friction, both RMS."""
     truth, _ = contact_forces(runs["a"])
     late = after(runs["a"], TRANSIENT)
     return _worst([ratio(e, rms(truth[late, k])) for k, e in enumerate(_errors(runs["a"]))])
@@ -93,7 +106,7 @@ def noise_passed(runs: Runs) -> Reading:
 
 
 def _missed(run: LoopRun) -> list[float]:
-    """Error while a contact is not at its level, over the friction there: what is missed of the hysteresis."""
+    """RMS error in presliding over the RMS friction there, of each force: near 1 where hysteresis is missed."""
     truth, estimate = contact_forces(run)
     late, levels = after(run, TRANSIENT / 2), np.max(np.abs(truth), axis=0)
     chosen = [(np.abs(truth[:, k]) < PRESLIDING * levels[k]) & late for k in range(2)]
@@ -101,19 +114,23 @@ def _missed(run: LoopRun) -> list[float]:
 
 
 def gto_misses_hysteresis(runs: Runs) -> Reading:
+    """``_missed`` of the GTO with a tenth of the gain, the smaller one."""
     missed = _missed(runs["low"])
     return Reading(min(missed), tuple(zip(FORCES, missed, strict=True)))
 
 
 def gto_has_hysteresis(runs: Runs) -> Reading:
+    """``_missed`` of the GTO with the printed gain."""
     return _worst(_missed(runs["b"]))
 
 
 def gdfo_has_hysteresis(runs: Runs) -> Reading:
+    """``_missed`` of the observer with the model."""
     return _worst(_missed(runs["a"]))
 
 
 def gto_finds_levels(runs: Runs) -> Reading:
+    """Relative error of the GTO's mean estimate while a contact slides."""
     truth, estimate = contact_forces(runs["b"])
     late, levels = after(runs["b"], TRANSIENT / 2), np.max(np.abs(truth), axis=0)
     off = []
