@@ -196,9 +196,20 @@ def _preferred(one: Ranked, other: Ranked) -> bool:
 
 
 def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0) -> bool:
-    """Whether the force residual tells a model from another one, and leaves less than a share of its square."""
+    """Whether the force residual tells a model from another one, and leaves less than a share of its square.
+
+    It does not tell two loads behind springs apart, with play or without: their motion is not measured, and what it
+    shows of them is differentiated noise.
+    """
+    if adds_load(one) and adds_load(other):
+        return False
     gain = one.over(other)
     return gain.left < most and gain.p <= credit.TIE_LEVEL
+
+
+def adds_load(one: ForceCriterion) -> bool:
+    """Whether a model has a load behind a spring that the declared one has not."""
+    return len(one.fit.model.transmissions) > len(one.search.system.transmissions)
 
 
 def _nearly_alike(best: Ranked, other: Ranked) -> bool:
