@@ -23,7 +23,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 
@@ -31,10 +30,8 @@ from codegen.certify.bound.bounds import DomainBound
 from codegen.certify.bound.disturbances import Sizes
 from codegen.certify.bound.error_response import Response
 from codegen.friction.law import DynamicLaw
-from codegen.observers.equations import Domain, Observer
+from codegen.observers.equations import Observer
 
-LONGEST = 200_000
-"""Most samples for which a power of Φ is computed."""
 ROUNDING = 1e-9
 """Relative allowance for rounding errors."""
 Peaks = dict[tuple[int, int, int], float]
@@ -50,6 +47,7 @@ def domain_bound(
         response: in force errors.
         sizes: bounds on the disturbances.
         steady: bounds on (e_v, e_F) long after a start, direct feedthrough of noise included.
+        peaks: for the samples k₀ = 0 and those after which the domain begins.
     """
     domain, h = observer.domain, float(observer.sample_time)
     assert domain is not None
@@ -95,24 +93,3 @@ def domain_bound(
     least = velocity + slip_change
     inside = later[1] * (1 + ROUNDING) if domain.slip_speed >= least else None
     return DomainBound(inside, everywhere, velocity, least, h * later[0] + displacement + 2 * noise)
-
-
-def peaks(response: Response, domain: Domain, decay: float, reach: Any) -> Peaks:
-    """Suprema of |Φ^k|_ij: powers are computed until the bound by P on all later ones is smaller.
-
-    Args:
-        decay, reach: γ and R of the certificate's bound |Φ^k|_ij ≤ R_ij γ^k.
-    """
-    step = np.array(response.step.tolist(), dtype=float)
-
-    def largest(row: int, column: int, start: int) -> float:
-        vector, largest_so_far, remainder = np.linalg.matrix_power(step, start)[:, column], 0.0, 0.0
-        for k in range(start, start + LONGEST):
-            largest_so_far = max(largest_so_far, abs(float(vector[row])))
-            remainder = reach[row, column] * decay ** (k + 1)
-            if remainder <= largest_so_far:
-                break
-            vector = step @ vector
-        return max(largest_so_far, remainder) * (1 + ROUNDING)
-
-    return {(i, j, start): largest(i, j, start) for i in (0, 1) for j in (0, 1) for start in {0, domain.samples}}

@@ -39,7 +39,7 @@ START_DIGITS = 6
 SUMMED, LONGEST = 3.0, 2000
 """Length of the explicit sum before the ellipsoid bounds the remainder: in time constants, and at most in samples."""
 NEAR = 1e-6
-DOUBLINGS = 40
+DOUBLINGS, NOTHING = 40, 1e-100
 SPARE = 1e-4
 """By about this share an ellipsoid is larger than it would be without rounding."""
 
@@ -393,9 +393,9 @@ def _gains(doubled: Sequence[Array], columns: Array, target: Array) -> Array:
 
 
 def _doubled(step: Array) -> list[Array]:
-    """A, A², A⁴, …"""
+    """A, A², A⁴, … up to one that adds nothing to a sum in doubles."""
     found = [step]
-    for _ in range(DOUBLINGS - 1):
+    while len(found) < DOUBLINGS and np.abs(found[-1]).max() > NOTHING:
         found.append(found[-1] @ found[-1])
     return found
 

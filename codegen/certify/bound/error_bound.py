@@ -24,7 +24,7 @@ from codegen.analysis.analysis import Analysis
 from codegen.base.errors import BadInput
 from codegen.certify.bound.bounds import DomainBound, ErrorBound
 from codegen.certify.bound.disturbances import ModelError, Sizes, disturbances, dot, with_rounding
-from codegen.certify.bound.domain_bound import domain_bound, peaks
+from codegen.certify.bound.domain_bound import domain_bound
 from codegen.certify.bound.error_response import Response, error_response
 from codegen.certify.bound.friction_bounds import Sliding, largest_friction, sliding
 from codegen.certify.outcome import Certificate
@@ -177,11 +177,17 @@ def error_bounds(
     other_bounds = {cause: steady_bounds(response, sums, size) for cause, size in other_sizes.items()}
     friction = largest_friction(spec, observer)
     slides = [sliding(observer, contact) for contact in system.contacts]
+    _, gamma, rows, columns = lyapunov_tail(certificate)
+    reach = np.outer(rows, columns) * (1 + ROUNDING)
     domain: DomainBound | str | None = None
     tolerated: dict[str, float] = {}
     if observer.domain is not None:
-        _, gamma, rows, columns = lyapunov_tail(certificate)
-        highest = peaks(response, observer.domain, gamma, np.outer(rows, columns) * (1 + ROUNDING))
+        highest = {
+            (i, j, k): _from_then_on(response, i, unit, [k], reach[i], gamma)[0] * (1 + ROUNDING)
+            for i in (0, 1)
+            for j, unit in enumerate(np.eye(len(steady))[:2])
+            for k in {0, observer.domain.samples}
+        }
 
         def inside(size: Sizes) -> DomainBound | str:
             at = [b.bound for b in steady_bounds(response, sums, size)]
@@ -190,14 +196,13 @@ def error_bounds(
         domain = inside(sizes)
         tolerated = {cause: _tolerated(spec, observer, response, OFF[cause], inside) for cause in other_sizes}
     counts = [math.ceil(share / certificate.decay_rate / h) for share in SHARES]
-    reach = np.outer(*lyapunov_tail(certificate)[2:]) * (1 + ROUNDING)
     jumps = {j: _jump(observer, error, slides) for j, error in list(enumerate(observer.errors))[n:]}
     together = [j for j in jumps if observer.errors[j].contact is None]  # a contact may act on several coordinates
     slip_speed = _least_slip_speed(observer, steady, slides)
     result = []
     for i, error in list(enumerate(observer.errors))[n:]:
         start = [s + (jumps[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)]
-        falling = _from_then_on(response, i, np.array(start), counts, reach[i], lyapunov_tail(certificate)[1])
+        falling = _from_then_on(response, i, np.array(start), counts, reach[i], gamma)
         later = [(k * h, left * (1 + ROUNDING) + steady[i]) for k, left in zip(counts, falling, strict=True)]
         result.append(
             ErrorBound(
