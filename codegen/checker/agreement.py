@@ -177,7 +177,7 @@ def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[s
     shown = theorem.proved(proof, sources, [f"sign.{e['contact']}" for e in top["reversals"]])
     if any(rest != "0" for rest in proof.get("rest", [])):
         return {}, {}, f"{not_its} a rest"
-    alike = shown["values"]["parameters.sample_time"] == top["sample_time"]
+    alike = shown["c"].values["parameters.sample_time"] == top["sample_time"]
     enclosure.demand(alike, f"the sample time of {proof['name']}.h is another")
     if not same_matrix(top, proof, shown):
         return {}, {}, f"{not_its} the matrix, or the signs and ranges for which it holds"

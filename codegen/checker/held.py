@@ -18,9 +18,9 @@ if TYPE_CHECKING or __package__:
 
 
 def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
-    """Raises ValueError where the C does not begin, go on or find what is invalid as it must, or sets other things.
+    """Raises ValueError where the C does not begin, go on or find what is invalid as it must.
 
-    Of a proof with a domain only the latter is looked at, since a start is outside of it.
+    Of a proof with a domain only the latter and ``finite`` are looked at, since a start is outside of it.
 
     Args:
         shown: of the proof, by kernel.prove.
@@ -28,14 +28,12 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     c, names, known = shown["c"], shown["names"], shown["known"]
     frame.detects(c)
     free = {x: kernel.term(1, x) for x in (*c.values, *c.inputs, *c.states, *c.outputs)}
-    for program in (c.init, c.reset, c.predict, c.resume):
-        kernel.Text(free, {}, c.precision).run(program, c.states)
     begun = kernel.Text({x: p for x, p in free.items() if x not in c.states}, {}).run(c.init, c.states)  # of any state
     finite(proof, shown, begun)
     if proof["domain"]:
         return
     estimates, before = {e["truth"]: e["estimate"] for e in proof["errors"]}, [*known]
-    errors, velocities = {f"error of {t}" for t in estimates}, proof["positions"].items()
+    velocities = proof["positions"].items()
     own = {z: kernel.term(1, f"{z} before") for z in proof["states"]}
     own |= {x: p for x, p in names.items() if x.startswith(("parameters.", "inputs.", "state."))}
 
@@ -50,8 +48,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     def moved(by: dict[str, Any]) -> dict[str, Any]:
         return {x: names[x] + names["parameters.sample_time"] * by[estimates.get(v, v)] for x, v in velocities}
 
-    now = G({})
-    showing = [z for z, p in now.items() if errors & p.names()]
+    showing = shown["moving"]
     levels = [f"level of {t}" for t in estimates if t not in proof["acceleration"]]
     rest = dict.fromkeys(estimates.values(), kernel.Poly())
     rest |= {y: kernel.term(1, f"level of {t}") for t, y in estimates.items() if t not in proof["acceleration"]}
@@ -65,7 +62,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
         used += of
     held = names | {y: kernel.term(1, f"held {y}") for y in estimates.values()}
     for what, found, wanted in (
-        ("predict", after(c.predict, {y: held[y] for y in estimates.values()} | now), G(moved(held))),
+        ("predict", after(c.predict, {y: held[y] for y in estimates.values()} | shown["before"]), G(moved(held))),
         ("resume", after(c.resume, {y: names[y] for y in estimates.values()}), G(moved(names))),
     )[: 2 * bool(c.sums)]:
         wrong = [z for z in showing if found[z] != wanted[z]]

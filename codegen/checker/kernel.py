@@ -193,6 +193,6 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
         semidefinite([[p]], box, proof["cover"], known, LEAST)
     contracts(phi, P, fall, box, proof["cover"], known)
     conditions = proof["domain"] or box or any(rest) or aside or len(moving) < len(formulas)
-    result = {"aside": aside, "after": after, "first order": any(remainders.values()), "fall": fall, "c": c}
-    result |= {"matrix": phi, "check": after.get("check"), "values": c.values}
-    return result | {"whole": not conditions, "names": names, "known": known, "box": box}
+    result: dict[str, Any] = {"c": c, "names": names, "known": known, "aside": aside, "moving": moving}
+    result |= {"before": before, "after": after, "matrix": phi, "first order": any(remainders.values())}
+    return result | {"fall": fall, "box": box, "whole": not conditions}

@@ -34,9 +34,8 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     made = Sized({x: p for x, p in values.items() if x not in dict(c.prepare)}, known, c.precision)
     made.run(c.prepare, [*values])
     prepared = {x: size for x, size in made.sizes.items() if x in values}
-    claim = kernel.Text(names, known)
-    start = {z: claim.value(of) for z, of in proof["states"].items()}
-    text = Sized({x: p for x, p in names.items() if x not in c.outputs} | start, known, c.precision, prepared)
+    before = {x: p for x, p in names.items() if x not in c.outputs} | shown["before"]
+    text = Sized(before, known, c.precision, prepared)
     text.run(c.step, [])
     text.run(c.commit, c.states + c.outputs)
     said = Sized(names, known, c.precision, prepared)

@@ -112,13 +112,13 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         met(proof, shown)
         recovery(proof, shown)
         if shown["c"].sums:  # `check` passes while all that stands in it is of usual size
-            used, limit, usual = shown["check"], shown["c"].precision.limit, shown["c"].precision.usual
+            used, limit, usual = shown["after"]["check"], shown["c"].precision.limit, shown["c"].precision.usual
             size = sum(abs(c) * usual ** sum(not x.startswith("sign.") for x in m) for m, c in used.items())
             kernel.demand(0 < size <= limit, "not a sum")
         rounding.require(proof, shown)
         held.require(proof, shown)
         steady(proof, shown, sorted({*proof["signs"], *turns}))
-        return shown | {"units": units(proof, texts[f"{proof['name']}.h"]), "fixed": fixed(proof, shown)}
+        return shown | {"units": units(proof, texts[f"{proof['name']}.h"])}
     except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
         raise enclosure.Refused(f"the kernel does not prove {PROOF} of the C: {plainly(why)}") from None
 
@@ -233,8 +233,8 @@ def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> No
     of a state that shows an error. With p = a x + q, a a number and q without x, that is D = 0 at x = -q/a.
     """
     own = {x: kernel.term(1, x) for e in proof["errors"] for x in (e["truth"], e["estimate"])}
-    claim, one, still = kernel.Text(shown["names"] | own, {}), kernel.term(1), fixed(proof, shown)
-    formulas = {z: claim.value(of) for z, of in proof["states"].items() if z not in still}
+    claim, one = kernel.Text(shown["names"] | own, {}), kernel.term(1)
+    formulas = {z: claim.value(of) for z, of in proof["states"].items() if z in shown["moving"]}
     for s in turns:
         p = claim.value(proof["signs"][s])
         (x, a), *_ = [(m[0], c) for m, c in p.items() if len(m) == 1 and sum(m[0] in n for n in p) == 1] or [("", 1)]
@@ -249,12 +249,6 @@ def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> No
                 if s in m:
                     left += kernel.term(c, *(y for y in m if y not in (s, x))) * reduce(mul, [at] * m.count(x), one)
             kernel.demand(not left, f"where {s} turns, what {z} shows jumps")
-
-
-def fixed(proof: dict[str, Any], shown: dict[str, Any]) -> list[str]:
-    """The states that show no error, whatever stands in their formulas: "0*outputs.v_hat" holds no estimate."""
-    claim, errors = kernel.Text(shown["names"], shown["known"]), {f"error of {e['truth']}" for e in proof["errors"]}
-    return [z for z, of in proof["states"].items() if not errors & claim.value(of).names()]
 
 
 def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dict[str, Any], list[list[Fraction]]]:
@@ -369,7 +363,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     fall: whether what it says of its V too, or of the matrix alone.
     """
     exact, c, plain = enclosure.exact, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, shown))
-    h = exact(shown["values"]["parameters.sample_time"])
+    h = exact(shown["c"].values["parameters.sample_time"])
     turns = ", ".join(plain(s) for s in proof["signs"])
     pushed = [
         f"{left(row, proof, plain)} = {plain(f)}" for row, f in zip(proof["mass_matrix"], proof["force"], strict=True)
@@ -390,7 +384,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         besides += f" except {', '.join(map(plain, proof['shared']))}, which the machine has too"
     first = ", to first order in them" if shown["first order"] else ""
     stays = f", while {turns} {'does' if len(proof['signs']) == 1 else 'do'} not change" if turns else ""
-    values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["values"].items())
+    values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["c"].values.items())
     begun = dict(shown["c"].init)
     guarded = shown["c"].sums is not None
     faults = "samples with a fault" if guarded else "inputs that are no numbers"
@@ -410,7 +404,11 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
             for z, of in proof.get("shared", {}).items()
         ),
         *(f"only where {along.get(x, '')}{plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),
-        *(f"only where the state {z} is {plain(proof['states'][z])}" for z in shown["fixed"]),
+        *(
+            f"only where the state {z} is {plain(proof['states'][z])}"
+            for z in proof["states"]
+            if z not in shown["moving"]
+        ),
         f"errors: {', '.join(errors)}; they account for every state of {c}{besides}",
         f"one step of {c} ({h} s) multiplies the vector of errors by the matrix of {PROOF}{first}: for every state, all"
         f" inputs and every {free}{stays}",
@@ -437,7 +435,7 @@ def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str],
 def ambiguous(proof: dict[str, Any], shown: dict[str, Any]) -> set[str]:
     """What two quantities are called, a parameter and a true level, say: their kinds are printed with them."""
     begun = [of for z, of in shown["c"].init if z in proof.get("shared", {})]  # printed too
-    full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps([proof, begun])), *(x.split("[")[0] for x in shown["values"])}
+    full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps([proof, begun])), *(x.split("[")[0] for x in shown["c"].values)}
     bare = Counter(x.split(".")[1] for x in full)
     return {x for x, count in bare.items() if count > 1}
 

@@ -95,7 +95,7 @@ def linear(name: str, claim: Any, shown: Any = None) -> tuple[Any, Any, Any, Any
     """Φ, push, limits and what the noise of a sample does to each error, in floating point, all signs 1."""
     proof = content(name, "proof.json")
     shown = shown or kernel.prove(proof, texts(name))
-    at = dict.fromkeys(proof["signs"], 1.0) | {p: float(x) for p, x in shown["values"].items()}
+    at = dict.fromkeys(proof["signs"], 1.0) | {p: float(x) for p, x in shown["c"].values.items()}
     phi, push = ([[numbers(x, at) for x in row] for row in rows] for rows in (proof["matrix"], claim["push"]))
     limits = [float(Fraction(d)) for kind in ("noise", "drift", "friction") for d in claim.get(kind, {}).values()]
     noise = {x.replace("inputs.", "noise."): float(Fraction(d)) for x, d in claim["noise"].items()}

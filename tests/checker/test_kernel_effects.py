@@ -96,7 +96,7 @@ def test_a_declared_effect_is_proved_with_the_machine_of_the_catalogue(kind: str
     assert shown["whole"] == (kind not in SHARED and kind not in RANGED)
     assert shown["first order"] == (kind in FIRST_ORDER)
     assert {*proof.get("shared", {})} == {f"state.{z}" for z in SHARED.get(kind, ())}
-    given = {f"parameters.{p[11:]}": float(x) for p, x in shown["values"].items()}
+    given = {f"parameters.{p[11:]}": float(x) for p, x in shown["c"].values.items()}
     dice = random.Random(kind)
     for _ in range(20):
         v = {"x": dice.uniform(-2, 2), "w": dice.uniform(-9, 9), "s": dice.choice([-1, 1]), "a": dice.uniform(1, 90)}

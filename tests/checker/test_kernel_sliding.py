@@ -53,7 +53,7 @@ def moves_as_said(name: str, said: dict[str, Any], points: int = 20) -> bool:
     machine, dice = Machine(name), np.random.default_rng(4)
     truths, n = [e["truth"] for e in said["errors"]], len(machine.levels)
     shown = kernel.prove(said, files(name))
-    values = {p: float(x) for p, x in shown["values"].items()}
+    values = {p: float(x) for p, x in shown["c"].values.items()}
     P = np.array([[number(x, {}) for x in row] for row in said["lyapunov_matrix"]])
     root = np.linalg.inv(np.linalg.cholesky(P))
     for _ in range(points):

@@ -56,7 +56,7 @@ def test_what_verify_prints_of_the_c(name: str) -> None:
             bound[-1] = str(Fraction(bound[-1]) * more)
     files["ellipsoid.json"] = json.dumps(claim).encode()
     said = "\n".join(verify.check(json.dumps(proof), sources=files).proved)
-    rate, h = Fraction(proof["decay_rate"]), theorem.proved(proof, files)["values"]["parameters.sample_time"]
+    rate, h = Fraction(proof["decay_rate"]), theorem.proved(proof, files)["c"].values["parameters.sample_time"]
     fall, slow = re.search(r"by at most (\S+) \(decay rate (\S+) 1/s\)", said).groups()  # type: ignore[union-attr]
     assert Fraction(fall) > 1 - 2 * rate * h and Fraction(slow) < rate
     grown = [Fraction(x) for x in re.findall(r"grows by at most the factor ([^;]+);", said)]
