@@ -25,6 +25,7 @@ from codegen.diagnosis.ranking import (
     matters,
     nearest_twin_first,
     ordered_by_force,
+    refused_when_fitted_again,
     run_round,
     runs_prefer,
     same_signature,
@@ -124,6 +125,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         current = search.fitted_again(possible[0].found)
         rivals = rivals if turn else tied
         if not credible(search, confirmed, current, hypotheses(parts)):
+            first = first if turn else refused_when_fitted_again(first, possible[0])
             continue
         if confirmed is not base and explained_share(search, confirmed, current) < credit.FURTHER:
             break

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import comb, prod
 
 import numpy as np
@@ -87,6 +87,19 @@ def run_round(
         ratio = noise_ratio(found) / noise_ratio(base)
         ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after))
     return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.cost))
+
+
+def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[Ranked]:
+    """A round whose chosen candidate was not credited: it and its twins are marked as failing the significance test.
+
+    The candidates of a round are fitted with the noise that free runs show; the chosen one again with that of the log.
+    """
+    words = "passes with the noise that the refit leaves; fitted again with the noise of the log, it may be chance"
+    same = _same_motion(chosen.found)
+    return [
+        replace(r, why_not=words, unsure=True) if not r.why_not and (r is chosen or _is_one_of(r.found, same)) else r
+        for r in ranked
+    ]
 
 
 def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:

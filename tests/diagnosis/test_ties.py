@@ -14,7 +14,7 @@ from codegen.diagnosis.forward_selection import _reconsidered
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
-from tests.diagnosis.stage import STAGE, TRAIN, log_of, stage
+from tests.diagnosis.stage import STAGE, TRAIN, log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
 
 
@@ -53,6 +53,24 @@ def test_far_from_the_noise_what_leaves_nearly_as_little_ties(
     assert [r.found.part.kind for r in found] == tied
     small, smaller = ranked("viscous", 0.878), ranked("quadratic_drag", 0.899)
     assert ranking._tied(search, small, [small, smaller]) == []
+
+
+def real_ranked(kind: str, system: Any, why_not: str = "") -> ranking.Ranked:
+    part = part_of(CATALOGUE[kind], 0, system)
+    found: Any = SimpleNamespace(part=part, cost=0.0, trial=SimpleNamespace(system=system))
+    none: Any = None
+    return ranking.Ranked(found, none, 1.0, 1.0, why_not)
+
+
+def test_a_candidate_that_is_not_credited_when_fitted_again_passes_in_no_table() -> None:
+    """A real pendulum with a constant force: the table said "passes", and the verdict spoke of another candidate."""
+    system = system_of(stage())
+    offset, twin = real_ranked("offset", system), real_ranked("coulomb_asymmetry", system)
+    spring, viscous = real_ranked("spring", system), real_ranked("viscous", system, "too little")
+    marked = ranking.refused_when_fitted_again([offset, twin, spring, viscous], offset)
+    assert [bool(r.why_not) for r in marked] == [True, True, False, True]
+    assert marked[0].unsure and marked[0].why_not == marked[1].why_not
+    assert marked[2] is spring and marked[3] is viscous
 
 
 @pytest.mark.usefixtures("significant")
