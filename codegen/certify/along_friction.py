@@ -18,7 +18,7 @@ import sympy
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.error_dynamics import ErrorDynamics, derive_step
 from codegen.analysis.polynomials import expand_products
-from codegen.certify.family import Family, build_family
+from codegen.certify.family import Family, build_family, signed_slips
 from codegen.mechanics.system import Matrix
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
@@ -105,7 +105,8 @@ class AlongFriction:
             low, high = box[axis.slip]
             if low >= 0 or high <= 0:
                 known[s] = sympy.Integer(1 if low >= 0 else -1)
-        slopes = {name: _as_speeds(e.xreplace(known), signs) for name, e in self.dynamics.slopes.items()}
+        single = {axis.slip: s for s, axis in signs.items()}
+        slopes = {name: signed_slips(e.xreplace(known), single) for name, e in self.dynamics.slopes.items()}
         parts: dict[Any, sympy.Symbol] = {}
         slopes = {name: _without_kinks(e, box, parts) for name, e in slopes.items()}
         ranges = {part: (sympy.Integer(0), sympy.Integer(1)) for part in parts.values()}
@@ -190,17 +191,6 @@ def _in_axes(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...], inverse: Ma
     sampled = Matrix(dynamics.sampled.xreplace(written).applyfunc(expand_products))
     slopes = {s: e.xreplace(written) for s, e in dynamics.slopes.items()}
     return replace(dynamics, sampled=sampled, slopes=slopes, next_velocity={})
-
-
-def _as_speeds(expression: Any, signs: Mapping[sympy.Symbol, ContactAxes]) -> Any:
-    """s·u as |u|, term by term."""
-    terms = []
-    for term in sympy.Add.make_args(expand_products(expression)):
-        for s, axis in signs.items():
-            if {s, axis.slip} <= set(sympy.Mul.make_args(term)):
-                term = term / (s * axis.slip) * Magnitude(axis.slip)
-        terms.append(term)
-    return sympy.Add(*terms)
 
 
 def _kinks(expressions: Iterable[Any]) -> tuple[Any, ...]:

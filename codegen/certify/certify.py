@@ -5,7 +5,6 @@ The proposal is made in floating point; what is handed out has passed the indepe
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -93,8 +92,11 @@ def _certified(
     except (NotEnclosable, TypeError) as error:
         if not analysis.stable:
             return _unstable(analysis, None, by_parts())
-        structured = by_structure(analysis, stated)
-        return _no_words(analysis, error) if structured is None else _by_structure(analysis, structured)
+        if (structured := by_structure(analysis, stated)) is None:
+            return _no_words(analysis, error)
+        content, report = structured
+        rate = float(Fraction(content["decay_rate"]))
+        return Certificate(content, rate, spectral_rate(analysis), report.facts, by_structure=True)
     slowest = slowest_point(analysis, family)
     limit = refute(analysis, slowest, base) if slowest is not None else None
     if not analysis.stable:
@@ -198,12 +200,6 @@ def _none_through_turns(observer: Observer, kept: Any, matrix: Any) -> bool:
     except verify.Refused:
         return False
     return True
-
-
-def _by_structure(analysis: Analysis, content: Mapping[str, Any]) -> Certificate:
-    facts = verify.check(json.dumps(content)).facts
-    rate = float(Fraction(content["decay_rate"]))
-    return Certificate(content, rate, spectral_rate(analysis), facts, by_structure=True)
 
 
 def spectral_rate(analysis: Analysis) -> float:

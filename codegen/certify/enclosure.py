@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
 from codegen.certify.family import PI, Family, NotEnclosable
-from codegen.certify.prefix import rational_text, to_prefix
+from codegen.certify.prefix import fraction, to_prefix
 from codegen.checker import verify
 from codegen.mechanics.casadi_form import to_casadi
 
@@ -84,11 +84,7 @@ class Enclosure:
 
 def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:
     """The ranges of the variables."""
-    return _exact(family.variables)
-
-
-def _exact(ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> dict[sympy.Symbol, Interval]:
-    return {v: (Fraction(rational_text(low)), Fraction(rational_text(high))) for v, (low, high) in ranges.items()}
+    return {v: (fraction(low), fraction(high)) for v, (low, high) in family.variables.items()}
 
 
 def _parsed(parameters: Mapping[sympy.Symbol, Any], variables: Iterable[sympy.Symbol]) -> list[Value]:
@@ -125,7 +121,7 @@ def _partition(
     """Breakpoints of each variable, and what the parameters can be in the cells: the same at every sample time."""
     parameters, variables = dict(named), dict(ranges)
     values, sampled = _parsed(parameters, variables), _sampled_ranges(parameters, variables)
-    breaks = {v: list(ends) for v, ends in _exact(variables).items()}
+    breaks = {v: [*map(fraction, ends)] for v, ends in variables.items()}
     most = min(MOST_CELLS, MOST_CORNERS >> len(parameters))
 
     def cut(at: set[tuple[sympy.Symbol, Fraction]]) -> bool:

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
 from typing import Any
 
 import sympy
 
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.polynomials import expand_products
-from codegen.certify.prefix import rational_text, to_prefix
+from codegen.certify.prefix import fraction, to_prefix
 from codegen.checker import verify
 from codegen.mechanics.computed import ComputedEntry
 from codegen.mechanics.system import Matrix
@@ -66,7 +65,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     single = {u: s for u, s in zip(observer.system.slip_velocity, observer.signs, strict=True) if u.is_Symbol}
     single |= dict(zip(slips, _signs_of(slips, dynamics), strict=True))
     single |= {n: single[v] for n, v in dynamics.next_velocity.items() if v in single}
-    matrix = matrix.applyfunc(lambda e: _signed_slips(e, single))
+    matrix = matrix.applyfunc(lambda e: signed_slips(e, single))
     inverse, varying = _inverse_mass(dynamics, numbers)
     extra: dict[Any, sympy.Symbol] = {}
     varying |= {s: _bounded_functions(e.xreplace(numbers), extra, ranges) for s, e in dynamics.slopes.items()}
@@ -135,7 +134,7 @@ def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any,
 
 
 def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
-    """The entry with each product of signs, or each sign, by its name."""
+    """The entry, multiplied out, with its name in place of each product that is part of a term."""
     total = sympy.Integer(0)
     for term in sympy.Add.make_args(expand_products(entry)):
         for product, name in rename.items():
@@ -209,19 +208,15 @@ def _signs_of(slips: Mapping[sympy.Symbol, Any], dynamics: ErrorDynamics) -> lis
     return [dynamics.observer.signs[names.index(u)] for u in slips]
 
 
-def _signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:
-    """s·u as |u| where u is one variable, in divisors too: its sign is then not lost to interval arithmetic."""
+def signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:
+    """s·u as |u| where u is one variable, in divisors too: its sign is then not lost to interval arithmetic.
+
+    Args:
+        single: u → s.
+    """
     divisors = [p for p in entry.atoms(sympy.Pow) if p.exp.is_negative and not p.base.is_Symbol]
-    entry = entry.subs({p: _signed_slips(p.base, single) ** p.exp for p in divisors})
-    total = sympy.Integer(0)
-    for term in sympy.Add.make_args(entry):
-        changed = term
-        for u, s in single.items():
-            factors = sympy.Mul.make_args(changed)
-            if s in factors and u in factors:
-                changed = changed / (s * u) * Magnitude(u)
-        total += changed
-    return total
+    entry = entry.subs({p: signed_slips(p.base, single) ** p.exp for p in divisors})
+    return _with_products(entry, {s * u: Magnitude(u) for u, s in single.items()})
 
 
 def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> Any:
@@ -241,7 +236,7 @@ def _known_sign(argument: Any, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -
     """The sign that an expression has all over the ranges, by interval arithmetic; 0 if it may change."""
     if not argument.free_symbols <= set(ranges):
         return 0
-    box = {s.name: (Fraction(rational_text(low)), Fraction(rational_text(high))) for s, (low, high) in ranges.items()}
+    box = {s.name: (fraction(low), fraction(high)) for s, (low, high) in ranges.items()}
     try:
         low, high = verify.parse(to_prefix(argument), box, "sign")[1](box)
     except (verify.Refused, TypeError):

@@ -46,8 +46,6 @@ similar problem starts with the TIGHT ones of the last P."""
 NEAR = 2e-5
 """Relative tolerance of ``method_of_centres`` for one family: its rate is within 1 % of the proved limit."""
 NEARER = (0.75, 0.5, 0.25)
-MOST = 4096
-"""With more matrices the analytic centre would take minutes: P is then the solver's own."""
 CLIMBED = 2**19
 """Matrices times m⁴ up to which the method of centres is used: for 1024 of order 6 it takes 3 s for 0.2 % of a rate."""
 SETTLED, TIGHTEST = 2048, 400
@@ -108,8 +106,6 @@ def common_lyapunov_of_many(matrices: Matrices, h: float, near: float = NEAR) ->
     limit = decay_rate_limit(matrices, h)
     if limit <= 0:
         return None
-    if len(matrices) > MOST:
-        return _bisected(matrices, h, limit)
     worst: Worst = []
     first = largest_feasible_rate(lambda alpha: common_lyapunov_at([(matrices, alpha)], h, worst), limit)
     if first is None:
@@ -127,23 +123,6 @@ def common_lyapunov_of_many(matrices: Matrices, h: float, near: float = NEAR) ->
         start, first[1], stack, h, lambda p: float(certified_rates(p, stack, h).min()), near=near
     )
     return p / scale[None, :] / scale[:, None], shown * 0.999
-
-
-def _bisected(matrices: Matrices, h: float, limit: float, steps: int = 8) -> tuple[Array, float] | None:
-    """As ``common_lyapunov_of_many``, by bisection alone."""
-    low, high, best = 0.0, limit, None
-    stack, alpha = np.array(matrices), limit * 0.98
-    for _ in range(steps):
-        p = common_lyapunov_at([(matrices, alpha)], h)
-        if p is None:
-            high = alpha
-        else:
-            low = max(alpha, float(certified_rates(p, stack, h).min()))
-            best = p, low * 0.999
-        alpha = (low + high) / 2
-        if high - low < 2e-3 * limit:
-            break
-    return best
 
 
 def common_lyapunov_at(groups: Sequence[Group], h: float, worst: Worst | None = None) -> Array | None:

@@ -29,6 +29,7 @@ from codegen.certify.lyapunov import (
     common_lyapunov_of_many,
     decay_rate_limit,
 )
+from codegen.certify.prefix import rounded
 
 KEPT, KEPT_BESIDE = 0.5, 0.4
 """Shares of the best rate of sliding: certified at the largest |f| for the slips of the region, and for its other |f|.
@@ -41,6 +42,8 @@ DIRECTIONS = ((-1.0, 1.0), (0.0, 1.0), (0.2, 1.0), (-1.0, -0.2))
 COARSE, RATIO, FINE = 8.0, 0.03, 2e-4
 BELOW, THIN = 5e-4, 0.99
 FLOOR, FASTEST, CELLS = 1e-6, 2.0, 5
+DIGITS = 5
+"""Of the ends of a box."""
 NEAR = 1e-5
 """As in ``lyapunov``, for the many matrices of cells: within 1 % of the proved limit."""
 
@@ -158,8 +161,8 @@ class RegionSearch:
     def _least_state(self, axis: ContactAxes, holds: Callable[[Any], bool]) -> Any:
         """The least |f|, to four decimals, for which a condition holds that holds at the largest."""
         good, bad = float(axis.largest_state), float(axis.least_state)
-        found = bad if holds(axis.least_state) else _bisected(lambda x: holds(_exact(x)), good, bad)
-        return min(_exact(np.ceil(found * 1e4) / 1e4), axis.largest_state)
+        found = bad if holds(axis.least_state) else _bisected(lambda x: holds(rounded(x, DIGITS)), good, bad)
+        return min(rounded(np.ceil(found * 1e4) / 1e4, DIGITS), axis.largest_state)
 
     def _presliding(self, sliding: list[Any]) -> list[Region]:
         """Away from zero friction, for both directions of slip; or for each, away from zero slip too.
@@ -167,7 +170,7 @@ class RegionSearch:
         Up to the largest |f|, or to where sliding begins: a law with a kink there is two laws.
         """
         tops = [axis.largest_state for axis in self.along.axes]
-        below = [_exact(np.floor((float(x) - BELOW) * 1e4) / 1e4) for x in sliding]
+        below = [rounded(np.floor((float(x) - BELOW) * 1e4) / 1e4, DIGITS) for x in sliding]
         for directions in (DIRECTIONS[:1], DIRECTIONS[2:]):
             for upper in (tops, below):
                 found = [region for ends in directions if (region := self._away(upper, *ends)) is not None]
@@ -178,7 +181,7 @@ class RegionSearch:
 
     def _away(self, tops: list[Any], low: float, high: float) -> Region | None:
         def box(share: float, t: float) -> Box:
-            states = [_exact(np.ceil(share * float(top) * 1e4) / 1e4) for top in tops]
+            states = [rounded(np.ceil(share * float(top) * 1e4) / 1e4, DIGITS) for top in tops]
             return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
 
         worst: Worst = []
@@ -227,10 +230,10 @@ class RegionSearch:
         tops = tops or [axis.largest_state for axis in self.along.axes]
         for axis, least, top in zip(self.along.axes, states, tops, strict=True):
             share = float(axis.largest_slip) / self.fastest_slip
-            most = _exact(w * share) if axis.largest_rate is None else axis.largest_rate
+            most = rounded(w * share, DIGITS) if axis.largest_rate is None else axis.largest_rate
             box[axis.state] = (least, top)
             low, high = slips
-            box[axis.slip] = (_exact(low) * axis.largest_slip, _exact(high) * axis.largest_slip)
+            box[axis.slip] = (rounded(low, DIGITS) * axis.largest_slip, rounded(high, DIGITS) * axis.largest_slip)
             box[axis.slip_rate] = (-most, most)
         return box
 
@@ -281,8 +284,3 @@ def _bisected(holds: Callable[[float], bool], good: float, bad: float, geometric
         middle = float(np.sqrt(good * bad)) if geometric else (good + bad) / 2
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good
-
-
-def _exact(value: float) -> Any:
-    """A short exact decimal."""
-    return sympy.Rational(f"{float(value):.5g}")

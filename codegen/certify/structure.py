@@ -79,8 +79,8 @@ COORDINATES = (
 )
 
 
-def by_structure(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
-    """The certificate's content, accepted by the checker; None if there is none.
+def by_structure(analysis: Analysis, stated: Frame) -> tuple[dict[str, Any], verify.Report] | None:
+    """The certificate's content, and the report of the checker that accepted it; None if there is none.
 
     Args:
         stated: fields that every certificate has.
@@ -89,10 +89,9 @@ def by_structure(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
     if content is None:
         return None
     try:
-        verify.check(json.dumps(content))
+        return content, verify.check(json.dumps(content))
     except verify.Refused:
         return None
-    return content
 
 
 def _measured(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:

@@ -23,7 +23,8 @@ from typing import Any
 
 import sympy
 
-from codegen.mechanics.sparse import jacobian, scaled
+from codegen.analysis.error_dynamics import drop_squares
+from codegen.mechanics.sparse import each, jacobian, scaled
 from codegen.mechanics.system import Matrix
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
@@ -111,8 +112,9 @@ def error_response(observer: Observer) -> Response | str:
     ]
     for name in ("step", "noise", "direct", "displacement", "velocity", "acceleration"):
         matrices[name] = scaled(signs, matrices[name], signs if name == "step" else [1] * n)
+    # Where a sign is left, the response depends on the direction of slip.
     exact = {
-        name: Matrix(matrix.applyfunc(lambda e: _signs_gone(e, observer.signs))) for name, matrix in matrices.items()
+        name: each(matrix, lambda e: drop_squares(sympy.expand(e), observer.signs)) for name, matrix in matrices.items()
     }
     reason = _not_constant(observer, exact)
     return reason or Response(**exact, nonaffine=tuple(nonaffine.parts.values()))
@@ -227,12 +229,3 @@ def _names(expressions: Iterable[Any]) -> str:
 def _slips(observer: Observer) -> tuple[Any, ...]:
     """The symbols of the estimated slips."""
     return next((tuple(e.symbols) for e in observer.equations if e.name == "slip_velocity"), observer.signs)
-
-
-def _signs_gone(expression: Any, signs: tuple[sympy.Symbol, ...]) -> Any:
-    """The expression reduced by s² = 1. If a sign remains, the response depends on the direction of slip."""
-    expanded = sympy.expand(expression)
-    for s in signs:
-        if expanded.has(s) and expanded.is_polynomial(s):
-            expanded = sympy.rem(expanded, s**2 - 1, s)
-    return expanded
