@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -73,9 +74,15 @@ class Arm:
         return columns, total
 
 
+@cache
+def arm_at(h: float) -> Arm:
+    """Each derived once."""
+    return Arm(h)
+
+
 @pytest.mark.parametrize(("h", "shares"), [(0.001, (0.470, 0.0251)), (0.0002, (0.0943, 0.0052))])
 def test_the_share_of_friction_at_frozen_angles(h: float, shares: tuple[float, float]) -> None:
-    arm = Arm(h)
+    arm = arm_at(h)
     found = [arm.sums(elbow, (1, way), round(20 / h))[1] for elbow in (0.0, math.pi) for way in (1, -1)]
     assert np.max(found, axis=0) / FRICTION == pytest.approx(shares, rel=0.02)
 
@@ -83,7 +90,7 @@ def test_the_share_of_friction_at_frozen_angles(h: float, shares: tuple[float, f
 @pytest.mark.parametrize(("h", "shares"), [(0.001, (1.61, 0.445)), (0.0001, (0.190, 0.051))])
 def test_the_share_by_the_certificate_s_own_v(h: float, shares: tuple[float, float]) -> None:
     """|e|_P <= sum of |b|_P over 1 - the fall: above the friction of the shoulder, and nearly that of the elbow."""
-    arm = Arm(h)
+    arm = arm_at(h)
     outcome = arm.machine.outcome
     assert isinstance(outcome, Certificate)
     p = np.array([[float(Fraction(x)) for x in row] for row in outcome.content["lyapunov_matrix"]])
@@ -99,6 +106,6 @@ def test_the_share_by_the_certificate_s_own_v(h: float, shares: tuple[float, flo
 
 def test_no_gain_helps_where_gravity_moves_on_within_a_sample() -> None:
     """The code's force is that at the sample; half a sample later gravity is another, by 18 % of the friction."""
-    arm = Arm(0.001)
+    arm = arm_at(0.001)
     slope = np.abs(np.array(arm.slopes(math.pi / 2, 0.0, 0, 0), dtype=float))[:, :2]
     assert slope @ [SPEED, SPEED] * arm.h / 2 / FRICTION == pytest.approx([0.179, 0.0104], rel=0.02)

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from unittest.mock import patch
 
-from codegen.diagnosis import forward_selection
+from codegen.diagnosis import force_led, forward_selection
 from codegen.diagnosis.candidate_fits import every_part
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.results import Diagnosis
@@ -109,5 +109,5 @@ def among(*kinds: str) -> Iterator[None]:
     def few(search: Search, taken: Sequence[Part]) -> list[Part]:
         return [part for part in every_part(search, taken) if not kinds or part.kind in kinds]
 
-    with patch.object(forward_selection, "every_part", few):
+    with patch.object(forward_selection, "every_part", few), patch.object(force_led, "every_part", few):
         yield

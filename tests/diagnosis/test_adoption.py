@@ -248,7 +248,7 @@ def test_an_effect_whose_interval_holds_zero_is_not_credited(tmp_path: Path, mon
 
     monkeypatch.setattr(examination, "estimate", wide)
     log = log_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]"), tmp_path, "train.csv")
-    with among("spring", "hardening_spring", "cogging", "viscous"):
+    with among("spring", "viscous"):
         diagnosis, models = diagnose_log(stage(), system_of(stage()), log)
     assert diagnosis.verdict == "unknown" and diagnosis.effects == ()
     assert "the 95 % interval of k (-1 to 40) contains the value at which spring is absent" in diagnosis.sentence
