@@ -65,7 +65,7 @@ def function(name: str, p: Poly, known: Known) -> Poly:
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 
 
-@lru_cache(1 << 14)  # a proof repeats its expressions, most of which are 0
+@lru_cache(8)  # the size of one is read after its value, and a row of zeros is one; many would fill the memory
 def parsed(text: str) -> ast.expr:
     demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
     return ast.parse(text, mode="eval").body
