@@ -46,6 +46,11 @@ class Family:
     matrix: Matrix
     bounded: Mapping[sympy.Symbol, Any] = field(default_factory=dict)
 
+    def at(self, point: Mapping[sympy.Symbol, Any]) -> Matrix:
+        """A where the variables have these values."""
+        known = dict(point)
+        return Matrix(self.matrix.xreplace({s: e.xreplace(known) for s, e in self.parameters.items()}))
+
 
 def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> Family:
     """Put numbers in and name what varies.

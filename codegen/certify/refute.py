@@ -191,8 +191,7 @@ def rational_matrix(analysis: Analysis, family: Family) -> Any:
     for known in _operating_points(analysis):
         point = _point(analysis, family, known)
         if point is not None:
-            values = {v: point[v.name] for v in family.variables}
-            exact = family.matrix.subs({s: e.subs(values) for s, e in family.parameters.items()})
+            exact = family.at({v: point[v.name] for v in family.variables})
             if all(e.is_Rational for e in exact):
                 return exact
     return None

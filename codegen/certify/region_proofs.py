@@ -225,8 +225,7 @@ class _Proofs:
         corners = []
         for ends in product(*[sorted({*ends}) for ends in family.variables.values()]):
             point = dict(zip(family.variables, ends, strict=True))
-            exact = family.matrix.xreplace({s: e.xreplace(point) for s, e in family.parameters.items()})
-            a = np.array(exact.tolist(), dtype=float)
+            a = np.array(family.at(point).tolist(), dtype=float)
             corners.append(Slowest(decay_rate_limit([a], h), {v.name: x for v, x in point.items()}, a))
         content = refute(self.analysis, min(corners, key=lambda corner: corner.rate), self._base(family))
         if content is not None:
@@ -248,8 +247,7 @@ def none_without_growth(along: AlongFriction) -> bool:
         point = {v: sympy.Integer(0) for axis in along.axes for v in axis.symbols}
         point |= {axis.slip: share * axis.largest_slip for axis in along.axes}
         point |= {level: (low + high) / 2 for level, (low, high) in along.levels.items()}
-        family = along.family({v: (x, x) for v, x in point.items()})
-        return Matrix(family.matrix.subs({s: e.subs(point) for s, e in family.parameters.items()}))
+        return along.family({v: (x, x) for v, x in point.items()}).at(point)
 
     first, second = at_zero(sympy.Rational(1, 2)), at_zero(sympy.Rational(-1, 2))
     both = first.row_join(second)

@@ -145,3 +145,14 @@ def test_a_folder_of_another_is_kept(tmp_path: Path) -> None:
     library = tmp_path / "library"
     exported(library)
     exported(library)
+
+
+@pytest.mark.parametrize("file", ["README.md", "manifest.json"])
+def test_an_edited_file_is_kept(tmp_path: Path, file: str) -> None:
+    library = tmp_path / "library"
+    exported(library)
+    edited = (library / file).read_text("utf-8").replace("0.1.0", "0.1.1", 1).replace("# ", "# my ", 1)
+    (library / file).write_text(edited, "utf-8")
+    result = stiction("export", SPECS / "one_mass.yaml", "--to", "arduino", "-o", library)
+    assert is_one_message(result) and "[FILE008]" in result.err and f"{file}, edited" in result.err
+    assert (library / file).read_text("utf-8") == edited
