@@ -64,7 +64,7 @@ def passes(r: Array, candidate: Candidate, share: float, count: int) -> bool:
     left = float(np.sum((r - force) ** 2) / np.sum(r**2))
     nats = slow_noise_likelihood(r - force, 1.0) - slow_noise_likelihood(r, 1.0)
     score = t_of_mean(np.array([part.sum() for part in np.array_split(r * force, SIGNED)]))
-    p = ForceGain(left, 0.0, 0.0, 1.0, score, nats).p_added(k)
+    p = ForceGain(left, 0.0, 0.0, score, nats).p_added(k)
     return left <= 1 - LEAST_SHARE and count * periods * p / share <= ALPHA
 
 

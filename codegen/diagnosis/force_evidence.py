@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import exp
+from math import exp, log1p
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, f
 
-from codegen.diagnosis.credit import SIGNED, random_signs, t_of_mean, where_large
+from codegen.diagnosis.credit import SIGNED, are_large, of_logarithms, random_signs, t_of_mean
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.residual import (
     Problem,
@@ -51,17 +51,19 @@ class ForceGain:
         left: squared residual over the other model's, on the coordinate where they differ most.
         nats: gain in log-likelihood for the number of independent residuals.
         t: sum of the gains of blocks of the log over the root of the sum of their squares.
-        where_large: probability, by a t test, of such ratios in the blocks with most to explain.
         score: Student's t of the sums over blocks of r'(r − r₁), with r the other model's residual and r₁ this one's.
         nats_added: gain in log-likelihood where either residual may be slow noise in part (``slow_noise_likelihood``).
+        ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
+        values: number of independent residuals in those blocks.
     """
 
     left: float
     nats: float
     t: float
-    where_large: float = 1.0
     score: float = 0.0
     nats_added: float = 0.0
+    ratios: tuple[float, ...] = ()
+    values: float = 0.0
 
     @property
     def p(self) -> float:
@@ -69,7 +71,7 @@ class ForceGain:
 
         The likelihood ratio is valid where the other model is true, the two tests on blocks where both lack something.
         """
-        return max(min(1.0, 2 * min(random_signs(self.t), self.where_large)), exp(-max(self.nats, 0.0)))
+        return max(min(1.0, 2 * min(random_signs(self.t), self.where_large())), exp(-max(self.nats, 0.0)))
 
     def p_added(self, parameters: int) -> float:
         """Probability of such a gain where the other model is true and this one has so many parameters more.
@@ -82,12 +84,28 @@ class ForceGain:
 
         The force is fitted to this log, along the direction of its k parameters that explains most. Over all directions
         the largest t² of B blocks is Hotelling's T², and T² (B − k)/(k (B − 1)) has the F distribution of k and B − k.
-        That holds where blocks are independent; the likelihood ratio holds for noise slower than a block as well.
+        That holds where blocks are independent; the likelihood ratio holds for noise slower than a block as well. With
+        as many parameters as blocks the score shows nothing. Of what is fitted to both, only the friction levels are
+        taken out of the residuals: what other refitted values explain of the force counts for the added one.
         """
         k = max(parameters, 1)
-        along_best = max(self.score, 0.0) ** 2 * (SIGNED - k) / (k * (SIGNED - 1))
-        by_blocks = min(1.0, 2 * min(float(f.sf(along_best, k, SIGNED - k)), self.where_large))
+        by_score = 1.0
+        if k < SIGNED:
+            along_best = max(self.score, 0.0) ** 2 * (SIGNED - k) / (k * (SIGNED - 1))
+            by_score = float(f.sf(along_best, k, SIGNED - k))
+        by_blocks = min(1.0, 2 * min(by_score, self.where_large(k)))
         return max(by_blocks, float(chi2.sf(2 * max(self.nats_added, 0.0), k)))
+
+    def where_large(self, fitted: int = 0) -> float:
+        """Probability, by a t test, of such ratios in the blocks with most to explain.
+
+        Args:
+            fitted: parameters that were fitted to the same residuals. Of n values they take the share fitted/n by
+                chance where the fit rests on these blocks alone: only ratios above that count.
+        """
+        if not self.ratios or fitted >= self.values:
+            return 1.0
+        return of_logarithms(np.array(self.ratios) + log1p(-fitted / self.values))
 
 
 def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
@@ -98,7 +116,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     motion, rows = problem.motion, problem.masks.rows
     rate = 2 * motion.cutoff_hz * motion.sample_time
     left, nats, added, blocks, scores = 1.0, 0.0, 0.0, np.zeros(SIGNED), np.zeros(SIGNED)
-    squares = np.zeros((2, SIGNED))
+    squares, values = np.zeros((2, SIGNED)), np.zeros(SIGNED)
     for i in range(rows.shape[1]):
         if rows[:, i].sum() < LEAST_ROWS:
             continue
@@ -112,14 +130,17 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
         by_block = np.array([[part.sum() for part in np.array_split(r**2, SIGNED)] for r in (b, a)]) / whole
         blocks += by_block[0] - by_block[1]
         squares += by_block
+        values += share * min(rate, 1.0) * np.array([part.sum() for part in np.array_split(rows[:, i], SIGNED)])
         scores += np.array([part.sum() for part in np.array_split(b * (b - a), SIGNED)]) / whole
         if abs(np.log(ratio)) > abs(np.log(left)):
             left = ratio
-    some = squares[:, squares.min(axis=0) > 0]
-    ratios = where_large(*some) if some.size else 1.0
+    some = squares.min(axis=0) > 0
+    one, other = squares[:, some]
+    large = are_large(one, other) if some.any() else np.zeros(0, dtype=bool)
+    ratios = tuple(np.log(one[large] / other[large]).tolist())
     spread = float(np.sqrt((blocks**2).sum()))
     t = float(blocks.sum()) / spread if spread > 0 else 0.0
-    return ForceGain(left, nats, t, ratios, t_of_mean(scores), added)
+    return ForceGain(left, nats, t, t_of_mean(scores), added, ratios, float(values[some][large].sum()))
 
 
 def independent(values: Array) -> float:

@@ -69,7 +69,10 @@ def resolvable_periods(system: System, motion: Motion, part: Part, parameters: M
     """Number of periods among which that of an effect was searched for: stroke over shortest; 1 without a search.
 
     Waves whose numbers of turns in the stroke differ by less than one cannot be told apart. The largest of as many
-    squared amplitudes is judged as so many hypotheses (R. B. Davies, Biometrika 74, 1987, to first order).
+    squared amplitudes is judged as so many hypotheses (R. B. Davies, Biometrika 74, 1987, to first order). In a test by
+    χ² the period counts as a parameter too, which is not twice: M times the probability that χ² of three degrees of
+    freedom is above 2z is 1.1 times Davies's bound for uniform motion, M √(πz/3) exp(−z) + exp(−z), and with two
+    degrees it would be a third of it.
     """
     stroke, period = _stroke(system, motion, part), parameters.get("period")
     if period is None or stroke <= 0 or _known_turn(system, part, period):

@@ -135,6 +135,35 @@ def test_a_force_of_three_coefficients_is_credited_as_rarely_as_stated_where_par
         assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 400, alpha) / 400
 
 
+@pytest.mark.parametrize("coefficients", [2, 10, 60])
+def test_forces_fitted_where_most_is_left_are_credited_as_rarely_as_stated(coefficients: int, log: Log) -> None:
+    """Harmonics of a motion in eight blocks of 48, where alone the residual is large: ten of them take a share of it,
+    in each block alike, and with as many as there are blocks the score test says nothing.
+    """
+    problem, draw = problem_of(log), np.random.default_rng(6)
+    count, rows = len(problem.motion.time), problem.masks.rows[:, 0]
+    block, p = np.arange(count) * 48 // count, []
+    for _ in range(150):
+        moved = np.isin(block, draw.choice(np.arange(4, 44), 8, replace=False))
+        noise = problem.motion.low_pass(draw.normal(size=(count, 1)))[:, 0] * np.where(moved, 10.0, 1.0)
+        angle = np.outer(np.arange(count), np.arange(1, coefficients // 2 + 1) * draw.uniform(4, 6) * 2 * np.pi / count)
+        waves = np.hstack([np.sin(angle), np.cos(angle)]) * moved[:, None]
+        fitted = waves @ np.linalg.lstsq(waves[rows], noise[rows], rcond=None)[0]
+        p.append(force_gain(problem, noise[:, None], (noise - fitted)[:, None]).p_added(coefficients))
+    for alpha in (0.01, 0.05, 0.2):
+        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 150, alpha) / 150
+
+
+def test_many_coefficients_that_explain_nearly_all_of_a_few_accelerations_are_no_chance(log: Log) -> None:
+    """Of 60 coefficients no score test says anything; ten blocks in which a thirtieth is left do."""
+    problem, draw = problem_of(log), np.random.default_rng(7)
+    count = len(problem.motion.time)
+    after = draw.normal(size=(count, 1))
+    jerk = np.isin(np.arange(count) * 48 // count, draw.choice(np.arange(4, 44), 10, replace=False))[:, None]
+    gain = force_gain(problem, np.where(jerk, 30.0, 1.0) * after, after)
+    assert gain.values > 60 and gain.p_added(60) < 1e-6
+
+
 def test_a_coefficient_five_deviations_from_zero_is_no_chance_though_the_gains_of_blocks_leave_doubt(log: Log) -> None:
     """A wave whose size by least squares is 5 standard errors, in white residuals."""
     problem, draw = problem_of(log), np.random.default_rng(4)
