@@ -1,7 +1,8 @@
 """Cross-validated evidence for a candidate model: log-likelihood gained on held-out segments, and its significance.
 
 A segment's loss is its negative log-likelihood, K/2 log(1 + RSS/K), with RSS the sum of its K squared residuals in
-units of the noise. At the noise, where RSS is K, it changes with RSS half as much as that of least squares. A model "removes" a share of the squared residual if its own residual is smaller by that share.
+units of the noise. At the noise, where RSS is K, it changes with RSS half as much as that of least squares. A model
+"removes" a share of the squared residual if its own residual is smaller by that share.
 """
 
 from __future__ import annotations
@@ -115,8 +116,8 @@ class Evidence:
 def random_signs(t: float) -> float:
     """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), Φ the normal CDF.
 
-    A normal approximation. Of B equal gains all are positive with the probability 2^−B: 3 times 1 − Φ(√B) for B = 3, 1.7
-    times for 8, and less than that from 12 on. For t above 3.5 it is at most 1.4 times too small with equal gains.
+    A normal approximation. Of B equal gains all are positive with the probability 2^−B: 3 times 1 − Φ(√B) for B = 3,
+    1.7 times for 8, and less than that from 12 on. For t above 3.5 it is at most 1.4 times too small with equal gains.
     """
     return 0.5 * erfc(t / sqrt(2))
 
