@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from scipy.fft import dct
 
 from codegen.base.arrays import Array
 
@@ -23,35 +24,33 @@ SHARES = (0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0)
 def slow_noise_likelihood(residual: Array, band: float) -> float:
     """Log-likelihood of a residual by Whittle's approximation, as the best of a grid of noise models; nats.
 
-        max over a, s, τ of −Σ_j (ln a S_j + I_j/(a S_j)),   S = 1 − s + s (1 − φ²)/|1 − φ exp(−iω)|²,   φ = exp(−1/τ)
+        max over a, s, τ of −½ Σ_j (ln a S_j + c_j²/(a S_j)),   S = 1 − s + s (1 − φ²)/|1 − φ exp(−iω)|²,  φ = exp(−1/τ)
 
-    with I_j the periodogram, S the spectrum of white noise and a share s of first-order autoregressive noise of the
-    correlation time τ, and a its size. The line at zero counts half. Constants are left out: only differences count.
+    with c_j the cosine transform at ω_j = πj/(N·band), S the spectrum of white noise and a share s of first-order
+    autoregressive noise of the correlation time τ, and a its size. A Fourier transform would take the step from the
+    last value to the first for a jump of the signal. Constants are left out: only differences count.
 
     Args:
         residual: (N,) values; what lies above the band is ignored.
         band: width of the band over the Nyquist frequency: N values hold N·band independent ones.
     """
-    lines = round(len(residual) * min(band, 1.0) / 2)
-    if lines < 2:
+    lines = round(len(residual) * min(band, 1.0))
+    if lines < 4:
         return 0.0
-    power = np.abs(np.fft.rfft(residual)[:lines]) ** 2
+    power = dct(residual, norm="ortho")[:lines] ** 2
     inverse, logarithms = _spectra(lines)
-    count = lines - 0.5
-    sizes = np.maximum(inverse @ power, 1e-300) / count
-    return float(np.max(-count * np.log(sizes) - logarithms))
+    sizes = np.maximum(inverse @ power, 1e-300) / lines
+    return float(np.max(-0.5 * lines * np.log(sizes) - 0.5 * logarithms))
 
 
 @lru_cache(maxsize=8)
 def _spectra(lines: int) -> tuple[Array, Array]:
-    """Of every noise model: weight over spectrum at each line, (models, lines); and Σ weight ln S, (models,)."""
+    """Of every noise model: 1/S at each line, (models, lines); and Σ ln S, (models,)."""
     turn = np.exp(-1j * np.pi * np.arange(lines) / lines)
     models = [np.ones(lines)]
-    for time in np.geomspace(1.0, max(1.0, 2 * lines * LONGEST), TIMES):
+    for time in np.geomspace(1.0, max(1.0, lines * LONGEST), TIMES):
         phi = np.exp(-1 / time)
         slow = (1 - phi**2) / np.abs(1 - phi * turn) ** 2
         models += [1 - share + share * slow for share in SHARES]
     spectra = np.array(models)
-    weight = np.ones(lines)
-    weight[0] = 0.5
-    return weight / spectra, np.log(spectra) @ weight
+    return 1 / spectra, np.log(spectra).sum(axis=1)
