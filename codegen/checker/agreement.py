@@ -9,9 +9,10 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import covered, enclosure, kernel, theorem
+    from codegen.checker import covered, enclosure, frame, kernel, theorem
 
 
+@frame.limited()
 def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
     """In what a proof speaks of another error than the certificate (as verify.parsed gives it); empty where in nothing.
 
@@ -68,6 +69,7 @@ def claims_fall(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
     return same and turns == known["turns"] and len(turns) == len(proof["reversals"])
 
 
+@frame.limited()
 def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any]) -> bool:
     """Whether the certificate's I + hA, over all signs and its ranges, is the matrix that the kernel has accepted."""
     signs = {f"s_{s.removeprefix('sign.')}": s for s in proof["signs"]}
@@ -103,7 +105,7 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
                 return False
         off = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(rows, shown["matrix"], strict=True)]
         return not kernel.cleared(covered.joined(off), text.known)
-    except ValueError:  # one of them speaks of more than polynomials and quotients
+    except (ArithmeticError, ValueError):  # one of them speaks of more than polynomials and quotients, or divides by 0
         return False
 
 
@@ -168,7 +170,7 @@ def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[s
         other = unlike(top, proof) if proof and theorem.numbers(proof) else ""
     except enclosure.Refused as why:
         return {}, {}, f"{not_its} it cannot be read ({why})"
-    except (AttributeError, LookupError, TypeError, ValueError) as why:
+    except Exception as why:  # Python raises many kinds for what is no expression
         return {}, {}, f"{not_its} it cannot be read ({type(why).__name__})"
     if proof is None:
         return {}, {}, f"{theorem.PROOF} is not the JSON of a proof, with just its fields"

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING or __package__:
     from codegen.checker import enclosure, frame, kernel
 
+MOST_FACTORS = 100  # of a product of names: a power of a power of a power would fill the memory
 FUNCTIONS = {"sin": "sin", "cos": "cos", "exp": "exp", "abs": "fabs"}
 Interval = tuple[Fraction, Fraction]
 
@@ -41,13 +42,19 @@ def polynomial(entry: Any, names: Mapping[str, Any], known: dict[Any, Any], encl
         power, count = kernel.term(1), int(parts[1])
         kernel.demand(0 <= count <= enclosure.MAX_POWER, f"exponent {count}")
         for _ in range(count):
-            power = power * first
+            power = short(power * first)
         return power
     for part in parts[1:]:
         other = polynomial(part, names, known, enclosed)
         other = kernel.function("1/", other, known) if word == "/" else other
-        first = first + other if word == "+" else first * other
+        first = first + other if word == "+" else short(first * other)
     return first * kernel.term(-1) if word == "neg" else first
+
+
+def short(p: Any) -> Any:
+    """The polynomial, if its products are of few names."""
+    kernel.demand(all(len(m) < MOST_FACTORS for m in p), "a power is too high")
+    return p
 
 
 def joined(A: list[list[Any]]) -> Any:

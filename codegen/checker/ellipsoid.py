@@ -124,7 +124,10 @@ def root_above(x: Fraction) -> Fraction:
 def integers(rows: Any) -> tuple[int, list[list[int]]]:
     """(n, n * rows), n the least common denominator of all entries."""
     rows = [*rows]
-    n = lcm(*(x.denominator for row in rows for x in row))
+    n = 1
+    for denominator in {x.denominator for row in rows for x in row}:  # one of all of them could fill the memory
+        n = lcm(n, denominator)
+        kernel.demand(n.bit_length() < 10**4, "a common denominator is too large")
     return n, [[x.numerator * (n // x.denominator) for x in row] for row in rows]
 
 

@@ -1,6 +1,6 @@
 """Intervals with rational ends: what an expression of a certificate can be over ranges of its names, rounded outwards.
 
-Standard library only; part of the checker (verify.py).
+Standard library only; part of the checker (verify.py), which hands ``frame`` in.
 """
 
 import math
@@ -11,7 +11,10 @@ from fractions import Fraction
 from functools import lru_cache, reduce
 from itertools import accumulate
 from reprlib import repr as brief
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING or __package__:
+    from codegen.checker import frame
 
 MAX_STRING, MAX_POWER = 4000, 64
 TOO_LONG, DIGITS, FINEST = 1 << 2**14, 96, 512  # rounded numbers have DIGITS binary digits, none below 2^-FINEST
@@ -76,6 +79,7 @@ def widen(low: Fraction, high: Fraction, digits: int = DIGITS) -> Interval:
 
 
 def hull(numbers: Iterable[Fraction]) -> Interval:
+    frame.demand(True, "")  # there is time left
     ends = sorted(numbers)
     demand(all(max(abs(x.numerator), x.denominator) < TOO_LONG for x in ends), "a number grew too long to go on")
     return ends[0], ends[-1]
@@ -124,7 +128,7 @@ def apply(op: str, args: list[Interval], where: str) -> Interval:
     """The range of an operator over the ranges of its operands."""
     (low, high), zero = args[0], Fraction(0)
     if op == "+":
-        return hull(sum(ends, zero) for ends in zip(*args, strict=True))
+        return reduce(lambda x, y: hull((x[0] + y[0], x[1] + y[1])), args)
     if op == "*":
         return reduce(lambda x, y: hull(a * b for a in distinct(x) for b in distinct(y)), args)
     if op == "/":

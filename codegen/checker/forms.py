@@ -20,8 +20,10 @@ Rows = list[list[int]]
 
 def integers(rows: Matrix) -> tuple[Rows, int]:
     """(D * rows, D) with the least D > 0 for which all entries are whole."""
-    common = math.lcm(*(x.denominator for row in rows for x in row))
-    enclosure.demand(common < enclosure.TOO_LONG, "a common denominator grew too long to go on")
+    common = 1
+    for denominator in {x.denominator for row in rows for x in row}:  # one of all of them could take minutes
+        common = math.lcm(common, denominator)
+        enclosure.demand(common < enclosure.TOO_LONG, "a common denominator grew too long to go on")
     return [[x.numerator * (common // x.denominator) for x in row] for row in rows], common
 
 

@@ -211,8 +211,10 @@ def plain(text: str) -> str:
     text = text.replace("\\\n", "")
     legible = text.replace("\n", "").isprintable() and not re.search(r"\\|\?\?", text)
     demand(legible, "control characters, \\ or ??")
-    text = re.sub(r'/\*.*?(?:\*/|\Z)|("[^"\n]*"|//)', lambda m: m[1] or " ", text, flags=re.DOTALL)
-    demand(text.isascii() and not re.search(r"//|%|[\w.]{200}", text), "a comment from // on, % or not ASCII")
+    comment = r'/\*.*?(\*/|\Z)|("[^"\n]*"|//)'
+    text = re.sub(comment, lambda m: m[2] or (" " if m[1] else "//"), text, flags=re.DOTALL)
+    fault = "a comment from // on, % or not ASCII, or a comment without an end"
+    demand(text.isascii() and not re.search(r"//|%|[\w.]{200}", text), fault)
     lines = filter(None, (" ".join(line.split()) for line in text.split("\n")))
     return re.sub(r"(?m)^([^#].*)\n(?!#)", r"\1 ", "\n".join(lines))
 
@@ -340,6 +342,7 @@ def detects(c: C) -> None:
     demand({*summed} >= {*follow}, f"{name}.c: `check` does not hold all next states")
     besides = {*summed} - {*follow}
     demand(all(re.fullmatch(r"[\w.]+(?:\[\d+\])?", x) for x in besides), f"{name}.c: `check` holds more than names")
+    demand("check" not in dict(c.commit), f"{name}.c: `check` is set again")  # its size is that of the last
     committed = [(z, x) for z, x in c.commit if z.startswith("state.")]
     demand(
         sorted(committed) == sorted(zip(states, follow, strict=True)), f"{name}.c: other next states than in `check`"

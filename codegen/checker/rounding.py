@@ -29,7 +29,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     Args:
         shown: of the proof, by kernel.prove.
     """
-    c, names, known = shown["c"], shown["names"], shown["known"]
+    c, names, known = shown["c"], shown["names"], dict(shown["known"])  # of its reciprocals nothing is shown
     values = {x: names[x] for x in c.values}
     made = Sized({x: p for x, p in values.items() if x not in dict(c.prepare)}, known, c.precision)
     made.run(c.prepare, [*values])

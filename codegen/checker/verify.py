@@ -33,8 +33,8 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 if TYPE_CHECKING or __package__:
     from codegen.checker import agreement, covered, enclosure, files, forms, frame, theorem
 else:
-    enclosure, files = beside("enclosure"), beside("files")
-    frame = beside("frame")
+    files, frame = beside("files"), beside("frame")
+    enclosure = beside("enclosure", frame=frame)
     algebra = beside("algebra", frame=frame)
     kernel = beside("kernel", algebra=algebra, frame=frame)
     forms = beside("forms", enclosure=enclosure, kernel=kernel)
@@ -42,7 +42,8 @@ else:
     by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel) for name in of_c}}
     covered = beside("covered", enclosure=enclosure, frame=frame, kernel=kernel)
     theorem = beside("theorem", enclosure=enclosure, covered=covered, forms=forms, frame=frame, **by_c)
-    agreement = beside("agreement", enclosure=enclosure, covered=covered, kernel=kernel, theorem=theorem)
+    compared = {"enclosure": enclosure, "covered": covered, "kernel": kernel, "theorem": theorem}
+    agreement = beside("agreement", frame=frame, **compared)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 PROOF, SETS, by_kernel, of_its_proof = theorem.PROOF, theorem.SETS, agreement.bound, agreement.of_its_proof
@@ -211,7 +212,8 @@ def verify(top: dict[str, Any]) -> list[str]:
         require(integers(P)[0], "P is not positive definite", definite=True)
     if along:  # P would be the sum of Phi'^k gap Phi^k/fall^(k+1) > 0 if the error fell so fast
         demand(len(along) == n and any(along) and not top["reversals"], "along is no direction, or there are reversals")
-        value = sum(a * b * P[i][j] for i, a in enumerate(along) for j, b in enumerate(along))
+        (whole, _), ((x,), _) = integers(P), integers([along])  # times what is above 0
+        value = sum(a * b * whole[i][j] for i, a in enumerate(x) for j, b in enumerate(x))
         demand(value <= 0, "P is positive along it")
     s = 1 + alpha * h  # implicit: E = I - hA, and s (E'P + PE) - s^2 P <= E'PE gives the fall; P/fall < E'PE refutes it
     form = (-h, 1, 0, -s * s) if implicit and along else (-h, 0, 1, -2 * s) if implicit else (h, -1, 0, fall)

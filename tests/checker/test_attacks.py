@@ -5,6 +5,7 @@ Where a forger once wrote into the Python twin, by which a certificate was bound
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import io
 import json
@@ -13,6 +14,7 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -206,6 +208,34 @@ def test_a_reversal_turns_the_errors_that_bear_its_sign() -> None:
     assert "what turns at a reversal" not in verify.agreement.unlike(top, proof)  # sign.e_v is no contact's
     top["reversals"][0]["flips"] = [0]
     assert "what turns at a reversal" in verify.agreement.unlike(top, proof)
+
+
+@pytest.mark.parametrize("slip", [".v_hat", "outputs.v_hat/0", "- " * 9_000 + "outputs.v_hat", "(" * 9_000, "None"])
+def test_a_sign_of_no_expression_is_no_traceback(slip: str) -> None:
+    """It is compared with that of the certificate before the kernel reads the proof."""
+    proof = certificate("one_mass", "proof.json")
+    proof["signs"]["sign.rail"] = slip
+    report = check(certificate("one_mass"), sources("one_mass") | {"proof.json": json.dumps(proof).encode()})
+    assert verify.status(report) == verify.NO_CODE and "it cannot be read" in report.unproved
+
+
+@pytest.mark.parametrize("case", ["a power of powers", "a product of many", "a slip of many"])
+def test_an_expression_beside_the_matrix_takes_neither_time_nor_memory(
+    case: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A parameter in no entry of the matrix; the first is x^(64^5), of a tuple of a thousand million names."""
+    monkeypatch.setattr(frame, "SECONDS", 1)
+    content, x = certificate("one_mass"), functools.reduce(lambda x, _: ["^", x, "64"], range(5), "x")
+    many = ["*", *(["+", "x", f"1/{k + 2}"] for k in range(1000))]
+    content["variables"]["x"] = ["0", "1"]
+    content["parameters"].append({"name": "unused", "expression": x if case == "a power of powers" else many})
+    if case == "a slip of many":
+        of = ["^", ["+", *(f"outputs.a{k}" for k in range(60))], "9"]
+        content = certificate("one_mass")
+        content["code"]["errors"][1] = ["*", ["/", of, ["abs", of]], "outputs.a_hat_rail"]
+    begun = time.thread_time()
+    assert verify.status(check(content, sources("one_mass"))) == verify.NO_CODE
+    assert time.thread_time() - begun < 5
 
 
 def test_a_matrix_with_more_than_signs_is_not_bound() -> None:

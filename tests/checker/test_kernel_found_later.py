@@ -176,6 +176,30 @@ def test_the_check_holds_what_the_states_become() -> None:
     refused_by_verify(proof, files)
 
 
+@pytest.mark.parametrize("again", ["", "        check = z_rail_next;\n"])
+def test_a_check_that_is_always_too_large_is_refused(again: str) -> None:
+    """One state 1e150-fold: from 1 m/s on every sample is a fault. A second `check` was the one that was measured."""
+    proof, files = shipped()
+    large, c = "1e75 * (1e75 * (", files["one_mass.c"].replace("const double check = z_v", "double check = z_v")
+    for old, new in (
+        ("state->z_v = -(parameters->K_v * inputs->x);", f"state->z_v = -({large}parameters->K_v * inputs->x)));"),
+        ("parameters->sample_time * parameters->K_v * outputs->v_hat;",
+         f"{large}parameters->sample_time * parameters->K_v * outputs->v_hat));"),
+        ("outputs->v_hat - parameters->K_v * (inputs->x + parameters->sample_time * outputs->v_hat);",
+         f"{large}outputs->v_hat - parameters->K_v * (inputs->x + parameters->sample_time * outputs->v_hat)));"),
+        ("v_hat = state->z_v +", "v_hat = 1e-75 * (1e-75 * state->z_v) +"),
+        ("parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);",
+         f"{large}parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat)));"),
+        ("        outputs->v_hat = v_hat;\n", f"{again}        outputs->v_hat = v_hat;\n"),
+    ):  # fmt: skip
+        assert old in c
+        c = c.replace(old, new)
+    proof["states"]["state.z_v"] = f"1e75*(1e75*({proof['states']['state.z_v']}))"
+    kernel.prove(proof, files | {"one_mass.c": c})
+    with pytest.raises(verify.Refused, match="`check` is set again" if again else "not a sum"):
+        verify.by_kernel_alone(proof, {name: text.encode() for name, text in (files | {"one_mass.c": c}).items()})
+
+
 def test_a_decimal_that_is_rounded_is_not_enlarged() -> None:
     """1e14 times what the decimal of 1/m differs from it by is 0.05 in each sample, and was proved to be 0."""
     proof, files = shipped()

@@ -181,6 +181,73 @@ def test_a_certificate_of_long_numbers_is_refused_in_time() -> None:
     assert time.thread_time() - begun < 4
 
 
+def odd(digits: int, seed: int) -> int:
+    return random.Random(seed).randrange(10 ** (digits - 1), 10**digits) | 1
+
+
+def of_many_denominators(content: Any, size: int = 32) -> Any:
+    """The certificate with a P of as many fractions as there may be, with nothing in common."""
+    P = [[f"-{odd(1900, i * j)}/{odd(1900, i * j + i + j)}" for j in range(size)] for i in range(size)]
+    errors = [{"name": f"e{i}", "meaning": "", "unit": "1"} for i in range(size)]
+    content |= {"lyapunov_matrix": P, "error": errors, "matrix": [["0"] * size] * size, "reversals": []}
+    return content | {"along": [P[i][1][1:] for i in range(size)] if content["along"] else []}
+
+
+def with_a_long_sum(content: Any) -> Any:
+    content["parameters"].append({"name": "z", "expression": ["+", *(f"1/{odd(3900, k)}" for k in range(1200))]})
+    content["matrix"][0][0] = ["+", content["matrix"][0][0], "z"]
+    return content
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "why"),
+    [
+        ("certificate.json", of_many_denominators, "a common denominator grew too long"),  # 70 s
+        ("limit.json", of_many_denominators, "a common denominator grew too long"),  # minutes
+        ("certificate.json", with_a_long_sum, "a number grew too long"),  # a quarter of it took 40 s
+    ],
+)
+def test_a_certificate_of_many_denominators_is_refused_in_time(name: str, change: Any, why: str) -> None:
+    content, begun = change(json.loads((HERE / name).read_text("utf-8"))), time.thread_time()
+    with pytest.raises(verify.Refused, match=why):
+        verify.check(json.dumps(content), sources={})
+    assert time.thread_time() - begun < 4
+
+
+def test_long_numbers_in_a_sum_of_many_take_no_more_than_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A minute and more, for one value of one parameter."""
+    monkeypatch.setattr(frame, "OF_ALGEBRA", 1)
+    content = json.loads((HERE / "certificate.json").read_text("utf-8"))
+    content["variables"] |= {name: [f"1/{odd(2000, k)}"] * 2 for k, name in enumerate(("x", "y"))}
+    content["parameters"].append({"name": "z", "expression": ["+", *["x", "y"] * 90_000]})
+    content["matrix"][0][0] = ["+", content["matrix"][0][0], "z"]
+    begun = time.thread_time()
+    with pytest.raises(verify.Refused, match="more work than the limit"):
+        verify.check(json.dumps(content), sources={})
+    assert time.thread_time() - begun < 4
+
+
+def test_a_set_of_many_denominators_does_not_fill_the_memory() -> None:
+    """Twenty thousand numbers with a common denominator of all: 16 GB."""
+    files = {path.name: path.read_bytes() for path in HERE.iterdir() if path.is_file()}
+    claim = json.loads(files["ellipsoid.json"])
+    claim["sets"][0]["matrix"] = [[f"1/{odd(99, k)}" for k in range(20_000)]]
+    files["ellipsoid.json"], begun = json.dumps(claim).encode(), time.thread_time()
+    with pytest.raises(verify.Refused, match="a common denominator is too large"):
+        verify.check(files["proof.json"].decode(), sources=files)
+    assert time.thread_time() - begun < 4
+
+
+def test_comments_without_end_in_the_header_are_refused_in_time() -> None:
+    """Each was sought an end for where the units are read: half an hour."""
+    changed, begun = files(), time.thread_time()
+    changed["one_mass.h"] += "/* " * 300_000
+    proof = changed.pop("proof")
+    with pytest.raises(verify.Refused, match="a comment without an end"):
+        verify.by_kernel_alone(proof, {name: text.encode() for name, text in changed.items()})
+    assert time.thread_time() - begun < 4
+
+
 def test_many_matrices_of_many_entries_are_refused() -> None:
     """1024 matrices of 100 by 100 would fill the memory."""
     wide = math.prod((kernel.term(2) + kernel.term(1, f"sign.{k}") for k in range(10)), start=kernel.term(1))

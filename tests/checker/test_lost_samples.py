@@ -52,6 +52,23 @@ def test_what_no_observer_does_between_steps_is_refused(case: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("old", "by"),
+    [(BEGUN.rstrip(";\n"), "inputs->x"), (RESUMED.rstrip(";\n"), "outputs->v_hat"), (AT.rstrip(";\n"), "inputs->w")],
+)
+def test_a_division_that_an_unread_text_names_is_no_safer(old: str, by: str) -> None:
+    """At 0 it gives no number: an observer that begins there never runs.
+
+    The text is a witness, which nothing asks for without a domain or a box; its exp has it read for its rounding. With
+    that, the division counted as one that the kernel had shown to be of what is positive.
+    """
+    content, files = changed("one_mass", (old, f"{old} + 0.0 / {by}"))
+    for witness in ({}, {"unread": f"exp(0)/{by.replace('->', '.')}"}):
+        proof = json.dumps(json.loads(files["proof.json"]) | {"witness": witness}).encode()
+        with pytest.raises(Refused, match="a division by what may be zero"):
+            check(content, files | {"proof.json": proof})
+
+
+@pytest.mark.parametrize(
     ("name", "old", "new"),
     [
         ("chain", "parameters->K_v_v[i] * outputs->v_hat[i]", "parameters->K_v_v[i] * outputs->v_hat[0]"),
