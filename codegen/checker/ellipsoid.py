@@ -351,6 +351,7 @@ def require_bounds(
             kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(n)), f"{str(n)[:20]!r} is not a number of samples")
             kernel.demand(int(n) <= MOST_SAMPLES, "too many samples")
         *c, bound = map(number, row)
+        kernel.demand(any(c), "a bound of 0 times every error")
         samples = range(int(count), int(end) if end else int(count) + 1)
         kernel.demand(samples, "the samples of `after` do not rise")
         lines.append((tuple(c), bound, samples, begun, end))

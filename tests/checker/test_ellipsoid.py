@@ -288,6 +288,7 @@ FORGERIES: dict[str, tuple[Change, str]] = {
         lambda c, _: (put("sets", 0, "rows", [])(c, _), c["sets"][0].pop("after", 0)),
         "no bound",
     ),
+    "a bound on no error": (put("sets", 0, "rows", 0, ["0", "0", "1"]), "a bound of 0 times every error"),
     "no push": (put("push", []), "."),
     "push by a state of the machine": (put("push", 1, 1, "1000 + inputs.x"), "do not act on the errors as claimed"),
     "another machine": (put("name", "rig"), "another machine"),
