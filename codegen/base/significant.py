@@ -1,14 +1,16 @@
-"""Significant digits: of an estimate by its 95 % interval, and of a bound, which is rounded outwards."""
+"""Significant digits: of an estimate by its 95 % interval, of a time, and of a bound, which is rounded outwards."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from decimal import Context, Decimal
 from fractions import Fraction
-from math import floor, inf, isfinite, log10, nextafter
+from math import ceil, floor, inf, isfinite, log10, nextafter
 
 OF_WIDTH = 2
 MOST = 12
+OF_TIME, HELD = 6, 15
+"""Digits of a time: at least, and those that a double holds."""
 
 
 def significant_digits(value: float, interval: Sequence[float], most: int = MOST) -> int:
@@ -28,6 +30,18 @@ def significant_digits(value: float, interval: Sequence[float], most: int = MOST
 def with_deserved_digits(value: float, interval: Sequence[float], most: int = 4) -> str:
     """The value with at most so many digits, and no more than its interval lets it have."""
     return f"{value:.{significant_digits(value, interval, most)}g}"
+
+
+def instant(time: float, period: float) -> str:
+    """A time in s, to ``OF_TIME`` digits or so many more that neighbouring samples differ: 1770000012.345 at 1 ms.
+
+    Args:
+        period: sample time, s.
+    """
+    digits = OF_TIME
+    if period > 0 and isfinite(time) and abs(time) >= period:
+        digits = floor(log10(abs(time))) + 1 + ceil(-log10(period))
+    return f"{time:.{min(max(digits, OF_TIME), HELD)}g}"
 
 
 def rounded_to(value: float | Fraction | str, digits: int, rounding: str) -> str:

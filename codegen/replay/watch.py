@@ -63,6 +63,7 @@ class Alarm:
         worst: largest difference from the declared friction, with its sign.
         compared: number of judged samples from ``since`` to ``cleared``, or to the end of the log.
         outside: how many of them were outside the bound.
+        period: sample time, s, by which its times are printed; no part of ``content``.
     """
 
     where: str
@@ -76,10 +77,11 @@ class Alarm:
     cleared: float | None = None
     compared: int = 0
     outside: int = 0
+    period: float = 0.0
 
     @property
     def content(self) -> dict[str, Any]:
-        return asdict(self)
+        return {key: value for key, value in asdict(self).items() if key != "period"}
 
 
 @dataclass
@@ -111,6 +113,7 @@ class Tally:
         slow: of the others, those with a contact no faster than the bound's ``slip_speed``.
         early: of the rest, those less than ``settle`` samples after a reversal or after a sample that is not judged.
         first, last: times of the first and the last sample, s.
+        period: sample time, s.
         worst: of each limit, the largest difference on judged samples, as a share of its bound.
     """
 
@@ -122,6 +125,7 @@ class Tally:
     early: int = 0
     first: float = float("nan")
     last: float = float("nan")
+    period: float = 0.0
     worst: list[float] = field(default_factory=list)
 
 
@@ -166,7 +170,7 @@ class Watch:
         self._since, self._signs = 0, np.zeros(len(system.contacts))
         self._out = [_Out() for _ in self.limits]
         self.alarms: list[Alarm] = []
-        self.tally = Tally(worst=[0.0] * len(self.limits))
+        self.tally = Tally(period=period, worst=[0.0] * len(self.limits))
 
     def take(self, block: Block) -> list[Alarm]:
         """Run the observer over a block of samples, and return the alarms that begin in it."""
@@ -239,6 +243,7 @@ class Watch:
             elif out.count >= self._dwell:
                 out.alarm = Alarm(limit.where, out.since, time, out.worst, limit.bound, limit.unit, time)
                 out.alarm.compared = out.alarm.outside = out.count
+                out.alarm.period = self.tally.period
                 self.alarms.append(out.alarm)
                 begun.append(out.alarm)
         return begun

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 import tracemalloc
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -383,3 +385,14 @@ def test_a_signal_outside_the_envelope_is_warned_of_with_its_share(tmp_path: Pat
         share = float(line.split(" for ")[1].split("%")[0]) / 100
         assert share == pytest.approx(expected[name], abs=0.0006 if name == "w" else 0.01)
     assert "[-60, 50.2]" in found["w"] and "[-5, 5]" in found["v_hat"]
+
+
+def test_unix_time_stamps_are_printed_to_the_sample(tmp_path: Path) -> None:
+    """Expected is the time that the result holds, as a decimal to the sample."""
+    table = record(400)
+    table[:, 0] += 1_770_000_012.0
+    result = replay(SPEC, write_csv(tmp_path / "log.csv", table))
+    at = [Decimal(repr(p.time)) - 1_770_000_012 for p in result.peaks]
+    said = [Decimal(word) - 1_770_000_012 for word in re.findall(r"at t = (\S+) s", result.text())]
+    assert said and all(abs(a - b) < Decimal(repr(PERIOD)) / 2 for a, b in zip(said, at, strict=True))
+    assert "e+09" not in result.text()

@@ -16,7 +16,7 @@ import pytest
 
 from codegen.app.derived import derived_from
 from codegen.app.machine import Machine, load
-from codegen.app.watch import Watched, watch
+from codegen.app.watch import Watched, alarm_text, watch
 from codegen.base.errors import BadInput
 from codegen.logs.bag_file import DEFINITIONS
 from codegen.replay.samples import Block
@@ -366,22 +366,23 @@ def test_a_bound_that_holds_nowhere_in_the_envelope_is_refused(tmp_path: Path) -
 class Prescribed:
     """In place of an engine: estimates that the test chooses, at 0.5 m/s."""
 
-    def __init__(self, outputs: list[str], levels: np.ndarray) -> None:
+    def __init__(self, outputs: list[str], levels: np.ndarray, first: float = 0.0) -> None:
+        self.first = first
         self.estimates = np.zeros((len(levels), len(outputs)))
         self.estimates[:, outputs.index("v_hat")] = 0.5
         self.estimates[:, outputs.index("a_hat_guide")] = levels
 
     def take(self, block: Block) -> tuple[np.ndarray, np.ndarray]:
-        rows = np.round(block.time / PERIOD).astype(int)
+        rows = np.round((block.time - self.first) / PERIOD).astype(int)
         return self.estimates[rows], np.zeros(len(rows), dtype=np.intc)
 
 
-def watched_levels(above: np.ndarray) -> Watch:
-    """A watch, with a dwell of 10 samples, over estimates that are ``above`` the declared 9 N."""
+def watched_levels(above: np.ndarray, first: float = 0.0) -> Watch:
+    """A watch, with a dwell of 10 samples, over estimates that are ``above`` the declared 9 N, from t = ``first``."""
     made = derived_from(belt())
-    engine = Prescribed([name for name, _, _ in made.program.outputs], 9.0 + above)
+    engine = Prescribed([name for name, _, _ in made.program.outputs], 9.0 + above, first)
     done = Watch(made.spec, made.system, made.program, made.outcome.bounds, engine, PERIOD, 10)
-    done.take(Block(np.arange(len(above)) * PERIOD, np.zeros((len(above), len(made.program.inputs))), True))
+    done.take(Block(first + np.arange(len(above)) * PERIOD, np.zeros((len(above), len(made.program.inputs))), True))
     return done
 
 
@@ -407,3 +408,13 @@ def test_an_alarm_says_for_which_share_its_estimate_was_outside(clears: bool) ->
 
 def made_report(done: Watch) -> str:
     return Watched("belt", done.limits, 0.1, 0.01, done.tally, tuple(done.alarms), "the rows ended").text()
+
+
+def test_unix_time_stamps_are_printed_to_the_sample() -> None:
+    """Expected are the decimals of the stamps themselves: 1.77e+09 s would be the same for every sample of an hour."""
+    done = watched_levels(np.where(np.arange(400) >= 200, 3.0, 0.0), first=1_770_000_000.0)
+    text = made_report(done)
+    assert "t = 1770000000 to 1770000000.399 s" in text and "e+09" not in text
+    assert "alarm from t = 1770000000.2 s" in text and "last at t = 1770000000.399 s" in text
+    assert alarm_text(done.alarms[0]).startswith("t = 1770000000.209 s: ")
+    assert "period" not in done.alarms[0].content
