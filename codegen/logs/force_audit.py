@@ -20,6 +20,7 @@ from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.logs.column_names import is_brought
 from codegen.logs.force_balance import Forces, forces_along, partial_correlation
+from codegen.logs.input_scale import asked_unit, turned
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, low_pass, measured_motion
 from codegen.mechanics import System, build_system
@@ -125,7 +126,7 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
         yield from off
         if off:  # beside a motion in another unit an input cannot be judged
             return
-    yield from _inputs(forces, spec, outside, log.intake.doubted)
+    yield from _inputs(forces, spec, outside, log)
     yield from _undriven(forces, spec, outside)
 
 
@@ -439,7 +440,7 @@ def _swings(inertia: Array, against: Array) -> bool:
     return bool(left @ left <= (1 - SWINGING) * (inertia @ inertia))
 
 
-def _inputs(forces: Forces, spec: Spec, outside: Outside | None, doubted: frozenset[str]) -> Iterator[Finding]:
+def _inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) -> Iterator[Finding]:
     """The sign and scale of each input: least-squares factors between the inputs' forces and what the motion takes."""
     if not len(forces.driven):
         return
@@ -463,10 +464,21 @@ def _inputs(forces: Forces, spec: Spec, outside: Outside | None, doubted: frozen
     parts = {what: stacked(force) for what, force in modelled.items()}
     for factor, j in zip(factors, acting, strict=True):
         name = spec.inputs[j].name
-        if name in doubted:
+        if name in log.intake.doubted:
             yield _not_judged(name, name)
-        else:
-            yield _input(name, float(factor), whole + factor * columns[j], columns[j], outside, parts)
+            continue
+        found = _input(name, float(factor), whole + factor * columns[j], columns[j], outside, parts)
+        yield _with_line(found, name, spec, log)
+
+
+def _with_line(finding: Finding, name: str, spec: Spec, log: Log) -> Finding:
+    """The finding with the line of meta.yaml that mends it, where its cause can be the input's sign or unit."""
+    line = ""
+    if finding.words.startswith("The sign of input"):
+        line = turned(name, spec, log)
+    elif finding.words.startswith("The scale of input"):
+        line = asked_unit(name, float(finding.figures["factor"]), spec, log)
+    return replace(finding, words=f"{finding.words} {line}") if line else finding
 
 
 def _not_judged(name: str, doubted: str) -> Finding:

@@ -102,6 +102,25 @@ def test_sign_and_scale(tmp_path):
     assert near.severity == "info" and near.figures["factor"] == pytest.approx(1 / 1.5, rel=0.03)
 
 
+def test_the_line_that_mends_an_input_mends_it(tmp_path):
+    """The line between backquotes is written into meta.yaml, and the log then fits; 30 is no power of 1000."""
+    made, about = rows(20), tmp_path / "about.yaml"
+
+    def told(log: dict, meta: str = "scale: {w: 1}") -> Finding:
+        about.write_text(f"{meta}\n")
+        return findings(tmp_path, log, description=about)["sign and scale of w"]
+
+    for factor, line in ((1000, "units: {w: mN}"), (1e-3, "units: {w: kN}"), (-1, "scale: {w: -1}")):
+        log = {**made, "w": made["w"] * factor}
+        found = told(log)
+        assert found.severity == "problem" and f"(`{line}` in meta.yaml" in found.words
+        assert (f"Is w in {line[-3:-1]}?" in found.words) is (factor > 0)
+        assert told(log, line).severity == "info"
+    assert "`scale: {w: 2}`" in told(made, "scale: {w: -2}").words
+    assert "Is w in N? (`units: {w: N}`" in told(made, "units: {w: mN}").words
+    assert "`units:" not in told({**made, "w": 30 * made["w"]}).words
+
+
 def test_a_limit_is_not_taken_for_a_scale(tmp_path):
     made = rows(20)
     command = np.where(np.abs(made["w"]) > 3.5, 10 * made["w"], made["w"])  # what a limit of 3.5 N keeps from acting
