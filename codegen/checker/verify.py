@@ -373,7 +373,7 @@ def main(argv: list[str] | None = None) -> int:
     print(*(bound if report.proved else loose), "not checked:", *(f"  {gap}" for gap in left), sep="\n")
     if report.claim:
         print("claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
-        print("assumptions as written by the tool, not checked:", *(f"  {x}" for x in report.assumptions), sep="\n")
+        print("assumptions of this claim, not checked:", *(f"  {x}" for x in report.assumptions), sep="\n")
     verdict = {0: "verified for the C", NO_CODE: "the algebra holds; it was not bound to code"}
     verdict[DOMAIN] = "verified for the C, under the conditions above"
     print(f"{verdict[status(report)]} (exit status {status(report)})")

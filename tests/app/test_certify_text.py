@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -36,3 +37,22 @@ def test_noise_that_the_envelope_does_not_bound_is_said_to_be_taken_as_zero(verb
     bounds = [line for line in lines if "long after a reversal" in line]
     assert bounds and not any("noise 0" in line or " noise 1" in line for line in bounds)
     assert any(WITHOUT in line for line in lines)
+
+
+def test_the_rate_of_the_slowest_eigenvalue_says_its_measure(tmp_path: Path) -> None:
+    """From the |z| that `gains` prints: -ln|z|/h there and (1 - |z|^2)/(2h) in `certify`."""
+    text, h = (SPECS / "one_mass.yaml").read_text(), 1e-3
+    gains = "\n".join(lines_of("gains", text, tmp_path))
+    z = float(re.search(r"= -ln\|z\|/h \(each sample multiplies it by \|z\| = (\S+)\)", gains)[1])  # type: ignore[index]
+    certified = "\n".join(lines_of("certify", text, tmp_path))
+    found = re.search(r"z of a sample has \(1 - \|z\|\^2\)/\(2h\) = (\S+) 1/s, another measure than", certified)
+    assert found and float(found[1]) == pytest.approx((1 - z**2) / (2 * h), rel=1e-3)
+
+
+@pytest.mark.parametrize("noisy", [True, False])
+def test_exact_measurements_are_said_to_be_the_rate_s_assumption_where_the_bound_has_noise(
+    noisy: bool, tmp_path: Path
+) -> None:
+    lines = lines_of("certify", (SPECS / "one_mass.yaml").read_text() if noisy else TEXT, tmp_path)
+    assert any("include the position noise of the envelope" in line for line in lines) is noisy
+    assert any("measurements are exact." in line for line in lines)

@@ -972,7 +972,7 @@ def test_command_line_verifies(folder: Path) -> None:
     words = lines.index("claim as written by the tool, not checked:")
     assert lines[words + 1 :] == [
         "  The error decays at the rate α.",
-        "assumptions as written by the tool, not checked:",
+        "assumptions of this claim, not checked:",
         "  The friction level is constant between reversals.",
         "the algebra holds; it was not bound to code (exit status 5)",
     ]
