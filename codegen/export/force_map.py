@@ -65,18 +65,22 @@ class ForceMap:
         return _sum(self.levels, position)
 
 
-def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.0) -> ForceMap:
+def force_map(
+    spec: Spec, mechanism: Mechanism, on: str | None, gear: float | None = 1.0, turning: bool = False
+) -> ForceMap:
     """The map of one coordinate.
 
     Args:
         on: the coordinate; None where only one has such a force.
-        gear: turns of the motor a turn of the coordinate, negative where it turns the other way.
+        gear: turns of the motor a turn of the coordinate, negative where it turns the other way; None: not stated.
+        turning: whether the map must be of a motor that turns the coordinate, an angle.
 
     Raises:
         BadInput: where no coordinate has one, several have and none is named, or a name is none of them; where a table
-            can repeat none of them; for a gear of no size, or of a coordinate that is no angle.
+            can repeat none of them; for a gear of no size, or of a coordinate that is no angle; with ``turning``, for a
+            length or no gear.
     """
-    if not (isfinite(gear) and gear != 0):
+    if gear is not None and not (isfinite(gear) and gear != 0):
         expected = "turns of the motor a turn of the joint, such as 100, or -100 where it turns the other way"
         raise BadInput("--gear", f"{gear:g}", expected, code="CALL001")
     modelled = _modelled(spec)
@@ -105,6 +109,13 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
         raise BadInput("--on", "no coordinate", expected, code="CALL001")
     name = next(iter(found)) if on is None else on
     refuse_unknown(name, found, "--on", "", code="CALL001")
+    if turning:
+        _refuse_length(name, mechanism)
+        if gear is None:
+            lacking = "no ratio, and the firmware's map is over the turn of the motor"
+            expected = "turns of the motor a turn of the joint; 1 where it drives the joint directly"
+            raise BadInput("--gear", lacking, expected, code="CALL001")
+    gear = 1.0 if gear is None else gear
     table = _map(name, *found[name], mechanism, gear)
     if not (table.forces or table.levels):
         lost = next(r for r in table.remarks if r not in left_out)
@@ -112,6 +123,18 @@ def force_map(spec: Spec, mechanism: Mechanism, on: str | None, gear: float = 1.
         expected = f"a force that repeats a whole number of times a turn of {over}"
         raise BadInput(spec.place("effects"), f"{lost.where}, {lost.how}", expected, code="SPEC036")
     return table
+
+
+def _refuse_length(name: str, mechanism: Mechanism) -> None:
+    """Raises BadInput for a coordinate that is no angle or a force that is no torque."""
+    index = [x.name for x in mechanism.system.positions].index(name)
+    position_unit, unit = mechanism.system.position_units[index], mechanism.system.force_unit(index)
+    if position_unit != "rad" or unit != "N*m":
+        expected = (
+            "an angle with torques in N*m, since the firmware's map is over a turn of the motor. `--to csv-map` writes "
+            f"the table over {name}; or write the spec in the motor's angle"
+        )
+        raise BadInput("--to", f"{name} in {position_unit} with forces in {unit}", expected, code="SPEC036")
 
 
 def _modelled(spec: Spec) -> dict[str, list[Wave]]:
@@ -158,7 +181,8 @@ def _map(
     index = [x.name for x in mechanism.system.positions].index(name)
     position_unit, unit = mechanism.system.position_units[index], mechanism.system.force_unit(index)
     if gear != 1 and position_unit != "rad":
-        raise BadInput("--gear", f"{gear:g}, and {name} in {position_unit}", "an angle for a gear", code="CALL001")
+        expected = f"no --gear, since {name} is no angle: the table is over {name} itself"
+        raise BadInput("--gear", f"{gear:g}, and {name} in {position_unit}", expected, code="CALL001")
     forces = [_geared(wave, gear, wave.amplitude / gear) for wave in own]
     levels = [_geared(wave, gear, wave.amplitude / abs(gear)) for wave in levels]
     turn = 2 * pi if position_unit == "rad" else max(2 * pi / wave.rate for wave in (*forces, *levels))
@@ -218,13 +242,9 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
     the mean of what it stands for. ODrive documents no file and its protocol no way to write the map: the table is
     compiled into the firmware.
 
-    Raises:
-        BadInput: for a coordinate that is no angle or a force that is no torque.
+    Args:
+        table: of an angle, with torques in N*m: ``force_map`` with ``turning``.
     """
-    if table.position_unit != "rad" or table.unit != "N*m":
-        found = f"{table.coordinate} in {table.position_unit} with forces in {table.unit}"
-        expected = "an angle with torques in N*m; csv-map holds any other"
-        raise BadInput("--to", found, expected, code="SPEC036")
     edges = np.arange(ODRIVE_COUNTS + 1) * 2 * pi / ODRIVE_COUNTS
     waves = (w.amplitude / w.rate * np.cos(w.rate * edges + w.phase) for w in table.forces)
     primitive = sum(waves, np.zeros_like(edges))

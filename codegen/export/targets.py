@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from codegen.base.errors import BadInput, refuse_unknown
+from codegen.base.errors import refuse_unknown
 from codegen.export.force_map import csv_map, force_map, odrive_map
 from codegen.export.generated_observer import GeneratedObserver, arduino_library, simulink_block
 from codegen.export.mechanism import Mechanism, mechanism_of
@@ -126,11 +126,8 @@ def _csv_map(machine: Exportable, choices: Choices) -> Exported:
 
 
 def _odrive(machine: Exportable, choices: Choices) -> Exported:
-    if choices.gear is None:
-        found = "no ratio, and the firmware's map is over the turn of the motor"
-        expected = "turns of the motor a turn of the joint; 1 where it drives the joint directly"
-        raise BadInput("--gear", found, expected, code="CALL001")
-    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on, choices.gear)
+    mechanism = mechanism_of(machine.spec, machine.system)
+    table = force_map(machine.spec, mechanism, choices.on, choices.gear, turning=True)
     text, remarks = odrive_map(table, choices.header)
     return Exported({"": text}, remarks)
 

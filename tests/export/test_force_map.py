@@ -173,3 +173,17 @@ def test_a_fitted_period_is_taken_as_a_whole_number_of_waves(tmp_path: Path) -> 
     left = np.abs(rows[:, 2] + 0.5 * np.sin(14.003 * rows[:, 1] + 0.4)).max()
     said = next(line for line in path.read_text().splitlines() if "taken as 14" in line)
     assert left <= float(said.split("at most ")[1].split(",")[0]) * 1.001 < 0.01
+
+
+@pytest.mark.parametrize("more", [(), ("--gear", "1"), ("--gear", "5")])
+def test_a_length_is_refused_for_odrive_at_once(more: tuple[str, ...], tmp_path: Path) -> None:
+    """A user was sent from `--gear` missing to `--gear` of no angle, and back."""
+    path, out = tmp_path / "axis.yaml", tmp_path / "map.h"
+    path.write_text(axis(effects=effect("cogging", "x", amplitude=0.4, period=0.03, phase=0))[0].text, "utf-8")
+    refused = stiction("export", path, "--to", "odrive", "-o", out, *more)
+    assert is_one_message(refused) and "x in m with forces in N; expected an angle with torques" in refused.err
+    assert "`--to csv-map` writes the table over x" in refused.err and "--gear" not in refused.err
+    written = stiction("export", path, "--to", "csv-map", "-o", tmp_path / "map.csv")
+    assert written.code == 0
+    geared = stiction("export", path, "--to", "csv-map", "-o", tmp_path / "map.csv", "--gear", "5")
+    assert is_one_message(geared) and "expected no --gear, since x is no angle" in geared.err
