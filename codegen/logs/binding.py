@@ -5,10 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from shlex import quote
 
 from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.base.user_text import shown
 from codegen.logs.column_names import (
+    Proposed,
     is_brought,
     is_counter,
     lines_of,
@@ -200,8 +202,11 @@ class _Search:
         """The error for a column that is not there."""
         said = f", which {origin} asks for as `{symbol}`" if origin else ""
         expected = (
-            f"one of the columns {listing(self.names)} (or `columns: {{{symbol}: ...}}` in meta.yaml beside the log)"
+            f"one of the columns {listing(self.names)} (or `columns: {{{symbol}: ...}}` in meta.yaml beside the log"
+            f"{'' if symbol in self.explicit else f', or `--column {symbol}=...`'})"
         )
+        if isinstance(origin, Place) and origin.file != self.spec.place("log").file:
+            expected += "; where that file describes another log, `--description` names one for this log"
         if symbol in self.explicit:
             expected += "; the option is for every log of a command: where their columns differ, meta.yaml beside each"
         if self.headless:
@@ -247,7 +252,8 @@ class _Search:
         lines = lines_of(told, {s: "..." for s in lacking if s not in found and not (s == "t" and counted)})
         if counted:
             lines += " and `sample_time: SECONDS`"
-        expected = f"{lines} in meta.yaml beside the log ({reasons(told)}); it has {listing(self.names)}"
+        option = "" if counted else _options(told, lacking)
+        expected = f"{lines} in meta.yaml beside the log{option} ({reasons(told)}); it has {listing(self.names)}"
         nearest = told[0].column if told[0].symbol == lacking[0] else None
         raise BadInput(first.place, absent, expected, nearest, code="LOG003")
 
@@ -355,3 +361,11 @@ class _Search:
         by_name = stated_unit(name)[1]
         joint = self.source.joints_in_brackets or by_name.isdigit()
         return self.source.units.get(name, "") or ("" if joint else by_name)
+
+
+def _options(told: Sequence[Proposed], lacking: Sequence[str]) -> str:
+    """The same proposals as options of a command, where these say all: an option states no unit."""
+    if len(told) < len(lacking) or any(one.unit or not one.column.isprintable() for one in told):
+        return ""
+    options = " ".join(f"--column {quote(f'{one.symbol}={one.column}')}" for one in told)
+    return f", or `{options}`"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -68,6 +69,24 @@ def test_the_proposed_line_reads_the_log(tmp_path, motor, header):
     assert said == PROPOSED[header]
     (tmp_path / "meta.yaml").write_text(line + "\n")
     assert read_log(path, motor).size > 2
+    (tmp_path / "meta.yaml").unlink()
+    (option,) = re.findall(r", or `(--column .*?)` \(", caught.value.expected)
+    words = shlex.split(option)
+    assert words[::2] == ["--column"] * len(said)
+    assert read_log(path, motor, columns=dict(word.split("=", 1) for word in words[1::2])).size > 2
+
+
+def test_a_column_that_nothing_tells_is_asked_for_as_an_option_too(tmp_path, motor):
+    """A description that is of another log is named, with the option that replaces it."""
+    path = write(tmp_path, "t,phi,a,b,c")
+    with refused("LOG003 `i` `--column i=...`"):
+        read_log(path, motor)
+    (tmp_path / "meta.yaml").write_text("columns: {i: Strom}\n")
+    with refused("LOG003 `Strom` meta.yaml `--description`"):
+        read_log(path, motor)
+    with refused("LOG003 `Strom`") as caught:
+        read_log(path, motor, columns={"i": "Strom"})
+    assert "--description" not in caught.value.expected and "--column i=" not in caught.value.expected
 
 
 def test_row_numbers_are_no_time(tmp_path, motor):
