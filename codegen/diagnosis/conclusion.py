@@ -106,14 +106,15 @@ def sentence(
 
 
 def _best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
-    """(kind, on, why it is not credited) of the candidate of the first round that explains most on held-out segments;
-    None where none explains ``LEAST_SHARE``.
+    """(kind and form, on, why it is not credited) of the candidate of the first round that explains most on held-out
+    segments, as its row of the table has them; None where none explains ``LEAST_SHARE``.
     """
     refused = [r for r in outcome.first if r.why_not and r.evidence.share >= LEAST_SHARE]
     if not refused:
         return None
     most = max(refused, key=lambda r: r.evidence.share)
-    return most.found.part.kind, most.found.part.on, most.why_not
+    part = most.found.part
+    return f"{part.kind} with {part.form}" if part.form else part.kind, part.on, most.why_not
 
 
 def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:

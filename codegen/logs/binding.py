@@ -206,7 +206,9 @@ class _Search:
             f"{'' if symbol in self.explicit else f', or `--column {symbol}=...`'})"
         )
         if isinstance(origin, Place) and origin.file != self.spec.place("log").file:
-            expected += "; where that file describes another log, `--description` names one for this log"
+            expected += (
+                "; where that file describes another log, `diagnose` and `replay` take this one's by `--description`"
+            )
         if symbol in self.explicit:
             expected += "; the option is for every log of a command: where their columns differ, meta.yaml beside each"
         if self.headless:

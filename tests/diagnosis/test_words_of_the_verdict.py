@@ -24,6 +24,7 @@ from codegen.diagnosis.results import (
     Separation,
     TiedPair,
 )
+from codegen.diagnosis.trial import Part
 from codegen.logs import read_logs
 from tests.diagnosis.stage import log_of, stage, system_of
 
@@ -99,12 +100,26 @@ def test_the_verdict_is_no_stronger_than_what_is_left_allows(structured, all_of_
 )
 def test_none_says_why_the_best_candidate_is_not_credited(why: str, words: str) -> None:
     """One that removes 89 % and is too small must not be counted with those that remove nothing."""
-    part, evidence = SimpleNamespace(kind="stribeck", on="rail"), SimpleNamespace(share=0.89)
+    part, evidence = SimpleNamespace(kind="stribeck", on="rail", form=""), SimpleNamespace(share=0.89)
     ranked = SimpleNamespace(found=SimpleNamespace(part=part), evidence=evidence, why_not=why)
     outcome: Any = SimpleNamespace(first=(ranked,))
     refused = _best_refused(outcome)
     assert refused == (("stribeck", "rail", why) if why else None)
     assert words in render("text/verdict.j2", verdict="none", refused=refused, **dict.fromkeys(UNUSED, ()), left=None)
+
+
+def test_the_best_refused_candidate_is_named_with_its_form_as_in_the_table() -> None:
+    """Two forms of one effect had one name in the sentence, which then seemed to give the other row's reason."""
+
+    def row(share: float, why: str, *names: str) -> Any:
+        part = Part("stribeck", 0, "rail", names, (), ())
+        return SimpleNamespace(found=SimpleNamespace(part=part), evidence=SimpleNamespace(share=share), why_not=why)
+
+    plain, split = row(0.2, "too small", "delta", "v_s"), row(0.3, "by chance", "delta", "v_s", "d_delta")
+    outcome: Any = SimpleNamespace(first=(plain, split))
+    assert _best_refused(outcome) == ("stribeck with d_delta", "rail", "by chance")
+    outcome.first = (plain,)
+    assert _best_refused(outcome) == ("stribeck", "rail", "too small")
 
 
 def test_none_claims_nothing_of_all_effects_where_one_passed_and_was_refused_later() -> None:
