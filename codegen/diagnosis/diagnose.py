@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -62,6 +62,7 @@ from codegen.diagnosis.trial import Part
 from codegen.diagnosis.wrong_values import equal_parameters, explaining_values, is_better, moved_values, released
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
+from codegen.logs.motion import steady_speeds
 from codegen.mechanics import build_system
 from codegen.mechanics.base_parameters import link_parameters
 from codegen.mechanics.system import System
@@ -121,6 +122,12 @@ class Case:
     window: slice
     findings: Mapping[str, tuple[Finding, ...]]
     material: float
+
+    @cached_property
+    def steady(self) -> bool:
+        """Whether every coordinate runs at constant speed."""
+        motion = self.motion
+        return len(steady_speeds(self.log, motion.velocities, motion.usable)) == len(self.spec.coordinates)
 
     @property
     def faults(self) -> bool:
@@ -206,7 +213,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     def effect_report(turn: int, share: float) -> None:
         report(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share))
 
-    search, outcome, in_place = _sought(search, base, effect_report, case.faults)
+    search, outcome, in_place = _sought(search, base, effect_report, case)
     outcome, last = with_harmonics(search, outcome, problem) if not case.faults else (outcome, search)
 
     report("values and held-out error", 0.78)
@@ -414,17 +421,19 @@ def _in_place(parts: Sequence[Part], answer: Answer) -> tuple[str, ...]:
 
 
 def _sought(
-    search: Search, base: Fit, progress: Callable[[int, float], None], faults: bool
+    search: Search, base: Fit, progress: Callable[[int, float], None], case: Case
 ) -> tuple[Search, Outcome, tuple[Part, ...]]:
     """Forward selection, with toleranced parameters free where that explains the log better.
+
+    At constant speed they keep their limits: inertia acts on noise and waves alone there, and trades with them.
 
     Returns:
         The search, its outcome, and the effects in whose place parameters were found wrong.
     """
-    outcome = find_effects(search, base, progress, faults)
-    free = None if faults else released(search, base, outcome)
+    outcome = find_effects(search, base, progress, case.faults)
+    free = None if case.faults or case.steady else released(search, base, outcome)
     if free is not None:
-        without_limits = find_effects(*free, progress, faults)
+        without_limits = find_effects(*free, progress, case.faults)
         if is_better(free[0], without_limits.final, search, outcome.final):
             return free[0], without_limits, outcome.parts
     return search, outcome, ()

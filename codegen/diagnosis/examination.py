@@ -13,10 +13,10 @@ from codegen.diagnosis.answer import REFIT_WORSE, Answer, Measured, Option, admi
 from codegen.diagnosis.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import Outcome, first_candidates
-from codegen.diagnosis.output_error import Fit, at_limit
+from codegen.diagnosis.output_error import Fit, at_limit, levels_at_zero
 from codegen.diagnosis.ranking import credible
 from codegen.diagnosis.reservations import objections, remarks
-from codegen.diagnosis.residual import Problem, drive_left
+from codegen.diagnosis.residual import Problem, drive_left, slip_velocities
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.separation import without_leader
@@ -116,7 +116,7 @@ def _judged(
     agrees = force_agrees(outcome.final, *models)
     if not (settled or agrees):
         against = "it does not reduce the squared residual force of the training log as much as it should"
-    against = against or against_regression(outcome, *models, found)
+    against = against or against_regression(outcome, *models, found) or takes_the_level(problem, plain.refit, system)
     if against:
         return replace(plain, verdict="unknown", effects=found, against=(against,))
     declared, without, worse = references(plain, options[0][1], problem, settled)
@@ -133,6 +133,24 @@ def _judged(
         return written
     notes = tuple(w for f, p in zip(found, fit.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
     return replace(written, remarks=(*notes, *richer.notes, *chosen.remarks))
+
+
+def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
+    """The objection to effects with which a friction level becomes zero on a log that never reverses its contact.
+
+    One way, a level is a constant force: nothing shows that it is gone, and a gain of the drive may take it along. Both
+    may then go towards zero together, since with neither there is nothing left to explain.
+    """
+    gone = set(levels_at_zero(problem.system, [augmented], problem.levels))
+    gone -= set(levels_at_zero(problem.system, [refit], problem.levels))
+    slip = slip_velocities(problem.system, problem.motion)[problem.motion.usable]
+    for k, contact in enumerate(problem.system.contacts):
+        lost = sorted(gone & {s.name for s in contact.law_parameters.values()})
+        if lost and (np.all(slip[:, k] > 0) or np.all(slip[:, k] < 0)):
+            return (
+                f"with it the friction level {lost[0]} would be zero, which a log that moves one way only cannot show"
+            )
+    return ""
 
 
 def references(

@@ -419,8 +419,10 @@ def force_round(fits: ForceFits, plain: Fit, report_progress: Callable[[float], 
     parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken]
     start, trials = ForceStart(fits.problem, plain, True), [plain.trial.with_part(p) for p in parts]
     starts = [start.best(trial, fits.candidates.covered(p)) for p, trial in zip(parts, trials, strict=True)]
-    begun = [(*s, trial) for s, trial in zip(starts, trials, strict=True) if s is not None]
-    kept_drive = [drive_kept(fits, plain, trial, theta) for _, theta, trial in begun]
+    started = [(*s, trial) for s, trial in zip(starts, trials, strict=True) if s is not None]
+    shares = [drive_kept(fits, plain, trial, theta) for _, theta, trial in started]
+    begun = [one for one, share in zip(started, shares, strict=True) if share > 0]  # with no drive nothing is explained
+    kept_drive = [share for share in shares if share > 0]
     order = sorted(range(len(begun)), key=lambda k: begun[k][0] / kept_drive[k] ** 2)
     chosen = [k for rank, k in enumerate(order) if rank < FITTED or kept_drive[k] < 1 - credit.LEAST_SHARE]
     found: list[Fit] = []

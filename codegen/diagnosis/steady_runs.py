@@ -69,7 +69,8 @@ def means_of(log: Log) -> Means | None:
     """The means of an experiment of steady records; None where a record is not steady on every coordinate."""
     if len(log.records) < LEAST_RUNS:
         return None
-    steady = steady_speeds(log, measured_motion(log))
+    motion = measured_motion(log)
+    steady = steady_speeds(log, motion.velocities, motion.usable)
     if len(steady) < log.positions.shape[1] or any(s.records < len(log.records) for s in steady):
         return None
     speeds, inputs = [], []

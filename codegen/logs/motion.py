@@ -131,15 +131,19 @@ class Steady:
     fastest: float
 
 
-def steady_speeds(log: Log, motion: Motion) -> list[Steady]:
-    """The coordinates that run at constant speed in each of most records."""
+def steady_speeds(log: Log, velocities: Array, usable: Flags) -> list[Steady]:
+    """The coordinates that run at constant speed in each of most records.
+
+    Args:
+        velocities: (N, n). usable: (N,) whether filters have settled.
+    """
     found = []
     for j in range(log.positions.shape[1]):
         count = 0
-        top = float(np.abs(motion.velocities[motion.usable, j]).max(initial=0.0))
+        top = float(np.abs(velocities[usable, j]).max(initial=0.0))
         means: list[float] = []
         for start, stop in log.segments:
-            speed = motion.velocities[start:stop, j][motion.usable[start:stop]]
+            speed = velocities[start:stop, j][usable[start:stop]]
             if not len(speed):
                 continue
             count += 1

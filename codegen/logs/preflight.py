@@ -48,7 +48,7 @@ def preflight(log: Log, spec: Spec) -> tuple[Finding, ...]:
         BadInput: if the spec's mechanics cannot be built.
     """
     motion = measured_motion(log)
-    steady = steady_speeds(log, motion)
+    steady = steady_speeds(log, motion.velocities, motion.usable)
     kept = np.concatenate([np.arange(start, stop) for start, stop in log.segments])
     return (
         *_on_record(log, turns=len(steady) < len(spec.coordinates)),
