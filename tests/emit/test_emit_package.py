@@ -114,3 +114,11 @@ def test_single_literals_that_there_are_not(value):
     with pytest.raises(BadInput) as told:
         SINGLE.literal(value)
     assert told.value.code == "SPEC028" and "single" in told.value.expected
+
+
+def test_the_readme_says_whose_assumption_exact_measurements_are() -> None:
+    """Where the bounds include noise, "measurements are exact" is an assumption of the claim alone."""
+    for name, bounded in (("one_mass", True), ("two_link_arm", False)):
+        text = (SPECS.parent / "generated" / name / "README.md").read_text()
+        assert "measurements are exact" in text
+        assert ("Assumptions of the claim; the bounds include position noise within their limits:" in text) is bounded
