@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -93,8 +94,10 @@ def test_a_share_that_is_none_is_refused(text: str, tmp_path: Path) -> None:
 def test_the_option_reaches_the_diagnosis(
     text: str | None, share: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    of_the_function = signature(diagnose.diagnose_log)
+
     def stop(*given: Any) -> None:
-        raise BadInput("stopped", f"material is {given[-1]}", "nothing more")
+        raise BadInput("stopped", f"material is {of_the_function.bind(*given).arguments['material']}", "nothing more")
 
     monkeypatch.setattr(diagnose, "diagnose_log", stop)
     (tmp_path / "spec.yaml").write_text(stage().text)
