@@ -620,7 +620,7 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "a huge number in a parameter": (dig("parameters.0.expression", "1e999999999", covered), "no 'RATIONAL'"),
     "a power without end": (
         dig("parameters.0.expression", ["^", ["^", ["+", "2", ["cos", "q"]], "64"], "64"], covered),
-        "more work than the limit",
+        "a power is too high",
     ),
     "contact twice": (dig("reversals", turning()["reversals"] * 2), "reversals: a contact appears twice"),
     "flip beyond": (dig("reversals.0.flips", [2]), r"flips \[2\] twice or not below 2"),
