@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import stat
+import struct
+import zipfile
+import zlib
 from pathlib import Path
 from typing import IO
 
@@ -16,6 +19,8 @@ Parsing YAML of this size takes 2 to 4 s even if it contains no value.
 """
 LARGEST_GENERATED = 50_000_000
 """Largest size in bytes of a file that this tool wrote earlier."""
+DAMAGED_ZIP = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, RuntimeError, LookupError, struct.error)
+"""Exceptions of ``zipfile`` on a damaged archive. A method of compression that it does not know is a RuntimeError."""
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOCTTY", 0)
 _FLAGS |= getattr(os, "O_BINARY", 0)
 

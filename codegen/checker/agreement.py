@@ -168,10 +168,12 @@ def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[s
     try:
         proof = theorem.read(sources[theorem.PROOF])
         other = unlike(top, proof) if proof and theorem.numbers(proof) else ""
-    except enclosure.Refused as why:
-        return {}, {}, f"{not_its} it cannot be read ({why})"
-    except Exception as why:  # Python raises many kinds for what is no expression
-        return {}, {}, f"{not_its} it cannot be read ({type(why).__name__})"
+    except Exception as why:  # as in theorem.or_refused; here the algebra of the certificate stands without its proof
+        return (
+            {},
+            {},
+            f"{not_its} it cannot be read ({why if isinstance(why, enclosure.Refused) else type(why).__name__})",
+        )
     if proof is None:
         return {}, {}, f"{theorem.PROOF} is not the JSON of a proof, with just its fields"
     if other:

@@ -7,7 +7,8 @@ the machine is made from the proof that the kernel accepted; the certificate's o
 import json
 import re
 from collections import Counter
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from fractions import Fraction
 from functools import partial, reduce
 from operator import mul
@@ -105,7 +106,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
     """
     enclosure.demand(formed(OPTIONAL | proof, FORM), f"{PROOF}: fields are not so named, or no lists")
     known = numbers(proof)
-    try:
+    with or_refused(f"the kernel does not prove {PROOF} of the C"):
         texts = {name: text.decode() for name, text in sources.items()}
         shown: dict[str, Any] = kernel.prove(proof, texts) | {"numbers": known}
         machine(proof, shown)
@@ -119,8 +120,6 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
         held.require(proof, shown)
         steady(proof, shown, sorted({*proof["signs"], *turns}))
         return shown | {"units": units(proof, texts[f"{proof['name']}.h"])}
-    except Exception as why:  # the kernel stops at anything that is not as it must be, by whatever Python raises
-        raise enclosure.Refused(f"the kernel does not prove {PROOF} of the C: {plainly(why)}") from None
 
 
 def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
@@ -253,11 +252,22 @@ def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> No
 
 def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dict[str, Any], list[list[Fraction]]]:
     """A claim of ellipsoid.json and the bounds of each of its sets' rows, or enclosure.Refused."""
-    try:
+    with or_refused(f"{SETS} is not proved of the C"):
         claim = json.loads(text, object_pairs_hook=once)
         return claim, ellipsoid.bounded(proof, claim, shown)
-    except Exception as why:  # as above
-        raise enclosure.Refused(f"{SETS} is not proved of the C: {plainly(why)}") from None
+
+
+@contextmanager
+def or_refused(words: str) -> Iterator[None]:
+    """Refused, with these words, whatever is raised within: what was not shown to its end is not claimed.
+
+    A file of another hand may make Python raise any exception (division by zero, recursion, memory). None may pass for
+    a proof, so all are caught; Ctrl-C is none of them.
+    """
+    try:
+        yield
+    except Exception as why:
+        raise enclosure.Refused(f"{words}: {plainly(why)}") from None
 
 
 def plainly(why: Exception) -> str:

@@ -140,7 +140,7 @@ class Case:
         return {name: tuple(f"{f.severity}: {f.words}" for f in some) for name, some in self.findings.items()}
 
 
-@numerical("the fit of the model to the log")
+@numerical("the fit of the model to the log", given=False)
 def diagnose_log(
     spec: Spec,
     system: System,
@@ -181,6 +181,7 @@ def diagnose_log(
     return diagnosis, models
 
 
+@numerical("the force balance on the log")
 def _case(spec: Spec, system: System, log: Log, test_log: Log | None, material: float) -> Case:
     """Log and spec as a problem."""
     system, deviations = _uncertain(spec, system, log)
@@ -208,7 +209,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     """The diagnosis by free runs and force residual of a motion."""
     problem, test, system = case.problem, case.test, case.problem.system
     report("refit", 0.05)
-    search, base = _refit(search, case)
+    search, base = _refit(case.spec, search, case)
 
     def effect_report(turn: int, share: float) -> None:
         report(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share))
@@ -439,7 +440,8 @@ def _sought(
     return search, outcome, ()
 
 
-def _refit(search: Search, case: Case) -> tuple[Search, Fit]:
+@numerical("the fit of the model to the log")
+def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
     """``within_reach``; where log and spec fit so little that it cannot be computed, what the preflight says."""
     try:
         return within_reach(search)

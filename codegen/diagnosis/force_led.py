@@ -421,14 +421,13 @@ def force_round(fits: ForceFits, plain: Fit, report_progress: Callable[[float], 
     starts = [start.best(trial, fits.candidates.covered(p)) for p, trial in zip(parts, trials, strict=True)]
     started = [(*s, trial) for s, trial in zip(starts, trials, strict=True) if s is not None]
     shares = [drive_kept(fits, plain, trial, theta) for _, theta, trial in started]
-    begun = [one for one, share in zip(started, shares, strict=True) if share > 0]  # with no drive nothing is explained
-    kept_drive = [share for share in shares if share > 0]
-    order = sorted(range(len(begun)), key=lambda k: begun[k][0] / kept_drive[k] ** 2)
-    chosen = [k for rank, k in enumerate(order) if rank < FITTED or kept_drive[k] < 1 - credit.LEAST_SHARE]
+    begun = [(*one, share) for one, share in zip(started, shares, strict=True) if share > 0]  # else nothing is left
+    begun.sort(key=lambda one: one[0] / one[3] ** 2)
+    chosen = [one for rank, one in enumerate(begun) if rank < FITTED or one[3] < 1 - credit.LEAST_SHARE]
     found: list[Fit] = []
-    for k in chosen:
+    for _, theta, trial, _ in chosen:
         report_progress(len(found) / len(chosen))
-        found.append(fit_in_addition(fits, plain, begun[k][2], begun[k][1]))
+        found.append(fit_in_addition(fits, plain, trial, theta))
     possible = [f for f in found if is_possible(fits.search, f)]
     kept = [f for f in possible if not any(is_simpler_form(other, f) for other in possible)]
     ranked = [judged(fits, plain, f, hypotheses(parts)) for f in kept]

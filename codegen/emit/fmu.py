@@ -9,7 +9,6 @@ from __future__ import annotations
 import io
 import platform
 import zipfile
-import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 from codegen.base.compiler import compile_shared
 from codegen.base.errors import BadInput, Place
 from codegen.base.files import sha256
+from codegen.base.input_files import DAMAGED_ZIP
 from codegen.base.resources import resource_folder
 from codegen.base.text import render
 from codegen.base.version import VERSION
@@ -98,7 +98,7 @@ def is_ours(data: bytes) -> bool:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive, archive.open("modelDescription.xml") as description:
             return b'generationTool="stiction ' in description.read(LONGEST_HEAD)
-    except (zipfile.BadZipFile, KeyError, NotImplementedError, RuntimeError, OSError, EOFError, ValueError, zlib.error):
+    except DAMAGED_ZIP:
         return False
 
 

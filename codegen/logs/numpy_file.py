@@ -12,7 +12,6 @@ import re
 import struct
 import warnings
 import zipfile
-import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import IO, Any
@@ -21,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput
+from codegen.base.input_files import DAMAGED_ZIP
 from codegen.base.user_text import shown
 from codegen.logs.source import BlockFile, Columns, LogFile
 
@@ -31,8 +31,6 @@ LARGEST_DIRECTORY = 1_000_000
 """Bytes of an archive's list of members; each costs some hundred in memory."""
 _END = struct.Struct("<4s4H2LH")
 _NUMBERS = re.compile(r"[<>|=]([iu][1248]|f(2|4|8|16)|b1)")
-_FAULTS = (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, RuntimeError, LookupError, struct.error)
-"""What ``zipfile`` raises on a damaged archive; NotImplementedError is a RuntimeError."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +196,7 @@ class NpzFile(LogFile):
                 for info in archive.infolist():
                     if info.filename.endswith(".npy") and not info.flag_bits & 1:
                         self._add(archive, info)
-        except _FAULTS as error:
+        except DAMAGED_ZIP as error:
             raise self._damaged(error) from None
         if not self._columns:
             words = ", ".join(f"{shown(name)} ({why})" for name, why in list(self._others.items())[:3]) or "no array"
@@ -259,7 +257,7 @@ class NpzFile(LogFile):
                     raise ValueError("an array that is cut off")
                 if stream.read(1):
                     raise ValueError("an array that is longer than it says")
-        except _FAULTS as error:
+        except DAMAGED_ZIP as error:
             raise self._damaged(error, name) from None
         array = np.frombuffer(data, dtype=member.dtype)
         return array.reshape(member.shape, order="F" if member.fortran else "C")

@@ -23,13 +23,15 @@ EXPECTED = (
 )
 
 
-def numerical(quantity: str) -> Callable[[Station[Rest, Result]], Station[Rest, Result]]:
+def numerical(quantity: str, given: bool = True) -> Callable[[Station[Rest, Result]], Station[Rest, Result]]:
     """Decorator of a function whose first argument is the spec: where it cannot compute, the spec is bad input.
 
     Errors that do not come from numbers, such as a TypeError, pass: they are faults of the tool.
 
     Args:
         quantity: what the station computes, in the user's words.
+        given: whether it computes with the numbers of the spec. A search tries numbers of its own: if Python divides by
+            zero there, that is a fault of the tool as well.
     """
 
     def guarded(station: Station[Rest, Result]) -> Station[Rest, Result]:
@@ -37,8 +39,8 @@ def numerical(quantity: str) -> Callable[[Station[Rest, Result]], Station[Rest, 
         def work(spec: Spec, /, *rest: Rest.args, **named: Rest.kwargs) -> Result:
             try:
                 return station(spec, *rest, **named)
-            except Exception as error:
-                if not is_numerical(error):
+            except (*_NUMERICAL, RuntimeError, ValueError) as error:
+                if not is_numerical(error) or (isinstance(error, ArithmeticError) and not given):
                     raise
                 found = f"{quantity} cannot be computed ({type(error).__name__}: {error})"
                 raise BadInput(Place(str(spec.path)), found, EXPECTED, code="SPEC028") from error

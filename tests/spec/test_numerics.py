@@ -32,3 +32,12 @@ def test_a_fault_of_form_is_no_number_out_of_range():
 def test_numbers_out_of_range_are_told(fails):
     with refused("SPEC028"):
         numerical("a number")(lambda spec: fails())(one_mass()[0])
+
+
+def test_a_search_that_divides_by_zero_is_a_fault_of_the_tool():
+    """A fit of a candidate divided by the drive that it left; the spec was told to have a mass close to zero."""
+    searched = numerical("a fit", given=False)
+    with pytest.raises(ZeroDivisionError):
+        searched(lambda spec: 1 / 0.0)(one_mass()[0])
+    with refused("SPEC028"):
+        searched(lambda spec: sympy.zeros(2).inv())(one_mass()[0])
