@@ -16,12 +16,12 @@ LINE_S = 10.0
 
 
 class Told(Protocol):
-    """Takes (station, share done)."""
+    """Callback for progress: called with the name of the current step and the share that is done, 0 to 1."""
 
     def __call__(self, station: str, share: float) -> None: ...
 
     def above(self, show: Callable[[], None]) -> None:
-        """Print something while the bar is away."""
+        """Call ``show``, which prints, with the bar removed from the screen; the bar continues below the text."""
 
 
 @contextmanager

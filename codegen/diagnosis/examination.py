@@ -136,10 +136,10 @@ def _judged(
 
 
 def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
-    """The objection to effects with which a friction level becomes zero on a log that never reverses its contact.
+    """The objection to effects with which a friction level is fitted as zero, if its contact never reverses in the log.
 
-    One way, a level is a constant force: nothing shows that it is gone, and a gain of the drive may take it along. Both
-    may then go towards zero together, since with neither there is nothing left to explain.
+    In one direction a friction level is a constant force, which cannot be identified apart from a gain of the drive: at
+    constant speed, a fit with both small has a small residual whatever their true values.
     """
     gone = set(levels_at_zero(problem.system, [augmented], problem.levels))
     gone -= set(levels_at_zero(problem.system, [refit], problem.levels))

@@ -1,8 +1,8 @@
-"""The likelihood of a residual that is white noise and, in part, slow noise: what a slow force is worth depends on it.
+"""Log-likelihood of a force residual, modelled as white noise plus first-order autoregressive noise.
 
-A force that no candidate describes, and that varies slowly, is noise with much power at low frequencies. A candidate
-that varies as slowly explains part of it by chance. So the residuals with and without the candidate are each judged
-with the noise that suits them best, as in a likelihood-ratio test with nuisance parameters.
+A slowly varying force that no candidate describes has most of its power at low frequencies. A candidate that varies as
+slowly explains part of it by chance. The likelihood ratio of two models therefore takes, for each of their residuals,
+the noise model of largest likelihood: the noise parameters are nuisance parameters.
 """
 
 from __future__ import annotations

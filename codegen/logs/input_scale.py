@@ -1,4 +1,4 @@
-"""The line of meta.yaml that mends an input's sign or unit, for the preflight's messages."""
+"""Remedies in the preflight's messages: the line of meta.yaml that corrects the sign or the unit of an input."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from codegen.spec.units import same_dimension, si_factor
 
 PREFIXES = ("", "u", "m", "k", "M")
 NEAR = 1.5
-"""Largest ratio of a factor to that of a unit for which the unit is asked for: the rest is an error of a parameter."""
+"""A unit is proposed if its factor and the one found differ by less than this ratio; a wrong parameter may explain it."""
 
 
 def turned(name: str, spec: Spec, read: Log) -> str:
-    """How meta.yaml turns the sign of an input."""
+    """The line of meta.yaml that reverses the sign of an input, as a remark in brackets."""
     scale = _scale(name, spec, read)
     return f"(`scale: {{{name}: {-scale:.6g}}}` in meta.yaml beside the log turns {name}.)"
 
 
 def asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
-    """The unit that an input may be in, as a question with the line for meta.yaml; empty where none fits.
+    """A question whether an input is logged in another unit, with the line for meta.yaml; empty if no unit fits.
 
-    Tried are the spec's unit with the prefixes of a power of 1000.
+    The units tried are the spec's own with SI prefixes.
 
     Args:
-        factor: of the force that the motion takes over that of the input as it was read; positive.
+        factor: force that the measured motion needs over the force of the input as read; positive.
     """
     own = next(i.unit for i in spec.inputs if i.name == name)
     if name in read.intake.brought or own in ("", "1"):
