@@ -11,7 +11,7 @@ from codegen.spec.units import same_dimension, si_factor
 
 PREFIXES = ("", "u", "m", "k", "M")
 NEAR = 1.5
-"""A unit is proposed if its factor and the one found differ by less than this ratio; a wrong parameter may explain it."""
+"""Ratio of a unit's factor to the one found from which on no unit is proposed: a parameter may be wrong instead."""
 
 
 def turned(name: str, spec: Spec, read: Log) -> str:
