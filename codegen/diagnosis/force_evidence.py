@@ -111,9 +111,11 @@ class ForceGain:
 def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     """The gain of residuals ``after`` over ``before``, both (N, n) by ``residual_without_levels``.
 
-    The residual is low-passed at f, so a log of T seconds holds 2 f T values, fewer where these are correlated.
+    The residual is low-passed at f, so a log of T seconds holds 2 f T values, fewer where these are correlated. Blocks
+    hold as many samples that some coordinate uses each: a block without any would count as one without a gain.
     """
     motion, rows = problem.motion, problem.masks.rows
+    blocks_of = np.array_split(np.flatnonzero(rows[:, rows.sum(axis=0) >= LEAST_ROWS].any(axis=1)), SIGNED)
     rate = 2 * motion.cutoff_hz * motion.sample_time
     left, nats, added, blocks, scores = 1.0, 0.0, 0.0, np.zeros(SIGNED), np.zeros(SIGNED)
     squares, values = np.zeros((2, SIGNED)), np.zeros(SIGNED)
@@ -127,11 +129,11 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
         nats -= 0.5 * share * min(rate, 1.0) * float(rows[:, i].sum()) * float(np.log(ratio))
         with_effect, without = (slow_noise_likelihood(r[rows[:, i]] / np.sqrt(whole), rate) for r in (a, b))
         added += with_effect - without
-        by_block = np.array([[part.sum() for part in np.array_split(r**2, SIGNED)] for r in (b, a)]) / whole
+        by_block = np.array([_sums(r**2, blocks_of) for r in (b, a)]) / whole
         blocks += by_block[0] - by_block[1]
         squares += by_block
-        values += share * min(rate, 1.0) * np.array([part.sum() for part in np.array_split(rows[:, i], SIGNED)])
-        scores += np.array([part.sum() for part in np.array_split(b * (b - a), SIGNED)]) / whole
+        values += share * min(rate, 1.0) * _sums(rows[:, i], blocks_of)
+        scores += _sums(b * (b - a), blocks_of) / whole
         if abs(np.log(ratio)) > abs(np.log(left)):
             left = ratio
     some = squares.min(axis=0) > 0
@@ -141,6 +143,11 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     spread = float(np.sqrt((blocks**2).sum()))
     t = float(blocks.sum()) / spread if spread > 0 else 0.0
     return ForceGain(left, nats, t, t_of_mean(scores), added, ratios, float(values[some][large].sum()))
+
+
+def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]]) -> Array:
+    """Sums over blocks, given by the indices of their samples."""
+    return np.array([values[block].sum() for block in blocks], dtype=float)
 
 
 def independent(values: Array) -> float:
