@@ -15,9 +15,10 @@ import numpy as np
 from scipy.signal import lfilter
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.credit import ALPHA, LEAST_SHARE, SIGNED, t_of_mean
+from codegen.diagnosis.credit import ALPHA, LEAST_SHARE, SIGNED
 from codegen.diagnosis.force_evidence import ForceGain
 from codegen.diagnosis.ranking import FORCE_SHARE, FORCE_SHARE_OF_FEW
+from codegen.diagnosis.score_test import t_of_scores
 from codegen.diagnosis.slow_noise import slow_noise_likelihood
 
 Candidate = tuple[int, float, list[Array]]
@@ -63,8 +64,8 @@ def passes(r: Array, candidate: Candidate, share: float, count: int) -> bool:
     force = columns @ (columns.T @ r)
     left = float(np.sum((r - force) ** 2) / np.sum(r**2))
     nats = slow_noise_likelihood(r - force, 1.0) - slow_noise_likelihood(r, 1.0)
-    score = t_of_mean(np.array([part.sum() for part in np.array_split(r * force, SIGNED)]))
-    p = ForceGain(left, 0.0, 0.0, score, nats).p_added(k)
+    scores, sizes = (np.array([p.sum() for p in np.array_split(y * force, SIGNED)]) for y in (r, force))
+    p = ForceGain(left, 0.0, 0.0, t_of_scores(scores, sizes), nats).p_added(k)
     return left <= 1 - LEAST_SHARE and count * periods * p / share <= ALPHA
 
 

@@ -13,7 +13,6 @@ from codegen.diagnosis.credit import (
     NEAR_NOISE,
     TIE_LEVEL,
     Evidence,
-    evidence_of,
     free_runs_settle,
     noise_ratio,
     share_far,
@@ -26,6 +25,7 @@ from codegen.diagnosis.output_error import Fit, at_limit
 from codegen.diagnosis.ranking import Ranked, chance, twins
 from codegen.diagnosis.residual import Problem, residual_without_levels
 from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Separation, Verdict
+from codegen.diagnosis.score_test import nested_evidence_of
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part
 from codegen.effects import CATALOGUE
@@ -404,7 +404,7 @@ def standing(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
             continue
         soft, without = search.with_noise_floor(search.without(final, k))
         whole = soft.fitted_again(final)
-        e = evidence_of(without, whole)
+        e = nested_evidence_of(without, whole)
         ratio, also = noise_ratio(whole) / noise_ratio(without), part.effect.twins(search.system, part.place)
         rows.append(_row(part, values[k], e, ratio, also, limits[k], chance(search, whole, e, 1)))
     return tuple(rows)

@@ -72,6 +72,7 @@ class Evidence:
             either model is more than ``FAR`` times the noise off; 1 where these are too few.
         where_large: the same over the blocks chosen by ``LARGE``.
         signed: number of the blocks of ``t``.
+        by_score: one-sided p of ``score_test``, where the fit contains the one before it; else None.
     """
 
     gain: float
@@ -82,13 +83,16 @@ class Evidence:
     where_far: float = 1.0
     where_large: float = 1.0
     signed: int = 0
+    by_score: float | None = None
 
     def p(self, whiteness: float, alone: bool = True) -> float:
-        """One-sided p-value of the gain under "no effect": four times the smallest of four p-values (Bonferroni).
+        """One-sided p-value of the gain under "no effect": the smallest of p-values times their number (Bonferroni).
 
-        The tests are the sign test on all blocks; the likelihood ratio, which is valid near the noise; and the two t
-        tests on blocks with large residuals, for an effect that acts in few of them. The likelihood ratio holds for a
-        model that contains the other. Of two that are wrong alike in some segments, a few of these decide it.
+        The tests are the sign test on all blocks; the likelihood ratio, which is valid near the noise; the two t tests
+        on blocks with large residuals, for an effect that acts in few of them; and, of a model that contains the other,
+        the score test. That one replaces none: it says nothing of few segments, of an effect in few of them, or where
+        some run with the effect leaves the motion. The likelihood ratio holds for a model that contains the other. Of
+        two that are wrong alike in some segments, a few of these decide it.
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
@@ -98,7 +102,9 @@ class Evidence:
         likelihood = exp(-max(whiteness * self.gain, 0.0))
         if not alone:
             likelihood = max(likelihood, self.by_blocks)
-        return min(1.0, 4 * min(random_signs(self.t), likelihood, self.where_far, self.where_large))
+        tests = [random_signs(self.t), likelihood, self.where_far, self.where_large]
+        tests += [] if self.by_score is None else [self.by_score]
+        return min(1.0, len(tests) * min(tests))
 
     @property
     def by_blocks(self) -> float:

@@ -9,20 +9,24 @@ from math import exp, log1p
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, f
+from scipy.stats import chi2
 
-from codegen.diagnosis.credit import SIGNED, are_large, of_logarithms, random_signs, t_of_mean
+from codegen.diagnosis.credit import SIGNED, are_large, of_logarithms, random_signs
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.residual import (
     Problem,
     inverse_dynamics_residual,
     residual_at_drive,
+    residual_slopes,
     residual_without_levels,
+    residual_without_values,
     without_levels,
 )
 from codegen.diagnosis.residual_regression import LEAST_ROWS, explained_over, peak_hz, remainder_columns, sliding
+from codegen.diagnosis.score_test import along_best, t_of_scores
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.slow_noise import slow_noise_likelihood
+from codegen.diagnosis.trial import with_values
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 
@@ -51,7 +55,8 @@ class ForceGain:
         left: squared residual over the other model's, on the coordinate where they differ most.
         nats: gain in log-likelihood for the number of independent residuals.
         t: sum of the gains of blocks of the log over the root of the sum of their squares.
-        score: Student's t of the sums over blocks of r'(r − r₁), with r the other model's residual and r₁ this one's.
+        score: t of the sums over blocks of r'(r − r₁), with r the other model's residual and r₁ this one's, and the
+            number of blocks that it rests on (``t_of_scores``).
         nats_added: gain in log-likelihood where either residual may be slow noise in part (``slow_noise_likelihood``).
         ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
         values: number of independent residuals in those blocks.
@@ -60,7 +65,7 @@ class ForceGain:
     left: float
     nats: float
     t: float
-    score: float = 0.0
+    score: tuple[float, float] = (0.0, 0.0)
     nats_added: float = 0.0
     ratios: tuple[float, ...] = ()
     values: float = 0.0
@@ -82,18 +87,12 @@ class ForceGain:
         any two models, but show an added force only with about half the standard deviations that its coefficient is
         from zero.
 
-        The force is fitted to this log, along the direction of its k parameters that explains most. Over all directions
-        the largest t² of B blocks is Hotelling's T², and T² (B − k)/(k (B − 1)) has the F distribution of k and B − k.
-        That holds where blocks are independent; the likelihood ratio holds for noise slower than a block as well. With
-        as many parameters as blocks the score shows nothing. Of what is fitted to both, only the friction levels are
-        taken out of the residuals: what other refitted values explain of the force counts for the added one.
+        The force is fitted to this log, along the direction of its k parameters that explains most (``along_best``).
+        The likelihood ratio holds for noise slower than a block as well. What
+        is fitted to both must be taken out of both residuals (``ForceCriterion.added_to``).
         """
         k = max(parameters, 1)
-        by_score = 1.0
-        if k < SIGNED:
-            along_best = max(self.score, 0.0) ** 2 * (SIGNED - k) / (k * (SIGNED - 1))
-            by_score = float(f.sf(along_best, k, SIGNED - k))
-        by_blocks = min(1.0, 2 * min(by_score, self.where_large(k)))
+        by_blocks = min(1.0, 2 * min(along_best(*self.score, k), self.where_large(k)))
         return max(by_blocks, float(chi2.sf(2 * max(self.nats_added, 0.0), k)))
 
     def where_large(self, fitted: int = 0) -> float:
@@ -109,7 +108,7 @@ class ForceGain:
 
 
 def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
-    """The gain of residuals ``after`` over ``before``, both (N, n) by ``residual_without_levels``.
+    """The gain of residuals ``after`` over ``before``, both (N, n) less what levels, or more, explain.
 
     The residual is low-passed at f, so a log of T seconds holds 2 f T values, fewer where these are correlated. Blocks
     hold as many samples that some coordinate uses each: a block without any would count as one without a gain.
@@ -117,7 +116,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     motion, rows = problem.motion, problem.masks.rows
     blocks_of = np.array_split(np.flatnonzero(rows[:, rows.sum(axis=0) >= LEAST_ROWS].any(axis=1)), SIGNED)
     rate = 2 * motion.cutoff_hz * motion.sample_time
-    left, nats, added, blocks, scores = 1.0, 0.0, 0.0, np.zeros(SIGNED), np.zeros(SIGNED)
+    left, nats, added, blocks, scores = 1.0, 0.0, 0.0, np.zeros(SIGNED), np.zeros((2, SIGNED))
     squares, values = np.zeros((2, SIGNED)), np.zeros(SIGNED)
     for i in range(rows.shape[1]):
         if rows[:, i].sum() < LEAST_ROWS:
@@ -133,7 +132,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
         blocks += by_block[0] - by_block[1]
         squares += by_block
         values += share * min(rate, 1.0) * _sums(rows[:, i], blocks_of)
-        scores += _sums(b * (b - a), blocks_of) / whole
+        scores += np.array([_sums(r * (b - a), blocks_of) for r in (b, b - a)]) / whole
         if abs(np.log(ratio)) > abs(np.log(left)):
             left = ratio
     some = squares.min(axis=0) > 0
@@ -142,7 +141,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     ratios = tuple(np.log(one[large] / other[large]).tolist())
     spread = float(np.sqrt((blocks**2).sum()))
     t = float(blocks.sum()) / spread if spread > 0 else 0.0
-    return ForceGain(left, nats, t, t_of_mean(scores), added, ratios, float(values[some][large].sum()))
+    return ForceGain(left, nats, t, t_of_scores(*scores), added, ratios, float(values[some][large].sum()))
 
 
 def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]]) -> Array:
@@ -177,6 +176,33 @@ class ForceCriterion:
     def over(self, other: ForceCriterion) -> ForceGain:
         """The gain of this fit over another by force residual."""
         return force_gain(self.search.problem, other.without_levels, self.without_levels)
+
+    def added_to(self, other: ForceCriterion) -> ForceGain:
+        """The gain of this fit over another that has effects less, both less what levels and toleranced values explain.
+
+        A refit by free runs, held by its tolerances, may leave a value some standard errors of the force off. What a
+        refit with a worthless effect corrects of it is no evidence for the effect; what no value within the tolerances
+        corrects is. The slopes by the values are those at the other fit's.
+        """
+        if len(self.search.moved) == len(self.search.problem.levels):
+            return self.over(other)
+        slopes = other.slopes
+        return force_gain(self.search.problem, other.without_values(slopes), self.without_values(slopes))
+
+    @cached_property
+    def slopes(self) -> Array:
+        """(N, n, p) of the residual by the toleranced values, at those of the fit and without its effects."""
+        search, moved = self.search, self.fit.values[0].tolist()
+        values = dict(zip((s.name for s in search.moved), moved, strict=True))
+        toleranced = search.moved[len(search.problem.levels) :]
+        return residual_slopes(with_values(search.system, values), search.motion, toleranced)
+
+    def without_values(self, slopes: Array) -> Array:
+        """(N, n) less what friction levels explain and, on each coordinate, toleranced values within their limits."""
+        prior, first, count = self.fit.prior, len(self.search.problem.levels), len(self.search.moved)
+        there = self.fit.theta[first:count] - prior.centre[first:count]
+        bound = prior.bound[first:count]
+        return residual_without_values(self.search.problem, self.fit.model, slopes, (-bound - there, bound - there))
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ from codegen.diagnosis.ranking import (
     ties,
     usual_form_first,
 )
+from codegen.diagnosis.score_test import nested_evidence_of
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.shooting import hidden_states
 from codegen.diagnosis.trial import Part
@@ -314,7 +315,7 @@ def _put_first(search: Search, fit: Fit, k: int) -> Fit:
 def _ranked(found: Fit, without: Fit) -> Ranked:
     """A replacement with its evidence over the fit without it."""
     ratio = noise_ratio(found) / noise_ratio(without)
-    return Ranked(found, evidence_of(without, found), ratio, float("nan"), "")
+    return Ranked(found, nested_evidence_of(without, found), ratio, float("nan"), "")
 
 
 def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranked]) -> list[Part]:

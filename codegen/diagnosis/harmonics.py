@@ -14,12 +14,13 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.diagnosis.candidate_fits import NEAR, SHORTEST
 from codegen.diagnosis.conclusion import force_agrees
-from codegen.diagnosis.credit import evidence_of, noise_ratio
+from codegen.diagnosis.credit import noise_ratio
 from codegen.diagnosis.forward_selection import Outcome, explained_share, pruned, worth_it
 from codegen.diagnosis.measure import force_errors
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import Ranked, chance, credible, relative_size
 from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.score_test import nested_evidence_of
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.signals import low_pass
 from codegen.diagnosis.trial import Part, part_of
@@ -236,7 +237,7 @@ def _adopted(search: Search, outcome: Outcome, before: Fit, richer: Fit) -> Outc
     """The outcome with this fit as its last, and its effect among the candidates."""
     soft, base = search.with_noise_floor(before)
     after = soft.fitted_again(richer)
-    one, ratio = evidence_of(base, after), noise_ratio(after) / noise_ratio(base)
+    one, ratio = nested_evidence_of(base, after), noise_ratio(after) / noise_ratio(base)
     ranked = Ranked(richer, one, ratio, relative_size(search, richer, base), "", p=chance(search, after, one, 1))
     return replace(
         outcome,

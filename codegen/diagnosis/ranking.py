@@ -18,6 +18,7 @@ from codegen.diagnosis.reservations import never_passed, passed_too_fast, resolv
 from codegen.diagnosis.residual import drive_left, drive_share, inverse_dynamics_residual
 from codegen.diagnosis.residual_regression import inertia_noise
 from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.score_test import added_parameters, contains, nested_evidence_of
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part, with_effects, with_values
 from codegen.effects import CATALOGUE
@@ -72,7 +73,7 @@ def run_round(
     soft, base = search.with_noise_floor(current)
     before, count, ranked = ForceCriterion(search, base), hypotheses(parts), []
     for found in fit_candidates(soft, base, parts, report_progress):
-        one, after = evidence_of(base, found), ForceCriterion(search, found)
+        one, after = nested_evidence_of(base, found), ForceCriterion(search, found)
         size = relative_size(search, found, base)
         why_not = _why_not(before, after, one, size)
         many = tried(search, base, found, count)
@@ -126,9 +127,12 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
 
 
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
-    """Whether free runs tell a fit from another one."""
+    """Whether free runs tell a fit from another one, neither of which contains the other.
+
+    At the noise too, the likelihood ratio of such two has no known distribution: a t test on blocks must agree.
+    """
     gained = evidence_of(other, best, floored=False)
-    return gained.p(whiteness(search, best), dispersion(search, best) <= ALONE) <= credit.TIE_LEVEL
+    return gained.p(whiteness(search, best), alone=False) <= credit.TIE_LEVEL
 
 
 def leaves_as_little(one: Ranked, best: Ranked) -> bool:
@@ -283,11 +287,10 @@ def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidat
     free = min(1.0, p / (1 - share))
     if free <= credit.ALPHA:
         return free
-    gain = after.over(before)
+    gain = after.added_to(before)
     if gain.left > 1 - credit.LEAST_SHARE:
         return free
-    added = len(after.fit.theta) - len(before.fit.theta)
-    return min(free, candidates * gain.p_added(added) / share)
+    return min(free, candidates * gain.p_added(added_parameters(before.fit.trial, after.fit.trial)) / share)
 
 
 def whiteness(search: Search, fit: Fit) -> float:
@@ -319,7 +322,7 @@ def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
     """
     soft, base = search.with_noise_floor(before)
     richer = soft.fitted_again(after)
-    one = evidence_of(base, richer)
+    one = nested_evidence_of(base, richer) if contains(after.trial, before.trial) else evidence_of(base, richer)
     if one.share < credit.LEAST_SHARE:
         return False
     many = tried(search, before, after, candidates)

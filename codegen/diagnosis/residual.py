@@ -11,6 +11,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 from scipy.ndimage import binary_opening, maximum_filter1d
+from scipy.optimize import lsq_linear
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.recent import OF_MODELS, recent
@@ -213,6 +214,38 @@ def residual_without_levels(problem: Problem, system: System) -> Array:
     return np.stack([without_levels(system, motion, rows, one, i) for i, (one, rows) in by_coordinate], axis=1)
 
 
+def residual_without_values(problem: Problem, system: System, slopes: Array, limits: tuple[Array, Array]) -> Array:
+    """(N, n) residual of a system less what friction levels explain and changes of values within limits.
+
+    Each coordinate by a linear least-squares fit of its own with bounds, on the samples that it uses: values that act
+    on several are not held to be the same on all, which leaves less for an effect to explain.
+
+    Args:
+        slopes: (N, n, p) by the values, as of ``residual_slopes``.
+        limits: (p,) least and largest change.
+    """
+    motion, found = problem.motion, residual_at_drive(system, problem.motion).copy()
+    for i, used in enumerate(problem.masks.rows.T):
+        touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+        levels = motion.low_pass(np.sign(slip_velocities(system, motion)[:, touching]))
+        columns = np.hstack([levels, -slopes[:, i] / drive_left(system, motion)[i]])
+        free = np.full(levels.shape[1], np.inf)
+        bounds = np.append(-free, limits[0]), np.append(free, limits[1])
+        found[:, i] -= columns @ bounded_least_squares(columns[used], found[used, i], bounds)
+    return found
+
+
+def bounded_least_squares(columns: Array, values: Array, bounds: tuple[Array, Array]) -> Array:
+    """(p,) weights of columns (N, p) within bounds; zero for a column without influence."""
+    weights, size = np.zeros(columns.shape[1]), np.sqrt((columns**2).sum(axis=0))
+    some = size > 0
+    if some.any():
+        q, r = np.linalg.qr(columns[:, some] / size[some])
+        low, high = (bound[some] * size[some] for bound in bounds)
+        weights[some] = lsq_linear(r, q.T @ values, (np.minimum(low, 0.0), np.maximum(high, 0.0))).x / size[some]
+    return weights
+
+
 def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], residual: Array, i: int) -> Array:
     """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels.
 
@@ -367,7 +400,7 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
     """Linearised force residual of each coordinate that has usable samples."""
     motion = problem.motion
     residual = inverse_dynamics_residual(system, motion)
-    slopes = motion.low_pass(_slopes(system, motion, symbols))
+    slopes = residual_slopes(system, motion, symbols)
     rows = []
     for i in range(system.degrees_of_freedom):
         used = np.flatnonzero(problem.masks.rows[:, i])
@@ -414,10 +447,10 @@ def _rms(values: Array) -> float:
     return max(float(np.sqrt(np.mean(values**2))), 1e-300)
 
 
-def _slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> Array:
-    """(N, n, p) slopes of g − M a − U λ by parameters, unfiltered."""
+def residual_slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> Array:
+    """(N, n, p) slopes of the low-passed residual g − M a − U λ by parameters."""
     at = points(system, motion, effective_inputs(system, motion))
     own = np.tile([float(system.values[s]) for s in symbols], (len(at), 1))
     function = force_function(system, [Matrix(system.equation_error)], symbols, slopes=True)
     flat = over_rows(function, np.hstack([at, own]))
-    return np.ascontiguousarray(flat.reshape(len(at), len(symbols), -1).transpose(0, 2, 1))
+    return motion.low_pass(np.ascontiguousarray(flat.reshape(len(at), len(symbols), -1).transpose(0, 2, 1)))

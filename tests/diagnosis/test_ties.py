@@ -6,9 +6,10 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
-from codegen.diagnosis import examination, ranking
+from codegen.diagnosis import credit, examination, ranking
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.forward_selection import _reconsidered
 from codegen.diagnosis.trial import part_of
@@ -187,3 +188,16 @@ def test_the_first_effect_of_a_pair_has_rivals_too(tmp_path: Path) -> None:
         fit, found = _reconsidered(search, both, [], rivals)
         assert [r.found.part.kind for r in found] == tied
         assert [p.kind for p in fit.runner.trial.parts] == ["inertia_error", "spring"]
+
+
+def test_at_the_noise_one_segment_tells_no_two_models_apart_neither_of_which_contains_the_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """13 segments, of which one alone is fitted better, by 60 nats."""
+    gains = np.where(np.arange(13) == 5, 60.0, 0.0)
+    one = credit.evidence(14.0 + gains, np.full(13, 14.0), 40)
+    monkeypatch.setattr(ranking, "evidence_of", lambda *_, **__: one)
+    monkeypatch.setattr(ranking, "whiteness", lambda *_: 1.0)
+    monkeypatch.setattr(ranking, "dispersion", lambda *_: 1.0)
+    fit: Any = SimpleNamespace()
+    assert one.p(1.0) < 1e-6 and not ranking.runs_prefer(fit, fit, fit)
