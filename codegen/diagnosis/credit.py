@@ -90,9 +90,9 @@ class Evidence:
 
         The tests are the sign test on all blocks; the likelihood ratio, which is valid near the noise; the two t tests
         on blocks with large residuals, for an effect that acts in few of them; and, of a model that contains the other,
-        the score test. That one replaces none: it says nothing of few segments, of an effect in few of them, or where
-        some run with the effect leaves the motion. The likelihood ratio holds for a model that contains the other. Of
-        two that are wrong alike in some segments, a few of these decide it.
+        the score test. That one replaces none: it says nothing of few segments, or of an effect in few of them. The
+        likelihood ratio holds for a model that contains the other. Of two that are wrong alike in some segments, a few
+        of these decide it.
 
         Args:
             whiteness: share of the candidate's residuals that are independent.

@@ -12,7 +12,7 @@ from scipy.stats import f
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.credit import SIGNED, Evidence, evidence_of
-from codegen.diagnosis.output_error import Fit, scales, segment_weights
+from codegen.diagnosis.output_error import Fit, scales
 from codegen.diagnosis.trial import Trial
 
 
@@ -38,12 +38,15 @@ def score_test(before: Fit, after: Fit) -> float:
 
         u_s = w_s r_s·d_s,   q_s = w_s d_s·d_s,   d = r − r₁ less its part along the slopes of ``before``
 
-    with r and r₁ the residuals of segment s without and with the added parameters, and w_s the weight of the segment's
-    loss without them. Along d, the parameters that both have are at their optimum. So the scores u_s have the mean zero
-    if nothing is added. Their sums over ``SIGNED`` blocks of neighbouring segments are judged by ``t_of_scores``.
+    with r and r₁ the residuals of segment s without and with the added parameters, and w_s = 1/(1 + (r² + (r − r₁)²)/K)
+    the weight of the segment's loss where its square is r² + (r − r₁)². So no run that leaves the motion decides, without
+    the effect or with it, and a weight does not depend on the sign of r·(r − r₁), which would favour the effect. Along d,
+    the parameters that both have are at their optimum: the scores u_s have the mean zero if nothing is added. Their sums
+    over ``SIGNED`` blocks of neighbouring segments are judged by ``t_of_scores``.
     """
-    weights = segment_weights(before.residual)
-    change = _beside_its_own(before, before.residual - after.residual, weights)
+    change = before.residual - after.residual
+    weights = 1 / (1 + (before.residual**2 + change**2).mean(axis=1))
+    change = _beside_its_own(before, change, weights)
     scores, sizes = (
         np.array([block.sum() for block in np.array_split(weights * (r * change).sum(axis=1), min(SIGNED, len(r)))])
         for r in (before.residual, change)

@@ -111,6 +111,22 @@ def test_an_effect_of_so_many_standard_errors_is_found(kind: str, errors: float,
     assert np.mean(by_score) > least > most > np.mean(by_gains)
 
 
+@pytest.mark.parametrize("with_effect", [False, True])
+def test_a_run_that_leaves_the_motion_decides_nothing(with_effect: bool) -> None:
+    """One of 48, far from the noise: of the model without an effect of 15 standard errors, or of that with it."""
+    draw = np.random.default_rng(8)
+    slopes, noise = slopes_of(OWN + 1, draw), noise_of("far", draw)
+    measured = noise + 5 * slopes[OWN]
+    before, after = fit_of(measured, slopes[:OWN]), fit_of(measured, slopes)
+    assert score_test(before, after) < LEVEL
+    lost = np.where(np.arange(SEGMENTS)[:, None] == 20, 1e5 * draw.normal(size=KEPT), 0.0)
+    if with_effect:
+        after = replace(after, residual=after.residual + lost)
+    else:
+        before = replace(before, residual=before.residual + lost)
+    assert score_test(before, after) < LEVEL
+
+
 def test_what_a_fit_lacks_to_its_optimum_is_no_evidence_for_an_effect() -> None:
     """The refit stops four standard errors before its optimum; the one with a worthless effect does not."""
     draw, p = np.random.default_rng(4), []
