@@ -39,10 +39,10 @@ def score_test(before: Fit, after: Fit) -> float:
         u_s = w_s r_s·d_s,   q_s = w_s d_s·d_s,   d = r − r₁ less its part along the slopes of ``before``
 
     with r and r₁ the residuals of segment s without and with the added parameters, and w_s = 1/(1 + (r² + (r − r₁)²)/K)
-    the weight of the segment's loss where its square is r² + (r − r₁)². So no run that leaves the motion decides, without
-    the effect or with it, and a weight does not depend on the sign of r·(r − r₁), which would favour the effect. Along d,
-    the parameters that both have are at their optimum: the scores u_s have the mean zero if nothing is added. Their sums
-    over ``SIGNED`` blocks of neighbouring segments are judged by ``t_of_scores``.
+    the weight of the segment's loss where its square is r² + (r − r₁)². So no run that leaves the motion decides,
+    without the effect or with it. A weight does not depend on the sign of r·(r − r₁), which would favour the effect.
+    Along d, the parameters that both have are at their optimum: the scores u_s have the mean zero if nothing is added.
+    Their sums over ``SIGNED`` blocks of neighbouring segments are judged by ``t_of_scores``.
     """
     change = before.residual - after.residual
     weights = 1 / (1 + (before.residual**2 + change**2).mean(axis=1))
