@@ -186,8 +186,7 @@ class ForceCriterion:
         """
         if len(self.search.moved) == len(self.search.problem.levels):
             return self.over(other)
-        slopes = other.slopes
-        return force_gain(self.search.problem, other.without_values(slopes), self.without_values(slopes))
+        return force_gain(self.search.problem, other.without_own_values, self.without_values(other.slopes))
 
     @cached_property
     def slopes(self) -> Array:
@@ -196,6 +195,10 @@ class ForceCriterion:
         values = dict(zip((s.name for s in search.moved), moved, strict=True))
         toleranced = search.moved[len(search.problem.levels) :]
         return residual_slopes(with_values(search.system, values), search.motion, toleranced)
+
+    @cached_property
+    def without_own_values(self) -> Array:
+        return self.without_values(self.slopes)
 
     def without_values(self, slopes: Array) -> Array:
         """(N, n) less what friction levels explain and, on each coordinate, toleranced values within their limits."""

@@ -273,6 +273,18 @@ def test_what_a_value_within_its_tolerance_explains_of_the_force_is_no_evidence_
     assert combined_p(0.05, ForceCriterion(search, held), richer, 20) < ALPHA
 
 
+def test_values_that_act_alike_or_not_at_all_are_fitted_within_their_limits() -> None:
+    """Two equal columns, whose sum alone is determined, one of zeros, and one with the limit 0.1 that needs 1."""
+    draw = np.random.default_rng(11)
+    one, other = draw.normal(size=(2, 500))
+    columns = np.column_stack([one, one, np.zeros(500), other])
+    high = np.array([np.inf, 1.0, 1.0, 0.1])
+    weights = bounded_least_squares(columns, 3 * one + other, (-high, high))
+    along = float(one @ (3 * one + 0.9 * other)) / float(one @ one)
+    assert weights[0] + weights[1] == pytest.approx(along, rel=1e-4) and abs(weights[1]) <= 1
+    assert weights[2] == 0 and weights[3] == pytest.approx(0.1, rel=1e-6)
+
+
 @pytest.mark.parametrize("off", [0.0, 3.0])
 def test_beside_a_toleranced_value_a_force_that_is_not_there_is_credited_as_rarely_as_stated(
     off: float, log: Log
