@@ -19,9 +19,9 @@ from codegen.base.user_text import one_line
 from codegen.logs.motion import measured_motion
 from codegen.logs.readers import log_description, log_names, read_log
 from codegen.spec import parse_spec
-from codegen.spec.kinematics import MovingBody
 from codegen.spec.mjcf import MjcfJoint, read_mjcf
 from codegen.spec.model import Spec
+from codegen.spec.motion import MovingBody
 from codegen.spec.urdf import LARGEST, read_kinematic_tree
 
 ENDINGS = (".urdf", ".xml")

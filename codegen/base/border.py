@@ -1,20 +1,110 @@
 """Decorators of the verbs: an exception that a verb does not declare becomes an InternalError with it as its cause.
 
+Arguments that do not fit a verb's signature are told as a mistake of the caller, and not as a fault of the tool.
+
 Within a verb BLAS runs on one thread. So its sums, and what is decided by them, do not depend on the number of cores;
 and on a busy machine the small matrices of a diagnosis do not wait for each other (2.7 times the processor time).
 """
 
 from __future__ import annotations
 
+import inspect
 import os
-from collections.abc import Callable
+import types
+from collections.abc import Callable, Mapping, Sequence, Set
 from functools import wraps
-from typing import ParamSpec, TypeVar
+from numbers import Integral, Real
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from threadpoolctl import threadpool_limits
 
-from codegen.base.arguments import refuse_wrong_arguments
 from codegen.base.errors import BadInput, InternalError
+
+_NAMES: dict[Any, tuple[type | tuple[type, ...], str]] = {
+    Path: (os.PathLike, "a path (text or a Path)"),
+    str: (str, "text"),
+    bool: (Integral, "True or False"),
+    int: (Integral, "a whole number"),
+    float: (Real, "a number"),
+    Mapping: (Mapping, "a mapping"),
+    Sequence: ((Sequence, Set), "a list"),
+}
+"""Type of an annotation → what fits it, and its words. Types that are not here, and are no classes, are not checked."""
+
+
+def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...], named: Mapping[str, object]) -> None:
+    """Raise where a verb cannot be called so.
+
+    Raises:
+        TypeError: for a missing argument, or one that the verb does not have.
+        BadInput: for an argument of another type than its annotation says.
+    """
+    try:
+        bound = inspect.signature(work).bind(*given, **named)
+    except TypeError as error:
+        raise TypeError(f"{work.__name__}(): {error}") from None
+    try:
+        hints = get_type_hints(work)
+    except NameError:  # of a type that is imported for the type checker alone
+        return
+    for name, value in bound.arguments.items():
+        if name in hints and not _fits(value, hints[name]):
+            raise BadInput(f"{work.__name__}(): `{name}`", _found(value), _words(hints[name]), code="CALL001")
+
+
+def _found(value: object) -> str:
+    """Its type, and of a list or mapping the first type in it that is neither text nor a path."""
+    parts = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple | Set) else ()
+    inner = next((type(part).__name__ for part in parts if not isinstance(part, str | os.PathLike)), None)
+    return f"an object of the type {type(value).__name__}" + (f" with {_one(inner)} in it" if inner else "")
+
+
+def _one(noun: str) -> str:
+    return f"{'an' if noun[0] in 'aeioAEIO' else 'a'} {noun}"
+
+
+def _alternatives(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+
+
+def _fits(value: object, hint: Any) -> bool:
+    return any(_fits_one(value, one) for one in _alternatives(hint))
+
+
+def _fits_one(value: object, hint: Any) -> bool:
+    kind, inner = get_origin(hint) or hint, get_args(hint)
+    if kind is Callable:
+        return callable(value)
+    known = _NAMES[kind][0] if kind in _NAMES else kind
+    if kind is Any or not isinstance(known, type | tuple):
+        return True
+    if not isinstance(value, known) or (kind is Sequence and isinstance(value, str | bytes)):
+        return False
+    if kind is Mapping and isinstance(value, Mapping):
+        return all(_fits(k, inner[0]) and _fits(v, inner[1]) for k, v in value.items())
+    if kind is Sequence and isinstance(value, Sequence | Set):
+        return all(_fits(part, inner[0]) for part in value)
+    return True
+
+
+def _words(hint: Any) -> str:
+    """What an annotation asks for, in words: ``a path (text or a Path), or a list``."""
+    parts = _alternatives(hint)
+    words = []
+    for part in parts:
+        kind, inner = get_origin(part) or part, get_args(part)
+        if part is type(None) or (part is str and Path in parts):
+            continue
+        if kind in (Mapping, Sequence):
+            each = " and ".join(dict.fromkeys(_words(one) for one in inner))
+            words.append(f"{_NAMES[kind][1]} of such" if each in words else f"{_NAMES[kind][1]} of {each}")
+        elif kind is Callable:
+            words.append("a function")
+        else:
+            words.append(_NAMES[kind][1] if kind in _NAMES else getattr(kind, "_in_words", _one(kind.__name__)))
+    return " or ".join([*words, *(["None"] if type(None) in parts else [])])
+
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")

@@ -10,8 +10,8 @@ from codegen.diagnosis.results import FoundEffect
 from codegen.effects.declare import written_place
 from codegen.mechanics.base_parameters import base_values
 from codegen.mechanics.system import System
-from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
+from codegen.spec.motion import KinematicTree
 from codegen.spec.yaml_text import changed_text, load_mapping
 
 DIGITS = 6

@@ -67,8 +67,8 @@ from codegen.mechanics import build_system
 from codegen.mechanics.base_parameters import link_parameters
 from codegen.mechanics.system import System
 from codegen.simulate.simulable import is_simulable
-from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
+from codegen.spec.motion import KinematicTree
 from codegen.spec.numerics import is_numerical, numerical
 
 HELD_OUT_SHARE = 0.3

@@ -18,8 +18,8 @@ from codegen.mechanics.build import build_system
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.system import TIME, ContactFriction, Matrix, System
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
+from codegen.spec.motion import KinematicTree
 
 Direction = tuple[float, ...]
 SPEED = sympy.Symbol("s", positive=True)

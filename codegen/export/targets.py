@@ -20,8 +20,8 @@ from codegen.export.structured_text import structured_text
 from codegen.export.urdf import urdf_text
 from codegen.export.usd import usd_text
 from codegen.mechanics.system import System
-from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Spec
+from codegen.spec.motion import KinematicTree
 
 
 class Exportable(Protocol):

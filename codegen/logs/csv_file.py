@@ -1,9 +1,13 @@
-"""Text logs: a table of numbers, with a preamble, a header line and a line of units, or without; comments after #."""
+"""Text logs: a table of numbers, with a preamble, a header line and a line of units, or without; comments after #.
+
+Also a long table: a row for each value, with its time and the name of its signal.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +15,11 @@ from numpy.typing import NDArray
 
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
+from codegen.logs.binding import column_of, time_of
 from codegen.logs.description import LogDescription
 from codegen.logs.row_forms import upright, whole_lines
 from codegen.logs.series import Signal, joined, together
-from codegen.logs.source import Allowance, Columns, File, LogFile, listing
+from codegen.logs.source import Allowance, Columns, File, LogFile, NotStreamed, OpenedLog, listing
 from codegen.logs.table import (
     COMMENT,
     END,
@@ -30,7 +35,7 @@ from codegen.logs.table import (
     starts_anew,
     unwrapped,
 )
-from codegen.logs.text_lines import EXPECTED, text_of
+from codegen.logs.text_lines import EXPECTED, lines_of, text_of
 
 MOST_ROWS = 50_000_000
 _NUMBERS = frozenset("0123456789+-.")
@@ -300,3 +305,94 @@ def open_lines(file: str, lines: list[str], description: LogDescription, encodin
     asked = set(description.columns.values())
     layout = find_layout(file, lines, description.header, named, description.decimal, asked)
     return CsvSource(file, layout, lines, layout.first, encoding=encoding, description=description)
+
+
+class LongTable(LogFile):
+    """The signals that a column of a text table names, joined at common times.
+
+    Args:
+        table: with a row for each value.
+        description: whose ``long`` names the columns of names and values.
+
+    Raises:
+        BadInput: for a column that is not there, or rows that cannot be split.
+    """
+
+    def __init__(self, table: CsvSource, description: LogDescription) -> None:
+        super().__init__(table.path, None, description)
+        self.table = table
+        self._time = time_of(table, description)
+        long = description.long
+        assert long is not None
+        self._value = column_of(table, long.value, description.place("long.value"))
+        named = column_of(table, long.name, description.place("long.name"))
+        index = table.names.index(named)
+        self._rows: dict[str, list[int]] = {}
+        for i, line in enumerate(table.lines):
+            if i >= table.first and line not in table.layout.head and table.layout.is_row(line):
+                texts = fields(line, table.layout.delimiter, table.place)
+                self._rows.setdefault(texts[index].strip() if index < len(texts) else "", []).append(i)
+        self.names = (self._time, *self._rows)
+        self.units = {self._time: table.units.get(self._time, "")}
+        self.said = list(table.notes)
+
+    @property
+    def place(self) -> Place:
+        return self.table.place
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        signals = {name: self._signal(name) for name in wanted if name != self._time}
+        return joined(self, together(signals), wanted, self._time, in_seconds=False)
+
+    def _signal(self, name: str) -> Signal:
+        """The rows of a signal; the other lines are blank, so that an error names the right line."""
+        lines = [""] * len(self.table.lines)
+        for i in self._rows[name]:
+            lines[i] = self.table.lines[i]
+        part = CsvSource(self.table.file, self.table.layout, lines, self.table.first)
+        values = part.load([self._time, self._value]).values
+        return Signal(name, values[:, 0], values[:, 1])
+
+
+PIECE = 1 << 22
+"""Bytes that are read at once."""
+
+
+class CsvStream(OpenedLog):
+    """A text table whose header is found in the first block.
+
+    Raises:
+        BadInput: if there is no table that can be found.
+        NotStreamed: if it cannot be opened as text.
+    """
+
+    expected = EXPECTED
+
+    def find(self) -> None:
+        lines = next(self._lines(), [])
+        if self.description.long or not any(map(str.strip, lines)) or upright(lines):
+            raise NotStreamed
+        self._head = open_lines(str(self.path), lines, self.description)
+        if self._head.layout.times:
+            raise NotStreamed
+        self.names, self.units = self._head.names, self._head.units
+        self.said += self._head.layout.notes
+
+    @property
+    def place(self) -> Place:
+        return self._head.place
+
+    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
+        head, before = self._head, 0
+        for lines in self._lines():
+            first = max(0, head.first - before)
+            if any(map(head.layout.is_row, lines[first:])):
+                yield CsvSource(head.file, head.layout, lines, first, before).load(wanted)
+            before += len(lines)
+
+    def _lines(self) -> Iterator[list[str]]:
+        try:
+            with self.opened() as stream:
+                yield from lines_of(iter(partial(stream.read, PIECE), b""), str(self.path), self.said)
+        except (BadInput, OSError):
+            raise NotStreamed from None

@@ -12,20 +12,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations
+from math import log
 
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from codegen.base.arrays import Array
-from codegen.base.errors import Place
+from codegen.base.errors import BadInput, Place
 from codegen.logs.column_names import is_brought
 from codegen.logs.force_balance import Forces, forces_along, partial_correlation
-from codegen.logs.input_scale import asked_unit, turned
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, low_pass, measured_motion
 from codegen.mechanics import System, build_system
 from codegen.spec.model import Spec
-from codegen.spec.units import si_factor
+from codegen.spec.units import same_dimension, si_factor
 
 FLIPPED, TELLING = -0.4, 0.6
 """Correlations of a force with the force that the motion takes: below, its sign is wrong; above, it is right."""
@@ -590,3 +590,44 @@ def _undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Iterator[F
         else:
             words = f"The force modelled on {c.name} against mass times acceleration: correlation {correlation:.2f}."
             yield Finding("info", topic, words, figures)
+
+
+PREFIXES = ("", "u", "m", "k", "M")
+NEAR_UNIT = 1.5
+"""Ratio of a unit's factor to the one found from which on no unit is proposed: a parameter may be wrong instead."""
+
+
+def turned(name: str, spec: Spec, read: Log) -> str:
+    """The line of meta.yaml that reverses the sign of an input, as a remark in brackets."""
+    scale = _scale(name, spec, read)
+    return f"(`scale: {{{name}: {-scale:.6g}}}` in meta.yaml beside the log turns {name}.)"
+
+
+def asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
+    """A question whether an input is logged in another unit, with the line for meta.yaml; empty if no unit fits.
+
+    The units tried are the spec's own with SI prefixes.
+
+    Args:
+        factor: force that the measured motion needs over the force of the input as read; positive.
+    """
+    own = next(i.unit for i in spec.inputs if i.name == name)
+    if name in read.intake.brought or own in ("", "1"):
+        return ""
+    here = Place("")
+    taken = read.description.units.get(name, own)
+    wanted = factor * float(si_factor(taken, here))
+    for prefix in PREFIXES:
+        unit = prefix + own
+        try:
+            fits = unit != taken and same_dimension(unit, own, here)
+            apart = abs(log(float(si_factor(unit, here)) / wanted)) if fits else log(NEAR_UNIT)
+        except BadInput:  # a prefix that the unit does not take
+            continue
+        if apart < log(NEAR_UNIT):
+            return f"Is {name} in {unit}? (`units: {{{name}: {unit}}}` in meta.yaml beside the log)"
+    return ""
+
+
+def _scale(name: str, spec: Spec, read: Log) -> float:
+    return float(read.description.scale.get(name, spec.log.scale.get(name, 1.0)))

@@ -1,10 +1,9 @@
-"""A library of an extra, called on a stranger's file: named where it is absent, bounded, and its faults one message."""
+"""Around calls of a library on a stranger's file: bounded in memory, silent, and nothing left behind by its errors."""
 
 from __future__ import annotations
 
 import contextlib
 import gc
-import importlib
 import io
 import logging
 import sys
@@ -12,54 +11,12 @@ import traceback
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
-
-from codegen.base.errors import BadInput, Place
-from codegen.base.user_text import shown
 
 MOST_MEMORY = 2_000_000_000
 """Bytes that a library may take at once for a file, whatever the file states of itself."""
 
 
-def library(module: str, extra: str, path: Path) -> Any:
-    """A module of an extra.
-
-    Raises:
-        BadInput: where it is not installed.
-    """
-    try:
-        return importlib.import_module(module)
-    except ImportError as error:
-        found = f"a log that needs the package `{module.partition('.')[0]}`, which cannot be imported ({error})"
-        expected = f"it installed: pip install 'stiction[{extra}]'"
-        raise BadInput(Place(str(path)), found, expected, code="TOOL003") from None
-
-
-@contextlib.contextmanager
-def reading(path: Path, expected: str) -> Iterator[None]:
-    """Around calls of a library on a file: at most so much memory, nothing on the screen, one error.
-
-    A library meets a damaged file with whatever exception its next line raises; all of them mean the same here.
-
-    Raises:
-        BadInput: for every exception but BadInput itself.
-    """
-    place = Place(str(path))
-    with _bounded(), _quiet():
-        try:
-            yield
-        except BadInput:
-            raise
-        except Exception as error:
-            words = shown(str(error).strip(), 100) or "no words"
-            found = f"a damaged file ({type(error).__name__}: {words})"
-            if isinstance(error, MemoryError):
-                found = f"a file whose reading takes more than {MOST_MEMORY} bytes"
-            _release(error)
-            raise BadInput(place, found, expected, code="LOG001") from None
-
-
-def _release(error: BaseException | None) -> None:
+def release(error: BaseException | None) -> None:
     """Let go of what a library left half made while its complaints about that are not shown."""
     while error is not None:
         traceback.clear_frames(error.__traceback__)
@@ -68,7 +25,7 @@ def _release(error: BaseException | None) -> None:
 
 
 @contextlib.contextmanager
-def _bounded() -> Iterator[None]:
+def bounded() -> Iterator[None]:
     """A limit of the address space: compressed data that swell beyond it end in MemoryError.
 
     None without /proc, as outside Linux: the lengths that a file states are checked all the same.
@@ -98,7 +55,8 @@ def _pages() -> int | None:
 
 
 @contextlib.contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
+    """Nothing on the screen of what the library prints, logs or warns of."""
     before, hook = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
     sys.unraisablehook = lambda _: None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import codecs
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -10,21 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from codegen.base.errors import BadInput, Place, nearest_name
-from codegen.base.input_files import identity, is_there
+from codegen.base.input_files import identity, is_there, opened
 from codegen.base.user_text import shown
 from codegen.logs.bag_file import BagFolder, Db3Storage, is_bag
 from codegen.logs.beside import SideBySide
 from codegen.logs.binding import Binding, bind, column_of, time_of
 from codegen.logs.cleaning import Clean, clean
-from codegen.logs.content import is_text, other_format
 from codegen.logs.counters import corrected, counter_findings, repeats, require_columns, smallest_step
-from codegen.logs.csv_file import CsvSource, open_csv
+from codegen.logs.csv_file import CsvSource, CsvStream, LongTable, open_csv
 from codegen.logs.description import SAYS_NOTHING, ZERO_ORDER, Lengths, LogDescription, read_description
 from codegen.logs.hdf5_file import Hdf5File
 from codegen.logs.joined import join_logs
 from codegen.logs.json_file import JsonFile
 from codegen.logs.log import Finding, Intake, Log
-from codegen.logs.long_table import LongTable
 from codegen.logs.mat_file import open_mat
 from codegen.logs.mcap_file import McapStorage
 from codegen.logs.mdf_file import MdfFile
@@ -32,7 +32,7 @@ from codegen.logs.numpy_file import NpyFile, NpzFile
 from codegen.logs.parquet_file import ParquetFile
 from codegen.logs.ros_log import RosFile, Storage
 from codegen.logs.series import at_rates_of_their_own
-from codegen.logs.source import Allowance, Columns, LogFile
+from codegen.logs.source import LARGEST_STREAM, Allowance, BlockFile, Columns, LogFile, NotStreamed, OpenedLog
 from codegen.logs.tdms_file import TdmsFile
 from codegen.logs.term import columns_of, compute
 from codegen.logs.ulog_file import UlogFile
@@ -255,6 +255,21 @@ def format_of(path: Path) -> Opener:
     raise BadInput(place, found, expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002")
 
 
+def open_stream(path: Path, description: LogDescription | None = None) -> OpenedLog:
+    """Open a log to be read in blocks.
+
+    Raises:
+        BadInput: for a file that cannot be used.
+        NotStreamed: for a format that is read whole, or a file that is no text.
+    """
+    opener, described = format_of(path), description or SAYS_NOTHING
+    if opener is open_csv:
+        return CsvStream(path, Allowance(), described)
+    if isinstance(opener, type) and issubclass(opener, BlockFile):
+        return opener(path, Allowance(), described)
+    raise NotStreamed
+
+
 def log_description(path: Path, description: str | Path | None) -> LogDescription:
     """The description of a log: the given file, else ``meta.yaml`` in its folder, else an empty one."""
     if description is not None:
@@ -380,3 +395,49 @@ def _hold_note(description: LogDescription) -> list[str]:
     if description.measured_inputs:
         return ["input_hold `linear`: between two rows each input is taken as the mean of both"]
     return [f"input_hold `{shown(hold)}` is not known: the inputs are taken as held from row to row"]
+
+
+HEAD = 4096
+OTHERS = (
+    (rb"PK\x03\x04|\xd0\xcf\x11\xe0", "an Excel workbook or another archive", "its sheet saved as CSV"),
+    (rb"\x1f\x8b|\x28\xb5\x2f\xfd|BZh|\xfd7zXZ", "a compressed file", "the file unpacked"),
+    (rb"\x80[\x02-\x05]", "a Python pickle, which could run any code", "its arrays saved by `numpy.savez`, or as CSV"),
+    (rb"#ROSBAG", "a bag of ROS 1", "a bag of ROS 2, made of it by `rosbags-convert`"),
+    (rb"\(\d+\.\d+\) +\S+ +[0-9A-F]+#", "CAN frames of candump", "a column for each signal, decoded by its DBC"),
+    (rb"header: *\r?\n", "messages over several lines, as `ros2 topic echo` prints them", "a bag, or `--csv` with it"),
+    (rb"FMT, ?\d+, ?\d+, ?FMT", "an ArduPilot log of several kinds of rows", "one kind as CSV, by `mavlogdump.py`"),
+    (rb"MDF ", "an MDF file", "an MDF 4 file ending in .mf4"),
+    (rb"\x89HDF", "an HDF5 file", "the ending .h5"),
+    (rb"WPILOG|\xa3\x95|ULog", "a log of a robot or vehicle", "its export as CSV; ULog ends in .ulg"),
+)
+"""First bytes, what they begin, and what to give instead."""
+
+
+def is_text(path: Path, expected: str) -> bool:
+    """Whether a file's first bytes are letters, in UTF-8, UTF-16 with its mark or Windows-1252.
+
+    Raises:
+        BadInput: as ``input_files.opened``.
+    """
+    head = _head(path, expected)
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return True
+    return bool(head) and not re.search(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]", head) and _other(head) is None
+
+
+def other_format(path: Path, expected: str) -> tuple[str, str] | None:
+    """What a file is that is not read, and what to give instead; None for bytes that say nothing.
+
+    Raises:
+        BadInput: as ``input_files.opened``.
+    """
+    return _other(_head(path, expected))
+
+
+def _other(head: bytes) -> tuple[str, str] | None:
+    return next(((what, instead) for begin, what, instead in OTHERS if re.match(begin, head)), None)
+
+
+def _head(path: Path, expected: str) -> bytes:
+    with opened(path, expected, LARGEST_STREAM) as stream:
+        return stream.read(HEAD)

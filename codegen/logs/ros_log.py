@@ -15,7 +15,6 @@ import numpy as np
 from codegen.base.errors import BadInput
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.library import reading
 from codegen.logs.series import Signal, SignalFile
 from codegen.logs.source import Allowance, File
 
@@ -155,7 +154,7 @@ class RosFile(SignalFile):
         factory = self.library("mcap_ros2.decoder", "mcap").DecoderFactory()
         from mcap.records import Schema
 
-        with reading(self.path, "a definition in ros2msg"):
+        with self.reading("a definition in ros2msg"):
             schema = Schema(id=1, name=topic.kind, encoding="ros2msg", data=topic.definition.encode())
             decoder: Decoder = factory.decoder_for("cdr", schema)
         return decoder

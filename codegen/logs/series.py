@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -53,9 +52,13 @@ class SignalFile(LogFile):
 
     lengths: Mapping[str, int]
 
-    @abstractmethod
     def signals(self, wanted: Sequence[str]) -> dict[str, Signal]:
         """The signals of some columns; what it raises is a damaged file's."""
+        return {name: self.signal(name) for name in wanted}
+
+    def signal(self, name: str) -> Signal:
+        """The signal of a column; a format that reads several at once has ``signals`` instead."""
+        raise NotImplementedError
 
     def found(self, lengths: Mapping[str, int]) -> None:
         """Take the columns that there are.
@@ -79,17 +82,6 @@ class SignalFile(LogFile):
         with self.reading():
             signals = self.signals(names)
         return joined(self, together(signals), wanted, TIME, from_first=True)
-
-
-class ChannelFile(SignalFile):
-    """A log of signals that are read one by one."""
-
-    @abstractmethod
-    def signal(self, name: str) -> Signal:
-        """The signal of a column; raises as ``signals``."""
-
-    def signals(self, wanted: Sequence[str]) -> dict[str, Signal]:
-        return {name: self.signal(name) for name in wanted}
 
 
 def joined(

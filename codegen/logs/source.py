@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -15,8 +16,8 @@ from numpy.typing import NDArray
 from codegen.base import input_files
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
-from codegen.logs import library
 from codegen.logs.description import SAYS_NOTHING, LogDescription
+from codegen.logs.library import MOST_MEMORY, bounded, quiet, release
 
 LARGEST = 1_000_000_000
 """Bytes of a log that is read whole, and of all logs of one call when unpacked."""
@@ -105,12 +106,41 @@ class File:
         return data
 
     def library(self, module: str, extra: str) -> Any:
-        """A module of an extra; see ``library.library``."""
-        return library.library(module, extra, self.path)
+        """A module of an extra.
 
-    def reading(self) -> AbstractContextManager[None]:
-        """Around calls of a library on the file; see ``library.reading``."""
-        return library.reading(self.path, self.expected)
+        Raises:
+            BadInput: where it is not installed.
+        """
+        try:
+            return importlib.import_module(module)
+        except ImportError as error:
+            found = f"a log that needs the package `{module.partition('.')[0]}`, which cannot be imported ({error})"
+            raise self.fault(found, f"it installed: pip install 'stiction[{extra}]'", code="TOOL003") from None
+
+    @contextmanager
+    def reading(self, expected: str = "") -> Iterator[None]:
+        """Around calls of a library on the file: at most so much memory, nothing on the screen, one error.
+
+        A library meets a damaged file with whatever exception its next line raises; all of them mean the same here.
+
+        Args:
+            expected: what the file should hold there, for a message; the file's own word for itself by default.
+
+        Raises:
+            BadInput: for every exception but BadInput itself.
+        """
+        with bounded(), quiet():
+            try:
+                yield
+            except BadInput:
+                raise
+            except Exception as error:
+                words = shown(str(error).strip(), 100) or "no words"
+                found = f"a damaged file ({type(error).__name__}: {words})"
+                if isinstance(error, MemoryError):
+                    found = f"a file whose reading takes more than {MOST_MEMORY} bytes"
+                release(error)
+                raise self.fault(found, expected) from None
 
 
 class OpenedLog(File, ABC):
@@ -179,6 +209,10 @@ class LogFile(OpenedLog):
 
     def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
         yield self.load(wanted)
+
+
+class NotStreamed(Exception):
+    """The log must be read whole, which also finds the words for what is wrong with it."""
 
 
 class BlockFile(LogFile):

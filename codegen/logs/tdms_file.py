@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.logs.series import ChannelFile, Signal
+from codegen.logs.series import Signal, SignalFile
 
 STEP, DELAY, BEGIN = "wf_increment", "wf_start_offset", "wf_start_time"
 
 
-class TdmsFile(ChannelFile):
+class TdmsFile(SignalFile):
     """An opened .tdms file.
 
     A channel without ``wf_increment`` has the times of its group's first channel of times, or else of one that is

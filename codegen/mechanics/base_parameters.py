@@ -23,8 +23,8 @@ import numpy as np
 from codegen.base.errors import refuse_unknown
 from codegen.base.exact_numbers import Exact, exact_array, square_root
 from codegen.mechanics.kinematic_chain import Points, bias_force, mass_matrix
-from codegen.spec.kinematics import KinematicTree, LinkTolerance, MovingBody, Rows, Vector
 from codegen.spec.model import Spec
+from codegen.spec.motion import KinematicTree, LinkTolerance, MovingBody, Rows, Vector
 
 Inertia = tuple[Fraction, Exact, Exact]
 """Mass, first moment and rotational inertia about the origin."""

@@ -14,9 +14,9 @@ from codegen.mechanics.contacts import build_contacts
 from codegen.mechanics.motion import equation_of_motion, form_key
 from codegen.mechanics.sampling import numbers_over, position_range
 from codegen.mechanics.system import Matrix, System
+from codegen.spec.expression import decimal_of
 from codegen.spec.model import Spec, symbol
 from codegen.spec.numerics import numerical
-from codegen.spec.printed import decimal_of
 from codegen.spec.units import coherent_name, dimension, parse_unit
 
 SAMPLES = 400

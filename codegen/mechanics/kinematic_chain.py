@@ -17,7 +17,7 @@ import casadi
 import numpy as np
 
 from codegen.base.exact_numbers import exact_array
-from codegen.spec.kinematics import KinematicTree, MovingBody
+from codegen.spec.motion import KinematicTree, MovingBody
 
 ROUNDING = Fraction(1, 10**14)
 """A moment smaller than this share of the inertia is the rounding of a zero."""

@@ -15,9 +15,8 @@ from codegen.mechanics.kinematic_chain import bias_force, mass_matrix, points_of
 from codegen.mechanics.sampling import numeric_matrix, rank, sampled_values
 from codegen.mechanics.sparse import diagonal, jacobian, sparse
 from codegen.mechanics.system import Matrix
-from codegen.spec.kinematics import KinematicTree
 from codegen.spec.model import Contact, Spec, symbol
-from codegen.spec.motion import Body, Constraints, Lagrangian, Topology, position_name, rate_name
+from codegen.spec.motion import Body, Constraints, KinematicTree, Lagrangian, Topology, position_name, rate_name
 
 TOLERANCE = 1e-9
 LARGEST_SYMBOLIC = 4

@@ -1,17 +1,19 @@
 """The observers as lists of equations. To add one: a file with its builder, and its kinds in OBSERVERS."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Callable
 from dataclasses import replace
 
 from codegen.base.errors import BadInput, refuse_unknown
 from codegen.effects.declare import system_of
+from codegen.mechanics.sampling import rank, sampled_values
 from codegen.mechanics.system import System
 from codegen.observers.coulomb import coulomb_friction_observer
 from codegen.observers.dynamic import dynamic_friction_observer
 from codegen.observers.equations import Equation, ErrorVariable, Observer
 from codegen.observers.gains import refuse_unknown_gains
-from codegen.observers.independent import refuse_dependent_contacts
 from codegen.observers.tracking import tracking_observer
 from codegen.observers.velocity import refuse_integration
 from codegen.spec.free_gains import refuse_free_gains
@@ -119,3 +121,30 @@ __all__ = [
     "observer_of",
     "refuse_unknown_words",
 ]
+
+
+@numerical("where friction acts")
+def refuse_dependent_contacts(spec: Spec, observer: Observer) -> None:
+    """Raise BadInput where an observer of each contact would act on contacts that slide dependently.
+
+    Its error decays at K_F U'M⁻¹U (4.19), which is singular when the rank of U is below the number of contacts: a
+    combination of levels that gives no force never shows in the motion. An observer of the force on each coordinate
+    (GTO) need not distinguish contacts. The rank is that at almost every position of the envelope.
+    """
+    if all(e.contact is None for e in observer.errors):
+        return
+    points, distribution = sampled_values(spec), observer.system.distribution
+    count, motions = distribution.cols, rank(distribution, points)
+    if motions == count:
+        return
+    names = [c.name for c in observer.system.contacts]
+    first = next(k for k in range(count) if rank(distribution[:, : k + 1], points) <= k)
+    # Those without which the rest would be independent are the ones that take part.
+    others = {j: [i for i in range(first + 1) if i != j] for j in range(first)}
+    part = [names[j] for j, rest in others.items() if rank(distribution[:, rest], points) == first]
+    found = (
+        f"{observer.kind} on {count} contacts that slide in {motions} independent ways: the slip of {names[first]} "
+        f"follows from that of {' and '.join(part)}, so U'M^-1 U is singular and no gain can distinguish their friction"
+    )
+    expected = "contacts that slide independently, or gto"
+    raise BadInput(spec.place("observer.kind"), found, expected, "gto", code="SPEC019")

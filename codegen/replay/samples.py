@@ -15,11 +15,9 @@ from codegen.logs import LogDescription, read_log
 from codegen.logs.binding import Binding, bind
 from codegen.logs.counters import corrected, require_columns
 from codegen.logs.log import Log
-from codegen.logs.readers import log_description
-from codegen.logs.source import LARGEST, Columns, OpenedLog
-from codegen.logs.stream import NotStreamed, open_stream
+from codegen.logs.readers import log_description, open_stream
+from codegen.logs.source import LARGEST, Columns, NotStreamed, OpenedLog
 from codegen.logs.term import columns_of, compute
-from codegen.logs.time_unit import time_unit_hint
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
 from codegen.spec import Spec
@@ -185,3 +183,43 @@ class Samples:
         found |= dict(zip([i.name for i in spec.inputs], log.inputs.T, strict=True))
         self._require_inputs(dict.fromkeys(found, ""), Place(str(self._path)))
         return np.column_stack([found[name] for name in self._inputs])
+
+
+UNITS = (
+    (1e3, "milliseconds", "0.001"),
+    (1e6, "microseconds", "1e-6"),
+    (1e9, "nanoseconds", "1e-9"),
+    (1 / 60, "minutes", "60"),
+    (1 / 3600, "hours", "3600"),
+    (1 / 86400, "days", "86400"),
+)
+"""Step in the unit, taken as s, over the same step in s; the unit; its factor to s."""
+MEANT = ((1e-3, "ms"), (1e-6, "us"))
+"""Step of a log over a sample time that was written in a smaller unit, and is read as s."""
+
+
+def time_unit_hint(step: float, period: float, scale: float, taken: bool) -> str:
+    """A question with its remedy; empty where the steps differ by no factor between units of time.
+
+    Args:
+        step: of the log, s. period: of the observer, s.
+        scale: stated factor of the log's time; 1 where none is.
+        taken: whether the file or its description states the unit of time.
+    """
+    ratio = step / period
+    if scale != 1 and _equal(ratio, scale):
+        return f"is time in s before `scale: {{t: {scale:g}}}`? (leave that out of meta.yaml)"
+    if taken and any(_equal(ratio, times) for times, *_ in (*UNITS, *MEANT)):
+        return "is time in another unit? (`units: {t: UNIT}` in meta.yaml beside the log)"
+    for times, unit, factor in UNITS:
+        if _equal(ratio, times):
+            stated = factor if scale == 1 else f"{float(factor) * scale:g}"
+            return f"is time in {unit}? (`scale: {{t: {stated}}}` in meta.yaml beside the log)"
+    for times, unit in MEANT:
+        if _equal(ratio, times):
+            return f"is the observer's sample time meant in {unit}? (`sample_time: {period:g} {unit}` in the spec)"
+    return ""
+
+
+def _equal(ratio: float, times: float) -> bool:
+    return abs(ratio / times - 1) <= JITTER

@@ -11,8 +11,7 @@ from typing import Any
 import sympy
 
 from codegen.base.errors import Place
-from codegen.spec.kinematics import KinematicTree
-from codegen.spec.motion import Form, Sliding
+from codegen.spec.motion import Form, KinematicTree, Sliding
 
 Rational = sympy.Rational
 NO_INPUTS = "no inputs are declared (`inputs:` is missing)"

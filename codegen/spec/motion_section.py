@@ -14,10 +14,9 @@ import sympy
 from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.bodies_section import read_bodies, read_body_forces, read_equations, read_sliding
 from codegen.spec.expression import NAME, Expression, parse_expression
-from codegen.spec.kinematics import KinematicTree
 from codegen.spec.missing_units import refuse_missing_units
 from codegen.spec.model import NO_INPUTS, Coordinate, Input, symbol
-from codegen.spec.motion import DIRECTIONS, Constraints, Form, Lagrangian, Sliding, Topology
+from codegen.spec.motion import DIRECTIONS, Constraints, Form, KinematicTree, Lagrangian, Sliding, Topology
 from codegen.spec.motion_units import Units
 from codegen.spec.schema import SpecDocument, TopologySection
 from codegen.spec.si_units import Dimension

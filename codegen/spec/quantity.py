@@ -9,8 +9,7 @@ from typing import Any
 import sympy
 
 from codegen.base.errors import BadInput, Faults, Place
-from codegen.spec.expression import exact_number
-from codegen.spec.printed import printed
+from codegen.spec.expression import exact_number, printed
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
 
 _WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*|1/.*)")

@@ -13,7 +13,7 @@ import sympy
 
 from codegen.base.errors import BadInput, Faults, Place, refuse_unknown
 from codegen.base.input_files import read_text
-from codegen.spec.expression import exact_number
+from codegen.spec.expression import exact_number, printed
 from codegen.spec.model import (
     CodeChoice,
     Contact,
@@ -27,7 +27,6 @@ from codegen.spec.model import (
 from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_cancellation, read_observer
-from codegen.spec.printed import printed
 from codegen.spec.quantity import read_numbers, read_quantity, read_share
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import SpecDocument

@@ -19,7 +19,7 @@ import numpy as np
 from codegen.base.errors import BadInput, Place
 from codegen.base.exact_numbers import Exact, exact_array, sine_cosine, square_root
 from codegen.base.input_files import read_bytes
-from codegen.spec.kinematics import KinematicTree, MovingBody, Rows, Vector
+from codegen.spec.motion import KinematicTree, MovingBody, Rows, Vector
 
 LARGEST = 20_000_000
 """Bytes of a robot description."""

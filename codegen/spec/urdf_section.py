@@ -10,7 +10,7 @@ from typing import Any
 
 from codegen.base.errors import BadInput, Place, refuse_unknown
 from codegen.spec.expression import exact_number
-from codegen.spec.kinematics import KinematicTree, LinkTolerance, MovingBody
+from codegen.spec.motion import KinematicTree, LinkTolerance, MovingBody
 from codegen.spec.quantity import read_share
 from codegen.spec.urdf import STANDARD_GRAVITY, read_kinematic_tree
 

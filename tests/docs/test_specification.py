@@ -15,7 +15,7 @@ from codegen.base.input_files import LARGEST_GENERATED, LARGEST_TEXT
 from codegen.checker import files, verify
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
-from codegen.logs import csv_file, mat_elements, numpy_file, source, text_lines
+from codegen.logs import csv_file, mat_file, numpy_file, source, text_lines
 from codegen.observers import OBSERVERS
 from codegen.report.effect_examples import effect_picture
 from codegen.report.effects import effects_page
@@ -120,7 +120,7 @@ def test_the_c_of_the_readme_compiles_and_prints_what_it_says(tmp_path: Path) ->
 def test_the_stated_sizes_are_those_of_the_code() -> None:
     (section,) = re.findall(r"^## Files, their sizes.*", SPECIFICATION, re.S | re.M)
     limits = [LARGEST_TEXT, LARGEST_GENERATED, LARGEST_URDF, verify.MAX_TEXT, files.MAX_FILE, source.LARGEST]
-    limits += [source.LARGEST_STREAM, csv_file.MOST_ROWS, text_lines.LONGEST_LINE, mat_elements.MOST_VARIABLES]
+    limits += [source.LARGEST_STREAM, csv_file.MOST_ROWS, text_lines.LONGEST_LINE, mat_file.MOST_VARIABLES]
     limits += [numpy_file.LONGEST_HEADER, yaml_limits.MOST_NODES]
     for limit in limits:
         assert f" {limit:,} ".replace(",", " ") in section

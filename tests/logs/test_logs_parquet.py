@@ -14,7 +14,7 @@ from codegen.base.errors import BadInput
 from codegen.logs import parquet_file, read_log
 from codegen.logs import source as log_source
 from codegen.logs.description import LogDescription
-from codegen.logs.stream import open_stream
+from codegen.logs.readers import open_stream
 from tests.told import refused
 
 pa = pytest.importorskip("pyarrow", reason="needs the extra parquet")

@@ -14,7 +14,7 @@ from slider_log import rows
 
 from codegen.base.errors import BadInput
 from codegen.logs import LogDescription, mcap_file, read_log
-from codegen.logs import library as extras
+from codegen.logs import source as extras
 from codegen.logs import source as log_source
 from codegen.logs.ros_log import RosFile
 from codegen.logs.term import identifier

@@ -16,8 +16,8 @@ import pytest
 from slider_log import rows
 
 from codegen.base.errors import BadInput
-from codegen.logs import library as extras
 from codegen.logs import read_log
+from codegen.logs import source as extras
 from codegen.logs import source as log_source
 from tests.told import refused
 

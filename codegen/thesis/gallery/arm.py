@@ -16,9 +16,8 @@ from codegen.observers import build_observer
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Reading, after, friction_error, ratio, rms
-from codegen.thesis.gallery.runs import Gains, watch
+from codegen.thesis.gallery.runs import Gains, Runs, watch
 from codegen.thesis.gallery.setting import Setting
 
 SETTLED = 5.0

@@ -13,9 +13,8 @@ from codegen.base.resources import resource_folder
 from codegen.report.style import png
 from codegen.spec import Spec, read_spec
 from codegen.thesis.gallery import arm, cancelling, drawing, hysteresis, laws, rig, servo, two_mass
-from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Reading
-from codegen.thesis.gallery.runs import Gains
+from codegen.thesis.gallery.runs import Gains, Runs
 from codegen.thesis.gallery.setting import AS_DRAWN, Setting
 from codegen.thesis.gallery.statement import Figure, Statement, read_figures
 

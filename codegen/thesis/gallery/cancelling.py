@@ -17,9 +17,8 @@ from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observer_in_loop import Cancellation, generated_observer
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Reading, ratio, rms
-from codegen.thesis.gallery.runs import Gains, closed_loop, sample_count
+from codegen.thesis.gallery.runs import Gains, Runs, closed_loop, sample_count
 from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
 
 PUSHED = (np.array([0.0, 0.0]), np.array([0.0, 1.0]))

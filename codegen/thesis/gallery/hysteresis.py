@@ -12,9 +12,8 @@ import numpy as np
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Mask, Reading, after, friction_error, position_error, ratio, ripple, rms
-from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
+from codegen.thesis.gallery.runs import Gains, Runs, ideal_run, pid_run, servo_run, tuned_pid
 from codegen.thesis.gallery.servo import draw_motions
 from codegen.thesis.gallery.setting import Setting
 

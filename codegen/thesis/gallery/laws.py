@@ -11,9 +11,8 @@ from codegen.base.arrays import Array
 from codegen.effects.declare import system_of
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Reading, after, ratio
-from codegen.thesis.gallery.runs import Gains, watch
+from codegen.thesis.gallery.runs import Gains, Runs, watch
 from codegen.thesis.gallery.setting import Setting
 
 SPEEDS = np.linspace(0.0, 10.0, 401)

@@ -20,9 +20,8 @@ from codegen.simulate.loop_run import LoopRun
 from codegen.spec.functions import Sgn
 from codegen.spec.model import Spec, symbol
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Mask, Reading, hang_off, ratio, rms, sliding
-from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, reference_of, servo_run, tuned_pid
+from codegen.thesis.gallery.runs import Gains, Runs, ideal_run, pid_run, reference_of, servo_run, tuned_pid
 from codegen.thesis.gallery.setting import Setting, from_zero, observer_choice, simulation_of, with_observer
 
 NAMES = ("CFO", "TO", "DFOa", "DFOb")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -222,3 +222,25 @@ def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[s
         estimates, faults = observer.engine.run(rows)
         runs[name] = replace(seen, outputs=observer.outputs, estimates=estimates, faults=faults)
     return runs
+
+
+@dataclass(frozen=True)
+class Runs:
+    """What a figure is drawn from and measured on.
+
+    Attributes:
+        specs: of the figure, in the order of its claims entry.
+        setting: what was taken of that which the text leaves open.
+        loops: name → run.
+        pid: gains of the tuned PID, where there is one; tuned once, as drawn.
+        numbers: what else a measure needs.
+    """
+
+    specs: Sequence[Spec]
+    setting: Setting
+    loops: Mapping[str, LoopRun] = field(default_factory=dict)
+    pid: Gains | None = None
+    numbers: Mapping[str, float] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> LoopRun:
+        return self.loops[name]

@@ -13,7 +13,6 @@ from codegen.effects.declare import system_of
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import (
     Reading,
     after,
@@ -24,7 +23,7 @@ from codegen.thesis.gallery.measures import (
     since_reversal,
     sliding,
 )
-from codegen.thesis.gallery.runs import Gains, ideal_run, pid_run, servo_run, tuned_pid
+from codegen.thesis.gallery.runs import Gains, Runs, ideal_run, pid_run, servo_run, tuned_pid
 from codegen.thesis.gallery.setting import Setting, observer_choice, with_observer
 
 LETTERS = "abcd"

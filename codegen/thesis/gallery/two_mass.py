@@ -16,9 +16,8 @@ from codegen.base.arrays import Array
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import Reading, after, overshoot, ratio, rms
-from codegen.thesis.gallery.runs import Gains, watch
+from codegen.thesis.gallery.runs import Gains, Runs, watch
 from codegen.thesis.gallery.setting import Setting, observer_choice, with_observer
 
 TRANSIENT = 2.0

@@ -17,11 +17,10 @@ from scipy.integrate import solve_ivp
 from codegen.simulate.loop_run import LoopRun
 from codegen.thesis.gallery import rig, runs, servo
 from codegen.thesis.gallery.build import MODULES, figure_numbers, figure_specs, make_figure, run_gallery
-from codegen.thesis.gallery.figure import Runs
 from codegen.thesis.gallery.measures import hang_off
 from codegen.thesis.gallery.page import KEPT, PAGE, gallery_page, is_of, read_kept, write_gallery
 from codegen.thesis.gallery.rig import CHAPTER_3, NAMES
-from codegen.thesis.gallery.runs import ideal_run, reference_of, servo_run
+from codegen.thesis.gallery.runs import Runs, ideal_run, reference_of, servo_run
 from codegen.thesis.gallery.setting import AS_DRAWN, Setting, simulation_of, with_observer, without_friction
 from codegen.thesis.gallery.statement import read_figures
 from tests.told import refused

@@ -1,13 +1,110 @@
-"""Several coordinates: error dynamics of GCFO, GTO, MGTO and GDFO by the chain rule, and Ψ at zero error."""
+"""Several coordinates and contacts, chapters 4, 5 and 7: state equations, error dynamics by the chain rule, and Ψ.
+
+The symbols are of two coordinates and three contacts. U's elements move (``U_dot``), since U may depend on x; M⁻¹ is
+any symmetric matrix; g, h and ξ are symbols, with their derivatives g_v, D and ξ_u, ξ_f as further symbols. An identity
+in all of them holds for the formula. State equations are derived by the principle of ``one``, matrix by matrix.
+"""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import sympy
 
-from codegen.thesis.audit.world import World, column, diagonal, jacobian_at_zero, moving, rate
-from codegen.thesis.audit.worlds.many_symbols import NAMES, SIGNS, STEADY, level_rate, m, n, nu, plant_flows
+from codegen.thesis.audit.world import World, column, diagonal, full, jacobian_at_zero, moving, rate, symmetric
+
+n, nu = 2, 3
+COLUMNS = {
+    n: "x v v_hat g g_hat F_hat F_dot z z_v e_v e_F",
+    nu: "a a_dot a_hat f f_hat xi xi_hat xi_u xi_f s s_hat d d_hat h h_hat z_F z_a z_f z_m e_a e_f",
+}
+MATRICES = {
+    (n, n): "g_v K_v K_1 K_2 K_inv",
+    (nu, nu): "K_F K_a",
+    (nu, n): "K_f1 K_f2 K_m1 K_m2",
+    (n, nu): "U U_dot",
+}
+_columns = {name: column(name, size) for size, names in COLUMNS.items() for name in names.split()}
+_matrices = {name: full(name, *shape) for shape, names in MATRICES.items() for name in names.split()}
+m = SimpleNamespace(**_columns, **_matrices, M_inv=symmetric("W", n))
+"""All of them as attributes."""
+NAMES: dict[str, Any] = vars(m) | {
+    "U_T": m.U.T,
+    "U_dot_T": m.U_dot.T,
+    "xi_f": diagonal(m.xi_f),
+    "S": diagonal(m.s),
+    "S_hat": diagonal(m.s_hat),
+    "D": diagonal(m.d),
+    "D_hat": diagonal(m.d_hat),
+    "O": sympy.zeros(nu, nu),
+    "O_F": sympy.zeros(n, n),
+    "diag_a": diagonal(m.a),
+    "diag_f": diagonal(m.f),
+    "diag_e_a": diagonal(m.e_a),
+    "diag_slip": diagonal(m.U.T * m.v),
+}
+STEADY = tuple(m.U_dot)
+SIGNS = dict.fromkeys((*m.s, *m.s_hat), (-1, 1))
+
+
+def plant_flows(force: Any) -> dict[Any, Any]:
+    """x, v and U move as the plant does: M v̇ = g − F."""
+    return moving(m.x, m.v) | moving(m.v, m.M_inv * (m.g - force)) | moving(m.U, m.U_dot)
+
+
+def level_rate(velocity: Any, flows: dict[Any, Any], slope: Any, sign: Any) -> Any:
+    """d h(|U'v|)/dt = D S d(U'v)/dt, by the chain rule over U and v both."""
+    return diagonal(slope) * diagonal(sign) * rate(m.U.T * velocity, flows)
+
+
+def many_equations() -> World:
+    """(4.10)–(4.17), (4.25)–(4.28), (4.33), (5.14)–(5.15), (7.10)–(7.14), (7.24)–(7.25)."""
+    derived: dict[str, Any] = {}
+    for prefix, velocity, g, hat in (("", m.v, m.g, ""), ("estimated_", m.v_hat, m.g_hat, "_hat")):
+        model = m.M_inv * (g - m.F_hat)
+        flows = moving(m.x, velocity) | moving(velocity, model) | moving(m.U, m.U_dot) | moving(m.f_hat, m.xi_hat)
+        contact_model = moving(m.x, velocity) | moving(velocity, m.M_inv * (g - m.U * m.f_hat))
+        sign, slope = (m.s_hat, m.d_hat) if hat else (m.s, m.d)
+        coulomb = moving(m.F_hat, m.U * diagonal(sign) * m.a_hat)  # F̂ = U S â in place of the symbol F̂
+        tracked = m.K_1 * m.x + m.K_2 * velocity
+        normalised = m.K_f1 * m.x + m.K_f2 * velocity
+        coefficient = m.K_a * diagonal(m.f_hat) * m.U.T * velocity
+        by_contact = m.K_m1 * m.x + m.K_m2 * velocity
+        g_, v_, S_, D_, h_, slip_ = (f"{name}{hat}" for name in ("g", "v", "S", "D", "h", "diag_slip"))
+        acceleration = f"M_inv*({g_} - F_hat)"
+        own = {
+            "level": (m.z_F - m.K_F * (m.h_hat if hat else m.h), f"z_F - K_F*{h_}"),
+            "level_rate": (
+                (m.K_F * level_rate(velocity, flows, slope, sign)).xreplace(coulomb),
+                f"K_F*{D_}*{S_}*(U_T*M_inv*({g_} - U*{S_}*a_hat) + U_dot_T*{v_})",
+            ),
+            "force": (m.U * diagonal(sign) * m.a_hat, f"U*{S_}*a_hat"),
+            "tracked": (m.z + tracked, f"z + K_1*x + K_2*{v_}"),
+            "tracked_rate": (-rate(tracked, flows), f"-K_1*{v_} - K_2*{acceleration}"),
+            "coefficient": (m.z_a + coefficient, f"z_a + K_a*diag_f_hat*U_T*{v_}"),
+            "coefficient_rate": (
+                -rate(coefficient, flows),
+                f"-K_a*{slip_}*xi_hat - K_a*diag_f_hat*(U_T*{acceleration} + U_dot_T*{v_})",
+            ),
+            "normalised": (m.z_f + normalised, f"z_f + K_f1*x + K_f2*{v_}"),
+            "normalised_rate": (m.xi_hat - rate(normalised, flows), f"-K_f1*{v_} - K_f2*{acceleration} + xi_hat"),
+            "by_contact": (m.z_m + by_contact, f"z_m + K_m1*x + K_m2*{v_}"),
+            "by_contact_rate": (-rate(by_contact, contact_model), f"-K_m1*{v_} - K_m2*M_inv*({g_} - U*F_bar_hat)"),
+        }
+        derived |= {f"{prefix}{name}": one for name, one in own.items()}
+    velocity_rate = m.M_inv * (m.g_hat - m.F_hat) - rate(m.K_v * m.x, moving(m.x, m.v_hat))
+    derived["velocity"] = m.z_v + m.K_v * m.x, "z_v + K_v*x"
+    derived["velocity_rate"] = velocity_rate, "-K_v*v_hat + M_inv*(g_hat - F_hat)"
+    derived["product"] = m.U * diagonal(m.a_hat) * m.f_hat, "U*diag_a_hat*f_hat"
+    names = NAMES | {
+        "diag_f_hat": diagonal(m.f_hat),
+        "diag_a_hat": diagonal(m.a_hat),
+        "diag_slip_hat": diagonal(m.U.T * m.v_hat),
+        "F_bar_hat": m.f_hat,  # any vector of contact forces
+    }
+    return World(names, derived, steady=STEADY, ranges=SIGNS)
+
 
 F = column("F", n)
 
