@@ -121,10 +121,8 @@ def audit(
     written = None if out is None else write_audit(findings, out)
     if as_json:
         print_json({"format": "stiction-audit/1", "findings": audit_json(findings)})
-        return
-    if written is not None:
-        output.print(str(written))
-    output.print(audit_summary(findings), end="")
+    else:
+        output.print(("" if written is None else f"{written}\n") + audit_summary(findings), end="")
 
 
 @pages.command()
@@ -145,7 +143,5 @@ def gallery(
     written = write_gallery(results, out)
     if as_json:
         print_json({"format": "stiction-gallery/1", "figures": gallery_json(results), "files": written})
-        return
-    for target in written:
-        output.print(str(target))
-    output.print(gallery_summary(results), end="")
+    else:
+        output.print("".join(f"{path}\n" for path in written) + gallery_summary(results), end="")

@@ -90,10 +90,10 @@ def read_text(path: Path, expected: str, largest: int = LARGEST_TEXT) -> str:
         raise BadInput(Place(str(path)), f"byte {error.start} is not UTF-8", expected, code="FILE006") from None
 
 
-def read_or_none(path: Path, largest: int = LARGEST_GENERATED) -> str | None:
+def read_or_none(path: Path) -> str | None:
     """The text of a regular file, or None where there is none that can be read."""
     try:
-        return read_text(path, "text", largest)
+        return read_text(path, "text", LARGEST_GENERATED)
     except BadInput:
         return None
 

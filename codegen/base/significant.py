@@ -27,9 +27,9 @@ def significant_digits(value: float, interval: Sequence[float], most: int = MOST
     return min(max(first - last + 1, 1), most)
 
 
-def with_deserved_digits(value: float, interval: Sequence[float], most: int = 4) -> str:
-    """The value with at most so many digits, and no more than its interval lets it have."""
-    return f"{value:.{significant_digits(value, interval, most)}g}"
+def with_deserved_digits(value: float, interval: Sequence[float]) -> str:
+    """The value with at most four digits, and no more than its interval lets it have."""
+    return f"{value:.{significant_digits(value, interval, 4)}g}"
 
 
 def instant(time: float, period: float) -> str:

@@ -22,7 +22,7 @@ from codegen.logs.column_names import (
 )
 from codegen.logs.description import LogDescription
 from codegen.logs.log import Finding
-from codegen.logs.source import OpenedLog, listing
+from codegen.logs.source import LogFile, listing
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.model import Spec
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
@@ -53,7 +53,7 @@ class Binding:
     brought: Mapping[str, str] = field(default_factory=dict)
 
 
-def bind(source: OpenedLog, spec: Spec, description: LogDescription, explicit: Mapping[str, str] | None) -> Binding:
+def bind(source: LogFile, spec: Spec, description: LogDescription, explicit: Mapping[str, str] | None) -> Binding:
     """Find a column for every symbol: by explicit options, the description, the spec, or the symbol's own name, with a
     unit behind it or not; for ``t`` by any usual name of a time.
 
@@ -74,7 +74,7 @@ def time_columns(names: Sequence[str]) -> list[str]:
     return found
 
 
-def time_of(source: OpenedLog, description: LogDescription) -> str:
+def time_of(source: LogFile, description: LogDescription) -> str:
     """The column of time of a log that holds its values elsewhere: as described, or by its name.
 
     Raises:
@@ -84,7 +84,7 @@ def time_of(source: OpenedLog, description: LogDescription) -> str:
     return column_of(source, text, description.place("columns.t"))
 
 
-def column_of(source: OpenedLog, text: str, place: Place) -> str:
+def column_of(source: LogFile, text: str, place: Place) -> str:
     """The one column that a text of a description means.
 
     Raises:
@@ -100,7 +100,7 @@ def column_of(source: OpenedLog, text: str, place: Place) -> str:
 class _Search:
     """The search for the columns of one file, and what is found so far; see ``Binding``."""
 
-    def __init__(self, source: OpenedLog, spec: Spec, description: LogDescription, explicit: Mapping[str, str]) -> None:
+    def __init__(self, source: LogFile, spec: Spec, description: LogDescription, explicit: Mapping[str, str]) -> None:
         self.source, self.spec, self.description, self.explicit = source, spec, description, explicit
         self.names, self.place = source.names, source.place
         self.headless = list(self.names) == [str(k + 1) for k in range(len(self.names))]

@@ -19,7 +19,7 @@ from codegen.logs.binding import column_of, time_of
 from codegen.logs.description import LogDescription
 from codegen.logs.row_forms import upright, whole_lines
 from codegen.logs.series import Signal, joined, together
-from codegen.logs.source import Allowance, Columns, File, LogFile, NotStreamed, OpenedLog, listing
+from codegen.logs.source import Allowance, BlockFile, Columns, File, LogFile, NotStreamed, listing
 from codegen.logs.table import (
     COMMENT,
     END,
@@ -358,8 +358,8 @@ PIECE = 1 << 22
 """Bytes that are read at once."""
 
 
-class CsvStream(OpenedLog):
-    """A text table whose header is found in the first block.
+class CsvStream(BlockFile):
+    """A text table whose header is found in the first block, read by ``blocks`` alone.
 
     Raises:
         BadInput: if there is no table that can be found.

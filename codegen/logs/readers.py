@@ -32,7 +32,7 @@ from codegen.logs.numpy_file import NpyFile, NpzFile
 from codegen.logs.parquet_file import ParquetFile
 from codegen.logs.ros_log import RosFile, Storage
 from codegen.logs.series import at_rates_of_their_own
-from codegen.logs.source import LARGEST_STREAM, Allowance, BlockFile, Columns, LogFile, NotStreamed, OpenedLog
+from codegen.logs.source import LARGEST_STREAM, Allowance, BlockFile, Columns, LogFile, NotStreamed
 from codegen.logs.tdms_file import TdmsFile
 from codegen.logs.term import columns_of, compute
 from codegen.logs.ulog_file import UlogFile
@@ -255,7 +255,7 @@ def format_of(path: Path) -> Opener:
     raise BadInput(place, found, expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002")
 
 
-def open_stream(path: Path, description: LogDescription | None = None) -> OpenedLog:
+def open_stream(path: Path, description: LogDescription | None = None) -> LogFile:
     """Open a log to be read in blocks.
 
     Raises:

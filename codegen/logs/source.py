@@ -143,8 +143,8 @@ class File:
                 raise self.fault(found, expected) from None
 
 
-class OpenedLog(File, ABC):
-    """An opened log whose columns are found by ``find`` and read some rows at a time.
+class LogFile(File, ABC):
+    """An opened log, whose columns are found by ``find``; a subclass is a format.
 
     Attributes:
         names: of the columns; reading may refuse one that holds no numbers.
@@ -181,12 +181,16 @@ class OpenedLog(File, ABC):
         return self.said
 
     @abstractmethod
-    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
-        """The numbers of the wanted columns, each a member of ``names``, some rows at a time.
+    def load(self, wanted: Sequence[str]) -> Columns:
+        """All rows of the wanted columns, each a member of ``names``.
 
         Raises:
             BadInput: for the first value that is not a number, columns of different length, or too many numbers.
         """
+
+    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
+        """The same some rows at a time, where the format can be read so."""
+        yield self.load(wanted)
 
     def take(self, size: int) -> None:
         """Count the bytes that the file holds when unpacked; see ``Allowance.take``."""
@@ -198,17 +202,6 @@ class OpenedLog(File, ABC):
         for name, count in lengths.items():
             if count != rows:
                 raise self.fault(f"{count} values", f"{rows} values as in `{shown(first)}`", name, "LOG011")
-
-
-class LogFile(OpenedLog):
-    """An opened log that is read as a whole; a subclass is a format."""
-
-    @abstractmethod
-    def load(self, wanted: Sequence[str]) -> Columns:
-        """All rows of the wanted columns; raises as ``blocks``."""
-
-    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
-        yield self.load(wanted)
 
 
 class NotStreamed(Exception):

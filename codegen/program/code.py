@@ -172,18 +172,8 @@ class Code:
 
     def unseen(self, inputs: Iterable[str]) -> tuple[str, ...]:
         """Inputs that may be NaN or infinite while every next state stays finite."""
-        bits = {name: 1 << k for k, name in enumerate(inputs)}
-        through: dict[Node, int] = {}
-        for node in reachable(a.value for a in self.next_state):
-            through[node] = bits.get(node.name, 0) if node.kind == "symbol" else 0
-            if node.name in LIMITS:
-                continue
-            for argument in node.arguments[:1] if node.kind == "quotient" else node.arguments:
-                through[node] |= through[argument]
-        seen = 0
-        for following in self.next_state:
-            seen |= through[following.value]
-        return tuple(name for name, bit in bits.items() if not seen & bit)
+        seen = {node.name for node in _passing(a.value for a in self.next_state) if node.kind == "symbol"}
+        return tuple(name for name in inputs if name not in seen)
 
     def unseen_outputs(self) -> tuple[Node, ...]:
         """Outputs with a product or quotient that may overflow while every next state stays finite, each node once."""

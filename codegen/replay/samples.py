@@ -16,7 +16,7 @@ from codegen.logs.binding import Binding, bind
 from codegen.logs.counters import corrected, require_columns
 from codegen.logs.log import Log
 from codegen.logs.readers import log_description, open_stream
-from codegen.logs.source import LARGEST, Columns, NotStreamed, OpenedLog
+from codegen.logs.source import LARGEST, Columns, LogFile, NotStreamed
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
@@ -126,7 +126,7 @@ class Samples:
                 last = min(first + ROWS, stop)
                 yield Block(log.time[first:last], values[first:last], first == start)
 
-    def _blocks(self, stream: OpenedLog, binding: Binding, described: LogDescription) -> Iterator[Block]:
+    def _blocks(self, stream: LogFile, binding: Binding, described: LogDescription) -> Iterator[Block]:
         timed = "t" in binding.terms
         if not timed and described.sample_rate_hz is None:
             raise NotStreamed

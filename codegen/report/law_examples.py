@@ -145,12 +145,13 @@ def force_over(law: FrictionLaw, time: Any, velocity: Callable[[float], float]) 
     return np.array([force(v, state) for v, state in zip(u_over_time, done.y[0], strict=True)])
 
 
-def dragged_mass(end: float = 3.0, step: float = 2e-4) -> tuple[Any, Any, Any]:
+def dragged_mass() -> tuple[Any, Any, Any]:
     """Time, velocity and friction of a mass dragged over Karnopp's contact by a spring whose end moves steadily."""
     law, p = LAWS["karnopp"], EXAMPLES["karnopp"].parameters
     if not isinstance(law, Karnopp):
         raise TypeError("karnopp is not Karnopp's law")
-    time = np.arange(0, end, step)
+    step = 2e-4
+    time = np.arange(0, 3.0, step)
     velocity, friction = np.zeros_like(time), np.zeros_like(time)
     x = v = 0.0
     for k, t in enumerate(time):
@@ -179,8 +180,9 @@ def law_picture(law: FrictionLaw) -> str:
         case RisingStatic():
             panels = (lambda axes: _after_rest(axes, law), lambda axes: _static_level(axes, law))
         case Karnopp():
-            motion = dragged_mass()
-            panels = (lambda axes: _drag_velocity(axes, motion), lambda axes: _drag_time(axes, motion))
+            time, velocity, friction = dragged_mass()
+            over = (velocity, "velocity in m/s"), (time, "time in s")
+            panels = tuple(partial(_drag, over=x, friction=friction, label=label) for x, label in over)
         case DynamicLaw() | MemoryLaw():
             second = _presliding if EXAMPLES[law.name].presliding else _over_time
             panels = (lambda axes: _loop(axes, law), lambda axes: second(axes, law))
@@ -290,14 +292,9 @@ def _static_level(axes: Any, law: RisingStatic) -> None:
     framed(axes, "time at rest in s", "static level in N")
 
 
-def _drag_velocity(axes: Any, motion: tuple[Any, Any, Any]) -> None:
-    _plot(axes, motion[1], motion[2], CURVE)
-    framed(axes, "velocity in m/s", FORCE)
-
-
-def _drag_time(axes: Any, motion: tuple[Any, Any, Any]) -> None:
-    _plot(axes, motion[0], motion[2], CURVE)
-    framed(axes, "time in s", FORCE)
+def _drag(axes: Any, over: Any, friction: Any, label: str) -> None:
+    _plot(axes, over, friction, CURVE)
+    framed(axes, label, FORCE)
 
 
 def _plot(axes: Any, x: Any, y: Any, colour: str, dashes: Any = "-", width: float = 2.2) -> None:

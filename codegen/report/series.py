@@ -130,11 +130,11 @@ def _model_residual(
     )
 
 
-def thin(indices: NDArray[np.int_], most: int = MOST_POINTS) -> NDArray[np.int_]:
-    """At most ``most`` of the indices, evenly spread."""
-    if len(indices) <= most:
+def thin(indices: NDArray[np.int_]) -> NDArray[np.int_]:
+    """At most ``MOST_POINTS`` of the indices, evenly spread."""
+    if len(indices) <= MOST_POINTS:
         return indices
-    return np.asarray(indices[np.linspace(0, len(indices) - 1, most).round().astype(int)])
+    return np.asarray(indices[np.linspace(0, len(indices) - 1, MOST_POINTS).round().astype(int)])
 
 
 def bin_means(x: Array, y: Array, bins: int = BINS) -> Curve:

@@ -11,11 +11,10 @@ from fractions import Fraction
 from itertools import chain, combinations, islice
 
 from codegen.base.errors import BadInput, Place
-from codegen.spec.si_units import Dimension
+from codegen.spec.si_units import NONE, Dimension
 from codegen.spec.units import UnitMismatch, describe, is_called
 
 MOST_AT_ONCE, MOST_TRIED = 3, 60
-_NONE = Dimension({})
 Needed = tuple[Dimension, Place]
 """The dimension that a parameter must have, and the entry of the spec that says so."""
 Read = Callable[[Mapping[str, Dimension]], object]
@@ -70,7 +69,7 @@ def _solved(read: Read, names: Sequence[str]) -> dict[str, Needed] | None:
             return None
         else:
             known = all(not power.startswith("?") for one in of.values() for power, _ in one.powers)
-            return {n: (of[n], where[n]) for n in names} if known and _NONE not in of.values() else None
+            return {n: (of[n], where[n]) for n in names} if known and NONE not in of.values() else None
     return None
 
 

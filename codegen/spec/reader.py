@@ -76,7 +76,7 @@ class _Reading:
     """One reading of one file: the document, and the place of each of its keys."""
 
     def __init__(self, text: str, path: Path) -> None:
-        self.text, self.path = text, path
+        self.text, self.path, self.faults = text, path, Faults()
         document, self.places = load_plain(text, str(path))
         filled, self.tree = expand_robot(document, path, self.place)
         self.document = validate(SpecDocument, filled, self.places, str(path))
@@ -85,46 +85,44 @@ class _Reading:
         return nearest_place(key, self.places, str(self.path))
 
     def spec(self) -> Spec:
-        d, faults = self.document, Faults()
-        with faults.noting():
-            self._file_name(d.name)
-        with faults.noting():
-            self._refuse_splices(d.source)
+        d = self.document
+        self._noted(self._file_name, d.name)
+        self._noted(self._refuse_splices, d.source)
         coordinates = tuple(Coordinate(name, c.velocity, c.unit) for name, c in d.coordinates.items())
         if not coordinates:
             raise BadInput(self.place("coordinates"), "no coordinate", "at least one", code="SPEC003")
         inputs = tuple(Input(name, i.unit) for name, i in d.inputs.items())
-        parameters = tuple(p for p in (self._noted(faults, self._parameter, name) for name in d.parameters) if p)
-        self._check_names(coordinates, inputs, d.parameters, faults)
+        parameters = tuple(p for p in (self._noted(self._parameter, name) for name in d.parameters) if p)
+        self._check_names(coordinates, inputs, d.parameters)
         for c in coordinates:
-            self._noted(faults, self._si_unit, c.unit, f"coordinates.{c.name}.unit")
+            self._noted(self._si_unit, c.unit, f"coordinates.{c.name}.unit")
         for i in inputs:
-            self._noted(faults, self._si_unit, i.unit, f"inputs.{i.name}.unit")
-        named = not faults.noted
+            self._noted(self._si_unit, i.unit, f"inputs.{i.name}.unit")
+        named = not self.faults.noted
         for k in range(len(d.friction.contacts)):
-            self._noted(faults, self._refuse_tolerance, k)
+            self._noted(self._refuse_tolerance, k)
         if not named:  # what depends on names and units is read only where these are right
             for k in range(len(d.friction.contacts)):
-                self._noted(faults, self._contact, k, None)
+                self._noted(self._contact, k, None)
             for k in range(len(d.effects)):
-                self._noted(faults, self._effect, k)
-            faults.raise_noted()
+                self._noted(self._effect, k)
+            self.faults.raise_noted()
         coordinates = tuple(replace(c, unit=self._si_unit(c.unit, f"coordinates.{c.name}.unit")) for c in coordinates)
         inputs = tuple(replace(i, unit=self._si_unit(i.unit, f"inputs.{i.name}.unit")) for i in inputs)
 
-        motion = self._noted(faults, read_motion, d, coordinates, inputs, self.place, self.tree)
+        motion = self._noted(read_motion, d, coordinates, inputs, self.place, self.tree)
         slidings = motion.slidings if motion else (None,) * len(d.friction.contacts)
-        contacts = [self._noted(faults, self._contact, i, sliding) for i, sliding in enumerate(slidings)]
+        contacts = [self._noted(self._contact, i, sliding) for i, sliding in enumerate(slidings)]
         friction = tuple(contact for contact in contacts if contact)
-        effects = [self._noted(faults, self._effect, i) for i in range(len(d.effects))]
+        effects = [self._noted(self._effect, i) for i in range(len(d.effects))]
         observer = cancellation = None
         if len(friction) == len(contacts):
-            observer = self._noted(faults, read_observer, d.observer, friction, self.place)
-            cancellation = self._noted(faults, read_cancellation, d.cancellation, friction, self.place)
-        envelope = self._envelope(self._envelope_units(coordinates, inputs), faults)
-        simulation = self._noted(faults, read_simulation, d.simulation, coordinates, inputs, self.place)
-        log = self._noted(faults, self._log, _units(coordinates, inputs))
-        faults.raise_noted()
+            observer = self._noted(read_observer, d.observer, friction, self.place)
+            cancellation = self._noted(read_cancellation, d.cancellation, friction, self.place)
+        envelope = self._envelope(self._envelope_units(coordinates, inputs))
+        simulation = self._noted(read_simulation, d.simulation, coordinates, inputs, self.place)
+        log = self._noted(self._log, _units(coordinates, inputs))
+        self.faults.raise_noted()
         assert motion is not None and log is not None
         return Spec(
             name=d.name,
@@ -149,14 +147,12 @@ class _Reading:
             cancellation=cancellation,
         )
 
-    def _noted(
-        self, faults: Faults, read: Callable[Given, Result], *given: Given.args, **named: Given.kwargs
-    ) -> Result | None:
+    def _noted(self, read: Callable[Given, Result], *given: Given.args, **named: Given.kwargs) -> Result | None:
         """What ``read`` gives; None where it refuses, and its fault is noted."""
         try:
             return read(*given, **named)
         except BadInput as fault:
-            faults.noted.append(fault)
+            self.faults.noted.append(fault)
             return None
 
     def _file_name(self, name: str) -> None:
@@ -192,14 +188,14 @@ class _Reading:
                 raise BadInput(self.place("source"), found, expected, code="SPEC006")
 
     def _check_names(
-        self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Iterable[str], faults: Faults
+        self, coordinates: Iterable[Coordinate], inputs: Iterable[Input], parameters: Iterable[str]
     ) -> None:
         seen: dict[str, str] = {}
         named = [(c.name, f"coordinates.{c.name}") for c in coordinates]
         named += [(c.velocity, f"coordinates.{c.name}.velocity") for c in coordinates]
         named += [(i.name, f"inputs.{i.name}") for i in inputs] + [(name, f"parameters.{name}") for name in parameters]
         for name, key in named:
-            with faults.noting():
+            with self.faults.noting():
                 self._name(name, key)
                 if name in seen:
                     found = f"the name `{name}`, which {self.place(seen[name])} uses already"
@@ -264,8 +260,8 @@ class _Reading:
             units[f"f_{contact.name}_dot"] = f"({contact.unit})/s"
         return units
 
-    def _envelope(self, units: Mapping[str, str], faults: Faults) -> dict[str, tuple[Any, Any]]:
-        ranges = {name: self._noted(faults, self._range, name, units) for name in self.document.envelope}
+    def _envelope(self, units: Mapping[str, str]) -> dict[str, tuple[Any, Any]]:
+        ranges = {name: self._noted(self._range, name, units) for name in self.document.envelope}
         return {name: bounds for name, bounds in ranges.items() if bounds is not None}
 
     def _range(self, name: str, units: Mapping[str, str]) -> tuple[Any, Any]:

@@ -58,7 +58,9 @@ class SiUnit:
         return SiUnit(self.factor**power, self.dimension**power)
 
 
-ONE = SiUnit(Fraction(1), Dimension({}))
+NONE = Dimension({})
+"""Of a pure number, or an angle."""
+ONE = SiUnit(Fraction(1), NONE)
 
 
 def _coherent(**powers: int) -> SiUnit:
@@ -87,7 +89,7 @@ UNITS: Mapping[str, SiUnit] = {
     "K": _coherent(K=1),
     "cm": SiUnit(Fraction(1, 100), Dimension({M: 1})),
     **{
-        prefix + name: SiUnit(factor, Dimension({})) * unit
+        prefix + name: SiUnit(factor, NONE) * unit
         for name, unit in _NAMED.items()
         for prefix, factor in _PREFIXES.items()
     },

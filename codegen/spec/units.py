@@ -18,7 +18,7 @@ import sympy
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.spec.expression import Expression
-from codegen.spec.si_units import Dimension, SiUnit, si_unit
+from codegen.spec.si_units import NONE, Dimension, SiUnit, si_unit
 from codegen.spec.unit_text import Unreadable, spelled, with_plain_signs
 
 if TYPE_CHECKING:
@@ -212,9 +212,9 @@ def coherent_name(text: str, place: Place) -> str:
     wanted = dimension(parse_unit(text, place))
     turning = "rad" in text or not isinstance(parse_unit(text, place), SiUnit)
     turning = turning and base_units(text, place).get("radian") == 1
-    if wanted == _none():
+    if wanted == NONE:
         return "rad" if turning else "1"
-    if wanted == _none() / dimension(parse_unit("s", place)):
+    if wanted == NONE / dimension(parse_unit("s", place)):
         return "rad/s" if turning else "1/s"
     return describe(wanted)
 
@@ -227,10 +227,6 @@ def base_units(text: str, place: Place) -> Mapping[str, Any]:
     """
     parse_unit(text, place)
     return dict(registry().Quantity(1, _parse(spelled(text))).to_base_units().unit_items())
-
-
-def _none() -> Dimension:
-    return Dimension({})
 
 
 def dimension_of(expression: Expression, dimensions: Mapping[str, Dimension]) -> Dimension | None:
@@ -251,7 +247,7 @@ def describe(d: Dimension | None) -> str:
     """A dimension in SI base units, for a message."""
     if d is None:
         return "a bare number"
-    if d == _none():
+    if d == NONE:
         return "a pure number (1 or rad)"
     named = _known_units().get(d)
     if named:
@@ -275,9 +271,9 @@ def _known_units() -> dict[Dimension, str]:
 def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> Dimension:
     match node:
         case ast.Constant():
-            return _none()
+            return NONE
         case ast.Name(id=name):
-            return dims.get(name, _none())
+            return dims.get(name, NONE)
         case ast.UnaryOp(operand=operand):
             return _walk(operand, whole, dims)
         case ast.Call(func=ast.Name(id=name), args=[argument]):
@@ -287,11 +283,11 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
             if name == "sqrt":
                 return inner ** Fraction(1, 2)
             if name == "sgn":
-                return _none()
-            if inner != _none():
+                return NONE
+            if inner != NONE:
                 found = f"{name} of `{whole.source(argument)}`, which is in {describe(inner)}"
                 raise UnitMismatch(whole.place, found, "an argument without a unit", inner)
-            return _none()
+            return NONE
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
             power = _number(right, whole)
             base = _walk(left, whole, dims)
@@ -304,12 +300,12 @@ def _walk(node: ast.expr, whole: Expression, dims: Mapping[str, Dimension]) -> D
                 return a / b
             if a != b and not _is_zero(left, whole) and not _is_zero(right, whole):
                 found = f"`{whole.source(left)}` in {describe(a)} with `{whole.source(right)}` in {describe(b)}"
-                bare = [name for name in _factors(node) if dims.get(name, _none()) == _none()]
+                bare = [name for name in _factors(node) if dims.get(name, NONE) == NONE]
                 numbers = f" ({', '.join(bare)} {'has' if len(bare) == 1 else 'have'} none)" if bare else ""
                 expected = f"terms of the same unit in a sum{numbers}; give a number its unit as a parameter"
                 raise UnitMismatch(whole.place, found, expected, a / b)
             return b if _is_zero(left, whole) else a
-    return _none()
+    return NONE
 
 
 def _factors(node: ast.expr) -> list[str]:

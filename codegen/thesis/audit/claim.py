@@ -66,12 +66,12 @@ class Claim:
         return self.entry.test if self.entry.against else "definition"
 
 
-def read_claims(folder: Path = CLAIMS) -> list[Claim]:
+def read_claims() -> list[Claim]:
     """All claims, chapter by chapter, in the order of the files.
 
     Raises BadInput for a file that is not a claims file.
     """
-    return [claim for path in sorted(folder.glob("*.yaml")) for claim in _claims_of(path)]
+    return [claim for path in sorted(CLAIMS.glob("*.yaml")) for claim in _claims_of(path)]
 
 
 def _claims_of(path: Path) -> Iterator[Claim]:

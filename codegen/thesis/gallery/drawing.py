@@ -17,18 +17,11 @@ TIME = "time in s"
 
 
 def line(
-    axes: Any,
-    x: Array,
-    y: Array,
-    colour: str,
-    label: str | None = None,
-    width: float = 1.8,
-    dashes: Any = "-",
-    alpha: float = 1.0,
+    axes: Any, x: Array, y: Array, colour: str, label: str | None = None, width: float = 1.8, dashes: Any = "-"
 ) -> None:
     """A curve of at most ``MOST_POINTS`` points."""
     stride = max(1, len(x) // MOST_POINTS)
-    style: dict[str, Any] = {"color": colour, "linewidth": width, "linestyle": dashes, "alpha": alpha}
+    style: dict[str, Any] = {"color": colour, "linewidth": width, "linestyle": dashes}
     axes.plot(x[::stride], y[::stride], label=label, solid_joinstyle="round", **style)
 
 

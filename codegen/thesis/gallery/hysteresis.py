@@ -12,7 +12,7 @@ import numpy as np
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
-from codegen.thesis.gallery.measures import Mask, Reading, after, friction_error, position_error, ratio, ripple, rms
+from codegen.thesis.gallery.measures import Reading, after, friction_error, position_error, ratio, ripple, rms
 from codegen.thesis.gallery.runs import Gains, Runs, ideal_run, pid_run, servo_run, tuned_pid
 from codegen.thesis.gallery.servo import draw_motions
 from codegen.thesis.gallery.setting import Setting
@@ -38,21 +38,13 @@ def three_observers(specs: Sequence[Spec], setting: Setting, pid: Gains | None =
     return Runs(specs, setting, loops, gains, {"level": float(specs[0].contacts[0].parameters["a"])})
 
 
-def _presliding(run: LoopRun, level: float) -> Mask:
-    return np.asarray((np.abs(run.friction[:, 0]) < FULL * level) & after(run, 1.0))
-
-
-def _late_error(run: LoopRun) -> float:
-    return rms(friction_error(run)[after(run, 1.0)])
-
-
 def _hysteresis_missed(run: LoopRun, level: float) -> float:
-    chosen = _presliding(run, level)
-    return ratio(rms(friction_error(run)[chosen]), rms(run.friction[chosen, 0]))
+    presliding = (np.abs(run.friction[:, 0]) < FULL * level) & after(run, 1.0)
+    return ratio(rms(friction_error(run)[presliding]), rms(run.friction[presliding, 0]))
 
 
 def dfo_is_best(runs: Runs) -> Reading:
-    errors = [_late_error(runs[name]) for name in NAMES]
+    errors = [rms(friction_error(runs[name])[after(runs[name], 1.0)]) for name in NAMES]
     return Reading(ratio(errors[2], min(errors[:2])), tuple(zip(NAMES, errors, strict=True)), "N")
 
 

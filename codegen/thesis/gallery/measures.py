@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,9 +61,9 @@ def since_reversal(run: LoopRun, half_period: float) -> Array:
     return np.asarray(np.mod(run.time + 1e-9, half_period))
 
 
-def hang_off(run: LoopRun, target: Array, half_period: float, start: float, end: float, share: float = 0.1) -> float:
-    """Mean distance to the reference over the last ``share`` of each half period between two times."""
-    settled = since_reversal(run, half_period) > (1 - share) * half_period
+def hang_off(run: LoopRun, target: Array, half_period: float, start: float, end: float) -> float:
+    """Mean distance to the reference over the last tenth of each half period between two times."""
+    settled = since_reversal(run, half_period) > 0.9 * half_period
     chosen = settled & (run.time >= start) & (run.time < end)
     return float(np.mean(np.abs(run.true_positions[chosen, 0] - target[chosen])))
 
@@ -69,6 +71,11 @@ def hang_off(run: LoopRun, target: Array, half_period: float, start: float, end:
 def overshoot(estimate: Array, truth: Array) -> float:
     """How far the estimate's largest magnitude exceeds that of the truth, as a share of the latter."""
     return float(np.max(np.abs(estimate)) / np.max(np.abs(truth)) - 1)
+
+
+def falling(values: Sequence[float], labels: Sequence[str], unit: str) -> Reading:
+    """The largest ratio of a number to the one before it: below 1 where each is smaller."""
+    return Reading(max(ratio(b, a) for a, b in pairwise(values)), tuple(zip(labels, values, strict=True)), unit)
 
 
 def ratio(above: float, below: float) -> float:

@@ -16,6 +16,7 @@ from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.measures import (
     Reading,
     after,
+    falling,
     friction_error,
     position_error,
     ratio,
@@ -88,20 +89,17 @@ def hang_off_without(runs: Runs) -> Reading:
 
 
 def improves_with_k_F(runs: Runs) -> Reading:
-    errors = _errors(runs, "abc")
-    worst = max(ratio(errors[1], errors[0]), ratio(errors[2], errors[1]))
-    return Reading(worst, tuple(zip(("k_F = 1", "10", "100"), errors, strict=True)), "m")
+    return falling(_errors(runs, "abc"), ("k_F = 1", "10", "100"), "m")
 
 
 def mu_helps(runs: Runs) -> Reading:
-    errors = [_force_error(runs[name]) for name in "bd"]
-    return Reading(ratio(errors[1], errors[0]), tuple(zip(("μ = 1", "2"), errors, strict=True)), "N")
+    return falling([_force_error(runs[name]) for name in "bd"], ("μ = 1", "2"), "N")
 
 
 def gain_shortens_transient(runs: Runs) -> Reading:
     moving = since_reversal(runs["b"], HALF_PERIOD) < TRANSIENT
     errors = [rms(position_error(runs[name], runs["ideal"])[moving]) for name in "bc"]
-    return Reading(ratio(errors[1], errors[0]), tuple(zip(("k_F = 10", "100"), errors, strict=True)), "m")
+    return falling(errors, ("k_F = 10", "100"), "m")
 
 
 def gain_costs_rest(runs: Runs) -> Reading:
@@ -110,8 +108,7 @@ def gain_costs_rest(runs: Runs) -> Reading:
 
 
 def improves_with_k_2(runs: Runs) -> Reading:
-    errors = _errors(runs, "ab")
-    return Reading(ratio(errors[1], errors[0]), tuple(zip(("k₂ = −10", "−100"), errors, strict=True)), "m")
+    return falling(_errors(runs, "ab"), ("k₂ = −10", "−100"), "m")
 
 
 def both_satisfy(runs: Runs) -> Reading:

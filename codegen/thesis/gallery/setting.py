@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import sympy
 
 from codegen.base.arrays import Array
 from codegen.base.errors import Place
@@ -133,11 +134,10 @@ def observer_choice(spec: Spec) -> ObserverChoice:
     return spec.observer
 
 
-def with_observer(spec: Spec, kind: str, gains: Mapping[str, object], exponent: int = 1, velocity: str = "") -> Spec:
+def with_observer(spec: Spec, kind: str, gains: Mapping[str, object], velocity: str = "") -> Spec:
     """The spec with another observer at the same sample time; gains as in a spec."""
     choice = observer_choice(spec)
-    exact = exact_number(str(exponent), Place("exponent"))
-    other = ObserverChoice(kind, velocity or choice.velocity, dict(gains), choice.sample_time, exact)
+    other = ObserverChoice(kind, velocity or choice.velocity, dict(gains), choice.sample_time, sympy.S.One)
     return replace(spec, observer=other)
 
 

@@ -114,11 +114,11 @@ class ChapterFile(BaseModel):
     figures: list[Figure]
 
 
-def read_figures(folder: Path = CLAIMS) -> dict[str, Figure]:
+def read_figures() -> dict[str, Figure]:
     """Every figure by its number, in the order of the thesis. Raises BadInput for a file that is not a claims file."""
     settings = {s.name: s for s in _read(SETTINGS, SettingsFile).settings}
     found = {}
-    for path in sorted(folder.glob("*.yaml")):
+    for path in sorted(CLAIMS.glob("*.yaml")):
         for figure in _read(path, ChapterFile).figures:
             for name in figure.settings:
                 refuse_unknown(name, settings, Place(path.name), "unknown setting", code="SPEC008")
