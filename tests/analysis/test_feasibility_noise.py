@@ -77,7 +77,7 @@ def test_rms_is_that_of_the_generated_code_on_a_noisy_run(kind: str, velocity: s
     assert settled.mean() == pytest.approx(LEVEL, rel=0.02)
     assert settled.std() == pytest.approx(predicted, rel=0.06)
     np.testing.assert_allclose(noise.exact_rms(settings), noise.rms(settings)[0], rtol=1e-6)
-    assert noise.share(settings)[0] == pytest.approx(predicted / LEVEL)
+    assert noise.share(settings, np.array([True]))[0] == pytest.approx(predicted / LEVEL)
 
 
 def test_rms_of_the_cfo_with_velocity_observer_by_hand() -> None:
@@ -153,7 +153,7 @@ def test_the_error_step_is_that_of_the_derived_error_dynamics(name: str) -> None
 
 def test_unstable_gains_have_no_noise_figure() -> None:
     _, _, noise, settings = parts(spec_of("{K_F: 6000}"))
-    assert np.isinf(noise.share(settings)).all()
+    assert np.isinf(noise.share(settings, np.ones(len(settings), dtype=bool))).all()
 
 
 def test_noise_of_the_envelope_where_the_simulation_gives_none() -> None:

@@ -48,22 +48,16 @@ class Failure:
 def explain_failure(family: Family, settings: Settings) -> Failure | None:
     """The failure of one gain set over all operating points; None where it is stable."""
     every = family.every
-    h = float(settings.sample_time[0])
     for which in ("continuous", "sampled"):
         measures = family.measures(which, settings, every)[0]
         at = int(every[measures.argmax()])
         if measures.max() < LIMIT[which]:
             continue
         matrix = family.matrices(which, settings, [at])[0, 0]
-        conditions: tuple[FailedCondition, ...] = ()
-        if not np.isfinite(matrix).all():
-            eigenvalue = complex(np.inf, 0)
-        else:
-            values = np.linalg.eigvals(matrix)
-            values = family.dynamics.multipliers(values, h) if which == "sampled" else values
-            worst = complex(values[(np.abs(values) if which == "sampled" else values.real).argmax()])
-            eigenvalue = complex(worst.real, abs(worst.imag))
-            conditions = _failed(which, [float(c) for c in np.poly(matrix).real], h)
+        eigenvalue, conditions = complex(np.inf, 0), tuple[FailedCondition, ...]()
+        if np.isfinite(matrix).all():
+            eigenvalue = family.worst_eigenvalue(which, settings, at)
+            conditions = _failed(which, [float(c) for c in np.poly(matrix).real], float(settings.sample_time[0]))
         return Failure(
             which=which,
             gains={s.name: float(v) for s, v in zip(family.symbols, settings.gains[0], strict=True)},

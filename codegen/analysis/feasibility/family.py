@@ -117,6 +117,13 @@ class Family:
         found: Array = self.measures(which, settings, self.every if every else None).max(axis=1)
         return found
 
+    def worst_eigenvalue(self, which: str, settings: Settings, at: int) -> complex:
+        """That which decides the measure of one set at a point, of Ψ or z of the sampled error; its upper conjugate."""
+        values = np.linalg.eigvals(self.matrices(which, settings, [at])[0, 0])
+        values = self.dynamics.multipliers(values, float(settings.sample_time[0])) if which == "sampled" else values
+        worst = complex(values[(np.abs(values) if which == "sampled" else values.real).argmax()])
+        return complex(worst.real, abs(worst.imag))
+
     def start(self, settings: Settings) -> None:
         """Remove points with equal matrices at all of these sets, and find the deciding ones."""
         few = settings.rows(slice(0, 3))

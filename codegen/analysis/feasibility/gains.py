@@ -166,7 +166,7 @@ def assess(
         sampled={a.name: intervals(family, "sampled", base, a) for a in axes},
         continuous={a.name: intervals(family, "continuous", base, a) for a in axes},
         region=region,
-        noise_share=_noise_of(noise, region),
+        noise_share=noise.share(region.settings, region.radius.ravel() < 1).reshape(region.radius.shape),
     )
 
 
@@ -209,11 +209,3 @@ def _margins(
         found.append(margin(family, "all gains", together))
     h = float(settings.sample_time[0])
     return (*found, margin(family, "sample time", lambda f: settings.along(period, h * f)))
-
-
-def _noise_of(noise: NoiseModel, region: GainMap) -> Array:
-    shares = np.full(region.radius.size, np.inf)
-    good = np.flatnonzero(region.radius.ravel() < 1)
-    if len(good):
-        shares[good] = noise.share(region.settings.rows(good))
-    return shares.reshape(region.radius.shape)

@@ -16,7 +16,7 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from codegen.analysis.feasibility.family import Settings
 from codegen.analysis.operating_points import evaluate_columns
-from codegen.base.arrays import Array
+from codegen.base.arrays import Array, Flags
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.observers import Observer
@@ -149,9 +149,13 @@ class NoiseModel:
             result.append(np.sqrt(np.diag(output @ covariance @ output.T + scaled_direct @ scaled_direct.T)))
         return np.array(result)
 
-    def share(self, settings: Settings) -> Array:
-        """For each gain set, the largest ratio of noise RMS to friction over all points and outputs."""
-        found: Array = self.shares(self.rms(settings)).max(axis=-1)
+    def share(self, settings: Settings, stable: Flags) -> Array:
+        """For each gain set, the largest ratio of noise RMS to friction over all points and outputs; infinite unless
+        ``stable``, one a set.
+        """
+        found = np.full(len(settings), np.inf)
+        if stable.any():
+            found[stable] = self.shares(self.rms(settings.rows(stable))).max(axis=-1)
         return found
 
     def shares(self, rms: Array) -> Array:

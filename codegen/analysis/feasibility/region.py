@@ -188,13 +188,6 @@ def _one_way(
     if not len(lost):
         return None, None
     factor = farthest ** float(middle[0])
-    return factor, leaving(family, scaled(np.array([factor])))
-
-
-def leaving(family: Family, settings: Settings) -> complex:
-    """The sampled error's eigenvalue of largest magnitude at one set, over all points; its upper conjugate."""
-    point = int(family.every[family.measures("sampled", settings, family.every)[0].argmax()])
-    matrix = family.matrices("sampled", settings, [point])[0, 0]
-    values = family.dynamics.multipliers(np.linalg.eigvals(matrix), float(settings.sample_time[0]))
-    z = complex(values[np.abs(values).argmax()])
-    return complex(z.real, abs(z.imag))
+    edge = scaled(np.array([factor]))
+    point = int(family.every[family.measures("sampled", edge, family.every)[0].argmax()])
+    return factor, family.worst_eigenvalue("sampled", edge, point)

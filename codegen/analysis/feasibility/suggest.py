@@ -163,11 +163,7 @@ def _evaluated(
 ) -> _Candidates:
     settings = _sets(base, axes, shares)
     radius = family.worst("sampled", settings)
-    good = np.flatnonzero(radius < 1)
-    found = np.full(len(settings), np.inf)
-    if len(good):
-        found[good] = noise.share(settings.rows(good))
-    return _Candidates(shares, radius, found)
+    return _Candidates(shares, radius, noise.share(settings, radius < 1))
 
 
 def _best(family: Family, base: Settings, axes: Sequence[GainAxis], evaluated: _Candidates) -> tuple[Array, str]:
