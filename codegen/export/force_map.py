@@ -127,7 +127,7 @@ def force_map(
 
 def _refuse_length(name: str, mechanism: Mechanism) -> None:
     """Raises BadInput for a coordinate that is no angle or a force that is no torque."""
-    index = [x.name for x in mechanism.system.positions].index(name)
+    index = mechanism.system.position_index(name)
     position_unit, unit = mechanism.system.position_units[index], mechanism.system.force_unit(index)
     if position_unit != "rad" or unit != "N*m":
         expected = (
@@ -178,7 +178,7 @@ def _map(
     name: str, own: list[Wave], levels: list[Wave], left_out: list[Remark], mechanism: Mechanism, gear: float
 ) -> ForceMap:
     """What repeats on a coordinate by its own position, over the turn of the motor."""
-    index = [x.name for x in mechanism.system.positions].index(name)
+    index = mechanism.system.position_index(name)
     position_unit, unit = mechanism.system.position_units[index], mechanism.system.force_unit(index)
     if gear != 1 and position_unit != "rad":
         expected = f"no --gear, since {name} is no angle: the table is over {name} itself"

@@ -20,7 +20,7 @@ from scipy.optimize import minimize_scalar
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
 from codegen.logs.column_names import is_brought
-from codegen.logs.force_balance import Forces, forces_along, partial_correlation
+from codegen.logs.force_balance import Forces, forces_along, partial_correlation, unexplained
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, low_pass, measured_motion
 from codegen.mechanics import System, build_system
@@ -434,9 +434,7 @@ def _without_function_of(x: Array, columns: Array) -> Array:
 
 def _swings(inertia: Array, against: Array) -> bool:
     """Whether forces that grow with the speed explain most of the inertia's, (K,)."""
-    size = np.linalg.norm(against, axis=0)
-    scaled = against[:, size > 0] / size[size > 0]
-    left = inertia - scaled @ np.linalg.lstsq(scaled, inertia, rcond=1e-8)[0]
+    left = unexplained(inertia, against)
     return bool(left @ left <= (1 - SWINGING) * (inertia @ inertia))
 
 

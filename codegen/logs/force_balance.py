@@ -63,12 +63,16 @@ class Forces:
         return partial_correlation(self.given[:, i], self.friction[:, i], others)
 
 
-def partial_correlation(wanted: Array, column: Array, others: Array) -> tuple[float, float]:
-    """Least-squares weight of a column beside others, and its partial correlation; zeros where it says nothing."""
+def unexplained(wanted: Array, others: Array) -> Array:
+    """Columns (K, m), or one of (K,), less their least-squares combination of other columns, (K, n)."""
     size = np.linalg.norm(others, axis=0)
     basis = others[:, size > 0] / size[size > 0]
-    left = np.column_stack([wanted, column])
-    left = left - basis @ np.linalg.lstsq(basis, left, rcond=1e-8)[0]
+    return np.asarray(wanted - basis @ np.linalg.lstsq(basis, wanted, rcond=1e-8)[0])
+
+
+def partial_correlation(wanted: Array, column: Array, others: Array) -> tuple[float, float]:
+    """Least-squares weight of a column beside others, and its partial correlation; zeros where it says nothing."""
+    left = unexplained(np.column_stack([wanted, column]), others)
     power = float(left[:, 1] @ left[:, 1])
     if power <= 1e-12 * float(column @ column):
         return 0.0, 0.0

@@ -82,6 +82,15 @@ def symbol_values(
     return names
 
 
+def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) -> tuple[Any, Callable[[], None]]:
+    """A call of a function on arrays that it reads and writes in place; keep the first of the two while it is used."""
+    buffer, evaluate = function.buffer()
+    for place, arrays in ((buffer.set_arg, arguments), (buffer.set_res, results)):
+        for index, array in enumerate(arrays):
+            place(index, memoryview(array))
+    return buffer, evaluate
+
+
 def over_rows(function: casadi.Function, rows: Array) -> Array:
     """A dense function (k, 1) → (r, 1) evaluated at each row of (N, k): (N, r).
 

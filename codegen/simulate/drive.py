@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import ceil, floor
-from typing import Any
 
 import casadi
 import numpy as np
@@ -12,7 +11,7 @@ from scipy.signal import lfilter
 
 from codegen.base.arrays import Array
 from codegen.mechanics.actuator import Actuator, decayed
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
 
@@ -218,13 +217,7 @@ class _Static:
         chains = [to_casadi(system.actuator(k).static(s), names) for k, s in enumerate(system.inputs)]
         function = casadi.Function("static", [w], [casadi.densify(casadi.vertcat(*chains))])
         self._given, self._acting = np.zeros(len(chains)), np.zeros(len(chains))
-        buffer: Any
-        buffer, self._trigger = function.buffer()
-        given: Any = self._given
-        acting: Any = self._acting
-        buffer.set_arg(0, memoryview(given))
-        buffer.set_res(0, memoryview(acting))
-        self._buffer = buffer
+        self._buffer, self._trigger = in_place(function, [self._given], [self._acting])
 
     def __call__(self, command: Array) -> Array:
         """(m,) the inputs behind the static parts of the actuators, of (m,) commands."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args
+from typing import TYPE_CHECKING, Literal, Protocol, get_args
 
 import casadi
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
 from codegen.mechanics.system import System
 from codegen.simulate.controller import Controller, Sample
 from codegen.simulate.drive import HeldInput
@@ -162,13 +162,8 @@ class _Plant:
         self._drive[1] = period / substeps
         self._inputs = self._drive[2:].reshape(substeps, len(system.inputs))
         self.positions, self.velocities = self.state[:n], self.state[n : 2 * n]
-        buffer, self._trigger = plant.sample.buffer()
-        self._buffer = buffer
-        given: list[Any] = [self.state, self._drive]
-        found: list[Any] = [self._after, self.forces]
-        for index, (argument, result) in enumerate(zip(given, found, strict=True)):
-            buffer.set_arg(index, memoryview(argument))
-            buffer.set_res(index, memoryview(result))
+        given, found = [self.state, self._drive], [self._after, self.forces]
+        self._buffer, self._trigger = in_place(plant.sample, given, found)
 
     def move(self, time: float, command: Array) -> None:
         """One sample on under a command held from ``time``."""
