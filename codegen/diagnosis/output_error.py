@@ -371,15 +371,17 @@ def _restarted(fit: Fit) -> Array:
     far = np.flatnonzero(fit.by_segment > FAR_START**2 * fit.residual.shape[1])
     if not len(far):
         return fit.offsets
-    record = fit.runner.record
+    record, runner = fit.runner.record, fit.runner
     joints = len(record.joints or (0,))  # rows of a segment
     segments = np.unique(far // joints)
+    if runner.trial.changed.transmissions:  # simulated only a short time before a segment where few are run
+        segments = np.arange(len(record.start))
     rows = (segments[:, None] * joints + np.arange(joints)).ravel()
-    part = replace(fit.runner, record=replace(record, start=np.ascontiguousarray(record.start[segments])))
+    part = replace(runner, record=replace(record, start=np.ascontiguousarray(record.start[segments])))
     measured = np.zeros_like(fit.offsets[rows])
     residual = mean_residuals(part, part.run(fit.theta, measured))
     left = segment_losses(state_slopes(part, fit.theta, measured, residual).project(residual))
-    better = rows[left < segment_losses(fit.residual[rows])]
+    better = np.intersect1d(far, rows[left < segment_losses(fit.residual[rows])])
     offsets = fit.offsets.copy()
     offsets[better] = 0.0
     return offsets
