@@ -87,8 +87,11 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
 
 
 def is_simpler_form(other: Fit, found: Fit) -> bool:
-    """Whether a candidate is the same effect with fewer parameters and fits as well."""
-    same = (other.part.kind, other.part.on) == (found.part.kind, found.part.on)
+    """Whether a candidate is the same effect with fewer parameters, or one that the other extends, and fits as well.
+
+    A backlash is a compliance with a play: without evidence for the play it is a compliance.
+    """
+    same = other.part.on == found.part.on and other.part.kind in (found.part.kind, found.part.effect.extends)
     simpler = same and len(other.part.names) < len(found.part.names)
     return simpler and other.cost <= found.cost + FORM_GAIN
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis import credit, examination, ranking
+from codegen.diagnosis.candidate_fits import is_simpler_form
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.forward_selection import _reconsidered
 from codegen.diagnosis.trial import part_of
@@ -111,6 +112,17 @@ def test_a_special_form_must_be_clearly_better_than_a_usual_one(
     assert ranking.usual_form_first(search, [lags, delay])[0] is (lags if rival else delay)
 
 
+@pytest.mark.parametrize(
+    ("kind", "cost", "simpler"), [("backlash", 91.0, True), ("backlash", 89.0, False), ("spring", 91.0, False)]
+)
+def test_a_play_that_fits_no_better_is_no_play(kind: str, cost: float, simpler: bool) -> None:
+    """A backlash that is not better by 10 nats than the spring without play is left out; so it cannot lead either."""
+    found, spring = ranked(kind, 0.4).found, ranked("compliance", 0.4).found
+    found.cost, spring.cost, found.part.effect = cost, 100.0, CATALOGUE[kind]
+    found.part.names = [*spring.part.names, "gap"]
+    assert is_simpler_form(spring, found) is simpler
+
+
 @pytest.mark.parametrize(("gain", "preferred"), [(0.96, False), (0.85, True)])
 def test_far_from_the_noise_force_decides_only_clearly(
     gain: float, preferred: bool, monkeypatch: pytest.MonkeyPatch
@@ -118,7 +130,7 @@ def test_far_from_the_noise_force_decides_only_clearly(
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
     one, other = ranked("spring", 0.41), ranked("offset", 0.42)
-    one.force_criterion = SimpleNamespace(over=lambda criterion: SimpleNamespace(left=gain, p=1e-9))
+    one.force_criterion = SimpleNamespace(over=lambda criterion: SimpleNamespace(left=gain, p_of_rivals=1e-9))
     other.force_criterion = one.force_criterion
     assert ranking._preferred(one, other) is preferred
 
@@ -133,7 +145,7 @@ def test_force_does_not_tell_two_loads_behind_springs_apart(springs: tuple[int, 
         SimpleNamespace(
             search=search,
             fit=SimpleNamespace(model=SimpleNamespace(transmissions=("spring",) * count)),
-            over=lambda criterion: SimpleNamespace(left=0.948, p=0.019),
+            over=lambda criterion: SimpleNamespace(left=0.948, p_of_rivals=0.019),
         )
         for count in springs
     )
