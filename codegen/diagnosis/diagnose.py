@@ -35,6 +35,7 @@ from codegen.diagnosis.examination import examine
 from codegen.diagnosis.force_led import credited_by_force
 from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
+from codegen.diagnosis.held_out import only
 from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
 from codegen.diagnosis.measure import RESTART_S, force_errors, measure, restart_within_reach
 from codegen.diagnosis.output_error import BLOCKS, Fit, levels_at_zero
@@ -221,9 +222,11 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     restart = restart_within_reach(system, test.motion, case.window)
     measured = partial(measure, motion=test.motion, used=test.masks, window=case.window, restart_s=restart)
 
+    held_out = Problem(system, only(test.motion, case.window), {})
+
     def examined(final: Search, found: Outcome) -> tuple[Answer, Outcome]:
         verdict = verdict_of(found, case.faults)
-        return examine(replace(search, within=final.within), final, found, problem, verdict, measured)
+        return examine(replace(search, within=final.within), final, found, problem, verdict, measured, held_out)
 
     def left_by(found: Answer) -> tuple[Remainder, ...]:
         return remainders(found.adopted or found.refit, problem.motion, problem.masks)

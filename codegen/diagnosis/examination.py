@@ -13,6 +13,7 @@ from codegen.diagnosis.answer import REFIT_WORSE, Answer, Measured, Option, admi
 from codegen.diagnosis.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import Outcome, first_candidates
+from codegen.diagnosis.held_out import HeldOut, without_refused
 from codegen.diagnosis.output_error import Fit, at_limit, levels_at_zero
 from codegen.diagnosis.ranking import credible
 from codegen.diagnosis.reservations import objections, remarks
@@ -26,18 +27,26 @@ from codegen.mechanics.system import System
 
 
 def examine(
-    search: Search, final_search: Search, outcome: Outcome, problem: Problem, verdict: Verdict, measured: Measured
+    search: Search,
+    final_search: Search,
+    outcome: Outcome,
+    problem: Problem,
+    verdict: Verdict,
+    measured: Measured,
+    held_out: Problem | None = None,
 ) -> tuple[Answer, Outcome]:
     """Adopt values, check the effects, and refuse a model that is worse on held-out data than the declared one.
 
-    If candidates tie and the first one is refused, the next one is examined; a refused candidate is not named as a
-    rival.
+    Candidates that tie on the training log, and that held-out data tell from another one of them, are left out first
+    (``without_refused``). If the first one of those that are left is refused, the next one is examined; a refused
+    candidate is not named as a rival.
 
     Args:
         final_search: the search on whose segments the last fit of the outcome was made.
         problem: the declared system on the log's motion.
         verdict: of forward selection.
         measured: function from a system to its errors on held-out data.
+        held_out: the declared system on these; None where they tell no candidates apart.
 
     Returns:
         The answer, and the outcome that it belongs to.
@@ -56,7 +65,13 @@ def examine(
     plain = Answer(verdict, (), refit, refit, three, errors, remarks=(*base.notes, *chosen.remarks))
     if not outcome.parts:
         return plain, outcome
+    refused: tuple[str, ...] = ()
+    if verdict == "ambiguous" and held_out is not None:
+        outcome, refused = without_refused(final_search, outcome, HeldOut(held_out, measured))
+        verdict = "ambiguous" if outcome.rivals else "effect"
+        plain = replace(plain, verdict=verdict)
     answer = _with_effects(final_search, outcome, problem, plain, measured)
+    answer = replace(answer, remarks=(*answer.remarks, *refused))
     if verdict == "ambiguous" and answer.verdict == "unknown":
         for other in without_leader(final_search, outcome):
             left: Verdict = "ambiguous" if other.rivals else "effect"
@@ -64,7 +79,7 @@ def examine(
             if second.verdict == left:
                 named = " and ".join(f"{p.kind} on {p.on}" for p in outcome.parts)
                 words = f"{named}, which ties with it on the training log, is refused: {answer.against[0]}"
-                return replace(second, remarks=(*second.remarks, words)), other
+                return replace(second, remarks=(*second.remarks, *refused, words)), other
     return answer, outcome
 
 

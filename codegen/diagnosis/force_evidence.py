@@ -25,6 +25,7 @@ from codegen.diagnosis.residual import (
 from codegen.diagnosis.residual_regression import LEAST_ROWS, explained_over, peak_hz, remainder_columns, sliding
 from codegen.diagnosis.score_test import along_best, t_of_scores
 from codegen.diagnosis.search import Search
+from codegen.diagnosis.shift_test import by_shifts
 from codegen.diagnosis.slow_noise import slow_noise_likelihood
 from codegen.diagnosis.trial import with_values
 from codegen.effects import CATALOGUE
@@ -60,6 +61,7 @@ class ForceGain:
         nats_added: gain in log-likelihood where either residual may be slow noise in part (``slow_noise_likelihood``).
         ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
         values: number of independent residuals in those blocks.
+        where_apart: probability of the shift test (``by_shifts``).
     """
 
     left: float
@@ -69,6 +71,7 @@ class ForceGain:
     nats_added: float = 0.0
     ratios: tuple[float, ...] = ()
     values: float = 0.0
+    where_apart: float = 1.0
 
     @property
     def p(self) -> float:
@@ -77,6 +80,15 @@ class ForceGain:
         The likelihood ratio is valid where the other model is true, the two tests on blocks where both lack something.
         """
         return max(min(1.0, 2 * min(random_signs(self.t), self.where_large())), exp(-max(self.nats, 0.0)))
+
+    @property
+    def p_of_rivals(self) -> float:
+        """As ``p``, of two models of which one at most is true, by the shift test too.
+
+        They may differ at so few times that no test on blocks tells them apart.
+        """
+        by_blocks = min(random_signs(self.t), self.where_large(), self.where_apart)
+        return max(min(1.0, 3 * by_blocks), exp(-max(self.nats, 0.0)))
 
     def p_added(self, parameters: int) -> float:
         """Probability of such a gain where the other model is true and this one has so many parameters more.
@@ -114,14 +126,17 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     hold as many samples that some coordinate uses each: a block without any would count as one without a gain.
     """
     motion, rows = problem.motion, problem.masks.rows
-    blocks_of = np.array_split(np.flatnonzero(rows[:, rows.sum(axis=0) >= LEAST_ROWS].any(axis=1)), SIGNED)
+    moving = np.flatnonzero(rows[:, rows.sum(axis=0) >= LEAST_ROWS].any(axis=1))
+    blocks_of = np.array_split(moving, SIGNED)
     rate = 2 * motion.cutoff_hz * motion.sample_time
     left, nats, added, blocks, scores = 1.0, 0.0, 0.0, np.zeros(SIGNED), np.zeros((2, SIGNED))
     squares, values = np.zeros((2, SIGNED)), np.zeros(SIGNED)
+    pairs: list[tuple[Array, Array]] = []
     for i in range(rows.shape[1]):
         if rows[:, i].sum() < LEAST_ROWS:
             continue
         b, a = (np.where(rows[:, i], r[:, i], 0.0) for r in (before, after))
+        pairs.append((b[moving], a[moving]))
         whole = max(float(b @ b), float(a @ a), 1e-300)
         ratio = max(float(a @ a), 1e-12 * whole) / max(float(b @ b), 1e-12 * whole)
         share = independent(a[:: max(1, round(1 / rate))])
@@ -141,7 +156,8 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     ratios = tuple(np.log(one[large] / other[large]).tolist())
     spread = float(np.sqrt((blocks**2).sum()))
     t = float(blocks.sum()) / spread if spread > 0 else 0.0
-    return ForceGain(left, nats, t, t_of_scores(*scores), added, ratios, float(values[some][large].sum()))
+    many = float(values[some][large].sum())
+    return ForceGain(left, nats, t, t_of_scores(*scores), added, ratios, many, by_shifts(pairs))
 
 
 def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]]) -> Array:

@@ -221,7 +221,7 @@ def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0)
     if adds_load(one) and adds_load(other):
         return False
     gain = one.over(other)
-    return gain.left < most and gain.p <= credit.TIE_LEVEL
+    return gain.left < most and gain.p_of_rivals <= credit.TIE_LEVEL
 
 
 def adds_load(one: ForceCriterion) -> bool:

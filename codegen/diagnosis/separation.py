@@ -58,13 +58,13 @@ only short motions are tried, or none."""
 
 def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:
     """The best fit, and the fits with each rival in place of its first effect."""
-    return [outcome.final, *(_in_place(search, outcome, r) for r in outcome.rivals[:MOST_RIVALS])]
+    return [outcome.final, *(in_place(search, outcome, r) for r in outcome.rivals[:MOST_RIVALS])]
 
 
 def without_leader(search: Search, outcome: Outcome) -> Iterator[Outcome]:
     """The outcome with each rival in turn in place of its first effect; those that come after it are its rivals."""
     for k, rival in enumerate(outcome.rivals[:MOST_RIVALS]):
-        yield replace(outcome, final=_in_place(search, outcome, rival), rivals=outcome.rivals[k + 1 :])
+        yield replace(outcome, final=in_place(search, outcome, rival), rivals=outcome.rivals[k + 1 :])
 
 
 def separate(
@@ -90,7 +90,7 @@ def separate(
     Returns:
         The figures, and the excitation file's text: None where no motion separates them.
     """
-    fits = [*tied, *(_in_place(search, outcome, r) for r in _confusable(outcome))]
+    fits = [*tied, *(in_place(search, outcome, r) for r in _confusable(outcome))]
     pairs = tuple(_tied_pair(search, outcome, fits[0], other) for other in tied[1:])
     reach = reach_of(search.system, search.motion, envelope)
     machines = [model_of(fit.runner.trial, fit.theta) for fit in tied]
@@ -141,7 +141,7 @@ def _twins(ranked: Ranked) -> list[tuple[str, str]]:
     return twins(ranked.found.part, ranked.found)
 
 
-def _in_place(search: Search, outcome: Outcome, ranked: Ranked) -> Fit:
+def in_place(search: Search, outcome: Outcome, ranked: Ranked) -> Fit:
     """The fit with another candidate in place of the first effect."""
     rival, final = ranked.found, outcome.final
     moved, found = final.runner.trial.split(final.theta)

@@ -93,6 +93,18 @@ def test_what_a_few_accelerations_show_is_no_chance(log: Log) -> None:
     assert force_gain(problem, after, np.where(jerk, 30.0, 1.0) * after).p == 1.0
 
 
+def test_two_models_that_differ_for_a_moment_are_told_apart(log: Log) -> None:
+    """Half a block of 48, in which the wrong one leaves ten times the noise: no test on blocks shows it."""
+    problem = problem_of(log)
+    count, used = len(problem.motion.time), np.flatnonzero(problem.masks.rows.any(axis=1))
+    white = np.random.default_rng(16).normal(size=(count, 1))
+    moment = used[len(used) // 2 :][: len(used) // 96]
+    right, wrong = (white + size * np.isin(np.arange(count), moment)[:, None] for size in (0.0, 10.0))
+    gain, loss = force_gain(problem, wrong, right), force_gain(problem, right, wrong)
+    assert gain.p > 0.2 and gain.p_of_rivals < 0.05
+    assert loss.p_of_rivals == 1.0
+
+
 def test_jerks_of_different_size_under_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log) -> None:
     problem, draw = problem_of(log), np.random.default_rng(8)
     count = len(problem.motion.time)
