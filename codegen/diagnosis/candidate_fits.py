@@ -15,7 +15,7 @@ from codegen.diagnosis.output_error import Fit, polish, shooting_fit
 from codegen.diagnosis.parallel import in_parallel
 from codegen.diagnosis.search import ROUNDS, Search
 from codegen.diagnosis.starting_values import ForceStart, simplex_search, starting_points
-from codegen.diagnosis.trial import Part, part_of, with_values
+from codegen.diagnosis.trial import Part, Runner, part_of, with_values
 from codegen.effects.register import candidates, is_own
 from codegen.effects.start import Covered
 
@@ -48,6 +48,8 @@ better than the usual form of another."""
 LEADING, AGAIN = 2, 3
 """How many of the best candidates are fitted again from other starting values where they are far above the noise, and
 Gauss–Newton steps on few segments from each of these."""
+FOLLOWED = 2
+"""Starts of a load with play, of those along the measured motion that leave least of the force residual."""
 START_SHARE = 0.3
 """Share of the gain of the last candidate that is fitted, which one whose loss is not smooth must have at its start."""
 LEAST_GAIN = 10.0
@@ -105,6 +107,7 @@ class CandidateFits:
         forced: by index of the part, starting points from the force residual, used where the base is far above the
             noise, at least in some segments.
         left: by index of the part, share of the base's squared force residual that remains with such a start.
+        along: by index of the part, starting points with states that were simulated along the measured motion.
         couplings: by coordinate, parameters of the spring between motor and load that was fitted there.
         few: the base on few segments, by joint for an arm that is run joint by joint, else under None.
         least_gain: the cost of a part with a non-smooth loss must fall by this much at its start to be fitted.
@@ -119,6 +122,7 @@ class CandidateFits:
     starts: dict[int, list[tuple[float, Array]]] = field(default_factory=dict)
     forced: dict[int, list[Array]] = field(default_factory=dict)
     left: dict[int, float] = field(default_factory=dict)
+    along: dict[int, list[Array]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         joints = {self._joint(part) for part in self.parts}
@@ -162,6 +166,9 @@ class CandidateFits:
             if stage is not None:
                 self.left[k], theta = stage
                 found[k].append(theta)
+            grid = [np.append(self.base.theta, part.inward(values)) for values in part.effect.followed(covered)]
+            by_left = sorted((start.with_levels(self.trials[k], theta) for theta in grid), key=lambda one: one[0])
+            self.along[k] = [theta for left, theta in by_left[:FOLLOWED] if left < 1]
 
     def best_by_force(self, indices: Sequence[int]) -> list[int]:
         """Those of these parts that explain most of the force residual, of each kind at a place the best form.
@@ -201,6 +208,7 @@ class CandidateFits:
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
         thetas = [*(theta for _, theta in starts), *self.forced.get(k, [])]
         fits = in_parallel(lambda theta: self.search.fit_from(runner, theta, few, FIRST_ROUNDS), thetas)
+        fits += in_parallel(lambda theta: self._from_measured_states(runner, theta), self.along.get(k, []))
         self._count_one()
         if not fits:
             return None
@@ -257,6 +265,11 @@ class CandidateFits:
             before = fit.cost
             fit = self._polish(fit, ROUNDS)
         return fit
+
+    def _from_measured_states(self, runner: Runner, theta: Array) -> Fit:
+        """A fit whose segments start as measured: start states that were fitted without a load are far off with it."""
+        prior = self.search.prior(runner.trial, theta, self.base.prior.tempering)
+        return self._polish(shooting_fit(runner, theta, runner.record.at_rest, prior, FIRST_ROUNDS), FIRST_ROUNDS)
 
     def _polish(self, fit: Fit, rounds: int) -> Fit:
         return polish(fit, rounds, self.search.prior(fit.trial, fit.theta, fit.prior.tempering))

@@ -173,9 +173,15 @@ class ForceStart:
 
     def left(self, trial: Trial, theta: Array) -> float:
         """Share of the squared force residual that remains with these values of a trial, with levels refitted."""
+        return self.with_levels(trial, theta)[0]
+
+    def with_levels(self, trial: Trial, theta: Array) -> tuple[float, Array]:
+        """(share of the squared force residual that remains, theta) with refitted levels."""
         residual = self._rows(inverse_dynamics_residual(model_of(trial, theta), self.problem.motion)[:: self._every])
-        _, rest = self._least_squares(self._slopes, residual)
-        return self._share(rest)
+        step, rest = self._least_squares(self._slopes, residual)
+        theta = theta.copy()
+        theta[self._places] += step
+        return self._share(rest), theta
 
     def _share(self, rest: Array) -> float:
         """The square of what remains over that of the base, whose rows have the mean square 1 on each coordinate.

@@ -26,6 +26,9 @@ GAPS, GAP_RATIO = 5, 1.25
 """Number of starting gaps for every coupling, and ratio of those tried with a well damped coupling of medium
 stiffness. The loss of a free run is informative only within about a quarter of the true gap, but then for any
 coupling near the true one."""
+FOLLOWED_LOADS, FOLLOWED_RATIO = (0.25, 0.45, 0.65), 1.5
+"""Loads and ratio of the gaps that are tried along the measured motion, with well damped contacts. The force
+residual changes gradually with both, and gives the friction level too."""
 RESTARTED, RINGING = 14, 0.04
 RESTARTED_LOADS, IMPACT = (0.15, 0.35, 0.55, 0.75), 0.3
 """Shares of the inertia, and the damping ratio, from which a fit starts again with the stiffness that it found. Slow
@@ -131,6 +134,16 @@ class Backlash(_OnAxis):
             for coupling in some
             for gap in gaps
         ]
+
+    def followed(self, covered: Covered) -> list[dict[str, float]]:
+        couplings = [
+            _coupling(covered, frequency, load, DAMPING_RATIOS[1])
+            for frequency in FREQUENCIES[2:4]
+            for load in FOLLOWED_LOADS
+        ]
+        least, most = max(2 * covered.noise, 1e-3 * covered.half_span), max(20 * covered.noise, 0.2 * covered.half_span)
+        gaps = np.geomspace(least, most, 2 + int(np.log(most / least) / np.log(FOLLOWED_RATIO)))
+        return [{**coupling, "gap": float(gap)} for coupling in couplings for gap in gaps]
 
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
         """Why not, where the gap is hidden in the noise or the load is lighter than ``LEAST_LOAD``."""

@@ -235,6 +235,12 @@ class Effect(ABC):
         """Starting values computed from the force residual; a fit starts from each of them."""
         return []
 
+    def followed(self, covered: Covered) -> list[dict[str, float]]:
+        """Values of an effect with states that are simulated along the measured motion and judged by the force
+        residual; a fit starts from the best. For one whose loss by free runs is not smooth.
+        """
+        return []
+
     def restarts(self, values: Mapping[str, float], covered: Covered) -> list[dict[str, float]]:
         """Other starting values that fitted ones suggest, where a fit may end in a local minimum."""
         return []
