@@ -317,7 +317,7 @@ class _Search:
     def _factor(self, symbol: str) -> float:
         """From the column to SI: the unit that the description or else the file states, times the scale."""
         about, spec, term = self.description, self.spec, self.terms.get(symbol)
-        scale = float(about.scale.get(symbol, spec.log.scale.get(symbol, 1.0)))
+        scale = about.stated_scale(symbol, spec)
         own, place = unit_of(symbol, spec), about.place(f"units.{symbol}")
         if symbol in about.units:
             unit = about.units[symbol]

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Pri
 from codegen.base.errors import BadInput, Faults, Place
 from codegen.base.input_files import read_text
 from codegen.spec.expression import parse_expression
+from codegen.spec.model import Spec
 from codegen.spec.quantity import read_quantity, split_quantity, with_any_unit
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_plain
@@ -268,6 +269,10 @@ class LogDescription(BaseModel):
     def place(self, key: str) -> Place:
         """File and line of a key; the file alone if it has no line."""
         return self._reading.place(key)
+
+    def stated_scale(self, symbol: str, spec: Spec) -> float:
+        """The ``scale`` of a symbol here, or else in the spec; 1 where neither states one."""
+        return float(self.scale.get(symbol, spec.log.scale.get(symbol, 1.0)))
 
 
 SAYS_NOTHING = LogDescription()

@@ -389,7 +389,7 @@ def _kinematic(log: Log, motion: Motion) -> float:
 def _stated_factor(name: str, log: Log, spec: Spec) -> float:
     """What is stated of the variable and not of its column, and stays with it when its column is another."""
     about = log.description
-    factor = float(about.scale.get(name, spec.log.scale.get(name, 1.0)))
+    factor = about.stated_scale(name, spec)
     return factor * float(si_factor(about.units[name], Place(""))) if name in about.units else factor
 
 
@@ -597,7 +597,7 @@ NEAR_UNIT = 1.5
 
 def turned(name: str, spec: Spec, read: Log) -> str:
     """The line of meta.yaml that reverses the sign of an input, as a remark in brackets."""
-    scale = _scale(name, spec, read)
+    scale = read.description.stated_scale(name, spec)
     return f"(`scale: {{{name}: {-scale:.6g}}}` in meta.yaml beside the log turns {name}.)"
 
 
@@ -625,7 +625,3 @@ def asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
         if apart < log(NEAR_UNIT):
             return f"Is {name} in {unit}? (`units: {{{name}: {unit}}}` in meta.yaml beside the log)"
     return ""
-
-
-def _scale(name: str, spec: Spec, read: Log) -> float:
-    return float(read.description.scale.get(name, spec.log.scale.get(name, 1.0)))

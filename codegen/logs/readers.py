@@ -246,9 +246,11 @@ def format_of(path: Path) -> Opener:
             raise BadInput(place, "a folder", expected, code="FILE001")
         if not is_there(path):
             raise BadInput(place, "no such file", expected, code="FILE001")
-        if is_text(path, expected):
+        with opened(path, expected, LARGEST_STREAM) as stream:
+            head = stream.read(HEAD)
+        if _is_text(head):
             return open_csv
-        other = other_format(path, expected)
+        other = _other(head)
         if other is not None:
             raise BadInput(place, *other, code="LOG002")
     found = f"the ending `{shown(path.suffix)}`"
@@ -413,31 +415,13 @@ OTHERS = (
 """First bytes, what they begin, and what to give instead."""
 
 
-def is_text(path: Path, expected: str) -> bool:
-    """Whether a file's first bytes are letters, in UTF-8, UTF-16 with its mark or Windows-1252.
-
-    Raises:
-        BadInput: as ``input_files.opened``.
-    """
-    head = _head(path, expected)
+def _is_text(head: bytes) -> bool:
+    """Whether a file's first bytes are letters, in UTF-8, UTF-16 with its mark or Windows-1252."""
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return True
     return bool(head) and not re.search(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]", head) and _other(head) is None
 
 
-def other_format(path: Path, expected: str) -> tuple[str, str] | None:
-    """What a file is that is not read, and what to give instead; None for bytes that say nothing.
-
-    Raises:
-        BadInput: as ``input_files.opened``.
-    """
-    return _other(_head(path, expected))
-
-
 def _other(head: bytes) -> tuple[str, str] | None:
+    """What a file is that is not read, and what to give instead; None for first bytes that say nothing."""
     return next(((what, instead) for begin, what, instead in OTHERS if re.match(begin, head)), None)
-
-
-def _head(path: Path, expected: str) -> bytes:
-    with opened(path, expected, LARGEST_STREAM) as stream:
-        return stream.read(HEAD)

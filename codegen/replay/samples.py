@@ -113,7 +113,7 @@ class Samples:
         if not abs(log.sample_time / self.period - 1) <= JITTER:
             taken = log.intake.time_unit
             found = f"a sample every {log.sample_time:.6g} s{taken}, where the observer takes {self.period:.6g} s"
-            scale = float(log.description.scale.get("t", self._spec.log.scale.get("t", 1.0)))
+            scale = log.description.stated_scale("t", self._spec)
             hint = time_unit_hint(log.sample_time, self.period, scale, bool(taken) or "t" in log.description.units)
             otherwise = f"`sample_time: {log.sample_time:.6g}` in the spec"
             expected = f"a log at the observer's sample time, or {'if its time is right, ' if hint else ''}{otherwise}"

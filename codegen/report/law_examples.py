@@ -202,12 +202,18 @@ def _characteristic(axes: Any, law: FrictionLaw) -> None:
     framed(axes, "velocity in m/s", FORCE)
 
 
-def _loop(axes: Any, law: FrictionLaw) -> None:
+def _under_sine(law: FrictionLaw, periods: int) -> tuple[Any, Any, Any]:
+    """Time, velocity and force over some periods of the example's sinusoidal velocity."""
     example = EXAMPLES[law.name]
     omega = 2 * np.pi * example.frequency
-    time = np.linspace(0, 3 / example.frequency, 3 * SAMPLES + 1)
+    time = np.linspace(0, periods / example.frequency, periods * SAMPLES + 1)
     force = force_over(law, time, lambda t: example.top_speed * np.sin(omega * t))
-    velocity = example.top_speed * np.sin(omega * time)
+    return time, example.top_speed * np.sin(omega * time), force
+
+
+def _loop(axes: Any, law: FrictionLaw) -> None:
+    example = EXAMPLES[law.name]
+    time, velocity, force = _under_sine(law, 3)
     speed = np.geomspace(example.top_speed * 1e-4, example.top_speed, SAMPLES // 4)
     factor, unit = prefixed([example.top_speed], "m")
     for side in (-1, 1):
@@ -234,13 +240,9 @@ def _cosine(top: float, omega: float, t: float) -> float:
 
 
 def _over_time(axes: Any, law: FrictionLaw) -> None:
-    example = EXAMPLES[law.name]
-    omega = 2 * np.pi * example.frequency
-    time = np.linspace(0, 2 / example.frequency, 2 * SAMPLES + 1)
-    velocity = example.top_speed * np.sin(omega * time)
+    time, velocity, force = _under_sine(law, 2)
     moving = np.abs(velocity) > 1e-9
     _plot(axes, time[moving], steady_force(law, velocity[moving]), QUIET, (0, (4, 3)), 1.2)
-    force = force_over(law, time, lambda t: example.top_speed * np.sin(omega * t))
     _plot(axes, time[moving], force[moving], CURVE)
     framed(axes, "time in s", FORCE)
 

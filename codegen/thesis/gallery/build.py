@@ -57,14 +57,11 @@ def figure_numbers() -> tuple[str, ...]:
     return tuple(read_figures())
 
 
-def run_gallery(
-    only: Sequence[str] = (), progress: Callable[[float], None] | None = None, workers: int | None = None
-) -> tuple[GalleryResult, ...]:
-    """Make figures and check their statements in every setting.
+def run_gallery(only: Sequence[str] = (), progress: Callable[[float], None] | None = None) -> tuple[GalleryResult, ...]:
+    """Make figures and check their statements in every setting, in as many processes as there are cores.
 
     Args:
         only: numbers such as "4.3"; all if none is given.
-        workers: processes; as many as there are cores if not given, none for 1.
 
     Raises:
         BadInput: for a number that is no figure here.
@@ -76,7 +73,7 @@ def run_gallery(
     made = {number: figure.made for number, figure in read_figures().items()}
     order = sorted(numbers, key=lambda n: -made[n].cost)
     found: dict[str, GalleryResult] = {}
-    count, tell = workers or os.cpu_count() or 1, progress or (lambda share: None)
+    count, tell = os.cpu_count() or 1, progress or (lambda share: None)
     if count == 1 or len(order) == 1:
         for number in sorted(order, key=lambda n: made[n].pid_of in order):
             tuned = found.get(made[number].pid_of)
