@@ -212,9 +212,8 @@ def test_a_form_with_more_parameters_must_fit_clearly_better(
 ) -> None:
     """A rounded saturation is tried with the sharp one; 10 nats decide."""
     names = {"sharp": ("limit",), "rounded": ("limit", "rounding")}
-    parts = [
-        SimpleNamespace(kind="saturation", on="w", names=n, effect=SimpleNamespace(rough=False)) for n in names.values()
-    ]
+    effect = CATALOGUE["saturation"]
+    parts = [SimpleNamespace(kind="saturation", on="w", names=n, effect=effect) for n in names.values()]
     costs = dict(zip(names, (100.0, cost), strict=True))
     fits = {k: SimpleNamespace(part=p, cost=costs[k]) for k, p in zip(names, parts, strict=True)}
     tried = SimpleNamespace(
