@@ -14,10 +14,21 @@ import sympy
 
 def expand_products(expression: Any) -> Any:
     """Multiply out sums, but never inside a function: exp(−(u/v)²) must not become a product of exponentials."""
+    if _multiplied_out(expression):
+        return expression
     outermost = _outermost_functions(expression)
     mask = {f: sympy.Dummy(f"f{k}", real=True) for k, f in enumerate(outermost)}
-    expanded = sympy.expand(expression.xreplace(mask))
+    masked = expression.xreplace(mask)
+    # Each kind of rule goes through the whole expression several times: those that find nothing are left out.
+    powers = any(not p.exp.is_Integer for p in masked.atoms(sympy.Pow))
+    expanded = sympy.expand(masked, power_base=powers, power_exp=powers, log=False, basic=False)
     return expanded.xreplace({dummy: f for f, dummy in mask.items()})
+
+
+def _multiplied_out(expression: Any) -> bool:
+    """Whether it is a sum of products of numbers, symbols, functions, and whole powers of symbols."""
+    factors = (f for term in sympy.Add.make_args(expression) for f in sympy.Mul.make_args(term))
+    return all(f.is_Atom or f.is_Function or (f.is_Pow and f.base.is_Symbol and f.exp.is_Integer) for f in factors)
 
 
 def _outermost_functions(expression: Any) -> list[Any]:

@@ -19,6 +19,7 @@ from codegen.analysis.analysis import Analysis
 from codegen.analysis.error_dynamics import ErrorDynamics, derive_step
 from codegen.analysis.polynomials import expand_products
 from codegen.certify.family import Family, build_family, signed_slips
+from codegen.mechanics.sparse import scaled
 from codegen.mechanics.system import Matrix
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
@@ -244,8 +245,7 @@ def _symmetric(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...]) -> bool:
             drawn = [v for a in axes for v in a.symbols] + [*observer.level_ranges]
             point = {v: sympy.Rational(dice.choice((-1, 1)) * dice.randrange(1, 3000), 1000) for v in drawn}
             other = {v: -x if v in axis.symbols else x for v, x in point.items()}
-            turn = sympy.eye(dynamics.sampled.rows)
-            turn[flips[contact], flips[contact]] = -1
-            if at(other) != turn * at(point) * turn:
+            turn = [-1 if k == flips[contact] else 1 for k in range(dynamics.sampled.rows)]
+            if at(other) != scaled(turn, at(point), turn):
                 return False
     return True

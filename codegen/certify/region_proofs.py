@@ -141,7 +141,8 @@ class _Proofs:
             if region.kind in ("sliding", "presliding", "weak"):
                 name = f"{region.kind}.json"
                 self._prove({f"{region.kind}_back.json" if name in self.proofs else name: region})
-        together = {f"{region.kind}.json": region for region in found if region.kind in ("passing", "recovery")}
+        # Of passing.json and recovery.json the latter has the smaller box, so digits that are too few are found at once.
+        together = {f"{r.kind}.json": r for r in reversed(found) if r.kind in ("passing", "recovery")}
         if len(together) == 2 and self.passes_zero:
             self._prove(together)
         if "sliding.json" in self.proofs:

@@ -36,7 +36,8 @@ class Poly(dict[tuple[str, ...], Any]):
 
     def __mul__(self, other: "Poly") -> "Poly":
         terms: dict[tuple[str, ...], Any] = {}
-        signs = {x for x in self.names() & other.names() if x.startswith("sign.")}
+        signs = {x for x in other.names() if x.startswith("sign.")}
+        signs = signs and signs & self.names()
         for n, d in other.items():
             demand(len(terms) < 10**6, "more terms than the limit")
             for m, c in self.items():
@@ -58,7 +59,7 @@ Known = dict[tuple[str, Poly], Poly]  # function and argument -> value
 
 
 def term(c: Any, *names: str) -> Poly:
-    c = c if type(c) is int else Fraction(c)
+    c = c if type(c) in (int, Fraction) else Fraction(c)
     return Poly({names: c.numerator if c.denominator == 1 else c} if c else {})  # whole numbers are fast
 
 

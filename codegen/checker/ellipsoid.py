@@ -287,7 +287,8 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         require_invariant(Q, [*map(number, set_["weights"])], [*most.values()], step, push, proof, shown)
         found = require_bounds(set_, Q, step, disturbance_columns(push, [*most.values()]), shift, most, proof)
         own = [sizes.get(f"{FRICTION}.{e['truth']}", Fraction(0)) * any_friction for e in proof["errors"]]
-        more = (sum(abs(number(c)) * d for c, d in zip(row[:-1], own, strict=True)) for row, *_ in claimed_rows(set_))
+        rows = (zip(row[:-1], own, strict=True) for row, *_ in claimed_rows(set_))
+        more = [sum(abs(number(c)) * d for c, d in row if d) for row in rows]
         result.append([bound + x for bound, x in zip(found, more, strict=True)])
     kernel.demand(result and all(result), "it states no bound")
     return result

@@ -36,7 +36,8 @@ def demand(condition: bool, fault: str) -> None:
 
 def rational(raw: Any, where: str) -> Fraction:
     good = isinstance(raw, str) and len(raw) <= MAX_STRING and re.fullmatch(RATIONAL, raw) is not None
-    demand(good, f"{where}: {brief(raw)} is no 'RATIONAL' of at most {MAX_STRING} characters")
+    if not good:
+        raise Refused(f"{where}: {brief(raw)} is no 'RATIONAL' of at most {MAX_STRING} characters")
     return Fraction(raw)
 
 

@@ -141,10 +141,11 @@ class Precision(NamedTuple):
 
     def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
         """Whether a polynomial's coefficients are such numbers, and what it is of quantities of usual size."""
+        usual, most = self.usual, self.most
         for monomial, c in terms.items():
-            degree = sum(x.startswith(QUANTITIES) for x in monomial) if self.usual > 1 else 0
+            degree = sum(x.startswith(QUANTITIES) for x in monomial) if usual > 1 else 0
             top, bottom = abs(c.numerator), c.denominator
-            large = top * self.usual**degree * len(terms) > self.most * bottom or top * self.most < bottom
+            large = top * usual**degree * len(terms) > most * bottom or top * most < bottom
             if large or len(monomial) >= 100 or bottom > MOST_NUMBER or top > MOST_NUMBER:
                 return False
         return True
