@@ -141,7 +141,7 @@ class _Proofs:
             if region.kind in ("sliding", "presliding", "weak"):
                 name = f"{region.kind}.json"
                 self._prove({f"{region.kind}_back.json" if name in self.proofs else name: region})
-        # Of passing.json and recovery.json the latter has the smaller box, so digits that are too few are found at once.
+        # recovery.json first: it has the smaller box, so digits that are too few for it are found sooner.
         together = {f"{r.kind}.json": r for r in reversed(found) if r.kind in ("passing", "recovery")}
         if len(together) == 2 and self.passes_zero:
             self._prove(together)

@@ -188,7 +188,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     box = {x: [machine.value(end).constant() for end in (low, high)] for x, (low, high) in proof["box"].items()}
     fall = 1 - 2 * machine.value(proof["decay_rate"]).constant() * h.constant()
     demand({*box} <= {*c.inputs, *truths} and fall > 0 < h.constant(), "a box of no free variable, or V negative")
-    entries = {x: machine.value(x).constant() for row in proof["lyapunov_matrix"] for x in row}  # most stand there twice
+    entries = {x: machine.value(x).constant() for row in proof["lyapunov_matrix"] for x in row}  # most stand twice
     P = [[term(entries[x]) for x in row] for row in proof["lyapunov_matrix"]]
     for p in (p for name, p in [*known] if name == "1/"):
         semidefinite([[p]], box, proof["cover"], known, LEAST)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,18 @@ import sympy
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.analysis.conditions import written_conditions
 from codegen.analysis.operating_points import evaluate
-from codegen.analysis.polynomials import bilinear, characteristic_polynomial, hurwitz_determinant, jury, routh_hurwitz
+from codegen.analysis.polynomials import (
+    bilinear,
+    characteristic_polynomial,
+    expand_products,
+    hurwitz_determinant,
+    jury,
+    routh_hurwitz,
+)
 from codegen.app.derive import analysis_json
 from codegen.certify.refute import schur_stable
 from codegen.mechanics import build_system
+from codegen.mechanics.sparse import jacobian
 from codegen.observers import build_observer
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.functions import Magnitude
@@ -332,3 +341,32 @@ def test_a_square_that_may_be_zero_stays_in_a_condition(exponent: int) -> None:
         values = [value.subs(sympy.Symbol("h", real=True), found.dynamics.observer.sample_time) for value in values]
         written = all(float(value.replace(Magnitude, sympy.Abs).doit()) > 0 for value in values)
         assert written == (exponent == 1) == all(c.holds for c in conditions)
+
+
+def nested(dice: random.Random, symbols: tuple[Any, ...], depth: int) -> Any:
+    """A random expression of sums, products, whole and half powers, and functions."""
+    if depth == 0:
+        return dice.choice([*symbols, sympy.Rational(dice.randrange(-5, 6), 3)])
+    parts = [nested(dice, symbols, depth - 1) for _ in range(3)]
+    kind = dice.randrange(6)
+    if kind < 2:
+        return sympy.Add(*parts)
+    if kind < 4:
+        return sympy.Mul(*parts)
+    if kind == 4:
+        return (parts[0] ** 2 + 1) ** dice.choice([2, -1, sympy.Rational(1, 2)])
+    return dice.choice([sympy.sin, Magnitude])(parts[0])
+
+
+def test_slopes_and_products_are_those_of_sympy() -> None:
+    dice, symbols = random.Random(5), sympy.symbols("a b c", real=True)
+    for _ in range(60):
+        e = nested(dice, symbols, 3)
+        slopes = jacobian([e], symbols)
+        points = [{x: sympy.Rational(dice.randrange(1, 99), 50) for x in symbols} for _ in range(2)]
+        for x, slope in zip(symbols, slopes, strict=True):
+            assert all(abs(sympy.N((slope - sympy.diff(e, x)).subs(p))) < 1e-9 for p in points)
+        functions = {f: sympy.Dummy(real=True) for f in e.atoms(sympy.Function)}
+        if all(not g.has(f) for f in functions for g in functions if f != g):
+            masked = sympy.expand(e.xreplace(functions)).xreplace({d: f for f, d in functions.items()})
+            assert expand_products(e) == masked
