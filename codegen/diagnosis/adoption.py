@@ -41,6 +41,8 @@ AWAY = 3.0
 """Deviation in tolerances above which a value is reported as a parameter error; 0.3 % of a Gaussian lies beyond."""
 ALIKE = 0.25
 """Share of a parameter's deviation by which another grows, when the first is fixed, to count as its substitute."""
+AGAIN, SETTLED = 5, 0.1
+"""Most fits about values beyond a limit, and the change in standard errors at which they have settled."""
 HALF_WIDTH = float(norm.ppf(0.5 + CONFIDENCE / 2))
 
 
@@ -123,11 +125,36 @@ class Refit:
 def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
     """Choose the values of friction levels and toleranced parameters for a fit whose effects stay as they are.
 
+    The estimates are linear about the fit. Where one lies beyond a limit at which the fit ended, the fit is repeated
+    without limits from there, and so on: a motion is not linear in a mass over so long a way, and a residual that the
+    wrong mass has left made the tolerances look better than they are.
+
     Args:
         fit: on the search's record.
         system: declared values, with the effects of the fit.
     """
-    scoring = CrossValidation(search, fit, problem, system)
+    adopted = _adopted(CrossValidation(search, fit, problem, system))
+    if not _is_beyond(search, adopted) or not fit.limited[: len(search.moved)].any():
+        return adopted
+    free = replace(search, within=np.inf)
+    for _ in range(AGAIN):
+        theta = np.append(adopted.values, fit.theta[len(adopted.values) :])
+        prior = free.prior(fit.trial, theta, fit.prior.tempering)
+        fit = free.fitted_again(shooting_fit(fit.runner, theta, fit.offsets, prior, 0))
+        before, adopted = adopted, _adopted(CrossValidation(free, fit, problem, system))
+        if np.all(np.abs(adopted.values - before.values) <= SETTLED * adopted.deviation):
+            break
+    return adopted
+
+
+def _is_beyond(search: Search, adopted: Refit) -> bool:
+    """Whether an adopted value lies further from its declared one than a fit may move it."""
+    away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)
+    return bool((away > search.within).any())
+
+
+def _adopted(scoring: CrossValidation) -> Refit:
+    search = scoring.search
     levels = scoring.best([scoring.unmoved, *(scoring.map_estimate(s, scoring.is_level) for s in scoring.sources)])
     chosen = levels
     if not scoring.is_level.all():
@@ -194,11 +221,16 @@ class CrossValidation:
             self._solved(np.delete(source.matrix, k, 0).sum(axis=0), np.delete(source.vector, k, 0).sum(axis=0), moves)
             for k in range(BLOCKS)
         ]
+        deviation = self._deviation(source, moves, self.search.prior_precision)
+        return MapEstimate(values, deviation, moves, source, self._score(values, without))
+
+    def _deviation(self, source: Information, moves: Flags, prior_precision: Array) -> Array:
+        """(p,) standard errors of the values that move."""
         deviation = np.zeros(self.count)
-        matrix = (source.matrix.sum(axis=0) + np.diag(self.search.prior_precision))[np.ix_(moves, moves)]
+        matrix = (source.matrix.sum(axis=0) + np.diag(prior_precision))[np.ix_(moves, moves)]
         if moves.any():
             deviation[moves] = np.sqrt(np.maximum(np.diag(np.linalg.pinv(matrix, hermitian=True)), 0.0))
-        return MapEstimate(values, deviation, moves, source, self._score(values, without))
+        return deviation
 
     def best(self, estimates: Sequence[MapEstimate]) -> MapEstimate:
         """The estimate with the least product of both errors, among those no worse than the first in either error."""
@@ -261,14 +293,13 @@ class CrossValidation:
     def _error(self, chosen: MapEstimate, fixed: MapEstimate, k: int, others: Sequence[int]) -> ParameterError:
         force, run = chosen.score.over(fixed.score)
         symbol, declared = self.search.moved[k], float(self.search.declared[k])
-        value, half = float(chosen.values[k]), HALF_WIDTH * float(chosen.deviation[k])
         return ParameterError(
             name=symbol.name,
             unit=str(self.search.system.units.get(symbol, "1")),
             declared=declared,
             tolerance=float(self.search.prior_precision[k] ** -0.5 / abs(declared)) if declared else float("nan"),
-            estimate=value,
-            interval=(value - half, value + half),
+            estimate=float(chosen.values[k]),
+            interval=self._interval(chosen, k),
             away=float(self.distance(chosen)[k]),
             alike=tuple(self.search.moved[j].name for j in others),
             force=force,
@@ -278,10 +309,28 @@ class CrossValidation:
             blocks=BLOCKS,
         )
 
-    def _solved(self, matrix: Array, vector: Array, moves: Flags) -> Array:
+    def _interval(self, chosen: MapEstimate, k: int) -> tuple[float, float]:
+        """95 % interval of a value that is wrong: the hull of that with its tolerance as prior and that without.
+
+        The tolerance pulls the estimate towards a value that the log shows to be wrong.
+        """
+        without = self.search.prior_precision.copy()
+        without[k] = 0.0
+        matrix, vector = chosen.source.matrix.sum(axis=0), chosen.source.vector.sum(axis=0)
+        free = self._solved(matrix, vector, chosen.moves, without)
+        wide = self._deviation(chosen.source, chosen.moves, without)
+        ends = [
+            float(values[k]) + sign * HALF_WIDTH * float(deviation[k])
+            for values, deviation in ((chosen.values, chosen.deviation), (free, wide))
+            for sign in (-1, 1)
+        ]
+        return min(ends), max(ends)
+
+    def _solved(self, matrix: Array, vector: Array, moves: Flags, prior: Array | None = None) -> Array:
+        """(p,) the values of the least quadratic loss with the prior, by default that of the tolerances."""
         values = self.search.declared.copy()
         if moves.any():
-            prior_precision = self.search.prior_precision[moves]
+            prior_precision = (self.search.prior_precision if prior is None else prior)[moves]
             inner = matrix[np.ix_(moves, moves)] + np.diag(prior_precision)
             fixed = matrix[np.ix_(moves, ~moves)] @ values[~moves]
             right = vector[moves] - fixed + prior_precision * self.search.declared[moves]

@@ -60,6 +60,7 @@ from codegen.diagnosis.steady_runs import (
     remainders_of,
 )
 from codegen.diagnosis.trial import Part
+from codegen.diagnosis.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
 from codegen.diagnosis.wrong_values import equal_parameters, explaining_values, is_better, moved_values, released
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
@@ -127,8 +128,7 @@ class Case:
     @cached_property
     def steady(self) -> bool:
         """Whether every coordinate runs at constant speed."""
-        motion = self.motion
-        return len(steady_speeds(self.log, motion.velocities, motion.usable)) == len(self.spec.coordinates)
+        return _is_steady(self.log, self.motion)
 
     @property
     def faults(self) -> bool:
@@ -194,6 +194,11 @@ def _case(spec: Spec, system: System, log: Log, test_log: Log | None, material: 
     motion = smooth_motion(log)
     split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
     problem = Problem(system, _restrict(motion, split), deviations)
+    if _is_steady(log, motion) or moves_one_way(problem):
+        unseen = unseen_inertias(problem)
+        findings["train"] += not_refitted(problem, unseen)
+        deviations = {s: size for s, size in deviations.items() if s not in unseen}
+        problem = replace(problem, deviation=deviations)
     measured = measured_inputs(problem, log)
     if measured:
         findings["train"] += tuple(measured.values())
@@ -204,6 +209,11 @@ def _case(spec: Spec, system: System, log: Log, test_log: Log | None, material: 
     other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
     window = slice(split if test_log is None else 0, len(other.time))
     return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
+
+
+def _is_steady(log: Log, motion: Motion) -> bool:
+    """Whether every coordinate runs at constant speed."""
+    return len(steady_speeds(log, motion.velocities, motion.usable)) == log.positions.shape[1]
 
 
 def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -> tuple[Diagnosis, Models]:

@@ -14,10 +14,10 @@ from codegen.diagnosis.conclusion import against_regression, force_agrees, named
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import Outcome, first_candidates
 from codegen.diagnosis.held_out import HeldOut, without_refused
-from codegen.diagnosis.output_error import Fit, at_limit, levels_at_zero
+from codegen.diagnosis.output_error import Fit, at_limit
 from codegen.diagnosis.ranking import credible
-from codegen.diagnosis.reservations import objections, remarks
-from codegen.diagnosis.residual import Problem, drive_left, slip_velocities
+from codegen.diagnosis.reservations import objections, remarks, takes_the_level
+from codegen.diagnosis.residual import Problem, drive_left
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.separation import without_leader
@@ -131,7 +131,7 @@ def _judged(
     agrees = force_agrees(outcome.final, *models)
     if not (settled or agrees):
         against = "it does not reduce the squared residual force of the training log as much as it should"
-    against = against or against_regression(outcome, *models, found) or takes_the_level(problem, plain.refit, system)
+    against = against or against_regression(outcome, *models, found) or takes_the_level(*models)
     if against:
         return replace(plain, verdict="unknown", effects=found, against=(against,))
     declared, without, worse = references(plain, options[0][1], problem, settled)
@@ -148,24 +148,6 @@ def _judged(
         return written
     notes = tuple(w for f, p in zip(found, fit.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
     return replace(written, remarks=(*notes, *richer.notes, *chosen.remarks))
-
-
-def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
-    """The objection to effects with which a friction level is fitted as zero, if its contact never reverses in the log.
-
-    In one direction a friction level is a constant force, which cannot be identified apart from a gain of the drive: at
-    constant speed, a fit with both small has a small residual whatever their true values.
-    """
-    gone = set(levels_at_zero(problem.system, [augmented], problem.levels))
-    gone -= set(levels_at_zero(problem.system, [refit], problem.levels))
-    slip = slip_velocities(problem.system, problem.motion)[problem.motion.usable]
-    for k, contact in enumerate(problem.system.contacts):
-        lost = sorted(gone & {s.name for s in contact.law_parameters.values()})
-        if lost and (np.all(slip[:, k] > 0) or np.all(slip[:, k] < 0)):
-            return (
-                f"with it the friction level {lost[0]} would be zero, which a log that moves one way only cannot show"
-            )
-    return ""
 
 
 def references(

@@ -14,7 +14,13 @@ from codegen.diagnosis.candidate_fits import FORM_GAIN, fit_candidates
 from codegen.diagnosis.credit import Evidence, evidence_of, independent_share, near_noise, noise_ratio, size_of
 from codegen.diagnosis.force_evidence import ForceCriterion
 from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.reservations import never_passed, passed_too_fast, resolvable_periods, shows_no_bend
+from codegen.diagnosis.reservations import (
+    never_passed,
+    passed_too_fast,
+    resolvable_periods,
+    shows_no_bend,
+    takes_the_level,
+)
 from codegen.diagnosis.residual import drive_left, drive_share, inverse_dynamics_residual
 from codegen.diagnosis.residual_regression import inertia_noise
 from codegen.diagnosis.results import FoundEffect
@@ -415,6 +421,7 @@ def _why_not(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: f
     here = found.part.effect.coordinate(search.system, found.part.place)
     return (
         unseen_shape(search, found)
+        or takes_the_level(search.problem, before.fit.model, found.model)
         or found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
         or absorbed_by_refit(before, after)
         or only_reduces_drive(before, after, e)
@@ -491,8 +498,10 @@ def _least_size(found: Fit) -> float:
 
 
 def is_possible(search: Search, found: Fit) -> bool:
-    """Whether the fitted values lie within the effect's bounds and the log can show its period."""
-    return admissible(search, found) and not unseen_shape(search, found)
+    """Whether the fitted values lie within the effect's bounds, and the log can show its period and friction's part."""
+    if not admissible(search, found) or unseen_shape(search, found):
+        return False
+    return not takes_the_level(search.problem, search.system, found.model)
 
 
 def admissible(search: Search, found: Fit) -> bool:

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.output_error import levels_at_zero
+from codegen.diagnosis.residual import Problem, slip_velocities
 from codegen.diagnosis.results import FoundEffect
 from codegen.diagnosis.signals import Motion, is_resolved
 from codegen.diagnosis.trial import Part
@@ -99,6 +100,24 @@ def _below_sight(problem: Problem, part: Part, found: FoundEffect) -> list[tuple
     form = part.effect.parameters
     least = {p.name: p.seen_at[0] * top for p in form if p.seen_at is not None and p.name in found.intervals}
     return [(name, found.intervals[name], one) for name, one in least.items() if found.intervals[name][0] < one]
+
+
+def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
+    """The objection to effects with which a friction level is fitted as zero, if its contact never reverses in the log.
+
+    In one direction a friction level is a constant force, which cannot be identified apart from a gain of the drive: at
+    constant speed, a fit with both small has a small residual whatever their true values.
+    """
+    gone = set(levels_at_zero(problem.system, [augmented], problem.levels))
+    gone -= set(levels_at_zero(problem.system, [refit], problem.levels))
+    slip = slip_velocities(problem.system, problem.motion)[problem.motion.usable]
+    for k, contact in enumerate(problem.system.contacts):
+        lost = sorted(gone & {s.name for s in contact.law_parameters.values()})
+        if lost and (np.all(slip[:, k] > 0) or np.all(slip[:, k] < 0)):
+            return (
+                f"with it the friction level {lost[0]} would be zero, which a log that moves one way only cannot show"
+            )
+    return ""
 
 
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:

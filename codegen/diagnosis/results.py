@@ -51,7 +51,8 @@ class ParameterError:
 
     Attributes:
         tolerance: relative, as declared; nan where the declared value is zero.
-        estimate, interval: 95 %, in SI, with the tolerance as prior. away: difference in tolerances.
+        estimate: in SI, with the tolerance as prior. away: difference in tolerances.
+        interval: 95 %, the hull of that with the tolerance as prior and that without, since the prior pulls.
         alike: other parameters that could move in its place; fixed together with it in that comparison.
         force, free_run: cross-validated error on the training log over that with the value as declared and all else
             fitted again: force residual, and free-run error.
@@ -546,6 +547,7 @@ def _row(c: Candidate) -> dict[str, Any]:
     return {
         "kind": c.kind,
         "on": written_place(c.on),
+        "form": c.form,
         "parameters": {k: _finite(v) for k, v in c.parameters.items()},
         "at_limit": list(c.at_limit),
         "also": _twins(c.also),

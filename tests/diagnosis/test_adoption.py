@@ -159,6 +159,30 @@ def test_a_declared_value_that_is_wrong_is_named_with_its_evidence(
     assert "Parameter errors" in page and "tolerances" in page
 
 
+def test_a_value_far_beyond_its_limit_is_estimated_about_where_it_is(tmp_path: Path) -> None:
+    """3 kg where 2 ± 5 % is declared: the slopes at the limit of 2.3 kg are those of another motion."""
+    search, problem = search_of(loose(share="5%"), log_of(loose(3.0), tmp_path, "train.csv"))
+    fit = search.refit()
+    assert fit.limited.any()
+    (mass,) = (e for e in adopt_values(search, fit, problem, search.system).errors if e.name == "m")
+    assert mass.estimate == pytest.approx(3.0, rel=5e-3)
+    assert mass.interval[0] < 3.0 < mass.interval[1]
+
+
+def test_the_interval_of_a_wrong_value_is_not_pulled_by_its_tolerance(tmp_path: Path) -> None:
+    """One block says 10 ± 1 of a value declared as 2 ± 1: with the prior, 6 ± 0.7."""
+    search, problem = search_of(loose(share="50%"), log_of(loose(), tmp_path, "log.csv"))
+    fit = search.refit()
+    scoring, k = CrossValidation(search, fit, problem, search.system), [s.name for s in search.moved].index("m")
+    matrix, vector = np.zeros((BLOCKS, 3, 3)), np.zeros((BLOCKS, 3))
+    matrix[0] = np.eye(3)
+    vector[0] = 10.0
+    found = scoring.map_estimate(Information(matrix, vector), np.ones(3, dtype=bool))
+    assert found.values[k] == pytest.approx(6.0) and found.deviation[k] == pytest.approx(np.sqrt(0.5))
+    low, high = scoring._interval(found, k)
+    assert low == pytest.approx(6.0 - 1.96 * np.sqrt(0.5), rel=1e-3) and high == pytest.approx(11.96, rel=1e-3)
+
+
 def test_parameters_that_act_alike_are_named_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The log sees the product of two factors only: either may be the wrong one."""
     text = loose(more="\n  c: {value: 1, unit: 1, tolerance: 5%}\n  d: {value: 1, unit: 1, tolerance: 5%}").text

@@ -218,6 +218,7 @@ def test_json_is_finite_and_complete(sprung: tuple[Diagnosis, Models]) -> None:
     assert set(content["error"]) == {"declared", "refit", "augmented"}
     assert content["effects"][0]["kind"] == "spring"
     assert [c["kind"] for c in content["candidates"]] == [c.kind for c in diagnosis.candidates]
+    assert [c["form"] for c in content["candidates"]] == [c.form for c in diagnosis.candidates]
     assert all(np.isfinite(v) for v in asdict(diagnosis.augmented)["force_rms_rows"])
 
 

@@ -9,15 +9,21 @@ import pytest
 
 from codegen.base.arrays import Array
 from codegen.diagnosis import force_led
-from codegen.diagnosis.examination import takes_the_level
+from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.force_led import ForceFits, force_round
-from codegen.diagnosis.output_error import Fit
+from codegen.diagnosis.output_error import Fit, shooting_fit
+from codegen.diagnosis.ranking import is_possible
+from codegen.diagnosis.reservations import takes_the_level
 from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import Trial, with_values
-from codegen.logs import read_log
+from codegen.diagnosis.trial import Trial, part_of, with_values
+from codegen.diagnosis.unseen_inertia import unseen_inertias
+from codegen.effects import CATALOGUE
+from codegen.logs import Log, read_log
 from codegen.mechanics.system import System
-from tests.diagnosis.stage import log_of, stage, system_of
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import TRAIN, among, log_of, stage, system_of
+from tests.diagnosis.test_adoption import loose
 from tests.diagnosis.test_force_led import searched
 
 RAIL = "rail_a"
@@ -64,3 +70,46 @@ def test_a_start_that_leaves_no_drive_is_left_out(tmp_path: Path, monkeypatch: p
     monkeypatch.setattr(force_led, "FITTED", 1)
     kinds = {r.found.part.kind for r in force_round(fits, fits.plain, lambda share: None)}
     assert "input_gain" not in kinds
+
+
+def steady(tmp_path: Path) -> tuple[Spec, Log]:
+    """A spec of the stage with 2 ± 0.2 kg, and its log at constant speed with cogging; w is logged with noise."""
+    spec = parse_spec(loose(share="10%").text.replace(TRAIN, "0.06*t"), Path("stage.yaml"))
+    cogging = "effects: [{kind: cogging, on: x, parameters: {amplitude: 0.6, period: 0.02, phase: 0.9}}]"
+    plant = parse_spec(spec.text.replace("effects: []", cogging), Path("stage.yaml"))
+    log = log_of(plant, tmp_path, "steady.csv")
+    log.inputs[:, 0] += 1.5 * np.random.default_rng(1).standard_normal(log.size)
+    return spec, log
+
+
+def test_an_inertia_is_unseen_at_constant_speed_and_damping_is_not_asked(tmp_path: Path) -> None:
+    still, moving = steady(tmp_path), (loose(share="10%"), log_of(loose(share="10%"), tmp_path, "log.csv"))
+    for (spec, log), unseen in ((still, ["m"]), (moving, [])):
+        motion = smooth_motion(log)
+        shares = {spec.symbol(p.name): 0.1 * float(p.value) for p in spec.parameters}
+        assert [s.name for s in unseen_inertias(Problem(system_of(spec), motion, shares))] == unseen
+        assert unseen_inertias(Problem(system_of(spec), motion, {spec.symbol("b"): 0.3})) == []
+
+
+def test_a_log_at_constant_speed_keeps_the_declared_mass(tmp_path: Path) -> None:
+    """The noise of w moves a heavier model less: 3.8 kg were written, and of a gantry 15 kg where 12 are true."""
+    spec, log = steady(tmp_path)
+    with among("cogging", "input_gain"):
+        found, models = diagnose_log(spec, system_of(spec), log)
+    assert "m" not in found.refitted and "m: {value: 2.0, unit: kg, tolerance: 10%}" in models.spec_text
+    (told,) = (words for words in found.findings["train"] if "the diagnosis keeps m at 2 kg" in words)
+    assert told.startswith("warning: The motion of this log hardly shows m")
+    assert [e.kind for e in found.effects] == ["cogging"]
+    assert found.effects[0].parameters["amplitude"] == pytest.approx(0.6, rel=0.1)
+
+
+def test_an_effect_that_takes_the_level_is_no_candidate(tmp_path: Path) -> None:
+    """The check was of the declared levels: a gain of 0.12 with no friction at all was named at 0.93."""
+    search, _ = searched(log_of(parse_spec(stage().text.replace(TRAIN, "0.06*t"), Path("s.yaml")), tmp_path, "s.csv"))
+    base = search.refit()
+    trial = base.trial.with_part(part_of(CATALOGUE["input_gain"], 0, search.system))
+    (runner,) = search.runners([trial])
+    for level, possible in ((2.0, True), (0.0, False)):
+        theta = trial.theta(np.array([level]), [{"gain": 0.12}])
+        fit = shooting_fit(runner, theta, base.offsets, search.prior(trial, theta), 0)
+        assert is_possible(search, fit) is possible
