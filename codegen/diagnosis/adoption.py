@@ -125,15 +125,21 @@ class Refit:
 def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
     """Choose the values of friction levels and toleranced parameters for a fit whose effects stay as they are.
 
-    The estimates are linear about the fit. Where one lies beyond a limit at which the fit ended, the fit is repeated
-    without limits from there, and so on: a motion is not linear in a mass over so long a way, and a residual that the
-    wrong mass has left made the tolerances look better than they are.
-
     Args:
         fit: on the search's record.
         system: declared values, with the effects of the fit.
     """
-    adopted = _adopted(CrossValidation(search, fit, problem, system))
+    return _adopted(CrossValidation(search, fit, problem, system))
+
+
+def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
+    """The values of ``adopt_values``, estimated about themselves where one lies beyond a limit of the fit.
+
+    The estimates are linear about the fit. Where one lies beyond a limit at which the fit ended, the fit is repeated
+    without limits from there, and so on: a motion is not linear in a mass over so long a way, and a residual that the
+    wrong mass has left made the tolerances look better than they are.
+    """
+    adopted = adopt_values(search, fit, problem, system)
     if not _is_beyond(search, adopted) or not fit.limited[: len(search.moved)].any():
         return adopted
     free = replace(search, within=np.inf)
@@ -141,7 +147,7 @@ def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> 
         theta = np.append(adopted.values, fit.theta[len(adopted.values) :])
         prior = free.prior(fit.trial, theta, fit.prior.tempering)
         fit = free.fitted_again(shooting_fit(fit.runner, theta, fit.offsets, prior, 0))
-        before, adopted = adopted, _adopted(CrossValidation(free, fit, problem, system))
+        before, adopted = adopted, adopt_values(free, fit, problem, system)
         if np.all(np.abs(adopted.values - before.values) <= SETTLED * adopted.deviation):
             break
     return adopted

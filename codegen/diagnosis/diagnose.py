@@ -31,7 +31,7 @@ from codegen.diagnosis.conclusion import (
     verdict_of,
 )
 from codegen.diagnosis.credit import ALPHA, LEAST_SHARE, NEAR_NOISE, noise_ratio, share_far
-from codegen.diagnosis.examination import examine
+from codegen.diagnosis.examination import examine, settled
 from codegen.diagnosis.force_led import credited_by_force
 from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
@@ -61,7 +61,14 @@ from codegen.diagnosis.steady_runs import (
 )
 from codegen.diagnosis.trial import Part
 from codegen.diagnosis.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
-from codegen.diagnosis.wrong_values import equal_parameters, explaining_values, is_better, moved_values, released
+from codegen.diagnosis.wrong_values import (
+    equal_parameters,
+    explaining_values,
+    is_better,
+    moved_values,
+    released,
+    scaled_position,
+)
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.logs.motion import steady_speeds
@@ -213,7 +220,7 @@ def _case(spec: Spec, system: System, log: Log, test_log: Log | None, material: 
 
 def _is_steady(log: Log, motion: Motion) -> bool:
     """Whether every coordinate runs at constant speed."""
-    return len(steady_speeds(log, motion.velocities, motion.usable)) == log.positions.shape[1]
+    return len(steady_speeds(log, motion.velocities, motion.usable)) == len(motion.velocities[0])
 
 
 def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -> tuple[Diagnosis, Models]:
@@ -269,6 +276,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             if other.verdict == "effect" and (far or is_small(left_by(other), case.material)):
                 other = replace(other, remarks=(*other.remarks, _left_out(outcome, other)))
                 answer, outcome = other, of_other
+    answer = settled(replace(search, within=last.within), outcome, problem, answer, measured)
     left = left_by(answer)
     if answer.verdict == "unknown" and is_small(left, case.material):
         answer = replace(answer, verdict="none")
@@ -284,6 +292,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             for name in levels_at_zero(system, (answer.refit, answer.augmented), problem.levels)
         ),
         *_in_place(in_place, answer),
+        *scaled_position(answer, case.log),
         *(equal_parameters(search, base, outcome) if lacks and not answer.errors else ()),
         *moved_values(answer, outcome.final if lacks else base, problem, case.material),
         *_once_on_held_out(answer, case),

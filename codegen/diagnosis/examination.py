@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.adoption import Refit, adopt_values
+from codegen.diagnosis.adoption import Refit, adopt_values, settled_values
 from codegen.diagnosis.answer import REFIT_WORSE, Answer, Measured, Option, admitted
 from codegen.diagnosis.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.estimate import estimate
@@ -81,6 +81,25 @@ def examine(
                 words = f"{named}, which ties with it on the training log, is refused: {answer.against[0]}"
                 return replace(second, remarks=(*second.remarks, *refused, words)), other
     return answer, outcome
+
+
+def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, measured: Measured) -> Answer:
+    """An answer that names no effect, with its wrong values estimated about themselves; another one as it is.
+
+    Its effects were compared with values that are linear about the limits: an inertia error and a mass that is wrong
+    are one motion, and the tolerances speak for the effect.
+
+    Args:
+        search, outcome: those of the answer. Other arguments as of ``examine``.
+    """
+    if answer.verdict not in ("none", "unknown") or not answer.errors:
+        return answer
+    values = settled_values(search, outcome.base, problem, problem.system)
+    chosen = admitted(_options(problem.system, values, "refitted values"), answer.figures[0], measured)
+    if chosen.option is None or chosen.refusals or not values.errors:
+        return answer
+    figures = (answer.figures[0], chosen.figures, chosen.figures)
+    return replace(answer, refit=chosen.option[1], augmented=chosen.option[1], figures=figures, errors=values.errors)
 
 
 def with_estimate(

@@ -22,8 +22,10 @@ from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import BETTER, Outcome
 from codegen.diagnosis.measure import Drive
 from codegen.diagnosis.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
-from codegen.diagnosis.residual import ForceRows, Problem, force_rows, inverse_dynamics_residual
+from codegen.diagnosis.residual import ForceRows, Problem, force_rows, inverse_dynamics_residual, level_parameters
 from codegen.diagnosis.search import Search
+from codegen.logs import Log
+from codegen.logs.position_scale import APPARENT
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 
@@ -127,6 +129,36 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
             f"{high:.6g}): a change of {100 * share:.2g} % of the drive force"
         )
     return words
+
+
+def scaled_position(answer: Answer, log: Log) -> list[str]:
+    """The scale of the position that gives nearly the motion of a credited gain of the input, in words for a remark.
+
+    With a position k times too large, inertia, damping and springs are divided by k; with a gain k of the input,
+    friction and constant forces are divided too. So the two are one motion where the friction levels are free: those
+    with the gain are k times those without, and what is declared of the levels tells which is likelier.
+    """
+    system, written = answer.refit, answer.augmented
+    gains = [one for one in answer.effects if one.kind == "input_gain"]
+    if len(gains) != 1 or answer.verdict != "effect" or system.degrees_of_freedom != 1:
+        return []
+    (gain,) = gains[0].parameters.values()
+    if gain <= 0 or 1 / APPARENT < gain < APPARENT:
+        return []
+    (x,) = system.positions
+    stated = float(log.description.scale.get(x.name, 1.0))
+    levels = ", ".join(
+        f"{s.name} = {float(written.values[s]) / gain:.3g}{_unit(system, s)} in place of "
+        f"{float(written.values[s]):.3g}{_unit(system, s)}"
+        for s in level_parameters(system)
+        if float(written.values[s])
+    )
+    with_levels = f", then with {levels}" if levels else ""
+    return [
+        f"input_gain on {gains[0].on} is nearly the same motion as {x.name} logged {gain:.3g} times too large"
+        f"{with_levels}: check the scale of {x.name} first "
+        f"(`scale: {{{x.name}: {stated / gain:.4g}}}` in meta.yaml beside the log)"
+    ]
 
 
 def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[str]:

@@ -22,7 +22,8 @@ from codegen.base.errors import BadInput, Place
 from codegen.logs.column_names import is_brought
 from codegen.logs.force_balance import Forces, forces_along, partial_correlation, unexplained
 from codegen.logs.log import Finding, Log
-from codegen.logs.motion import Motion, low_pass, measured_motion
+from codegen.logs.motion import Motion, low_pass, measured_motion, scaled
+from codegen.logs.position_scale import position_scales
 from codegen.mechanics import System, build_system
 from codegen.spec.model import Spec
 from codegen.spec.units import same_dimension, si_factor
@@ -123,8 +124,9 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
                 if outside and own:
                     off[k] = replace(finding, figures={**finding.figures, "times": outside.times})
         off = off or list(_computed_from_position(forces, spec, steady))
+        off = off or [f for f in position_scales(log, spec, system, motion, forces) if not steady]
         yield from off
-        if off:  # beside a motion in another unit an input cannot be judged
+        if any(f.severity == "problem" for f in off):  # beside a motion in another unit an input cannot be judged
             return
     yield from _inputs(forces, spec, outside, log)
     yield from _undriven(forces, spec, outside)
@@ -200,7 +202,7 @@ def _other_unit(
         heavy, seen = forces.inertia_factor(j)
         for unit, factor in _other_units(log.description.units.get(c.name, c.unit)):
             if found or (seen > INERTIA_SEEN and 1 / SCALE_OFF < heavy / factor < SCALE_OFF):
-                tried.append((forces_along(log, system, _scaled(motion, j, factor)).misfit, j, unit))
+                tried.append((forces_along(log, system, scaled(motion, j, factor)).misfit, j, unit))
     if not tried:
         return
     least, j, unit = min(tried)
@@ -239,7 +241,7 @@ def _best_factor(log: Log, system: System, motion: Motion, j: int, about: float)
     """The factor on coordinate j with the least misfit, within ``FACTOR_RANGE`` of ``about``, and that misfit."""
 
     def misfit(power: float) -> float:
-        return forces_along(log, system, _scaled(motion, j, 10.0**power)).misfit
+        return forces_along(log, system, scaled(motion, j, 10.0**power)).misfit
 
     powers = np.log10(about) + np.linspace(-1, 1, FACTORS_TRIED) * np.log10(FACTOR_RANGE)
     k = int(np.argmin([misfit(power) for power in powers]))
@@ -308,14 +310,6 @@ def _other_units(unit: str) -> list[tuple[str, float]]:
     here = Place("")
     usual = [other for other in UNITS if other != unit and is_brought(other, unit)]
     return [(other, float(si_factor(other, here) / si_factor(unit, here))) for other in usual]
-
-
-def _scaled(motion: Motion, j: int, factor: float) -> Motion:
-    """The motion with one coordinate times a factor."""
-    by = np.ones(motion.positions.shape[1])
-    by[j] = factor
-    names = ("positions", "velocities", "accelerations", "threshold")
-    return replace(motion, **{name: getattr(motion, name) * by for name in names})
 
 
 def _exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
@@ -602,7 +596,7 @@ def turned(name: str, spec: Spec, read: Log) -> str:
 
 
 def asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
-    """A question whether an input is logged in another unit, with the line for meta.yaml; empty if no unit fits.
+    """A question whether an input is logged in another unit, with the line for meta.yaml; the factor if no unit fits.
 
     The units tried are the spec's own with SI prefixes.
 
@@ -610,8 +604,10 @@ def asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
         factor: force that the measured motion needs over the force of the input as read; positive.
     """
     own = next(i.unit for i in spec.inputs if i.name == name)
+    scale = factor * read.description.stated_scale(name, spec)
+    line = f"(`scale: {{{name}: {scale:.4g}}}` in meta.yaml beside the log mends a scale.)"
     if name in read.intake.brought or own in ("", "1"):
-        return ""
+        return line
     here = Place("")
     taken = read.description.units.get(name, own)
     wanted = factor * float(si_factor(taken, here))
@@ -624,4 +620,4 @@ def asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
             continue
         if apart < log(NEAR_UNIT):
             return f"Is {name} in {unit}? (`units: {{{name}: {unit}}}` in meta.yaml beside the log)"
-    return ""
+    return line

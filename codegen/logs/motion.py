@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,14 @@ class Motion:
     threshold: Array
     reversals: tuple[int, ...]
     standstill: tuple[float, ...]
+
+
+def scaled(motion: Motion, j: int, factor: float) -> Motion:
+    """The motion with one coordinate times a factor."""
+    by = np.ones(motion.positions.shape[1])
+    by[j] = factor
+    names = ("positions", "velocities", "accelerations", "threshold")
+    return replace(motion, **{name: getattr(motion, name) * by for name in names})
 
 
 def measured_motion(log: Log) -> Motion:

@@ -21,6 +21,7 @@ from codegen.diagnosis.adoption import (
     MapEstimate,
     Score,
     adopt_values,
+    settled_values,
 )
 from codegen.diagnosis.answer import FORCE, RUN, Answer, admitted, worsened
 from codegen.diagnosis.diagnose import Models, diagnose_log
@@ -164,7 +165,7 @@ def test_a_value_far_beyond_its_limit_is_estimated_about_where_it_is(tmp_path: P
     search, problem = search_of(loose(share="5%"), log_of(loose(3.0), tmp_path, "train.csv"))
     fit = search.refit()
     assert fit.limited.any()
-    (mass,) = (e for e in adopt_values(search, fit, problem, search.system).errors if e.name == "m")
+    (mass,) = (e for e in settled_values(search, fit, problem, search.system).errors if e.name == "m")
     assert mass.estimate == pytest.approx(3.0, rel=5e-3)
     assert mass.interval[0] < 3.0 < mass.interval[1]
 

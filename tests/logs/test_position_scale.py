@@ -1,0 +1,88 @@
+"""A position that is logged in a multiple of what the spec means: told, and told from an input of another scale."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from slider_log import LEVEL, MASS, TEXT, write_csv
+
+from codegen.logs import Finding, preflight, read_log
+from codegen.spec.reader import parse_spec
+
+DAMPING = 8.0
+DAMPED = TEXT.replace("force: [w]", "force: [w - b*v]").replace(
+    "parameters:\n", f"parameters:\n  b: {{value: {DAMPING}, unit: N*s/m}}\n"
+)
+SMOOTH = DAMPED[: DAMPED.index("friction:")] + "friction: {distribution: [[]], contacts: []}\n"
+
+
+def told(
+    folder: Path,
+    k: float = 1.0,
+    c: float = 1.0,
+    mass: float = MASS,
+    level: float = LEVEL,
+    text: str = DAMPED,
+    about: str = "scale: {w: 1}",
+) -> dict[str, Finding]:
+    """What is found in a log whose position is k times too large and whose input is c times too small."""
+    t = np.arange(10000) / 500
+    waves = [(0.1, 3.1, 0.0), (0.02, 12.0, 0.4)]
+    x, a = (sum(b * (-(o**2)) ** n * np.sin(o * t + p) for b, o, p in waves) for n in (0, 1))
+    v = sum(b * o * np.cos(o * t + p) for b, o, p in waves)
+    force = mass * a + (DAMPING * v if "b*v" in text else 0.0) + level * np.sign(v)
+    spec, described = parse_spec(text, Path("slider.yaml")), folder / "about.yaml"
+    described.write_text(f"{about}\n")
+    path = write_csv(folder / "a.csv", {"t": t, "x": k * x, "w": force / c}, fmt="%.12g")
+    return {f.topic: f for f in preflight(read_log(path, spec, description=described), spec)}
+
+
+@pytest.mark.parametrize("k", [5.0, 0.2, 1.0])
+def test_a_position_off_by_a_factor_is_told_with_the_line_that_mends_it(tmp_path: Path, k: float) -> None:
+    """A gantry's motor turns, five times, were diagnosed as an input gain of 5 and a delay."""
+    found = told(tmp_path, k)
+    assert ("scale of x" in found) is (k != 1.0)
+    if k == 1.0:
+        return
+    one = found["scale of x"]
+    assert one.severity == "problem" and one.figures["factor"] == pytest.approx(k, rel=0.03)
+    assert "in meta.yaml" in one.words and f"{k:.2g} times the declared friction" in one.words.replace("5.1", "5")
+    line = one.words.partition("`")[2].partition("`")[0]
+    assert line.startswith("scale: {x: ")
+    assert "scale of x" not in told(tmp_path, k, about=line)
+    assert "problem" not in {f.severity for f in told(tmp_path, k, about=line).values()}
+
+
+def test_a_gear_of_the_spec_is_named(tmp_path: Path) -> None:
+    words = told(tmp_path, 5.0, text=DAMPED.replace("parameters:\n", "parameters:\n  n: {value: 5}\n"))[
+        "scale of x"
+    ].words
+    assert "the parameter n has this value" in words and "`scale: {x: 0.2}`" in words
+
+
+def test_what_friction_does_not_tell_apart_is_said(tmp_path: Path) -> None:
+    """A level is known to a factor of three; without one, nothing tells a position from an input."""
+    for found in (told(tmp_path, 2.0), told(tmp_path, 5.0, level=0.0, text=SMOOTH)):
+        one = found["scale of x"]
+        k = one.figures["factor"]
+        assert one.severity == "warning" and "cannot tell that from" in one.words
+        assert f"w is {k:.3g} times too small" in one.words and "scale: {w: " in one.words
+
+
+def test_a_heavier_mass_alone_is_a_rival_where_nothing_is_damped(tmp_path: Path) -> None:
+    one = told(tmp_path, 2.0, text=TEXT)["scale of x"]
+    assert one.severity == "warning" and "the declared inertia is 2" in one.words
+
+
+def test_other_errors_are_no_scale_of_the_position(tmp_path: Path) -> None:
+    """An input five times too small leaves the levels as they are; so does a mass of 0.4 kg leave the damping."""
+    found = told(tmp_path, c=5.0)
+    assert "scale of x" not in found
+    assert (
+        found["sign and scale of w"].severity == "problem"
+        and "`scale: {w: 4.998}`" in found["sign and scale of w"].words
+    )
+    assert "scale of x" not in told(tmp_path, mass=0.4)
+    assert "scale of x" not in told(tmp_path, level=0.3 * LEVEL)
