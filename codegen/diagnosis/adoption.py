@@ -19,7 +19,7 @@ from scipy.stats import norm
 
 from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.credit import independent_share
-from codegen.diagnosis.estimate import CONFIDENCE
+from codegen.diagnosis.estimate import CONFIDENCE, estimate
 from codegen.diagnosis.output_error import (
     BLOCKS,
     Fit,
@@ -318,19 +318,27 @@ class CrossValidation:
     def _interval(self, chosen: MapEstimate, k: int) -> tuple[float, float]:
         """95 % interval of a value that is wrong: the hull of that with its tolerance as prior and that without.
 
-        The tolerance pulls the estimate towards a value that the log shows to be wrong.
+        The tolerance pulls the estimate towards a value that the log shows to be wrong. Neither is narrower than by the
+        sandwich covariance of the fit, which holds for errors of the model as well.
         """
         without = self.search.prior_precision.copy()
         without[k] = 0.0
         matrix, vector = chosen.source.matrix.sum(axis=0), chosen.source.vector.sum(axis=0)
         free = self._solved(matrix, vector, chosen.moves, without)
         wide = self._deviation(chosen.source, chosen.moves, without)
+        least = self._sandwich[k]
         ends = [
-            float(values[k]) + sign * HALF_WIDTH * float(deviation[k])
+            float(values[k]) + sign * max(HALF_WIDTH * float(deviation[k]), least)
             for values, deviation in ((chosen.values, chosen.deviation), (free, wide))
             for sign in (-1, 1)
         ]
         return min(ends), max(ends)
+
+    @cached_property
+    def _sandwich(self) -> list[float]:
+        """Half the interval of each value by the sandwich covariance of the fit."""
+        found = estimate(self.here).moved
+        return [0.5 * (found[s.name][1][1] - found[s.name][1][0]) for s in self.search.moved]
 
     def _solved(self, matrix: Array, vector: Array, moves: Flags, prior: Array | None = None) -> Array:
         """(p,) the values of the least quadratic loss with the prior, by default that of the tolerances."""
