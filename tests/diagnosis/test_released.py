@@ -141,4 +141,21 @@ def test_parameters_that_together_explain_as_much_as_the_effect_are_told(
     assert [e.kind for e in found.effects] == ["input_gain"]
     assert found.effects[0].parameters["gain"] == pytest.approx(1 / 1.3, rel=0.02)
     (told,) = [words for words in found.remarks if "explain the training log as well as input_gain" in words]
+    assert not [words for words in found.remarks if "times too large" in words]  # 1/1.3 is no gear
     assert "m = 2.6 kg in place of the declared 2 kg (10 tolerances away)" in told and "b = 7.8 N*s/m" in told
+
+
+def test_a_gain_is_not_named_without_the_scale_of_the_position_as_its_alternative(tmp_path: Path) -> None:
+    """Beside a level of twice the declared one, either: the position twice as far, or the drive twice as strong."""
+    spec = stage(level=3.0)
+    log = log_of(stage(level=4.0, reference="0.3*sin(2*pi*0.4*t) + 0.09*sin(2*pi*1.1*t)"), tmp_path, "log.csv")
+    log.positions[:] *= 2.0
+    with among("input_gain", "viscous"):
+        found, _ = diagnose_log(spec, system_of(spec), log)
+    assert [e.kind for e in found.effects] == ["input_gain"]
+    (told,) = [words for words in found.remarks if "times too large" in words]
+    assert told.startswith("input_gain on w is nearly the same motion as x logged 2 times too large")
+    assert "rail_a = 4 N in place of 8 N" in told and "scale: {x: 0.5" in told
+    assert told[1:] in found.sentence
+    (said,) = [words for words in found.findings["train"] if "cannot tell that from" in words]
+    assert "(`scale: {w: 1.99" in said
