@@ -133,7 +133,7 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
     return words
 
 
-def scaled_position(answer: Answer, log: Log) -> list[str]:
+def scaled_position(answer: Answer, log: Log, spec: Spec) -> list[str]:
     """The scale of the position that gives nearly the motion of a credited gain of the input, in words for a remark.
 
     With a position k times too large, inertia, damping and springs are divided by k; with a gain k of the input,
@@ -148,7 +148,7 @@ def scaled_position(answer: Answer, log: Log) -> list[str]:
     if gain <= 0 or 1 / APPARENT < gain < APPARENT:
         return []
     (x,) = system.positions
-    stated = float(log.description.scale.get(x.name, 1.0))
+    stated = log.description.stated_scale(x.name, spec)
     levels = ", ".join(
         f"{s.name} = {float(written.values[s]) / gain:.3g}{_unit(system, s)} in place of "
         f"{float(written.values[s]):.3g}{_unit(system, s)}"
