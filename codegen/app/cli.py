@@ -334,6 +334,9 @@ def diagnose(
         str | None,
         typer.Option("--material", metavar="SHARE", help="of the drive force: less is immaterial; 2% by default"),
     ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", help="replace the diagnosis of another log in the default folder, too")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Find the effect that the model lacks; write diagnosis.json, spec.yaml (augmented) and report.html."""
@@ -353,7 +356,7 @@ def diagnose(
             sys.stdout.flush()  # a pipe shows them now, too
 
         given = description, _columns(column or []), tell, propose, material
-        result = diagnose(spec, log, test, out, *given, print_findings)
+        result = diagnose(spec, log, test, out, *given, print_findings, force)
     _show(result, as_json, paths=True, told=True)
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 

@@ -8,9 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codegen.app.derived import Derived, Source, derived_from
+from codegen.app.diagnosis_folder import (
+    DIAGNOSIS_FILES,
+    RESULT,
+    log_sha256,
+    refuse_another_log,
+    refuse_not_ours,
+)
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
-from codegen.base.files import refuse_foreign, refuse_target, write_all
+from codegen.base.files import refuse_target, write_all
 from codegen.base.input_files import identity, read_text
 from codegen.base.shown import Result, json_text
 from codegen.base.text import render
@@ -27,7 +34,6 @@ if TYPE_CHECKING:
     from codegen.certify.outcome import Certificate, Refusal
 
 Progress = Callable[[str, float], None]
-DIAGNOSIS_FILES = ("diagnosis.json", "spec.yaml", "report.html", "excitation.csv")
 
 
 @dataclass(frozen=True, repr=False)
@@ -36,6 +42,7 @@ class Diagnosed(Result):
 
     Attributes:
         notes: how each log was read, where that is not plain.
+        log_sha256: of the files of the training log, by which its results are known.
     """
 
     template = "diagnosed"
@@ -43,6 +50,7 @@ class Diagnosed(Result):
     folder: Path
     files: tuple[str, ...]
     notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    log_sha256: tuple[str, ...] = ()
 
     @property
     def summary(self) -> Mapping[str, object]:
@@ -60,7 +68,8 @@ class Diagnosed(Result):
     @property
     def content(self) -> dict[str, Any]:
         """The JSON object that the command prints."""
-        return {**self.diagnosis.as_json(), "folder": str(self.folder), "files": list(self.files)}
+        written = {**self.diagnosis.as_json(), "log_sha256": list(self.log_sha256)}
+        return {**written, "folder": str(self.folder), "files": list(self.files)}
 
     def text(self, **options: object) -> str:
         """In words; with ``told`` the preflight is left out, since it was printed before."""
@@ -79,6 +88,7 @@ def diagnose(
     propose: bool = False,
     material: str | float | None = None,
     tell: Callable[[Findings], None] = lambda found: None,
+    force: bool = False,
 ) -> Diagnosed:
     """Find the effect that a model lacks, write the augmented spec and the report, and generate again.
 
@@ -89,10 +99,11 @@ def diagnose(
         description, columns: how the logs name their columns. propose: terms for an unknown residual, by PySINDy.
         material: share of the RMS drive force from which on a residual matters, 0.02 or "2 %"; 2 % by default.
         tell: called with what the preflight found in each log, before anything is fitted.
+        force: whether the folder of the default name is replaced even where it has the diagnosis of another log.
 
     Raises:
-        BadInput: for a bad spec, log or share, or a folder where we would replace what is not ours; then nothing is
-            written.
+        BadInput: for a bad spec, log or share, or a folder where we would replace what is not ours, or by default
+            another log's; then nothing is written.
     """
     matters = MATERIAL if material is None else read_part(str(material), Place("--material"))
     logs, tests = _files(log), _files(test)
@@ -104,7 +115,7 @@ def diagnose(
     read = {"the spec itself": Path(source)} | {f"the log {file}": Path(file) for file in (*logs, *tests)}
     for name in DIAGNOSIS_FILES:
         refuse_target(folder / name, read)
-    refuse_foreign(folder, "spec.yaml", ("diagnosis.json",))
+    refuse_not_ours(folder)
     machine = derived_from(source)
     spec = machine.spec
     if spec.observer is not None:
@@ -116,6 +127,9 @@ def diagnose(
         refuse_edited(target, dict.fromkeys(listed_files(target)))
     allowance = Allowance()
     train = read_logs(logs, spec, description=description, columns=columns, allowance=allowance)
+    sha256 = log_sha256(logs)
+    if out is None and not force:
+        refuse_another_log(folder, sha256)
     held_out = None
     if tests:
         held_out = read_logs(tests, spec, description=description, columns=columns, allowance=allowance)
@@ -141,11 +155,11 @@ def diagnose(
         files[name] = read_text(spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)
     if models.excitation is not None:
         files["excitation.csv"] = models.excitation
-    files["diagnosis.json"] = json_text(diagnosis.as_json())
+    files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256})
     files["report.html"] = render_report(spec, diagnosis, models, {name: name for name in files})
-    write_all(folder, files, ("diagnosis.json", "manifest.json"))
+    write_all(folder, files, (RESULT, "manifest.json"))
     notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})
-    return Diagnosed(diagnosis, folder, tuple(files), notes)
+    return Diagnosed(diagnosis, folder, tuple(files), notes, tuple(sha256))
 
 
 def findings_text(found: Findings) -> str:

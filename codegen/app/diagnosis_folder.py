@@ -1,0 +1,72 @@
+"""The folder of a diagnosis: of which log its results are, and that those of another one are not replaced unasked."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from codegen.base.errors import BadInput
+from codegen.base.files import refuse_foreign
+from codegen.base.input_files import is_there, read_or_none
+
+RESULT = "diagnosis.json"
+DIAGNOSIS_FILES = (RESULT, "spec.yaml", "report.html", "excitation.csv")
+FORMAT = "stiction-diagnosis/"
+
+
+def log_sha256(logs: Sequence[str | Path]) -> list[str]:
+    """SHA-256 of each log; of a folder, that of the names and bytes of its files.
+
+    Raises:
+        BadInput: for a file that cannot be read any more.
+    """
+    return [_sha256(Path(log)) for log in logs]
+
+
+def _sha256(log: Path) -> str:
+    try:
+        if not log.is_dir():
+            with log.open("rb") as stream:
+                return hashlib.file_digest(stream, "sha256").hexdigest()
+        files = sorted(file for file in log.rglob("*") if file.is_file())
+        listed = (f"{file.relative_to(log).as_posix()} {_sha256(file)}\n" for file in files)
+        return hashlib.sha256("".join(listed).encode()).hexdigest()
+    except OSError as error:
+        raise BadInput(str(log), f"unreadable ({error.strerror})", "the log that was read", code="FILE001") from None
+
+
+def refuse_not_ours(folder: Path) -> None:
+    """Raise BadInput where the folder has a file of the names that a diagnosis has, which stiction did not write."""
+    for name in DIAGNOSIS_FILES:
+        refuse_foreign(folder, name, (RESULT,))
+    if is_there(folder / RESULT) and _content(folder) is None:
+        found = "a file that stiction did not write"
+        raise BadInput(str(folder / RESULT), found, "another folder for the results", code="FILE004")
+
+
+def refuse_another_log(folder: Path, sha256: Sequence[str]) -> None:
+    """Raise BadInput where the folder has the diagnosis of other logs than those with these ``log_sha256``."""
+    content = _content(folder)
+    if content is None or content.get("log_sha256") == list(sha256):
+        return
+    data = content.get("data")
+    named = data.get("train") if isinstance(data, dict) else None
+    found = f"the diagnosis of another log{f', {named}' if isinstance(named, str) else ''}"
+    if "log_sha256" not in content:
+        found = "a diagnosis that does not say of which log it is"
+    expected = "another folder by -o DIR, or --force to replace it (nothing was replaced)"
+    raise BadInput(str(folder), found, expected, code="FILE004")
+
+
+def _content(folder: Path) -> dict[str, Any] | None:
+    """The diagnosis.json of a folder; None where there is none of ours."""
+    text = read_or_none(folder / RESULT)
+    try:
+        content = json.loads(text or "null")
+    except (ValueError, RecursionError):
+        return None
+    ours = isinstance(content, dict) and str(content.get("format", "")).startswith(FORMAT)
+    return content if ours else None

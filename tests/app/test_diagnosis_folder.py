@@ -1,0 +1,107 @@
+"""The folder named after a log: replaced by the same log, and not by another one of that name, unless told so."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.app.diagnosis_folder import log_sha256
+
+from .command import Result, is_one_message, stiction
+
+SPEC = """name: slider
+coordinates: {x: {velocity: v, unit: m}}
+inputs: {w: {unit: N}}
+parameters: {m: {value: 2, unit: kg}}
+mass_matrix: [[m]]
+force: [w]
+friction: {distribution: [[1]], contacts: [{name: rail, a: 3, unit: N}]}
+"""
+
+
+def log(path: Path, amplitude: float = 0.1) -> None:
+    """A log without a force, which is unfit and so takes no fits."""
+    t = np.arange(4000) / 500
+    table = np.column_stack([t, amplitude * np.sin(3 * t), 0 * t])
+    path.parent.mkdir(exist_ok=True)
+    np.savetxt(path, table, delimiter=",", header="t,x,w", comments="", fmt="%.9g")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("s.yaml").write_text(SPEC)
+    log(Path("run.csv"))
+    log(Path("other/run.csv"), 0.2)
+    assert stiction("diagnose", "s.yaml", "run.csv").code == 3
+    return tmp_path
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def is_refused(result: Result) -> bool:
+    return is_one_message(result) and "[FILE004]" in result.err and "run_diagnosis" in result.err
+
+
+def test_another_log_of_the_same_name_does_not_replace_a_diagnosis(folder: Path) -> None:
+    """After two minutes of work, the results of the first log were gone."""
+    before = contents(folder)
+    result = stiction("diagnose", "s.yaml", "other/run.csv")
+    assert is_refused(result) and "another log, run.csv" in result.err
+    assert "-o DIR" in result.err and "--force" in result.err
+    assert contents(folder) == before
+    log(Path("run.csv"), 0.3)  # other data under the same path
+    assert is_refused(stiction("diagnose", "s.yaml", "run.csv"))
+    for ways in (("-o", "second"), ("--force",)):
+        assert stiction("diagnose", "s.yaml", "other/run.csv", *ways).code == 3
+    told = [json.loads((folder / d / "diagnosis.json").read_text()) for d in ("second", "run_diagnosis")]
+    assert told[0] == told[1]
+    assert told[0]["log_sha256"] == [hashlib.sha256(Path("other/run.csv").read_bytes()).hexdigest()]
+
+
+def test_the_same_log_replaces_its_diagnosis_from_anywhere(folder: Path) -> None:
+    Path("run_diagnosis/spec.yaml").write_text("old\n")
+    Path("run_diagnosis/notes.txt").write_text("mine\n")
+    Path("copy").mkdir()
+    Path("copy/run.csv").write_bytes(Path("run.csv").read_bytes())
+    for name in ("run.csv", "copy/run.csv"):
+        assert stiction("diagnose", "s.yaml", name).code == 3
+    assert Path("run_diagnosis/spec.yaml").read_text() == SPEC
+    assert Path("run_diagnosis/notes.txt").read_text() == "mine\n"
+
+
+def test_a_diagnosis_that_names_no_log_is_not_replaced_unasked(folder: Path) -> None:
+    """An older version wrote none."""
+    file = Path("run_diagnosis/diagnosis.json")
+    content = json.loads(file.read_text())
+    del content["log_sha256"]
+    file.write_text(json.dumps(content))
+    assert is_refused(stiction("diagnose", "s.yaml", "run.csv"))
+    assert stiction("diagnose", "s.yaml", "run.csv", "--force").code == 3
+
+
+@pytest.mark.parametrize("name", ["report.html", "excitation.csv", "spec.yaml", "diagnosis.json"])
+def test_what_stiction_did_not_write_is_not_replaced(folder: Path, name: str) -> None:
+    Path("mine_diagnosis").mkdir()
+    Path(f"mine_diagnosis/{name}").write_text("[1]\n")
+    Path("run.csv").rename("mine.csv")
+    for ways in ((), ("--force",), ("-o", "mine_diagnosis")):
+        result = stiction("diagnose", "s.yaml", "mine.csv", *ways)
+        assert is_one_message(result) and f"{name}: a file that stiction did not write" in result.err
+        assert contents(Path("mine_diagnosis")) == {name: b"[1]\n"}
+
+
+def test_a_folder_of_signals_is_known_by_the_names_and_bytes_of_its_files(tmp_path: Path) -> None:
+    for name in ("b", "a"):
+        (tmp_path / f"{name}.csv").write_text(name)
+    (first,) = log_sha256([tmp_path])
+    listed = "".join(f"{n}.csv {hashlib.sha256(n.encode()).hexdigest()}\n" for n in "ab")
+    assert first == hashlib.sha256(listed.encode()).hexdigest()
+    (tmp_path / "a.csv").rename(tmp_path / "c.csv")
+    assert log_sha256([tmp_path]) != [first]
