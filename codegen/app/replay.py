@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_target
-from codegen.replay.doubts import declared_friction
+from codegen.replay.doubts import contradictions, declared_friction
 from codegen.replay.engine import engine_for
 from codegen.replay.over_log import Replayed, replay_log
 from codegen.replay.samples import Samples
@@ -42,7 +43,9 @@ def replay(
     engine = engine_for(program, machine.sources)
     samples = Samples(spec, program, float(machine.observer.sample_time), Path(log), description, columns, engine.holds)
     declared = declared_friction(spec, machine.observer)
-    return replay_log(spec, program, engine, samples, declared, target, only)
+    result = replay_log(spec, program, engine, samples, declared, target, only)
+    against = contradictions(spec, Path(log), description, columns)
+    return replace(result, warnings=(*result.warnings, *against))
 
 
 __all__ = ["Replayed", "replay"]

@@ -59,6 +59,17 @@ def preflight(log: Log, spec: Spec) -> tuple[Finding, ...]:
     )
 
 
+def force_problems(log: Log, spec: Spec) -> tuple[Finding, ...]:
+    """The problems that ``preflight`` finds by the balance of forces: signs, scales and the order of columns.
+
+    Raises:
+        BadInput: if the spec's mechanics cannot be built.
+    """
+    motion = measured_motion(log)
+    steady = frozenset(s.coordinate for s in steady_speeds(log, motion.velocities, motion.usable))
+    return tuple(f for f in audit_force(log, spec, motion, steady) if f.severity == "problem")
+
+
 def _decide(warn: bool) -> Severity:
     """``warning`` if ``warn``, else ``info``."""
     return "warning" if warn else "info"

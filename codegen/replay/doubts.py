@@ -1,12 +1,17 @@
-"""Warnings on a replayed log: signals outside the envelope, and friction far above what the spec declares."""
+"""Warnings on a replayed log: signals outside the envelope or against the spec, friction far above the declared one."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 
 from codegen.base.arrays import Array
+from codegen.base.errors import BadInput
 from codegen.certify.bound.friction_bounds import largest_friction
+from codegen.logs import read_log
 from codegen.logs.envelope import Span
+from codegen.logs.excerpt import excerpt
+from codegen.logs.preflight import force_problems
 from codegen.observers.equations import Observer
 from codegen.program import Program
 from codegen.replay.samples import Block
@@ -15,6 +20,26 @@ from codegen.spec import Spec
 FAR_ABOVE = 10.0
 """Times the largest declared friction: an estimate beyond is rather of a wrong log. The estimate of a right log that
 begins in motion is up to four times it at the start."""
+
+
+MOST_BYTES = 20_000_000
+"""Size of a log up to which its forces are balanced: that takes a second, and a replay of a larger log no more."""
+
+
+def contradictions(
+    spec: Spec, path: Path, description: str | Path | None, columns: Mapping[str, str] | None
+) -> tuple[str, ...]:
+    """What contradicts the spec in signs, scales or the order of a log's columns, as the preflight says it.
+
+    None of a log that is larger than ``MOST_BYTES``, or that no diagnosis takes.
+    """
+    try:
+        if path.is_file() and path.stat().st_size > MOST_BYTES:
+            return ()
+        log, _ = excerpt(read_log(path, spec, description=description, columns=columns))
+        return tuple(finding.words for finding in force_problems(log, spec))
+    except (BadInput, OSError):
+        return ()
 
 
 class Doubts:

@@ -13,11 +13,11 @@ import pytest
 
 from codegen.base.errors import BadInput
 from codegen.emit.package import emit_sources, make_header
-from codegen.logs import csv_file
+from codegen.logs import csv_file, preflight, read_log
 from codegen.logs.readers import open_stream
 from codegen.observers import observer_of
 from codegen.program import build_program
-from codegen.replay import samples
+from codegen.replay import doubts, samples
 from codegen.replay.engine import CompiledEngine, TwinEngine, load_twin
 from codegen.spec import read_spec
 from codegen.spec.model import CodeChoice
@@ -324,6 +324,7 @@ def test_bad_npy_logs_are_one_message(tmp_path: Path) -> None:
 def test_memory_does_not_grow_with_the_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(csv_file, "PIECE", 1 << 16)
     monkeypatch.setattr(samples, "ROWS", 1000)
+    monkeypatch.setattr(doubts, "MOST_BYTES", 1 << 16)
     peaks = []
     for count in (5_000, 40_000):
         log = write_csv(tmp_path / f"{count}.csv", record(count))
@@ -365,6 +366,29 @@ def test_friction_far_above_the_declared_is_warned_of(tmp_path: Path, wrong: dic
         told = f"|F_hat_rail| reaches {largest / 50:.4g} times the largest friction that the spec declares"
         assert line.startswith(told) and ", 50 N: check units" in line
         assert f"warning: {line}\n" in stiction("replay", SPECS / "one_mass.yaml", log).out
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"gain": -1.0}, "The sign of input w seems flipped"),
+        ({"gain": 0.001}, "Is w in kN?"),
+        ({"scale": 1000.0}, "The scale of x seems off"),
+        ({"exchanged": True}, "The columns of "),
+    ],
+    ids=["sign", "kN", "mm", "exchanged"],
+)
+def test_what_a_diagnosis_would_say_of_signs_and_scales_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wrong: dict[str, float], words: str
+) -> None:
+    """A flipped current was replayed without a word; of a large log nothing is said."""
+    log, spec = axis_log(tmp_path / "log.csv", **wrong), read_spec(SPECS / "one_mass.yaml")
+    problems = [f.words for f in preflight(read_log(log, spec), spec) if f.severity == "problem"]
+    result = replay(SPECS / "one_mass.yaml", log)
+    assert [line for line in result.warnings if line in problems] == problems and words in " ".join(problems)
+    assert f"warning: {problems[0]}\n" in stiction("replay", SPECS / "one_mass.yaml", log).out
+    monkeypatch.setattr(doubts, "MOST_BYTES", 100)
+    assert not [line for line in replay(SPECS / "one_mass.yaml", log).warnings if line in problems]
 
 
 def test_a_signal_outside_the_envelope_is_warned_of_with_its_share(tmp_path: Path) -> None:
