@@ -16,7 +16,7 @@ from codegen.analysis.polynomials import expand_products
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.exact_numbers import powers_of_ten
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import Matrix
 from codegen.observers.coulomb import refuse_infinite_slope
@@ -227,8 +227,13 @@ def matrix_function(
 
 
 def evaluate_columns(function: Any, *arguments: Array) -> Array:
-    """A CasADi function of columns at N points, N by rows by columns of its result; each argument is N by its size."""
+    """A dense CasADi function at N points, N by rows by columns of its result; each argument is N by its size.
+
+    NumPy and CasADi share the memory; CasADi has matrices in it column after column.
+    """
     count = len(arguments[0])
     rows, columns = function.size_out(0)
-    flat = np.asarray(function.map(count)(*[a.T for a in arguments])).reshape(rows, count, columns)
-    return np.ascontiguousarray(flat.transpose(1, 0, 2))
+    given, found = [np.ascontiguousarray(a, dtype=float) for a in arguments], np.empty((count, columns, rows))
+    _buffer, evaluate = in_place(function.map(count), given, [found])
+    evaluate()
+    return np.ascontiguousarray(found.transpose(0, 2, 1))

@@ -240,12 +240,13 @@ def _symmetric(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...]) -> bool:
         signed = {**point, **{s: sympy.sign(point[a.slip]) for s, a in zip(observer.signs, axes, strict=True)}}
         return Matrix(sampled.xreplace({**signed, **{s: e.xreplace(signed) for s, e in slopes.items()}}))
 
+    drawn = [v for a in axes for v in a.symbols] + [*observer.level_ranges]
     for _ in range(POINTS):
-        for contact, axis in enumerate(axes):
-            drawn = [v for a in axes for v in a.symbols] + [*observer.level_ranges]
-            point = {v: sympy.Rational(dice.choice((-1, 1)) * dice.randrange(1, 3000), 1000) for v in drawn}
+        point = {v: sympy.Rational(dice.choice((-1, 1)) * dice.randrange(1, 3000), 1000) for v in drawn}
+        here = at(point)
+        for axis, level in zip(axes, flips, strict=True):
             other = {v: -x if v in axis.symbols else x for v, x in point.items()}
-            turn = [-1 if k == flips[contact] else 1 for k in range(dynamics.sampled.rows)]
-            if at(other) != scaled(turn, at(point), turn):
+            turn = [-1 if k == level else 1 for k in range(dynamics.sampled.rows)]
+            if at(other) != scaled(turn, here, turn):
                 return False
     return True

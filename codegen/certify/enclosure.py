@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import lru_cache
 from itertools import pairwise, product
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from codegen.analysis.operating_points import evaluate_columns
 from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
 from codegen.certify.family import PI, Family, NotEnclosable
@@ -64,7 +65,6 @@ class Enclosure:
         theta = casadi.SX.sym("theta", max(1, len(self._values)))
         names = {s: theta[k] for k, s in enumerate(family.parameters)}
         self._function = casadi.Function("matrix", [theta], [casadi.densify(to_casadi(family.matrix, names))])
-        self._over = cache(self._function.map)
 
     def vertices(self, cells: Iterable[Cell]) -> Array:
         """A at the corners of what the parameters can be in cells, each once, N by m by m."""
@@ -77,9 +77,7 @@ class Enclosure:
         ends = [[sorted({float(low), float(high)}) for low, high in box] for box in boxes]
         grids = [np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(-1, len(box)) for box in ends]
         corners = grids[0] if len(grids) == 1 else np.unique(np.concatenate(grids), axis=0)
-        rows, columns = self._function.size_out(0)
-        flat = np.asarray(self._over(len(corners))(corners.T))
-        return np.ascontiguousarray(flat.reshape(rows, len(corners), columns).transpose(1, 0, 2))
+        return evaluate_columns(self._function, corners)
 
 
 def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:

@@ -77,8 +77,8 @@ def positive(A: Any, definite: bool = False) -> bool:
         (p, *r), *rest = rest
         if p < 0 or (p == 0 and (definite or any(r))):
             return False
+        demand(True, "")
         for k, a in enumerate(r if p else ()):
-            demand(True, "")
             rest[k] = [(p * x - a * b) // last for x, b in zip(rest[k], r[k:], strict=True)]
         last = p or last
     return True

@@ -200,7 +200,7 @@ def _bisected(
     if beyond >= ANY and feasible(ANY):
         return math.inf if certified(ANY) else None
     low = high = start
-    if feasible(NEAR * beyond):
+    if beyond < ANY and feasible(NEAR * beyond):
         low, high, steps = NEAR * beyond, beyond, 0
     while not feasible(low):
         low, high = low / FACTOR, low
