@@ -24,8 +24,9 @@ class Poly(dict[tuple[str, ...], Any]):
         return hash(frozenset(self.items()))
 
     def __add__(self, other: "Poly") -> "Poly":
-        terms = Poly(self)
-        for m, c in other.items():
+        fewer, more = sorted((self, other), key=len)
+        terms = Poly(more)
+        for m, c in fewer.items():
             terms[m] = terms.get(m, 0) + c
             if not terms[m]:
                 del terms[m]
@@ -35,7 +36,7 @@ class Poly(dict[tuple[str, ...], Any]):
         return self + Poly({m: -c for m, c in other.items()})
 
     def __mul__(self, other: "Poly") -> "Poly":
-        terms: dict[tuple[str, ...], Any] = {}
+        terms = Poly()
         signs = {x for x in other.names() if x.startswith("sign.")}
         signs = signs and signs & self.names()
         for n, d in other.items():
@@ -44,7 +45,7 @@ class Poly(dict[tuple[str, ...], Any]):
                 pairs = signs.intersection(m, n) if signs else ()
                 monomial = tuple(sorted(x for x in m + n if x not in pairs) if pairs else sorted(m + n)) if n else m
                 terms[monomial] = terms.get(monomial, 0) + c * d
-        return Poly({m: c for m, c in terms.items() if c})
+        return terms if all(terms.values()) else Poly({m: c for m, c in terms.items() if c})
 
     def names(self) -> set[str]:
         return set().union(*self)
