@@ -41,17 +41,17 @@ def half_vectorisation(size: int) -> tuple[Array, Array]:
     return pick, spread
 
 
-def lyapunov_map(stack: Array, h: float, alpha: float, spread: Array) -> Array:
-    """−(A'P + PA + hA'PA + 2αP) as a linear map of the entries x of P: vec P = spread x; N by m by m by entries.
+def lyapunov_maps(stack: Array, h: float, alpha: float) -> Array:
+    """−(A'P + PA + hA'PA + 2αP) as linear maps of vec P, N by m² by m²; the P of a solver depends on their last bits.
 
     Args:
         stack: the A, N by m by m.
     """
-    size = stack.shape[1]
-    basis = spread.T.reshape(-1, size, size)
-    left = stack.transpose(0, 2, 1)[:, None] @ basis
-    blocks = left + left.transpose(0, 1, 3, 2) + h * left @ stack[:, None] + 2 * alpha * basis
-    return np.asarray(-blocks.transpose(0, 2, 3, 1))
+    turned, size = stack.transpose(0, 2, 1), stack.shape[1]
+    unit = np.eye(size)
+    first, second = turned[:, :, None, :, None], turned[:, None, :, None, :]
+    now = first * unit[:, None, :] + unit[:, None, :, None] * second + h * (first * second)
+    return np.asarray(-(now.reshape(-1, size * size, size * size) + 2 * alpha * np.eye(size * size)))
 
 
 def largest_feasible_rate(holds: Callable[[float], Array | None], limit: float) -> tuple[Array, float] | None:
@@ -121,8 +121,8 @@ def analytic_centre(groups: Sequence[Group], h: float, start: Array, where: Patt
     rows, columns = np.tril_indices(size)
     free = np.ones(len(rows), dtype=bool) if where is None else np.asarray(where, dtype=bool)[rows, columns]
     spread = half_vectorisation(size)[1][:, free]
-    of_groups = [lyapunov_map(np.asarray(stack), h, alpha, spread) for stack, alpha in groups]
-    blocks = np.concatenate([*of_groups, spread.reshape(1, size, size, -1)])
+    maps = [lyapunov_maps(np.asarray(stack), h, alpha) for stack, alpha in groups] + [np.eye(size * size)[None]]
+    blocks = (np.concatenate(maps) @ spread).reshape(-1, size, size, spread.shape[1])
     trace = spread.T @ np.eye(size).ravel()
     x = start[rows, columns][free]
     x = x * (len(blocks) * size / (trace @ x))  # its trace at the minimum

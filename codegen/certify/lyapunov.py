@@ -26,6 +26,7 @@ from codegen.certify.centre import (
     analytic_centre,
     half_vectorisation,
     largest_feasible_rate,
+    lyapunov_maps,
     method_of_centres,
 )
 
@@ -196,7 +197,7 @@ def _feasible(
         used.append(sorted({k for k in begun if k <= last}))
     for _ in range(ROUNDS):
         asked = [
-            _lyapunov_maps(stack[chosen], h, rate) / largest
+            lyapunov_maps(stack[chosen], h, rate) / largest
             for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True)
         ]
         p = solve_lmi(np.concatenate(asked), structure)
@@ -218,20 +219,11 @@ def _feasible(
     return None
 
 
-def _lyapunov_maps(stack: Array, h: float, alpha: float) -> Array:
-    """``lyapunov_map`` as maps of vec P, N by m² by m²; the P of a solver depends on their last bits."""
-    turned, size = stack.transpose(0, 2, 1), stack.shape[1]
-    unit = np.eye(size)
-    first, second = turned[:, :, None, :, None], turned[:, None, :, None, :]
-    now = first * unit[:, None, :] + unit[:, None, :, None] * second + h * (first * second)
-    return np.asarray(-(now.reshape(-1, size * size, size * size) + 2 * alpha * np.eye(size * size)))
-
-
 def solve_lmi(conditions: Array, structure: Pattern | None = None) -> Array | None:
     """P with I ≤ P ≤ 10⁶ I and L(P) > 0 for each condition, of largest slack; None if none is found.
 
     Args:
-        conditions: the L as of ``_lyapunov_maps``, scaled to entries of about 1.
+        conditions: the L as of ``lyapunov_maps``, scaled to entries of about 1.
         structure: where P may hold other entries than zero; None: everywhere.
     """
     size = math.isqrt(conditions.shape[1])
