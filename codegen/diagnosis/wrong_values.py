@@ -24,8 +24,7 @@ from codegen.diagnosis.measure import Drive
 from codegen.diagnosis.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
 from codegen.diagnosis.residual import ForceRows, Problem, force_rows, inverse_dynamics_residual, level_parameters
 from codegen.diagnosis.search import Search
-from codegen.effects import CATALOGUE, Effect
-from codegen.effects.on_input import OnInput
+from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.logs.position_scale import APPARENT
 from codegen.mechanics.system import System
@@ -141,7 +140,7 @@ def scaled_position(answer: Answer, log: Log, spec: Spec) -> list[str]:
     with the gain are k times those without, and what is declared of the levels tells which is likelier.
     """
     system, written = answer.refit, answer.augmented
-    gains = [one for one in answer.effects if _is_gain(CATALOGUE[one.kind])]
+    gains = [one for one in answer.effects if CATALOGUE[one.kind].scales_input]
     if len(gains) != 1 or answer.verdict != "effect" or system.degrees_of_freedom != 1:
         return []
     (gain,) = gains[0].parameters.values()
@@ -161,10 +160,6 @@ def scaled_position(answer: Answer, log: Log, spec: Spec) -> list[str]:
         f"{with_levels}: check the scale of {x.name} first "
         f"(`scale: {{{x.name}: {stated / gain:.4g}}}` in meta.yaml beside the log)"
     ]
-
-
-def _is_gain(effect: Effect) -> bool:
-    return isinstance(effect, OnInput) and effect.stage == "gain"
 
 
 def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[str]:

@@ -99,6 +99,7 @@ class Effect(ABC):
         refines: the kind of which this is a refinement, tried only where that one is found; "" for none.
         extends: the kind of which this is the same with one parameter more, that one at zero; "" for none.
         both_ways: for an effect on a contact, whether it is identifiable only with slip in both directions.
+        scales_input: whether the effective input is the input times the effect's one parameter.
     """
 
     kind: ClassVar[str]
@@ -114,6 +115,7 @@ class Effect(ABC):
     refines: ClassVar[str] = ""
     extends: ClassVar[str] = ""
     both_ways: ClassVar[bool] = False
+    scales_input: ClassVar[bool] = False
 
     @abstractmethod
     def add(self, system: System, place: int, p: Symbols) -> System:
