@@ -136,8 +136,9 @@ def scaled_position(answer: Answer, log: Log, spec: Spec) -> list[str]:
     """The scale of the position that gives nearly the motion of a credited gain of the input, in words for a remark.
 
     With a position k times too large, inertia, damping and springs are divided by k; with a gain k of the input,
-    friction and constant forces are divided too. So the two are one motion where the friction levels are free: those
-    with the gain are k times those without, and what is declared of the levels tells which is likelier.
+    friction and constant forces are divided too. So the two are one motion where the friction levels are free, no
+    constant force acts, and all others are linear in position and speed (this is not checked): the levels with the gain
+    are k times those without, and what is declared of them tells which is likelier.
     """
     system, written = answer.refit, answer.augmented
     gains = [one for one in answer.effects if CATALOGUE[one.kind].scales_input]
