@@ -36,9 +36,9 @@ class HeldOut:
     def refused(self, models: Sequence[System]) -> dict[int, tuple[int, float]]:
         """Of models that are fitted to other data, those that are refused here.
 
-        One is refused if another one makes neither error more than 1 % larger and leaves significantly less of the force
-        residual. The level is that of one comparison, and the fitted values are taken as exact. It does not judge loads
-        behind springs, which are not measured.
+        One is refused if another one makes neither error more than 1 % larger and leaves significantly less of the
+        force residual. The level is that of one comparison, and the fitted values are taken as exact. It does not judge
+        loads behind springs, which are not measured.
 
         Returns:
             Index of a model → that of one that refuses it, and the squared force residual of the former over that of

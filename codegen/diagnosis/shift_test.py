@@ -23,8 +23,8 @@ def by_shifts(pairs: Sequence[tuple[Array, Array]]) -> float:
 
     with b and a the residuals of the other model and of this one, so that d is what the two predict differently. If m
     does not depend on d, every g_k is as probable as g_0, whatever the correlation in time. So p is the share of shifts
-    with g_k ≥ g_0: an event elsewhere in the log that is as large makes it large. With several coordinates p is too small
-    where the models differ on one that is used at few of the samples: shifts find zeros there.
+    with g_k ≥ g_0: an event elsewhere in the log that is as large makes it large. With several coordinates p is too
+    small where the models differ on one that is used at few of the samples: shifts find zeros there.
 
     Of two models that are wrong each at times of its own, m depends on d. So this one must not leave more where they
     differ than elsewhere: p is 1 unless Σ d² a² ≤ Σ d² · mean a². That does not help where each is wrong at random in

@@ -10,8 +10,8 @@ the right position and an input that is c times too small it is
     (M/c) a + (d/c) v + (U λ)/c = u,   and constant forces are divided by c too.
 
 So inertia, damping and springs tell k = c alike. Where no force is nonlinear in position or speed, only friction levels
-and constant forces tell the two apart. A level that is known to a factor of three only does so where k or 1/k is larger.
-A mass alone that is k times too large is told from both by damping and springs, where these are seen.
+and constant forces tell the two apart. A level that is known to a factor of three only does so where k or 1/k is
+larger. A mass alone that is k times too large is told from both by damping and springs, where these are seen.
 """
 
 from __future__ import annotations
