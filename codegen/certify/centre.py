@@ -121,8 +121,8 @@ def analytic_centre(groups: Sequence[Group], h: float, start: Array, where: Patt
     rows, columns = np.tril_indices(size)
     free = np.ones(len(rows), dtype=bool) if where is None else np.asarray(where, dtype=bool)[rows, columns]
     spread = half_vectorisation(size)[1][:, free]
-    maps = [lyapunov_maps(np.asarray(stack), h, alpha) for stack, alpha in groups] + [np.eye(size * size)[None]]
-    blocks = (np.concatenate(maps) @ spread).reshape(-1, size, size, spread.shape[1])
+    maps = [lyapunov_maps(np.asarray(stack), h, alpha) @ spread for stack, alpha in groups]
+    blocks = np.concatenate([*maps, spread[None]]).reshape(-1, size, size, spread.shape[1])
     trace = spread.T @ np.eye(size).ravel()
     x = start[rows, columns][free]
     x = x * (len(blocks) * size / (trace @ x))  # its trace at the minimum
