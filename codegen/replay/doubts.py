@@ -11,11 +11,13 @@ from codegen.certify.bound.friction_bounds import largest_friction
 from codegen.logs import read_log
 from codegen.logs.envelope import Span
 from codegen.logs.excerpt import excerpt
+from codegen.logs.log import Log
 from codegen.logs.preflight import force_problems
 from codegen.observers.equations import Observer
 from codegen.program import Program
 from codegen.replay.samples import Block
 from codegen.spec import Spec
+from codegen.spec.numerics import numerical
 
 FAR_ABOVE = 10.0
 """Times the largest declared friction: an estimate beyond is rather of a wrong log. The estimate of a right log that
@@ -31,15 +33,19 @@ def contradictions(
 ) -> tuple[str, ...]:
     """What contradicts the spec in signs, scales or the order of a log's columns, as the preflight says it.
 
-    None of a log that is larger than ``MOST_BYTES``, or that no diagnosis takes.
+    None of a log that is larger than ``MOST_BYTES``, that no diagnosis takes, or whose forces cannot be computed.
     """
     try:
         if path.is_file() and path.stat().st_size > MOST_BYTES:
             return ()
-        log, _ = excerpt(read_log(path, spec, description=description, columns=columns))
-        return tuple(finding.words for finding in force_problems(log, spec))
+        return _contradictions(spec, excerpt(read_log(path, spec, description=description, columns=columns))[0])
     except (BadInput, OSError):
         return ()
+
+
+@numerical("the force balance on the log")
+def _contradictions(spec: Spec, log: Log) -> tuple[str, ...]:
+    return tuple(finding.words for finding in force_problems(log, spec))
 
 
 class Doubts:

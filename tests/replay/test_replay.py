@@ -391,6 +391,14 @@ def test_what_a_diagnosis_would_say_of_signs_and_scales_is_said(
     assert not [line for line in replay(SPECS / "one_mass.yaml", log).warnings if line in problems]
 
 
+def test_a_replay_outlives_forces_that_cannot_be_computed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: object) -> None:
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    monkeypatch.setattr(doubts, "force_problems", fails)
+    assert replay(SPECS / "one_mass.yaml", axis_log(tmp_path / "log.csv", gain=-1.0)).samples == 6000
+
+
 def test_a_signal_outside_the_envelope_is_warned_of_with_its_share(tmp_path: Path) -> None:
     """Positions in mm: the speed is 200 |sin 2t|, of which the envelope has 5; of the input it has less than 50.2 N."""
     spec = tmp_path / "spec.yaml"
