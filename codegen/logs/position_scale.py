@@ -35,7 +35,7 @@ SURE = 3.0
 """Least factor, either way, that is a problem of the log where friction tells it from another scale of the input."""
 SEEN = 0.5
 """Partial correlation of the declared inertia with the input's force from which on its factor is a start."""
-EXPLAINED, MUCH_LESS = 0.02, 0.1
+EXPLAINED, MUCH_LESS = 0.02, 0.25
 """Largest share of the squared forces that may be left with the factor, and its largest ratio to that without."""
 ABOUT, TOLERANCE = 2.0, 1e-3
 """Factors about the start in which the best is searched, and to which relative accuracy."""

@@ -26,6 +26,7 @@ def told(
     level: float = LEVEL,
     text: str = DAMPED,
     about: str = "scale: {w: 1}",
+    cogging: float = 0.0,
 ) -> dict[str, Finding]:
     """What is found in a log whose position is k times too large and whose input is c times too small."""
     t = np.arange(10000) / 500
@@ -33,6 +34,7 @@ def told(
     x, a = (sum(b * (-(o**2)) ** n * np.sin(o * t + p) for b, o, p in waves) for n in (0, 1))
     v = sum(b * o * np.cos(o * t + p) for b, o, p in waves)
     force = mass * a + (DAMPING * v if "b*v" in text else 0.0) + level * np.sign(v)
+    force = force + cogging * np.sin(2 * np.pi * x / 0.02)
     spec, described = parse_spec(text, Path("slider.yaml")), folder / "about.yaml"
     described.write_text(f"{about}\n")
     path = write_csv(folder / "a.csv", {"t": t, "x": k * x, "w": force / c}, fmt="%.12g")
@@ -69,6 +71,13 @@ def test_what_friction_does_not_tell_apart_is_said(tmp_path: Path) -> None:
         k = one.figures["factor"]
         assert one.severity == "warning" and "cannot tell that from" in one.words
         assert f"w is {k:.3g} times too small" in one.words and "scale: {w: " in one.words
+
+
+def test_a_factor_is_told_beside_a_force_that_no_model_holds(tmp_path: Path) -> None:
+    """Of a gantry cogging left more than a tenth of the misfit, and a factor of two was not told."""
+    one = told(tmp_path, 2.0, cogging=2.0)["scale of x"]
+    assert one.severity == "warning" and 0.1 < one.figures["misfit_scaled"] / one.figures["misfit"] < 0.25
+    assert one.figures["factor"] == pytest.approx(2.0, rel=0.1)
 
 
 def test_a_heavier_mass_alone_is_a_rival_where_nothing_is_damped(tmp_path: Path) -> None:
