@@ -261,10 +261,11 @@ def _options(system: System, refit: Refit, words: str, without: Mapping[str, flo
         **({"the effect with the values of the model without it": without} if without else {}),
         f"{'the effect with ' if without else ''}the declared values": refit.mapping(refit.declared),
     }
-    as_declared = ways.popitem()
-    options, tried = [], [as_declared[1]]
+    options: list[Option] = []
+    tried: list[Mapping[str, float]] = []
+    last = next(reversed(ways))
     for name, values in ways.items():
         if values not in tried:
             tried.append(values)
-            options.append((name, with_values(system, values)))
-    return [*options, (as_declared[0], with_values(system, as_declared[1]))]
+            options.append((last if values == ways[last] else name, with_values(system, values)))
+    return options
