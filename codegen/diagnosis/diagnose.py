@@ -292,7 +292,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             for name in levels_at_zero(system, (answer.refit, answer.augmented), problem.levels)
         ),
         *_in_place(in_place, answer),
-        *scaled_position(answer, case.log, case.spec),
+        *scaled_position(answer, case.log, case.spec, problem),
         *(equal_parameters(search, base, outcome) if lacks and not answer.errors else ()),
         *moved_values(answer, outcome.final if lacks else base, problem, case.material),
         *_once_on_held_out(answer, case),

@@ -96,7 +96,7 @@ def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, 
         return answer
     values = settled_values(search, outcome.base, problem, problem.system)
     chosen = admitted(_options(problem.system, values, "refitted values"), answer.figures[0], measured)
-    if chosen.option is None or chosen.refusals or not values.errors:
+    if chosen.option is None or chosen.refusals:
         return answer
     figures = (answer.figures[0], chosen.figures, chosen.figures)
     return replace(answer, refit=chosen.option[1], augmented=chosen.option[1], figures=figures, errors=values.errors)

@@ -81,14 +81,16 @@ class ForceGain:
         """
         return max(min(1.0, 2 * min(random_signs(self.t), self.where_large())), exp(-max(self.nats, 0.0)))
 
-    @property
-    def p_of_rivals(self) -> float:
+    def p_of_rivals(self, fitted: int = 0) -> float:
         """As ``p``, of two models of which one at most is true, by the shift test too.
 
         They may differ at so few times that no test on blocks tells them apart.
+
+        Args:
+            fitted: parameters that this model has, fitted to the same residuals, and the other one has not.
         """
-        by_blocks = min(random_signs(self.t), self.where_large(), self.where_apart)
-        return max(min(1.0, 3 * by_blocks), exp(-max(self.nats, 0.0)))
+        by_blocks = min(random_signs(self.t), self.where_large(fitted), self.where_apart)
+        return max(min(1.0, 3 * by_blocks), exp(-max(self.nats - fitted, 0.0)))
 
     def p_added(self, parameters: int) -> float:
         """Probability of such a gain where the other model is true and this one has so many parameters more.

@@ -226,8 +226,9 @@ def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0)
     """
     if adds_load(one) and adds_load(other):
         return False
-    gain = one.over(other)
-    return gain.left < most and gain.p_of_rivals <= credit.TIE_LEVEL
+    a, b = one.fit.trial, other.fit.trial
+    gain, more = one.over(other), max(added_parameters(b, a) - added_parameters(a, b), 0)
+    return gain.left < most and gain.p_of_rivals(more) <= credit.TIE_LEVEL
 
 
 def adds_load(one: ForceCriterion) -> bool:

@@ -1,6 +1,6 @@
 """Shift test: whether one of two models leaves less residual where they differ, however short the time they differ.
 
-Tests on blocks of the log ask for several blocks with a gain. Two models may differ in one: a dead zone and a constant
+Tests on blocks of the log ask for many blocks with a gain. Two models may differ in a few: a dead zone and a constant
 force are one motion except while the input is below the dead zone's width.
 """
 
@@ -14,6 +14,8 @@ from codegen.base.arrays import Array
 
 ROUNDING = 1e-9
 """Relative error of a sum by the Fourier transform."""
+PARTS, LEAST_MOMENTS = 48, 3.0
+"""Parts of the log, and the effective number of those in which two models differ from which on they are told apart."""
 
 
 def by_shifts(pairs: Sequence[tuple[Array, Array]]) -> float:
@@ -23,26 +25,32 @@ def by_shifts(pairs: Sequence[tuple[Array, Array]]) -> float:
 
     with b and a the residuals of the other model and of this one, so that d is what the two predict differently. If m
     does not depend on d, every g_k is as probable as g_0, whatever the correlation in time. So p is the share of shifts
-    with g_k ≥ g_0: an event elsewhere in the log that is as large makes it large. With several coordinates p is too
-    small where the models differ on one that is used at few of the samples: shifts find zeros there.
+    with g_k ≥ g_0: an event elsewhere in the log that is as large makes it large. Each coordinate is shifted on the
+    samples that it uses, by the same share of these.
 
     Of two models that are wrong each at times of its own, m depends on d. So this one must not leave more where they
-    differ than elsewhere: p is 1 unless Σ d² a² ≤ Σ d² · mean a². That does not help where each is wrong at random in
-    about one moment of a log: a log then often holds a moment of one of them only.
+    differ than elsewhere: p is 1 unless Σ d² a² ≤ Σ d² · mean a². Where each is wrong at random in about one moment, a
+    log often holds a moment of one of them only. So p is 1 too where (Σ q)²/Σ q² < ``LEAST_MOMENTS``, with q the sums
+    of d² over ``PARTS`` parts of the log: that number does not depend on which model is right.
 
     Args:
         pairs: (b, a), each (N,), of every coordinate, at the samples that some coordinate uses: at rest a shift finds
             nothing. Zero where a coordinate is not used.
     """
-    gains, there, everywhere = np.zeros(1), 0.0, 0.0  # one gain of each shift
+    count = max((len(this) for _, this in pairs), default=1)
+    gains, there, everywhere, powers = np.zeros(count), 0.0, 0.0, np.zeros(PARTS)
     for other, this in pairs:
-        apart, used = other - this, (other != 0) | (this != 0)
-        whole, count = max(float(other @ other), float(this @ this), 1e-300), len(this)
-        spectrum = np.fft.rfft((this + other) / 2) * np.conj(np.fft.rfft(apart))
-        gains = gains + np.fft.irfft(spectrum, count) / whole
-        mean = float(this @ this) / max(int(used.sum()), 1)
-        there += float(apart**2 @ this**2) / max(mean, 1e-300) / whole
-        everywhere += float(apart @ apart) / whole
-    if gains[0] <= 0 or there > everywhere:
+        whole = max(float(other @ other), float(this @ this), 1e-300)
+        powers += [float(part @ part) / whole for part in np.array_split(other - this, PARTS)]
+        used = (other != 0) | (this != 0)
+        if not used.any():
+            continue
+        b, a = other[used], this[used]
+        spectrum = np.fft.rfft((a + b) / 2) * np.conj(np.fft.rfft(b - a))
+        gains += (np.fft.irfft(spectrum, len(a)) / whole)[np.arange(count) * len(a) // count]
+        there += float((b - a) ** 2 @ a**2) / max(float(a @ a) / len(a), 1e-300) / whole
+        everywhere += float((b - a) @ (b - a)) / whole
+    moments = float(powers.sum() ** 2 / (powers @ powers)) if everywhere > 0 else 0.0
+    if gains[0] <= 0 or there > everywhere or moments < LEAST_MOMENTS:
         return 1.0
     return float((gains >= (1 - ROUNDING) * gains[0]).mean())

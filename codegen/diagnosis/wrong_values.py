@@ -11,6 +11,7 @@ explain a residual that no effect explains.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import sympy
@@ -22,11 +23,19 @@ from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.forward_selection import BETTER, Outcome
 from codegen.diagnosis.measure import Drive
 from codegen.diagnosis.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
-from codegen.diagnosis.residual import ForceRows, Problem, force_rows, inverse_dynamics_residual, level_parameters
+from codegen.diagnosis.residual import (
+    ForceRows,
+    Problem,
+    force_rows,
+    inverse_dynamics_residual,
+    level_parameters,
+    residual_without_levels,
+)
 from codegen.diagnosis.search import Search
+from codegen.diagnosis.trial import with_values
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
-from codegen.logs.position_scale import APPARENT
+from codegen.logs.position_scale import ALIKE, APPARENT
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
 
@@ -132,20 +141,21 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
     return words
 
 
-def scaled_position(answer: Answer, log: Log, spec: Spec) -> list[str]:
+def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> list[str]:
     """The scale of the position that gives nearly the motion of a credited gain of the input, in words for a remark.
 
     With a position k times too large, inertia, damping and springs are divided by k; with a gain k of the input,
     friction and constant forces are divided too. So the two are one motion where the friction levels are free, no
-    constant force acts, and all others are linear in position and speed (this is not checked): the levels with the gain
-    are k times those without, and what is declared of them tells which is likelier.
+    constant force acts, and all others are linear in position and speed: the levels with the gain are k times those
+    without, and what is declared of them tells which is likelier. It is said where the scale leaves at most ``ALIKE``
+    times the squared force residual that the gain leaves.
     """
     system, written = answer.refit, answer.augmented
     gains = [one for one in answer.effects if CATALOGUE[one.kind].scales_input]
     if len(gains) != 1 or answer.verdict != "effect" or system.degrees_of_freedom != 1:
         return []
     (gain,) = gains[0].parameters.values()
-    if gain <= 0 or 1 / APPARENT < gain < APPARENT:
+    if gain <= 0 or 1 / APPARENT < gain < APPARENT or not _as_well_by_scale(problem, written, gain):
         return []
     (x,) = system.positions
     stated = log.description.stated_scale(x.name, spec)
@@ -161,6 +171,20 @@ def scaled_position(answer: Answer, log: Log, spec: Spec) -> list[str]:
         f"{with_levels}: check the scale of {x.name} first "
         f"(`scale: {{{x.name}: {stated / gain:.4g}}}` in meta.yaml beside the log)"
     ]
+
+
+def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
+    """Whether a position divided by a gain leaves no more than ``ALIKE`` times the residual that the gain leaves."""
+    motion = problem.motion
+    names = ("positions", "velocities", "accelerations", "measured")
+    divided = replace(motion, **{name: getattr(motion, name) / gain for name in names})
+    declared = with_values(problem.system, {s.name: float(written.values[s]) for s in problem.uncertain})
+    used = problem.masks.rows
+    by_gain, by_scale = (
+        float((residual_without_levels(replace(problem, motion=moved), model)[used] ** 2).sum())
+        for moved, model in ((motion, written), (divided, declared))
+    )
+    return by_scale <= ALIKE * by_gain
 
 
 def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[str]:

@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 from scipy.stats import binom
 
 from codegen.diagnosis.credit import ALPHA, Evidence
-from codegen.diagnosis.force_evidence import force_gain
+from codegen.diagnosis.force_evidence import ForceGain, force_gain
 from codegen.diagnosis.ranking import (
     ForceCriterion,
     absorbed_by_refit,
@@ -93,16 +93,31 @@ def test_what_a_few_accelerations_show_is_no_chance(log: Log) -> None:
     assert force_gain(problem, after, np.where(jerk, 30.0, 1.0) * after).p == 1.0
 
 
-def test_two_models_that_differ_for_a_moment_are_told_apart(log: Log) -> None:
-    """Half a block of 48, in which the wrong one leaves ten times the noise: no test on blocks shows it."""
-    problem = problem_of(log)
-    count, used = len(problem.motion.time), np.flatnonzero(problem.masks.rows.any(axis=1))
-    white = np.random.default_rng(16).normal(size=(count, 1))
-    moment = used[len(used) // 2 :][: len(used) // 96]
-    right, wrong = (white + size * np.isin(np.arange(count), moment)[:, None] for size in (0.0, 10.0))
-    gain, loss = force_gain(problem, wrong, right), force_gain(problem, right, wrong)
-    assert gain.p > 0.2 and gain.p_of_rivals < 0.05
-    assert loss.p_of_rivals == 1.0
+def _with_moments(problem: Problem, count: int) -> tuple[ForceGain, ForceGain]:
+    """Gains of a right model over one that leaves ten times the noise in so many moments of half a block, and back."""
+    rows, used = len(problem.motion.time), np.flatnonzero(problem.masks.rows.any(axis=1))
+    white = np.random.default_rng(16).normal(size=(rows, 1))
+    firsts = (np.array([0.13, 0.29, 0.71])[:count] * len(used)).astype(int)
+    moments = np.concatenate([used[first:][: len(used) // 96] for first in firsts])
+    right, wrong = (white + size * np.isin(np.arange(rows), moments)[:, None] for size in (0.0, 10.0))
+    return force_gain(problem, wrong, right), force_gain(problem, right, wrong)
+
+
+def test_two_models_that_differ_for_three_moments_are_told_apart(log: Log) -> None:
+    """No test on 48 blocks shows it."""
+    gain, loss = _with_moments(problem_of(log), 3)
+    assert gain.p > 0.05 > gain.p_of_rivals()
+    assert loss.p_of_rivals() == 1.0
+
+
+def test_two_models_that_differ_for_one_moment_are_not(log: Log) -> None:
+    assert min(gain.p_of_rivals() for gain in _with_moments(problem_of(log), 1)) > 0.05
+
+
+def test_parameters_more_than_the_rival_has_count(log: Log) -> None:
+    gain = _with_moments(problem_of(log), 3)[0]
+    few = replace(gain, nats=4.0)
+    assert few.p_of_rivals() < 0.05 < few.p_of_rivals(3)  # exp(−4) and exp(−1)
 
 
 def test_jerks_of_different_size_under_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log) -> None:

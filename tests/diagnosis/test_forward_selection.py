@@ -170,7 +170,7 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
 def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """Part of a wave longer than the stroke fits a spring's line; it replaced the spring and was then refused."""
     wave = fit(part_named("cogging"))
-    wave.cost = 0.0
+    wave.cost, wave.model = 0.0, None
     monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [wave])
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [wave.part])
     monkeypatch.setattr(ranking, "admissible", lambda search, found: True)
@@ -178,7 +178,9 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "")
     monkeypatch.setattr(forward_selection, "contradicted_by_force", lambda *_: "")
     monkeypatch.setattr(ranking, "unseen_shape", lambda search, found: "longer than the stroke")
-    search: Any = SimpleNamespace(without=lambda current, k: current, fitted_again=lambda fit: fit)
+    monkeypatch.setattr(ranking, "takes_the_level", lambda problem, system, model: "")
+    shared = {"problem": None, "system": None}
+    search: Any = SimpleNamespace(without=lambda current, k: current, fitted_again=lambda fit: fit, **shared)
     current = fit(part_named("spring"), part_named("viscous_asymmetry"))
     current.cost = 100.0
     assert forward_selection._swapped(search, current, [], []) == (None, {})

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
+from codegen.diagnosis import held_out as rules
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.results import Diagnosis
-from codegen.diagnosis.signals import TRIM_S
+from codegen.diagnosis.signals import TRIM_S, smooth_motion
+from codegen.diagnosis.trial import with_values
 from codegen.spec import Spec, parse_spec
-from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, system_of
+from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
 
 QUICK = "0.1*sin(2*pi*0.9*t) + 0.05*sin(2*pi*2.3*t)"
 TRUTHS = {
@@ -50,3 +56,24 @@ def test_what_is_one_motion_on_both_logs_stays_ambiguous(tmp_path: Path) -> None
     found = told("dead_zone", TRAIN, tmp_path)
     assert found.verdict == "ambiguous"
     assert not any("ties with" in words for words in found.remarks)
+
+
+@pytest.mark.parametrize(("errors", "refused"), [(1.5, False), (10.0, True)])
+@pytest.mark.parametrize("rivals", [1, 3])
+def test_a_value_within_its_standard_errors_refuses_nothing(
+    errors: float, refused: bool, rivals: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """b is 8 in place of 6 N s/m: so many of the standard errors that the training log leaves off."""
+    system = system_of(stage())
+    problem = Problem(system, smooth_motion(log_of(stage(), tmp_path, "test.csv")), {})
+    monkeypatch.setattr(rules, "covariance", lambda fit, clusters=0: np.array([[(2 / errors) ** 2]]))
+    monkeypatch.setattr(rules, "model_of", lambda trial, theta: with_values(system, {"b": float(theta[0])}))
+    monkeypatch.setattr(rules, "worsened", lambda other, one: "")
+
+    def fit(b: float) -> Any:
+        values = {"theta": np.array([b]), "limited": np.array([False]), "residual": np.zeros((2, 1)), "trial": None}
+        return SimpleNamespace(model=with_values(system, {"b": b}), **values)
+
+    judge = rules.HeldOut(problem, lambda model: None)  # type: ignore[arg-type, return-value]
+    found = judge.refused([fit(6.0), *[fit(8.0)] * rivals])
+    assert set(found) == (set(range(1, rivals + 1)) if refused else set())

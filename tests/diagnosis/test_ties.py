@@ -130,7 +130,9 @@ def test_far_from_the_noise_force_decides_only_clearly(
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
     one, other = ranked("spring", 0.41), ranked("offset", 0.42)
-    one.force_criterion = SimpleNamespace(over=lambda criterion: SimpleNamespace(left=gain, p_of_rivals=1e-9))
+    told = SimpleNamespace(left=gain, p_of_rivals=lambda more: 1e-9)
+    fit = SimpleNamespace(trial=SimpleNamespace(parts=()))
+    one.force_criterion = SimpleNamespace(over=lambda criterion: told, fit=fit)
     other.force_criterion = one.force_criterion
     assert ranking._preferred(one, other) is preferred
 
@@ -144,8 +146,10 @@ def test_force_does_not_tell_two_loads_behind_springs_apart(springs: tuple[int, 
     one, other = (
         SimpleNamespace(
             search=search,
-            fit=SimpleNamespace(model=SimpleNamespace(transmissions=("spring",) * count)),
-            over=lambda criterion: SimpleNamespace(left=0.948, p_of_rivals=0.019),
+            fit=SimpleNamespace(
+                model=SimpleNamespace(transmissions=("spring",) * count), trial=SimpleNamespace(parts=())
+            ),
+            over=lambda criterion: SimpleNamespace(left=0.948, p_of_rivals=lambda more: 0.019),
         )
         for count in springs
     )
