@@ -4,12 +4,13 @@
 every set of benchmarks/real/sets.yaml that is here. Each plain and spiked log is diagnosed as a user would, 15 to 40 s
 of CPU each; what is there already is not made again. The page is written where everything was asked for (and with
 --write); otherwise the text is printed only. With --kept nothing is run: what is there is shown, the rest as not run.
+Of a set given as ``--code SET=VERSION`` that is what that version of the code has left there, and the page says so.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,6 +114,13 @@ def page(
     )
 
 
+def versions(codes: Mapping[str, str]) -> str:
+    """The version of the code of every set, in words; where it is the same for all, that alone."""
+    if len(set(codes.values())) == 1:
+        return next(iter(codes.values()))
+    return ", ".join(f"{code} ({name})" for name, code in codes.items())
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--set", nargs="+", dest="sets", metavar="SET", default=[])
@@ -121,12 +129,16 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "practice_results" / "spikes")
     parser.add_argument("--again", action="store_true", help="diagnose what is there already")
     parser.add_argument("--kept", action="store_true", help="run nothing, show what is there")
+    parser.add_argument("--code", nargs="+", metavar="SET=VERSION", default=[], help="with --kept: of which code")
     parser.add_argument("--write", action="store_true", help="write the page although not everything was asked for")
     args = parser.parse_args()
     if not SPIKE.is_file():
         print(f"spikes: {SPIKE} is not here; nothing can be put into a log")
         return
     out = args.out.resolve()
+    codes = dict(one.partition("=")[::2] for one in args.code)
+    if codes and not args.kept:
+        parser.error("--code shows what is there: give --kept too")
     try:
         chosen = real_sets(args.sets)
     except KeyError as name:
@@ -139,12 +151,14 @@ def main() -> None:
             kinds = [kind for kind in kinds_for(one, out) if not args.kinds or kind in args.kinds]
             every += kinds
             if name not in absent and kinds:
-                found = part(Bench(name, one, out), kinds, args.share, args.again, args.kept)
+                bench = Bench(name, one, out, codes.get(name, code_version()))
+                found = part(bench, kinds, args.share, args.again, args.kept)
                 parts += [found] if found is not None else []
                 absent += [name] if found is None else []
     except (Unavailable, RuntimeError) as why:
         parser.exit(1, f"spikes: {why}\n")
-    text = page(parts, args.share, absent, code_version(), every)
+    shown = {one.name: codes.get(one.name, code_version()) for one in parts}
+    text = page(parts, args.share, absent, versions(shown), every)
     print(text)
     whole = not (args.sets or args.kinds or absent or args.kept) and tuple(args.share) == SHARES
     if whole or args.write:

@@ -8,7 +8,7 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -35,15 +35,17 @@ class Bench:
 
     Attributes:
         out: folder of all spikes and their results.
+        code: version that made the results; this one by default.
     """
 
     name: str
     one: RealSet
     out: Path
+    code: str = field(default_factory=code_version)
 
     @property
     def results(self) -> Path:
-        return self.out / code_version() / self.name
+        return self.out / self.code / self.name
 
     @property
     def logs(self) -> Readable:
@@ -70,7 +72,7 @@ class Bench:
         return result_in(out)
 
     def is_diagnosed(self, kind: str, percent: float) -> bool:
-        """Whether the log with a spike was diagnosed already, by this code."""
+        """Whether the log with a spike was diagnosed already, by that code."""
         return (self.results / self.case(kind, percent).name / "run.json").is_file()
 
     def truth(self, kind: str, percent: float) -> tuple[dict[str, Any], dict[str, Any]]:

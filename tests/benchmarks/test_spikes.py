@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.rates import Rate
 from benchmarks.real.spiked import real_sets
-from benchmarks.spikes.__main__ import Part, Row, page, rates
+from benchmarks.spikes.__main__ import Part, Row, page, rates, versions
 from benchmarks.spikes.outcome import (
     DETECTED,
     EXTRA,
@@ -153,6 +153,11 @@ def test_totals_count_detections_and_false_names_apart() -> None:
     assert "| detected | 4 of 8: 50 % (22 … 78) | " in text and "| cogging | 4 of 8 | " in text
     assert "| cogging | 10 % | – | – | detected | – | amplitude | 1, off | 11 = 1 + 10 |" in text
     assert "Not here or not run, so not in these tables: elsewhere." in text
+
+
+def test_code_of_every_set_is_named_where_it_differs() -> None:
+    assert versions({"rig": "abc", "arm": "abc"}) == "abc"
+    assert versions({"rig": "abc", "arm": "def"}) == "abc (rig), def (arm)"
 
 
 OUTCOMES_SEEN = (
