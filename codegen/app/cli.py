@@ -30,7 +30,7 @@ from codegen.base.terminal import PlainConsole, errors, output, without_library_
 from codegen.base.version import VERSION
 
 if TYPE_CHECKING:
-    from codegen.diagnosis.diagnose import Findings
+    from codegen.diagnosis.case import Findings
 
 REFUSED, STALE, INTERNAL, INTERRUPTED = 3, 4, 70, 130
 

@@ -21,7 +21,8 @@ from codegen.base.files import refuse_target, write_all
 from codegen.base.input_files import identity, read_text
 from codegen.base.shown import Result, json_text
 from codegen.base.text import render
-from codegen.diagnosis.diagnose import Findings, diagnose_log
+from codegen.diagnosis.case import Findings
+from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
 from codegen.logs import Allowance, read_logs
 from codegen.report import render_report

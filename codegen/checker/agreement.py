@@ -166,14 +166,11 @@ def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[s
         return {}, {}, "its C or its header is not here, or not among its files"
     not_its = f"{theorem.PROOF} is not its proof:"
     try:
-        proof = theorem.read(sources[theorem.PROOF])
-        other = unlike(top, proof) if proof and theorem.numbers(proof) else ""
-    except Exception as why:  # as in theorem.or_refused; here the algebra of the certificate stands without its proof
-        return (
-            {},
-            {},
-            f"{not_its} it cannot be read ({why if isinstance(why, enclosure.Refused) else type(why).__name__})",
-        )
+        with theorem.or_refused(f"{not_its} it cannot be read"):
+            proof = theorem.read(sources[theorem.PROOF])
+            other = unlike(top, proof) if proof and theorem.numbers(proof) else ""
+    except enclosure.Refused as why:  # the algebra of the certificate stands without its proof
+        return {}, {}, str(why)
     if proof is None:
         return {}, {}, f"{theorem.PROOF} is not the JSON of a proof, with just its fields"
     if other:

@@ -273,7 +273,9 @@ def or_refused(words: str) -> Iterator[None]:
 def plainly(why: Exception) -> str:
     """What stopped the kernel: its own words, or that a part is not as it must be."""
     words = str(why)[:200]
-    return words if type(why) is ValueError else f"a part is missing or not as it must be ({words})"
+    return (
+        words if type(why) in (ValueError, enclosure.Refused) else f"a part is missing or not as it must be ({words})"
+    )
 
 
 def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from codegen.base.user_text import shown
-from codegen.logs.series import Signal, SignalFile
+from codegen.logs.series import ChannelFile, Signal
 
 PLAIN = {0: "none", 1: "linear", 2: "rational"}
 """Conversions that are numbers; the others are tables, or formulas of the file, which nothing evaluates here."""
 
 
-class MdfFile(SignalFile):
+class MdfFile(ChannelFile):
     """An opened .mf4 file; a channel whose name stands in several groups is called NAME@GROUP, counted from 0."""
 
     expected = "an MDF 4 log (.mf4)"

@@ -64,28 +64,31 @@ class Explained:
 
 def position_scales(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
     """Findings on the coordinates whose positions explain the log much better when they are divided by a factor."""
-    whole = forces.misfit
-    for j, c in enumerate(spec.coordinates):
-        heavy, seen = forces.inertia_factor(j)
-        if seen < SEEN or heavy <= 0 or 1 / APPARENT < heavy < APPARENT:
-            continue
+    for j in range(len(spec.coordinates)):
+        found = _scale_of(j, log, spec, system, motion, forces)
+        if found is not None:
+            yield found
 
-        def divided(factor: float, j: int = j) -> Forces:
-            return forces_along(log, system, scaled(motion, j, 1 / factor))
 
-        position = _best(lambda k, j=j: _left(divided(k), j), 1 / heavy)  # type: ignore[misc]
-        found = divided(position.factor)
-        plain = _left(forces, j)
-        wide = not 1 / APPARENT < position.factor < APPARENT
-        explains = position.left <= min(EXPLAINED, MUCH_LESS * plain.left)
-        if not (wide and explains and found.misfit < whole):
-            continue
-        driving = [i.name for i, force in zip(spec.inputs, forces.driven, strict=True) if np.any(force[:, j])]
-        by_input = _best(lambda c, j=j: _left(forces, j, given=c), position.factor)  # type: ignore[misc]
-        by_mass = _best(lambda w, j=j: _left(forces, j, mass=1 / w), position.factor)  # type: ignore[misc]
-        told = _told(spec, log, j, position, by_input, by_mass, plain, driving, _level_seen(found, j))
-        if told is not None:
-            yield told
+def _scale_of(j: int, log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Finding | None:
+    """The finding on one coordinate; None where no factor explains the log much better."""
+    heavy, seen = forces.inertia_factor(j)
+    if seen < SEEN or heavy <= 0 or 1 / APPARENT < heavy < APPARENT:
+        return None
+
+    def divided(factor: float) -> Forces:
+        return forces_along(log, system, scaled(motion, j, 1 / factor))
+
+    position = _best(lambda k: _left(divided(k), j), 1 / heavy)
+    found, plain = divided(position.factor), _left(forces, j)
+    wide = not 1 / APPARENT < position.factor < APPARENT
+    explains = position.left <= min(EXPLAINED, MUCH_LESS * plain.left)
+    if not (wide and explains and found.misfit < forces.misfit):
+        return None
+    driving = [i.name for i, force in zip(spec.inputs, forces.driven, strict=True) if np.any(force[:, j])]
+    by_input = _best(lambda c: _left(forces, j, given=c), position.factor)
+    by_mass = _best(lambda w: _left(forces, j, mass=1 / w), position.factor)
+    return _finding(spec, log, j, position, by_input, by_mass, plain, driving, _level_seen(found, j))
 
 
 def _left(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Explained:
@@ -118,7 +121,7 @@ def _level_seen(forces: Forces, j: int) -> bool:
     return partial_correlation(forces.given[:, j], forces.friction[:, j], others)[1] > LEVEL_SEEN
 
 
-def _told(
+def _finding(
     spec: Spec,
     log: Log,
     j: int,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -52,13 +53,9 @@ class SignalFile(LogFile):
 
     lengths: Mapping[str, int]
 
+    @abstractmethod
     def signals(self, wanted: Sequence[str]) -> dict[str, Signal]:
         """The signals of some columns; what it raises is a damaged file's."""
-        return {name: self.signal(name) for name in wanted}
-
-    def signal(self, name: str) -> Signal:
-        """The signal of a column; a format that reads several at once has ``signals`` instead."""
-        raise NotImplementedError
 
     def found(self, lengths: Mapping[str, int]) -> None:
         """Take the columns that there are.
@@ -82,6 +79,17 @@ class SignalFile(LogFile):
         with self.reading():
             signals = self.signals(names)
         return joined(self, together(signals), wanted, TIME, from_first=True)
+
+
+class ChannelFile(SignalFile):
+    """A log whose columns are read one by one."""
+
+    @abstractmethod
+    def signal(self, name: str) -> Signal:
+        """The signal of a column."""
+
+    def signals(self, wanted: Sequence[str]) -> dict[str, Signal]:
+        return {name: self.signal(name) for name in wanted}
 
 
 def joined(

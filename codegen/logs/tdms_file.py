@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.logs.series import Signal, SignalFile
+from codegen.logs.series import ChannelFile, Signal
 
 STEP, DELAY, BEGIN = "wf_increment", "wf_start_offset", "wf_start_time"
 
 
-class TdmsFile(SignalFile):
+class TdmsFile(ChannelFile):
     """An opened .tdms file.
 
     A channel without ``wf_increment`` has the times of its group's first channel of times, or else of one that is

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from codegen.logs.series import Signal, SignalFile
+from codegen.logs.series import ChannelFile, Signal
 from codegen.logs.source import LARGEST
 
 COPIES = 3
 """Times its bytes that a file takes while it is read."""
 
 
-class UlogFile(SignalFile):
+class UlogFile(ChannelFile):
     """An opened .ulg file; the time of a topic is its ``timestamp``, when it was published."""
 
     expected = "a ULog file of PX4 (.ulg)"

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from codegen.base.resources import resource_folder
-from codegen.diagnosis.diagnose import _fixed, diagnose_log
+from codegen.diagnosis.case import values_of_zero
+from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.wrong_values import explaining_values
@@ -49,7 +50,7 @@ def test_a_tolerance_of_zero_is_told() -> None:
         ("  m2: {value: 1, unit: kg, tolerance: 50%}", ""),
         ("  m2: {value: 0, unit: kg}", ""),
     ):
-        found = _fixed(arm(ARM.replace(line, given)))
+        found = values_of_zero(arm(ARM.replace(line, given)))
         assert [words in f.words for f in found] == [True] * bool(words)
 
 

@@ -11,8 +11,8 @@ import pytest
 from mechanics.robots import TWO_LINKS
 
 from codegen.diagnosis.candidate_fits import CandidateFits, every_part
+from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.credit import noise_ratio
-from codegen.diagnosis.diagnose import _uncertain
 from codegen.diagnosis.joints import is_separable
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import Problem
@@ -49,7 +49,7 @@ def logged(folder: Path, effect: str = "", urdf: str = TWO_LINKS) -> Log:
 
 def search_of(spec: Spec, log: Log) -> Search:
     motion = smooth_motion(log)
-    system, deviations = _uncertain(spec, system_of(spec), log)
+    system, deviations = uncertain_values(spec, system_of(spec), log)
     return search_on(Problem(system, motion, deviations), lambda share: record_of(motion, log, share))
 
 

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.diagnosis.case import unknown_starts
 from codegen.diagnosis.credit import noise_ratio
-from codegen.diagnosis.diagnose import _starts, diagnose_log
+from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.record import record_of
 from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.residual_regression import remainders
@@ -51,9 +52,9 @@ def test_an_unknown_start_is_told_where_a_force_depends_on_the_position(tmp_path
     clean = log_of(stage(), tmp_path, "train.csv")
     log = speed_only(clean, tmp_path)
     spring = system_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]"))
-    (told,) = _starts(spring, log)
+    (told,) = unknown_starts(spring, log)
     assert told.severity == "warning" and "x is the integral of its speed, from zero where the log begins" in told.words
-    assert _starts(system_of(stage()), log) == () and _starts(spring, clean) == ()
+    assert unknown_starts(system_of(stage()), log) == () and unknown_starts(spring, clean) == ()
 
 
 @pytest.mark.parametrize("order", [1, 2])

@@ -1,0 +1,173 @@
+"""A log and a spec as a problem: what is diagnosed, with all that is known of it before anything is fitted.
+
+The preflight's findings, the inputs as they act between rows, the filtered motion, the part that is held out, and the
+parameters that a fit may change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import sympy
+
+from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
+from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
+from codegen.diagnosis.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
+from codegen.effects.declare import add_declared_effects
+from codegen.logs import Finding, Log, excerpt, preflight
+from codegen.logs.motion import steady_speeds
+from codegen.mechanics import build_system
+from codegen.mechanics.base_parameters import link_parameters
+from codegen.mechanics.system import System
+from codegen.simulate.simulable import is_simulable
+from codegen.spec.model import Spec
+from codegen.spec.motion import KinematicTree
+from codegen.spec.numerics import numerical
+
+HELD_OUT_SHARE = 0.3
+Findings = Mapping[str, tuple[str, ...]]
+"""Log, "train" or "test" → what the preflight found, in words."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A log and a spec as a problem.
+
+    Attributes:
+        log, test_log: with inputs as they act between rows. test_log: None where the end of the log is held out.
+        problem: the declared system on the part of the motion for training; test: on the motion with ``window``.
+        material: share of the RMS of the drive force from which on a force matters.
+    """
+
+    spec: Spec
+    log: Log
+    test_log: Log | None
+    motion: Motion
+    problem: Problem
+    test: Problem
+    window: slice
+    findings: Mapping[str, tuple[Finding, ...]]
+    material: float
+
+    @cached_property
+    def steady(self) -> bool:
+        """Whether every coordinate runs at constant speed."""
+        return _is_steady(self.log, self.motion)
+
+    @property
+    def faults(self) -> bool:
+        """Whether log and spec do not fit together, so that no effect is tried."""
+        return any(f.severity == "problem" for f in self.findings["train"])
+
+    @property
+    def findings_in_words(self) -> Findings:
+        """Each finding with its severity before it."""
+        return {name: tuple(f"{f.severity}: {f.words}" for f in some) for name, some in self.findings.items()}
+
+
+@numerical("the force balance on the log")
+def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material: float) -> Case:
+    """Log and spec as a problem."""
+    system, deviations = uncertain_values(spec, system, log)
+    log, cut = excerpt(log)
+    findings = {
+        "train": (
+            *cut,
+            *preflight(log, spec),
+            *_steady_laws(system),
+            *values_of_zero(spec),
+            *unknown_starts(system, log),
+        )
+    }
+    if test_log is not None:
+        test_log, cut = excerpt(test_log)
+        findings["test"] = (*cut, *preflight(test_log, spec), *unknown_starts(system, test_log))
+    motion = smooth_motion(log)
+    split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
+    problem = Problem(system, _restrict(motion, split), deviations)
+    if _is_steady(log, motion) or moves_one_way(problem):
+        unseen = unseen_inertias(problem)
+        findings["train"] += not_refitted(problem, unseen)
+        deviations = {s: size for s, size in deviations.items() if s not in unseen}
+        problem = replace(problem, deviation=deviations)
+    measured = measured_inputs(problem, log)
+    if measured:
+        findings["train"] += tuple(measured.values())
+        log = acting_between_rows(log, measured)
+        test_log = None if test_log is None else acting_between_rows(test_log, measured)
+        motion = smooth_motion(log)
+        problem = Problem(system, _restrict(motion, split), deviations)
+    other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
+    window = slice(split if test_log is None else 0, len(other.time))
+    return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
+
+
+def _is_steady(log: Log, motion: Motion) -> bool:
+    """Whether every coordinate runs at constant speed."""
+    return len(steady_speeds(log, motion.velocities, motion.usable)) == len(motion.velocities[0])
+
+
+def uncertain_values(spec: Spec, system: System, log: Log) -> tuple[System, Mapping[sympy.Symbol, float]]:
+    """The system with all uncertain quantities as parameters, and their standard deviations in SI."""
+    own = {spec.symbol(p.name): p.tolerance if p.tolerance is not None else log.tolerance for p in spec.parameters}
+    deviations = {s: share * abs(float(system.values[s])) for s, share in own.items() if share}
+    if isinstance(spec.form, KinematicTree) and spec.form.tolerance is not None:
+        links = link_parameters(spec, spec.form)
+        system = add_declared_effects(build_system(spec, links), spec)
+        deviations |= {spec.symbol(p.name): p.deviation for p in links}
+    return system, deviations
+
+
+def _restrict(motion: Motion, stop: int) -> Motion:
+    """The part of a motion before a sample, for training."""
+    rows = ("time", "positions", "velocities", "accelerations", "inputs", "commands", "usable", "measured", "counted")
+    cut = {name: getattr(motion, name)[:stop] for name in rows if getattr(motion, name) is not None}
+    if stop < len(motion.time):
+        cut["usable"] = cut["usable"].copy()
+        cut["usable"][-round(1 / (motion.cutoff_hz * motion.sample_time)) :] = False
+    return replace(motion, **cut)
+
+
+def _steady_laws(system: System) -> tuple[Finding, ...]:
+    """Warnings for contacts whose law cannot be simulated and is replaced by its steady-sliding level."""
+    words = "its steady-sliding level is used instead, in the force residual and in free-run simulation"
+    return tuple(
+        Finding("warning", "law", f"the law {c.law.name} at {c.name} is not simulated: {words}")
+        for c in system.contacts
+        if not is_simulable(c)
+    )
+
+
+def values_of_zero(spec: Spec) -> tuple[Finding, ...]:
+    """Warnings for parameters whose tolerance, a share of their value, is one of zero."""
+    return tuple(
+        Finding(
+            "warning",
+            f"tolerance of {p.name}",
+            f"{p.name} is declared as zero, and its tolerance of {100 * p.tolerance:g} % of that allows no change: it "
+            "is not refitted. Declare a value of the size that it may have, with a tolerance of 100 % or more.",
+        )
+        for p in spec.parameters
+        if p.tolerance and p.value == 0
+    )
+
+
+def unknown_starts(system: System, log: Log) -> tuple[Finding, ...]:
+    """Warnings for positions that are integrated from a speed, and so begin at zero, where a force depends on them."""
+    integrated = log.intake.integrated or (False,) * len(system.positions)
+    begins = "each of its records begins" if log.records else "the log begins"
+    return tuple(
+        Finding(
+            "warning",
+            f"start of {x.name}",
+            f"{x.name} is the integral of its speed, from zero where {begins}, and forces of the spec depend on "
+            f"{x.name}: at another start, gravity, springs and what repeats with {x.name} act at the wrong place. "
+            f"Log the position, or, if the spec has no such parameter yet, write {x.name} + {x.name}_start there, with "
+            "a tolerance.",
+        )
+        for x, unknown in zip(system.positions, integrated, strict=True)
+        if unknown and system.equation_error.has(x)
+    )
