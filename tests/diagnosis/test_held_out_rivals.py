@@ -74,6 +74,23 @@ def test_a_value_within_its_standard_errors_refuses_nothing(
         values = {"theta": np.array([b]), "limited": np.array([False]), "residual": np.zeros((2, 1)), "trial": None}
         return SimpleNamespace(model=with_values(system, {"b": b}), **values)
 
-    judge = rules.HeldOut(problem, lambda model: None)  # type: ignore[arg-type, return-value]
-    found = judge.refused([fit(6.0), *[fit(8.0)] * rivals])
+    found = judge_of(problem).refused([fit(6.0), *[fit(8.0)] * rivals])
     assert set(found) == (set(range(1, rivals + 1)) if refused else set())
+
+
+def judge_of(problem: Problem) -> rules.HeldOut:
+    return rules.HeldOut(problem, lambda model: None)  # type: ignore[arg-type, return-value]
+
+
+@pytest.mark.parametrize(("models", "refused"), [(2, True), (4, False)])
+def test_the_level_is_shared_by_all_comparisons(
+    models: int, refused: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """p = 2 % is below 5 %/2 of two models, and above 5 %/12 of four."""
+    system = system_of(stage())
+    problem = Problem(system, smooth_motion(log_of(stage(), tmp_path, "test.csv")), {})
+    monkeypatch.setattr(rules, "force_gain", lambda *_: SimpleNamespace(left=0.5, p_of_rivals=lambda: 0.02))
+    monkeypatch.setattr(rules, "worsened", lambda other, one: "")
+    monkeypatch.setattr(rules.HeldOut, "_within_errors", lambda self, fit: None)
+    fits: Any = [SimpleNamespace(model=system)] * models
+    assert bool(judge_of(problem).refused(fits)) is refused

@@ -96,8 +96,8 @@ def test_a_coordinate_that_is_used_at_few_samples_tells_no_more(share: float) ->
     for _ in range(LOGS):
         apart = np.zeros(SAMPLES)
         for at in draw.choice(np.flatnonzero(used), 5):
-            apart[at : at + 40] += 3 * draw.choice([-1, 1]) * np.hanning(40)[: SAMPLES - at]
-        whole, part = draw.normal(size=(2, SAMPLES))
+            apart[at : at + 40] += 1.5 * draw.choice([-1, 1]) * np.hanning(40)[: SAMPLES - at]
+        whole, part = noise(draw, 0.0, 0.0), noise(draw, 0.0, 0.0)
         told += by_shifts([(whole, whole), (used * (part + apart / 2), used * (part - apart / 2))]) <= 0.05
     assert told / LOGS <= 0.05 + 2 * np.sqrt(0.05 * 0.95 / LOGS)
 
