@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from codegen.diagnosis import wrong_values
+from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.signals import smooth_motion
 from codegen.diagnosis.wrong_values import scaled_position
 from codegen.effects import CATALOGUE
 from codegen.logs.description import SAYS_NOTHING
+from codegen.spec import parse_spec
+from tests.diagnosis.stage import STAGE, TRAIN, log_of, system_of
 from tests.machines import one_mass
 
 
@@ -34,3 +39,18 @@ def test_no_other_effect_is_a_scale(kind: str, monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_scale_that_does_not_fit_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
     assert _remarks("input_gain", monkeypatch, scale_fits=False) == []
+
+
+@pytest.mark.parametrize(("weight", "fits"), [(0, True), (20, False)])
+def test_a_scale_fits_where_no_constant_force_acts(weight: int, fits: bool, tmp_path: Path) -> None:
+    """A drive twice as strong, from x/2: M a, b v and the level are halved by both, a weight by the gain alone."""
+
+    def spec(effects: str):
+        text = STAGE.format(effects=effects, level=4, reference=TRAIN, duration=8.0, noise=0)
+        text = text.replace("  b: {value", f"  c: {{value: {weight}, unit: N}}\n  b: {{value")
+        return parse_spec(text.replace("w - b*v", "w - b*v - c"), Path("stage.yaml"))
+
+    strong = spec("[{kind: input_gain, on: w, parameters: {gain: 2}}]")
+    log = log_of(strong, tmp_path, "train.csv")
+    problem = Problem(system_of(spec("[]")), smooth_motion(log), {})
+    assert wrong_values._as_well_by_scale(problem, system_of(strong), 2.0) is fits
