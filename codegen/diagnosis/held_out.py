@@ -1,7 +1,7 @@
-"""Candidates that tie on the training log, compared on held-out data, which may refuse some of them.
+"""Comparison on held-out data of candidates that the training log cannot distinguish; some of them may be refused.
 
-Two models may be one motion on the training log and two on the held-out one: a dead zone is a constant force while the
-input stays on one side of it.
+Two models may predict the same motion on the training log and different ones on the held-out log: a dead zone acts as a
+constant force while the input stays on one side of it.
 """
 
 from __future__ import annotations

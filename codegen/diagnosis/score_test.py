@@ -92,7 +92,7 @@ def along_best(t: float, blocks: float, parameters: int) -> float:
 
 
 def _beside_its_own(fit: Fit, change: Array, weights: Array) -> Array:
-    """A change of the prediction (S, K n) less what the fit's own parameters, as far as they are free, make of it.
+    """A change of the prediction, (S, K n), less its weighted projection on the slopes of the fit's free parameters.
 
     A fit stops a little before its optimum; what a further step would gain is no evidence for an effect.
     """

@@ -1,4 +1,4 @@
-"""Shift test: whether one of two models leaves less residual where they differ, however short the time they differ.
+"""Permutation test by circular shifts: whether one of two models leaves less residual at the times when they differ.
 
 Tests on blocks of the log ask for many blocks with a gain. Two models may differ in a few: a dead zone and a constant
 force are one motion except while the input is below the dead zone's width.
@@ -19,7 +19,7 @@ PARTS, LEAST_MOMENTS = 48, 3.0
 
 
 def by_shifts(pairs: Sequence[tuple[Array, Array]]) -> float:
-    """Probability of such a gain where the truth is half-way between two models, by circular shifts of the log.
+    """One-sided p value of a gain if the truth is half-way between two models, by circular shifts of the log.
 
         g_k = Σ_t d(t) m(t + k),   d = b − a,   m = (a + b)/2;   g_0 is half the gain Σ b² − Σ a²
 

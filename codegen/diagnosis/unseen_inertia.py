@@ -1,4 +1,4 @@
-"""Inertias that a log at constant speed, or of a motion one way, hardly shows: they are not refitted."""
+"""Inertia parameters that a log hardly determines, as at constant speed or in motion in one direction: not refitted."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ tolerance. Where inertia is seen no better, free runs err by more than the toler
 
 
 def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:
-    """The uncertain parameters that act through inertia alone and that the force residual hardly tells.
+    """The uncertain parameters that act through inertia alone and that the force residual hardly determines.
 
     At constant speed the motion is accelerated by waves and noise alone. Free runs change an inertia there all the
     same: the noise of a logged input moves the model and not the machine, and a heavier model follows it less (errors

@@ -238,8 +238,9 @@ class Effect(ABC):
         return []
 
     def followed(self, covered: Covered) -> list[dict[str, float]]:
-        """Values of an effect with states that are simulated along the measured motion and judged by the force
-        residual; a fit starts from the best. For one whose loss by free runs is not smooth.
+        """A grid of starting values for an effect with states of its own, whose simulation error is not smooth in them.
+
+        The states are simulated along the measured motion; fits start from the values with the least force residual.
         """
         return []
 

@@ -1,4 +1,4 @@
-"""Preflight of a position that is logged in a multiple of what the spec means, as on the other side of a gear.
+"""Preflight of a position scale: a position logged as a multiple of the spec's, as when measured before a gear.
 
 With the right force u and the position k times too large, q = k x, the machine M a + d v + U λ = u is in the log
 
@@ -9,9 +9,9 @@ the right position and an input that is c times too small it is
 
     (M/c) a + (d/c) v + (U λ)/c = u,   and constant forces are divided by c too.
 
-So inertia, damping and springs tell k = c alike. Where no force is nonlinear in position or speed, only friction levels
-and constant forces tell the two apart. A level that is known to a factor of three only does so where k or 1/k is
-larger. A mass alone that is k times too large is told from both by damping and springs, where these are seen.
+So inertia, damping and springs do not distinguish k from c. If no force is nonlinear in position or speed, only
+friction levels and constant forces do; a level that is known to a factor of three, only if k or 1/k is larger than
+that. A mass that is k times too large differs from both in damping and springs, if the log shows these.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from codegen.mechanics import System
 from codegen.spec.model import Spec
 
 APPARENT = 1.5
-"""Least factor, either way, that is told: a smaller one is an error of a parameter."""
+"""Least factor, either way, that is reported: a smaller one is an error of a parameter."""
 SURE = 3.0
 """Least factor, either way, that is a problem of the log where friction tells it from another scale of the input."""
 SEEN = 0.5
