@@ -46,8 +46,8 @@ FORM_GAIN = 10.0
 """Nats by which a form with more parameters must fit better than a simpler one of the same effect, and a special form
 better than the usual form of another."""
 LEADING, AGAIN = 2, 3
-"""How many of the best candidates are fitted again from other starting values where they are far above the noise, and
-Gauss–Newton steps on few segments from each of these."""
+"""How many of the best candidates, beside those with values that no log can show, are fitted again from other starting
+values where they are far above the noise, and Gauss–Newton steps on few segments from each of these."""
 FOLLOWED = 2
 """Starts of a load with play, of those along the measured motion that leave least of the force residual."""
 START_SHARE = 0.3
@@ -69,7 +69,7 @@ def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
 
 
 def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_progress: Progress) -> list[Fit]:
-    """Fit the base's trial with each part added; the best first."""
+    """Fit the base's trial with each part added, every form of an effect for itself; the best first."""
     tried = CandidateFits(search, base, tuple(parts), report_progress)
     parts = tried.parts
     smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
@@ -82,10 +82,14 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
     by_force = tried.best_by_force([k for k, _ in screened])
     kept = [s for rank, s in enumerate(screened) if rank < FITTED or s[0] in by_force or is_own(parts[s[0]].kind)]
     found = sorted(in_parallel(tried.fitted, kept), key=lambda f: f.cost)
-    again = [k for k, one in enumerate(found) if k < LEADING or one.part.effect.rough]
+    again = [k for k, one in enumerate(found) if k < LEADING or one.part.effect.rough or tried.is_degenerate(one)]
     others = [one for k, one in enumerate(found) if k not in again]
-    found = sorted([*in_parallel(tried.restarted, [found[k] for k in again]), *others], key=lambda f: f.cost)
-    return [f for f in found if not any(is_simpler_form(other, f) for other in found)]
+    return sorted([*in_parallel(tried.restarted, [found[k] for k in again]), *others], key=lambda f: f.cost)
+
+
+def in_simplest_forms(found: Sequence[Fit]) -> list[Fit]:
+    """Fits, all of which may be named, less those of which a simpler form fits as well."""
+    return [f for f in found if not any(other is not f and is_simpler_form(other, f) for other in found)]
 
 
 def is_simpler_form(other: Fit, found: Fit) -> bool:
@@ -232,6 +236,12 @@ class CandidateFits:
             fit = self.search.fit_from(self.runners[k], alone.theta, base, JOINED, self.base.raw_slopes)
         self._count_one()
         return fit
+
+    def is_degenerate(self, found: Fit) -> bool:
+        """Whether a fit ended at values that the log cannot show, as a load of nearly no mass: a local minimum."""
+        effect = found.part.effect
+        here = effect.coordinate(self.search.system, found.part.place)
+        return bool(effect.unseen(found.parameters, float(self.search.record.noise[here])))
 
     def restarted(self, found: Fit) -> Fit:
         """A candidate as it is, or fitted from the best of its other starting values where that is better."""

@@ -12,7 +12,7 @@ from codegen.diagnosis.adoption import Refit, adopt_values, settled_values
 from codegen.diagnosis.answer import REFIT_WORSE, Answer, Measured, Option, admitted
 from codegen.diagnosis.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.estimate import estimate
-from codegen.diagnosis.forward_selection import Outcome, first_candidates
+from codegen.diagnosis.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.held_out import HeldOut, without_refused
 from codegen.diagnosis.output_error import Fit, at_limit
 from codegen.diagnosis.ranking import credible
@@ -122,7 +122,7 @@ def with_estimate(
 def _with_effects(
     final_search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured
 ) -> Answer:
-    fit, found, against = _examined(final_search, outcome, problem, plain.refit, plain.verdict == "effect")
+    outcome, fit, found, against = _examined(final_search, outcome, problem, plain.refit, plain.verdict == "effect")
     if against:
         return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
     return _judged(final_search, outcome, problem, plain, measured, fit, found)
@@ -198,8 +198,8 @@ def references(
 
 def _examined(
     search: Search, outcome: Outcome, problem: Problem, refit: System, strict: bool
-) -> tuple[Fit, tuple[FoundEffect, ...], tuple[str, ...]]:
-    """The final fit, its effects, and the objections against them.
+) -> tuple[Outcome, Fit, tuple[FoundEffect, ...], tuple[str, ...]]:
+    """The outcome with the effects that are left, their final fit, its effects, and the objections against them.
 
     Effects with objections are removed one at a time and the others fitted again. If all have objections, or those
     without are not credited over the refit, all effects are returned with the objections. Else there are none.
@@ -219,13 +219,16 @@ def _examined(
             continue
         raised = [objections(f, p, problem) if strict else [] for f, p in zip(found, parts, strict=True)]
         if not any(raised):
-            return fit, found, ()
+            if len(parts) < len(outcome.parts):
+                explained = explained_share(search, outcome.base, final)
+                outcome = replace(outcome, final=final, explained=explained)
+            return outcome, fit, found, ()
         words = tuple(w for one in raised for w in one)
         if all(raised):
-            return fit, found, words
+            return outcome, fit, found, words
         final = search.without(final, next(k for k, one in enumerate(raised) if one))
         if not credible(search, outcome.base, final, first_candidates(search, outcome.base)):
-            return fit, found, words
+            return outcome, fit, found, words
 
 
 def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> Fit | None:

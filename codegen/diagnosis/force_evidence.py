@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from codegen.diagnosis.credit import SIGNED, are_large, of_logarithms, random_signs
+from codegen.diagnosis.credit import SIGNED, are_large, by_random_signs, of_logarithms
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.residual import (
     Problem,
@@ -62,6 +62,7 @@ class ForceGain:
         ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
         values: number of independent residuals in those blocks.
         where_apart: probability of the shift test (``by_shifts``).
+        by_signs: probability of such a sum of the gains of blocks if their signs are random (``by_random_signs``).
     """
 
     left: float
@@ -72,6 +73,7 @@ class ForceGain:
     ratios: tuple[float, ...] = ()
     values: float = 0.0
     where_apart: float = 1.0
+    by_signs: float = 1.0
 
     @property
     def p(self) -> float:
@@ -79,7 +81,7 @@ class ForceGain:
 
         The likelihood ratio is valid where the other model is true, the two tests on blocks where both lack something.
         """
-        return max(min(1.0, 2 * min(random_signs(self.t), self.where_large())), exp(-max(self.nats, 0.0)))
+        return max(min(1.0, 2 * min(self.by_signs, self.where_large())), exp(-max(self.nats, 0.0)))
 
     def p_of_rivals(self, fitted: int = 0) -> float:
         """As ``p``, of two models of which one at most is true, by the shift test too.
@@ -89,7 +91,7 @@ class ForceGain:
         Args:
             fitted: parameters that this model has, fitted to the same residuals, and the other one has not.
         """
-        by_blocks = min(random_signs(self.t), self.where_large(fitted), self.where_apart)
+        by_blocks = min(self.by_signs, self.where_large(fitted), self.where_apart)
         return max(min(1.0, 3 * by_blocks), exp(-max(self.nats - fitted, 0.0)))
 
     def p_added(self, parameters: int) -> float:
@@ -159,7 +161,9 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     spread = float(np.sqrt((blocks**2).sum()))
     t = float(blocks.sum()) / spread if spread > 0 else 0.0
     many = float(values[some][large].sum())
-    return ForceGain(left, nats, t, t_of_scores(*scores), added, ratios, many, by_shifts(pairs))
+    return ForceGain(
+        left, nats, t, t_of_scores(*scores), added, ratios, many, by_shifts(pairs), by_random_signs(blocks)
+    )
 
 
 def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]]) -> Array:

@@ -8,7 +8,7 @@ from functools import partial
 from itertools import combinations
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.candidate_fits import every_part, fit_candidates
+from codegen.diagnosis.candidate_fits import every_part, fit_candidates, in_simplest_forms
 from codegen.diagnosis.credit import evidence_of, noise_loss, noise_ratio
 from codegen.diagnosis.force_evidence import ForceCriterion
 from codegen.diagnosis.output_error import Fit
@@ -46,7 +46,8 @@ SWAPPED = 6
 BEAM = 3
 """Candidates of the first round that get a second round of their own."""
 PAIRED = 5
-"""Best candidates of the first round that are tried in pairs, where the best leaves far more than the noise."""
+"""Best candidates of the first round that are tried in pairs, where the best leaves far more than the noise, at least
+in some segments."""
 BETTER = 10.0
 """Nats by which another effect must fit better to replace one found earlier."""
 
@@ -132,7 +133,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             break
         rivals = tied or rivals
         confirmed = current
-        if not turn and noise_ratio(current) > credit.NEAR_NOISE:
+        if not turn and not credit.near_noise(current):
             pair = _pair(search, possible[:PAIRED])
             if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
                 current = confirmed = pair
@@ -180,7 +181,8 @@ def _merged(search: Search, current: Fit) -> Fit | None:
             continue
         rest = search.without(search.without(current, k), j)
         others = [p for p in every_part(search, rest.trial.parts) if same_signature(p, parts[j])]
-        good = [f for f in fit_candidates(search, rest, others, lambda share: None) if is_possible(search, f)]
+        tried = fit_candidates(search, rest, others, lambda share: None)
+        good = in_simplest_forms([f for f in tried if is_possible(search, f)])
         if good and not worth_it(search, good[0], current, hypotheses(others)):
             simpler = search.fitted_again(good[0])
             return _merged(search, simpler) or simpler
@@ -276,7 +278,7 @@ def _swapped(
         without = search.without(current, k)
         tried = fit_candidates(search, without, others, lambda share: None)
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
-        good = [f for f in good if not _refused_by_force(search, without, f)]
+        good = in_simplest_forms([f for f in good if not _refused_by_force(search, without, f)])
         if good and good[0].cost < current.cost - BETTER:
             return search.fitted_again(good[0]), {}
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)

@@ -26,7 +26,7 @@ from codegen.diagnosis.residual import (
     residual_without_values,
 )
 from codegen.diagnosis.search import Search
-from codegen.diagnosis.separation import in_place
+from codegen.diagnosis.separation import in_place, led_by_rival
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import model_of
 
@@ -114,8 +114,9 @@ def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tupl
         f"{times:.3g} times the squared residual force; the errors of what is left were measured on these data too"
         for k, (j, times) in refused.items()
     )
-    rivals = tuple(outcome.rivals[k - 1] for k in kept[1:])
-    return replace(outcome, final=fits[kept[0]], rivals=rivals), words
+    rivals = [outcome.rivals[k - 1] for k in kept[1:]]
+    left = led_by_rival(search, outcome, fits[kept[0]], rivals) if kept[0] else replace(outcome, rivals=tuple(rivals))
+    return left, words
 
 
 def only(motion: Motion, window: slice) -> Motion:

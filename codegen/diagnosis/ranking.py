@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.candidate_fits import FORM_GAIN, fit_candidates
+from codegen.diagnosis.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form
 from codegen.diagnosis.credit import Evidence, evidence_of, independent_share, near_noise, noise_ratio, size_of
 from codegen.diagnosis.force_evidence import ForceCriterion
 from codegen.diagnosis.output_error import Fit
@@ -38,7 +38,7 @@ EQUAL = 2.0
 """Nats by which fits of twins, which are one motion, may differ."""
 FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
 """Share of α for the test on the force residual (weighted Bonferroni), and that where the log has fewer than
-``credit.SIGNED`` segments: the sign test on B of them cannot give less than Φ(−√B)."""
+``credit.SIGNED`` segments: the sign test on B of them cannot give less than 2⁻ᴮ."""
 LEAST_DRIVE = 0.1
 """Least RMS of the drive force with an effect over that without: less does not move the machine."""
 CONTRADICTED = 1.5
@@ -75,7 +75,10 @@ class Ranked:
 def run_round(
     search: Search, current: Fit, parts: Sequence[Part], report_progress: Callable[[float], None]
 ) -> list[Ranked]:
-    """Fit and rank every candidate in addition to the current effects: those that pass every test first."""
+    """Fit and rank every candidate in addition to the current effects: those that pass every test first.
+
+    Of forms of one effect that fit alike the simplest stays, unless it is refused and another one is not.
+    """
     soft, base = search.with_noise_floor(current)
     before, count, ranked = ForceCriterion(search, base), hypotheses(parts), []
     for found in fit_candidates(soft, base, parts, report_progress):
@@ -93,7 +96,22 @@ def run_round(
             )
         ratio = noise_ratio(found) / noise_ratio(base)
         ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after))
-    return sorted(ranked, key=lambda r: (bool(r.why_not) and not r.unsure, r.found.cost))
+    return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not) and not r.unsure, r.found.cost))
+
+
+def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:
+    """Candidates less those of which a simpler form fits as well, and passes the tests as well: all of them, all but
+    that of significance, or neither.
+    """
+
+    def passed(one: Ranked) -> tuple[bool, bool]:
+        return not one.why_not, one.unsure
+
+    return [
+        r
+        for r in ranked
+        if not any(is_simpler_form(other.found, r.found) and passed(other) >= passed(r) for other in ranked)
+    ]
 
 
 def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[Ranked]:

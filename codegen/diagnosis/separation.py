@@ -18,7 +18,7 @@ from codegen.base.errors import BadInput
 from codegen.diagnosis.credit import independent_share
 from codegen.diagnosis.discrimination import Discrimination, Model
 from codegen.diagnosis.follow import follow
-from codegen.diagnosis.forward_selection import Outcome
+from codegen.diagnosis.forward_selection import Outcome, explained_share
 from codegen.diagnosis.output_error import Fit
 from codegen.diagnosis.ranking import Ranked, twins
 from codegen.diagnosis.record import LEAST_SEGMENTS, PERIODS, Record, record_of
@@ -64,7 +64,13 @@ def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:
 def without_leader(search: Search, outcome: Outcome) -> Iterator[Outcome]:
     """The outcome with each rival in turn in place of its first effect; those that come after it are its rivals."""
     for k, rival in enumerate(outcome.rivals[:MOST_RIVALS]):
-        yield replace(outcome, final=in_place(search, outcome, rival), rivals=outcome.rivals[k + 1 :])
+        yield led_by_rival(search, outcome, in_place(search, outcome, rival), outcome.rivals[k + 1 :])
+
+
+def led_by_rival(search: Search, outcome: Outcome, final: Fit, rivals: Sequence[Ranked]) -> Outcome:
+    """The outcome with a fit in which a rival has the place of the first effect, and what that fit explains."""
+    explained = explained_share(search, outcome.base, final)
+    return replace(outcome, final=final, rivals=tuple(rivals), explained=explained)
 
 
 def separate(

@@ -331,9 +331,13 @@ def _nats(fit: SteadyFit, count: int) -> float:
 
 
 def _is_simpler_form(other: Tried, one: Tried) -> bool:
-    """Whether a candidate is the same effect with fewer parameters, and the records cannot tell that it is worse."""
+    """Whether a candidate is the same effect with fewer parameters, and the records cannot tell that it is worse.
+
+    One that is not credited is no form of one that is.
+    """
     a, b, count = other.part, one.part, len(one.fit.residual)
     simpler = (a.kind, a.on) == (b.kind, b.on) and len(a.names) < len(b.names)
+    simpler = simpler and other.row.accepted >= one.row.accepted
     return simpler and _nats(other.fit, count) <= _nats(one.fit, count) + TIE_NATS
 
 

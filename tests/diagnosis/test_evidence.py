@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from itertools import product
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.stats import binom, ttest_1samp
+from scipy.stats import binom, norm, ttest_1samp
 
 from codegen.diagnosis import ranking
-from codegen.diagnosis.credit import evidence
+from codegen.diagnosis.credit import by_random_signs, evidence
 
 KEPT, SEGMENTS = 40, 48
 FLOOR = 0.5 * KEPT * np.log(2.0)
@@ -44,6 +45,27 @@ def test_an_effect_of_a_few_accelerations_is_significant_far_above_the_noise() -
     before[::4] = left[::4] * generator.uniform(15, 60, 12)
     found = evidence(losses(before), losses(left), KEPT, FLOOR)
     assert found.where_far > 1e-4 and found.p(0.0) < 1e-5
+
+
+@pytest.mark.parametrize("count", [1, 3, 5, 8])
+def test_equal_gains_in_all_blocks_are_chance_as_often_as_so_many_coins_agree(count: int) -> None:
+    """The normal approximation says 1.3 % of five blocks, of which one in 32 is right."""
+    assert by_random_signs(np.full(count, 0.7)) == pytest.approx(0.5**count)
+    found = evidence(losses(np.full(count, 4.0 * KEPT)), losses(np.full(count, 2.0 * KEPT)), KEPT, FLOOR)
+    assert found.by_signs == pytest.approx(0.5**count)
+
+
+def test_random_signs_are_counted() -> None:
+    """Compared with all 2¹² signs of gains of very different size; sums as large as the observed one count."""
+    draw = np.random.default_rng(11)
+    signs = np.array(list(product((-1, 1), repeat=12)))
+    for _ in range(20):
+        gains = draw.normal(size=12) * np.exp(1.5 * draw.normal(size=12))
+        p, normal = np.mean(signs @ np.abs(gains) >= gains.sum() - 1e-9), norm.sf(gains.sum() / np.linalg.norm(gains))
+        assert by_random_signs(gains) == pytest.approx(max(p, normal), rel=0.02)
+    assert by_random_signs(np.zeros(4)) == by_random_signs(np.array([])) == 1.0
+    assert by_random_signs(np.array([3.0, -3.0])) == pytest.approx(0.75)
+    assert by_random_signs(np.full(48, 2.0)) == pytest.approx(norm.sf(np.sqrt(48)))
 
 
 def test_a_worse_model_is_never_significant() -> None:

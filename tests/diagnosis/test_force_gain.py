@@ -114,6 +114,17 @@ def test_two_models_that_differ_for_one_moment_are_not(log: Log) -> None:
     assert min(gain.p_of_rivals() for gain in _with_moments(problem_of(log), 1)) > 0.05
 
 
+def test_equal_gains_in_five_blocks_tell_no_rivals_apart(log: Log) -> None:
+    """Five signs agree by chance once in 32 times; there are three tests: 3/32."""
+    problem = problem_of(log)
+    block = blocks_of(problem)[:, None]
+    sizes, sign = np.ones(block.shape), np.where(np.arange(len(block)) % 2, 1.0, -1.0)[:, None]
+    larger = np.where(np.isin(block, [3, 11, 22, 31, 44]), 1.2, 1.0)
+    gain = replace(force_gain(problem, larger * sign * sizes, sizes), ratios=(), where_apart=1.0, nats=50.0)
+    assert gain.t == pytest.approx(np.sqrt(5), rel=0.02)
+    assert gain.p_of_rivals() == pytest.approx(3 / 32, rel=0.2)
+
+
 def test_parameters_more_than_the_rival_has_count(log: Log) -> None:
     gain = _with_moments(problem_of(log), 3)[0]
     few = replace(gain, nats=4.0)

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.diagnosis import examination, separation
 from codegen.diagnosis import held_out as rules
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.forward_selection import Outcome
 from codegen.diagnosis.residual import Problem
 from codegen.diagnosis.results import Diagnosis
 from codegen.diagnosis.signals import TRIM_S, smooth_motion
@@ -94,3 +96,54 @@ def test_the_level_is_shared_by_all_comparisons(
     monkeypatch.setattr(rules.HeldOut, "_within_errors", lambda self, fit: None)
     fits: Any = [SimpleNamespace(model=system)] * models
     assert bool(judge_of(problem).refused(fits)) is refused
+
+
+def test_what_is_explained_is_that_of_the_rival_that_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Held-out data refuse the leader, which explains 90 %; the rival that is named then explains 40 %."""
+    shares = {"leader": 0.9, "rival": 0.4, "other": 0.3}
+    fits = {k: SimpleNamespace(trial=SimpleNamespace(parts=(SimpleNamespace(kind=k, on="x"),))) for k in shares}
+    monkeypatch.setattr(separation, "in_place", lambda search, outcome, one: fits[one])
+    monkeypatch.setattr(rules, "in_place", lambda search, outcome, one: fits[one])
+    monkeypatch.setattr(separation, "explained_share", lambda search, base, fit: shares[fit.trial.parts[0].kind])
+    none: Any = None
+    leader, rivals = fits["leader"], ("rival", "other")
+    outcome = Outcome(none, leader, (), rivals, shares["leader"], 10)  # type: ignore[arg-type]
+    refused: Any = SimpleNamespace(refused=lambda fits: {0: (1, 2.0)})
+    left, words = rules.without_refused(none, outcome, refused)
+    assert left.final is fits["rival"] and left.rivals == ("other",) and left.explained == 0.4 and len(words) == 1
+    refused = SimpleNamespace(refused=lambda fits: {1: (0, 2.0)})
+    left, _ = rules.without_refused(none, outcome, refused)
+    assert left.final is leader and left.rivals == ("other",) and left.explained == 0.9
+    after = list(separation.without_leader(none, outcome))
+    assert [(o.final, o.explained) for o in after] == [(fits["rival"], 0.4), (fits["other"], 0.3)]
+
+
+def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of two effects one has an interval that includes zero; the free runs settle what is left by its own share."""
+    parts = tuple(SimpleNamespace(kind=k, on="x") for k in ("spring", "offset"))
+
+    def fit(*parts: Any) -> Any:
+        trial = SimpleNamespace(parts=parts)
+        return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial))
+
+    both, one = fit(*parts), fit(parts[0])
+    found = SimpleNamespace(kind="spring")
+    monkeypatch.setattr(examination, "named_effects", lambda parts, *_: [found] * len(parts))
+    for name, value in {
+        "estimate": None,
+        "in_simpler_form": None,
+        "credible": True,
+        "first_candidates": 1,
+        "explained_share": 0.4,
+    }.items():
+        monkeypatch.setattr(examination, name, lambda *_, value=value: value)
+    monkeypatch.setattr(examination, "replace", lambda one, **changes: SimpleNamespace(**{**vars(one), **changes}))
+    monkeypatch.setattr(examination, "at_limit", lambda fit: [()] * len(fit.trial.parts))
+    monkeypatch.setattr(examination, "objections", lambda found, part, problem: ["zero"] * (part.kind == "offset"))
+    search: Any = SimpleNamespace(polished=lambda fit: (fit, fit), without=lambda fit, k: one)
+    outcome: Any = SimpleNamespace(final=both, parts=parts, base=None, explained=0.9)
+    none: Any = None
+    left, last, _, against = examination._examined(search, outcome, none, none, True)
+    assert (left.final, left.explained, last, against) == (one, 0.4, one, ())
