@@ -13,6 +13,7 @@ from codegen.effects import Effect
 from codegen.effects.declare import effect_symbols, places_of
 from codegen.friction.zero_memory import Coulomb
 from codegen.mechanics.system import ContactFriction, Matrix, System
+from codegen.report.examples import EXAMPLES
 from codegen.report.style import CURVE, framed, rounded, svg_of
 from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensors import SensorError
@@ -26,42 +27,6 @@ EVERY = 6
 """Every sixth sample is drawn."""
 SLOWEST = 0.01
 """Share of the top speed below which friction is not drawn."""
-PARAMETERS: dict[str, dict[str, float]] = {
-    "viscous": {"b": 4},
-    "quadratic_drag": {"c": 5},
-    "stribeck": {"delta": 2, "v_s": 0.1},
-    "coulomb_asymmetry": {"d": 1},
-    "offset": {"f0": 1},
-    "position_dependent_friction": {"amplitude": 1, "period": 0.15, "phase": 0.5},
-    "load_dependent_friction": {"mu": 0.15},
-    "presliding": {"sigma": 300},
-    "friction_drift": {"delta": 2, "T": 3},
-    "cogging": {"amplitude": 1, "period": 0.15, "phase": 0.5},
-    "input_gain": {"gain": 1.2},
-    "input_delay": {"T": 0.02},
-    "actuator_lag": {"tau": 0.05},
-    "dead_zone": {"width": 1.5},
-    "saturation": {"limit": 8},
-    "compliance": {"k": 4000, "c": 10, "load_fraction": 0.6},
-    "backlash": {"gap": 0.005, "k": 4000, "c": 40, "load_fraction": 0.6},
-    "inertia_error": {"delta": 0.5},
-    "gravity_imbalance": {"G": 3, "phase": 1},
-    "spring": {"k": 8},
-    "hardening_spring": {"k3": 60},
-    "coupling": {"c": 4},
-    "encoder_eccentricity": {"amplitude": 0.002, "period": 0.15, "phase": 0.5},
-    "viscous_asymmetry": {"d_b": 3},
-    "cogging_harmonics": {
-        "period": 0.3,
-        "sin_1": 1,
-        "cos_1": 0,
-        "sin_2": 0.2,
-        "cos_2": 0.3,
-        "sin_3": 0,
-        "cos_3": 0.5,
-    },
-    "drive_backdrive_friction": {"mu_drive": 0.05, "mu_back": 0.3},
-}
 
 
 @dataclass(frozen=True)
@@ -138,7 +103,7 @@ def _axis(unit: str, count: int) -> System:
 
 def effect_picture(effect: Effect) -> str:
     """The SVG of an effect's picture."""
-    residual = example_residual(effect, PARAMETERS[effect.kind])
+    residual = example_residual(effect, EXAMPLES.effects[effect.kind])
     angular = effect.needs == "a coordinate in rad"
     units = {
         "velocity": "velocity in rad/s" if angular else "velocity in m/s",

@@ -11,7 +11,8 @@ from codegen.base.files import write_all
 from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect, EffectParameter
 from codegen.effects.effect import Place
-from codegen.report.effect_examples import LEVEL, MASS, PARAMETERS, STIFFNESS, effect_picture
+from codegen.report.effect_examples import LEVEL, MASS, STIFFNESS, effect_picture
+from codegen.report.examples import EXAMPLES
 from codegen.report.wording import with_unit
 
 EXAMPLE_PLACES: dict[Place, str] = {
@@ -30,7 +31,7 @@ def effect_view(effect: Effect) -> dict[str, Any]:
     first, *remarks = inspect.cleandoc(type(effect).__doc__ or "").split("\n\n")
     angular = effect.needs == "a coordinate in rad"
     units = {"F": "N*m" if angular else "N", "q": "rad" if angular else "m", "w": "N"}
-    drawn = PARAMETERS.get(effect.kind, {})
+    drawn = EXAMPLES.effects.get(effect.kind, {})
     forms = {p.name: (form, p) for form in effect.forms for p in form.parameters}  # the last form with each
     return {
         "kind": effect.kind,
@@ -92,7 +93,7 @@ def write_effects(folder: Path) -> Path:
     Raises:
         BadInput: if the folder cannot be written.
     """
-    drawn = [e for e in CATALOGUE.values() if e.kind in PARAMETERS]
+    drawn = [e for e in CATALOGUE.values() if e.kind in EXAMPLES.effects]
     write_all(folder, {f"effects/{e.kind}.svg": effect_picture(e) for e in drawn} | {"effects.md": effects_page()})
     return folder / "effects.md"
 

@@ -1,4 +1,4 @@
-"""Pictures of the friction laws as SVG: example parameters, prescribed slip motions, and the force of a law in them.
+"""Pictures of the friction laws as SVG: prescribed slip motions, and the force of a law in them.
 
 Deterministic for the same data.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -19,6 +18,7 @@ from codegen.friction import LAWS, DynamicLaw, FrictionLaw, MemoryLaw
 from codegen.friction.memory import Karnopp, RisingStatic
 from codegen.friction.state_space import LinkerDieterich, Ruina
 from codegen.mechanics.casadi_form import to_casadi
+from codegen.report.examples import EXAMPLES
 from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD, framed, rounded, svg_of
 from codegen.report.wording import prefixed
 from codegen.spec.functions import Magnitude
@@ -28,60 +28,6 @@ SAMPLES = 1200
 FORCE = "force in N"
 
 
-@dataclass(frozen=True)
-class Example:
-    """Parameters and motion with which a law is drawn, in N, m and s.
-
-    Attributes:
-        top_speed: amplitude of the sinusoidal slip velocity at ``frequency``.
-        presliding: amplitudes of small sinusoidal slips.
-    """
-
-    parameters: Mapping[str, float]
-    top_speed: float = 0.1
-    frequency: float = 1.0
-    presliding: tuple[float, ...] = ()
-
-
-STRIBECK = {"F_c": 40.0, "F_s": 60.0, "v_s": 0.02, "F_v": 100.0}
-EXTENDED = {"a1": 40.0, "a2": 20.0, "a3": 50.0, "a4": 100.0}
-ROCK = {"F_0": 60.0, "a": 0.6, "b": 0.9, "L": 1e-5, "v_0": 1e-6}
-EXAMPLES: dict[str, Example] = {
-    "coulomb": Example({"a": 50.0}),
-    "static_viscous": Example({"F_c": 40.0, "F_s": 60.0, "F_v": 100.0}),
-    "tustin": Example({"F_c": 40.0, "F_s": 60.0, "v_c": 0.02, "F_v": 100.0}),
-    "bo_pavelescu": Example({"F_c": 40.0, "F_s": 60.0, "alpha": 0.02, "n": 0.75, "F_v": 100.0}),
-    "gaussian": Example(STRIBECK),
-    "gaussian_offset": Example({**STRIBECK, "v_0": 0.01}),
-    "lorentzian": Example(STRIBECK),
-    "polynomial": Example({"a0": 60.0, "a1": -800.0, "a2": 12000.0, "a3": -45000.0}),
-    "canudas": Example({"alpha_0": 60.0, "alpha_1": -120.0, "alpha_2": 300.0}),
-    "extended_coulomb": Example(EXTENDED),
-    "dahl": Example({"a": 50.0, "c": 500.0, "i": 1.0}, presliding=(0.001, 0.003)),
-    "reset_integrator": Example({"a": 50.0, "c": 100.0, "D1": 1000.0, "D2": 1e-4}, 0.2, presliding=(0.005, 0.015)),
-    "lugre": Example(
-        {"sigma_0": 1e5, "sigma_1": 316.0, "sigma_2": 0.4, "F_c": 1.0, "F_s": 1.5, "v_s": 0.001},
-        0.004,
-        5.0,
-        (1e-5, 3e-5),
-    ),
-    "walrath": Example({"T": 50.0, "tau": 0.05}, presliding=(0.001, 0.003)),
-    "ruina": Example(ROCK),
-    "linker_dieterich": Example(ROCK),
-    "extended_dynamic": Example({**EXTENDED, "c": 500.0, "i": 1.0}, presliding=(0.001, 0.003)),
-    "extended_reset_integrator": Example(
-        {**EXTENDED, "c": 200.0, "D1": 1000.0, "D2": 1e-4}, presliding=(0.0025, 0.0075)
-    ),
-    "rising_static_derjaguin": Example({"F_c": 40.0, "F_s_inf": 60.0, "gamma": 0.5}),
-    "rising_static_kato": Example({"F_c": 40.0, "F_s_inf": 60.0, "gamma": 0.64, "n": 0.67}),
-    "hess_soom_lag": Example({**STRIBECK, "tau_L": 0.01}),
-    "seven_parameter": Example(
-        {"k_t": 2e4, "F_c": 40.0, "F_v": 100.0, "F_s_inf": 20.0, "v_s": 0.02, "tau_L": 0.01, "gamma": 0.5},
-        presliding=(0.0015, 0.006),
-    ),
-    "karnopp": Example({"F_c": 40.0, "F_s": 60.0, "D_v": 0.001, "F_v": 0.0}),
-    "bristle": Example({"N": 25.0, "sigma_0": 1000.0, "delta_s": 0.002}, presliding=(0.001, 0.004)),
-}
 DRAG = {"mass": 1.0, "stiffness": 1000.0, "speed": 0.1}
 """kg, N/m and m/s: mass, spring and speed of the drive that drags Karnopp's contact."""
 
@@ -99,7 +45,7 @@ def caption(law: FrictionLaw) -> str:
                 f"{DRAG['stiffness']:g} N/m whose end moves at {DRAG['speed']:g} m/s"
             )
         case DynamicLaw() | MemoryLaw():
-            example = EXAMPLES[law.name]
+            example = EXAMPLES.laws[law.name]
             loop = f"hysteresis under a sinusoidal velocity of {example.frequency:g} Hz (steady sliding dashed)"
             return f"{loop}, and {'under small displacements' if example.presliding else 'its force over time'}"
         case _:
@@ -108,7 +54,7 @@ def caption(law: FrictionLaw) -> str:
 
 def steady_level(law: FrictionLaw, speed: Any) -> Any:
     """level(|u|) at speeds, in N."""
-    u, p = symbol("u"), {name: symbol(name) for name in EXAMPLES[law.name].parameters}
+    u, p = symbol("u"), {name: symbol(name) for name in EXAMPLES.laws[law.name].parameters}
     level = _function(law.level(Magnitude(u), p), {u: None}, law)
     return np.array([level(v) for v in speed])
 
@@ -120,7 +66,7 @@ def steady_force(law: FrictionLaw, velocity: Any) -> Any:
 
 def force_over(law: FrictionLaw, time: Any, velocity: Callable[[float], float]) -> Any:
     """The force of a dynamic or a memory law during a slip motion that starts at rest without load, in N."""
-    p = EXAMPLES[law.name].parameters
+    p = EXAMPLES.laws[law.name].parameters
     u_over_time = np.array([velocity(t) for t in time])
     if isinstance(law, MemoryLaw):
         return law.response(time, u_over_time, p)
@@ -147,7 +93,7 @@ def force_over(law: FrictionLaw, time: Any, velocity: Callable[[float], float]) 
 
 def dragged_mass() -> tuple[Any, Any, Any]:
     """Time, velocity and friction of a mass dragged over Karnopp's contact by a spring whose end moves steadily."""
-    law, p = LAWS["karnopp"], EXAMPLES["karnopp"].parameters
+    law, p = LAWS["karnopp"], EXAMPLES.laws["karnopp"].parameters
     if not isinstance(law, Karnopp):
         raise TypeError("karnopp is not Karnopp's law")
     step = 2e-4
@@ -166,7 +112,7 @@ def dragged_mass() -> tuple[Any, Any, Any]:
 
 def _function(expression: Any, arguments: Mapping[Any, None], law: FrictionLaw) -> Callable[..., float]:
     entries = {s: casadi.SX.sym(s.name) for s in arguments}
-    names = entries | {symbol(n): casadi.SX(v) for n, v in EXAMPLES[law.name].parameters.items()}
+    names = entries | {symbol(n): casadi.SX(v) for n, v in EXAMPLES.laws[law.name].parameters.items()}
     function = casadi.Function("law", list(entries.values()), [casadi.SX(to_casadi(expression, names))])
     return lambda *values: float(function(*values))
 
@@ -184,7 +130,7 @@ def law_picture(law: FrictionLaw) -> str:
             over = (velocity, "velocity in m/s"), (time, "time in s")
             panels = tuple(partial(_drag, over=x, friction=friction, label=label) for x, label in over)
         case DynamicLaw() | MemoryLaw():
-            second = _presliding if EXAMPLES[law.name].presliding else _over_time
+            second = _presliding if EXAMPLES.laws[law.name].presliding else _over_time
             panels = (lambda axes: _loop(axes, law), lambda axes: second(axes, law))
         case _:
             panels = (lambda axes: _characteristic(axes, law),)
@@ -193,7 +139,7 @@ def law_picture(law: FrictionLaw) -> str:
 
 def _characteristic(axes: Any, law: FrictionLaw) -> None:
     """Force over velocity in both directions, with the range of forces at standstill as a vertical line."""
-    top = EXAMPLES[law.name].top_speed
+    top = EXAMPLES.laws[law.name].top_speed
     speed = np.concatenate(([0.0, 0.0], np.geomspace(top * 1e-6, top, SAMPLES // 2)))
     level = steady_level(law, speed)
     level[0] = 0.0
@@ -204,7 +150,7 @@ def _characteristic(axes: Any, law: FrictionLaw) -> None:
 
 def _under_sine(law: FrictionLaw, periods: int) -> tuple[Any, Any, Any]:
     """Time, velocity and force over some periods of the example's sinusoidal velocity."""
-    example = EXAMPLES[law.name]
+    example = EXAMPLES.laws[law.name]
     omega = 2 * np.pi * example.frequency
     time = np.linspace(0, periods / example.frequency, periods * SAMPLES + 1)
     force = force_over(law, time, lambda t: example.top_speed * np.sin(omega * t))
@@ -212,7 +158,7 @@ def _under_sine(law: FrictionLaw, periods: int) -> tuple[Any, Any, Any]:
 
 
 def _loop(axes: Any, law: FrictionLaw) -> None:
-    example = EXAMPLES[law.name]
+    example = EXAMPLES.laws[law.name]
     time, velocity, force = _under_sine(law, 3)
     speed = np.geomspace(example.top_speed * 1e-4, example.top_speed, SAMPLES // 4)
     factor, unit = prefixed([example.top_speed], "m")
@@ -225,7 +171,7 @@ def _loop(axes: Any, law: FrictionLaw) -> None:
 
 def _presliding(axes: Any, law: FrictionLaw) -> None:
     """From rest: the virgin curve and two hysteresis loops."""
-    example = EXAMPLES[law.name]
+    example = EXAMPLES.laws[law.name]
     omega = 2 * np.pi * example.frequency
     time = np.linspace(0, 2.25 / example.frequency, 2 * SAMPLES + 1)
     factor, unit = prefixed([max(example.presliding)], "m")
@@ -255,7 +201,7 @@ def _steady_rate(axes: Any, law: FrictionLaw) -> None:
 
 
 def _velocity_step(axes: Any, law: FrictionLaw) -> None:
-    p = EXAMPLES[law.name].parameters
+    p = EXAMPLES.laws[law.name].parameters
     slow, fast = p["v_0"], 10 * p["v_0"]
     first, second = 2 * p["L"] / slow, 2 * p["L"] / slow + 10 * p["L"] / fast
     time = np.concatenate(
@@ -276,7 +222,7 @@ def _velocity_step(axes: Any, law: FrictionLaw) -> None:
 
 
 def _after_rest(axes: Any, law: RisingStatic) -> None:
-    p = EXAMPLES[law.name].parameters
+    p = EXAMPLES.laws[law.name].parameters
     for dwell, colour in ((10.0, CURVE), (1.0, SECOND), (0.1, THIRD)):
         static = float(law.static_level(dwell, p))
         _plot(axes, [0, 0], [-static, static], colour)
@@ -289,7 +235,7 @@ def _after_rest(axes: Any, law: RisingStatic) -> None:
 
 def _static_level(axes: Any, law: RisingStatic) -> None:
     dwell = np.geomspace(1e-3, 1e3, SAMPLES // 4)
-    _plot(axes, dwell, law.static_level(dwell, EXAMPLES[law.name].parameters), CURVE)
+    _plot(axes, dwell, law.static_level(dwell, EXAMPLES.laws[law.name].parameters), CURVE)
     axes.set_xscale("log")
     framed(axes, "time at rest in s", "static level in N")
 

@@ -13,7 +13,8 @@ from codegen.base.files import write_all
 from codegen.base.text import render
 from codegen.friction import LAWS, DynamicLaw, FrictionLaw, LawParameter, MemoryLaw
 from codegen.mechanics.contacts import admissible
-from codegen.report.law_examples import EXAMPLES, caption, law_picture
+from codegen.report.examples import EXAMPLES
+from codegen.report.law_examples import caption, law_picture
 from codegen.report.wording import with_unit
 from codegen.spec.functions import Magnitude
 
@@ -56,7 +57,7 @@ def law_groups() -> tuple[Group, ...]:
 
 def law_view(law: FrictionLaw) -> dict[str, Any]:
     """The fields of a law for the template."""
-    drawn = law.name in EXAMPLES
+    drawn = law.name in EXAMPLES.laws
     first, *remarks = inspect.cleandoc(type(law).__doc__ or "").split("\n\n")
     # A parameter that must be positive is a positive symbol, so that expressions simplify without absolute values.
     symbols = {p.name: _symbol(p) for p in law.parameters}
@@ -99,7 +100,7 @@ def write_laws(folder: Path) -> Path:
     Raises:
         BadInput: if the folder cannot be written.
     """
-    drawn = [law for law in LAWS.values() if law.name in EXAMPLES]
+    drawn = [law for law in LAWS.values() if law.name in EXAMPLES.laws]
     write_all(folder, {f"laws/{law.name}.svg": law_picture(law) for law in drawn} | {"laws.md": laws_page()})
     return folder / "laws.md"
 
@@ -111,7 +112,7 @@ def _symbol(p: LawParameter) -> sympy.Symbol:
 
 
 def _values(law: FrictionLaw) -> list[tuple[str, float, str]]:
-    values = EXAMPLES[law.name].parameters
+    values = EXAMPLES.laws[law.name].parameters
     return [(p.name, values[p.name], p.unit.format(F="N", q="m")) for p in law.parameters]
 
 

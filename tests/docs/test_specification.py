@@ -19,7 +19,8 @@ from codegen.logs import csv_file, mat_file, numpy_file, source, text_lines
 from codegen.observers import OBSERVERS
 from codegen.report.effect_examples import effect_picture
 from codegen.report.effects import effects_page
-from codegen.report.law_examples import EXAMPLES, law_picture
+from codegen.report.examples import EXAMPLES
+from codegen.report.law_examples import law_picture
 from codegen.report.laws import laws_page
 from codegen.spec import parse_spec, yaml_limits
 from codegen.spec.urdf import LARGEST as LARGEST_URDF
@@ -54,7 +55,7 @@ def test_the_page_of_the_laws_is_current() -> None:
 
 
 def test_a_law_without_an_example_is_on_the_page_without_a_picture(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delitem(EXAMPLES, "lugre")
+    monkeypatch.delitem(EXAMPLES.laws, "lugre")
     page = laws_page()
     assert "| `lugre` |" in page and "### `lugre`" in page and "](laws/lugre.svg)" not in page
     assert "](laws/dahl.svg)" in page

@@ -15,8 +15,7 @@ from codegen.export.urdf import urdf_text
 from codegen.export.usd import usd_text
 from codegen.friction import LAWS
 from codegen.mechanics.system import System
-from codegen.report.effect_examples import PARAMETERS
-from codegen.report.law_examples import EXAMPLES
+from codegen.report.examples import EXAMPLES
 from codegen.spec.model import Spec
 from codegen.spec.reader import parse_spec
 from tests.machines import TWO_SPRINGS, axis, effect
@@ -40,7 +39,7 @@ def exported(spec: Spec, system: System) -> list[str]:
 
 @pytest.mark.parametrize("name", LAWS)
 def test_every_law(name: str) -> None:
-    given = ", ".join(f"{key}: {value}" for key, value in EXAMPLES[name].parameters.items())
+    given = ", ".join(f"{key}: {value}" for key, value in EXAMPLES.laws[name].parameters.items())
     where = exported(*axis(law=f"law: {name}, {given}"))
     assert f"contact rail ({name})" in where
 
@@ -52,12 +51,12 @@ def test_every_effect(kind: str) -> None:
     on = {"contact": "rail", "input": "w"}.get(made.sits_on, "x")
     if made.sits_on == "two coordinates":
         text = TWO_SPRINGS.format(between=1, ground=2).replace("name: two_mass", "name: two_mass\n")
-        text += f"effects: {effect(kind, '[x1, x2]', **PARAMETERS[kind])}\n"
+        text += f"effects: {effect(kind, '[x1, x2]', **EXAMPLES.effects[kind])}\n"
         spec = parse_spec(text, Path("two.yaml"))
         exported(spec, system_of(spec))
         return
     turns = kind == "gravity_imbalance"
-    spec, system = axis(effects=effect(kind, on, **PARAMETERS[kind]), turns=turns)
+    spec, system = axis(effects=effect(kind, on, **EXAMPLES.effects[kind]), turns=turns)
     assert exported(spec, system)
     plain, _ = axis(turns=turns)
     bare = build_mjcf(plain, mechanism_of(plain, system_of(plain)), []).text
