@@ -22,7 +22,7 @@ from codegen.certify.kernel_form import proof_json, with_solution
 from codegen.certify.outcome import PROOFS, Certificate, Refusal
 from codegen.checker import verify as checker
 from codegen.emit.fmu import VERSIONS, emit_fmu, is_ours
-from codegen.emit.manifest import is_edited, manifest_text
+from codegen.emit.header import is_edited, manifest_text
 from codegen.emit.package import proof_lines
 from codegen.spec import Spec
 

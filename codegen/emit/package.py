@@ -10,8 +10,7 @@ from codegen.base.files import sha256
 from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
 from codegen.emit import ALWAYS, PRINTERS
-from codegen.emit.header import Header, make_header
-from codegen.emit.manifest import manifest_text
+from codegen.emit.header import Header, make_header, manifest_text
 from codegen.emit.writer import entries
 from codegen.program import Program
 from codegen.program.lower import lower

@@ -11,7 +11,7 @@ from codegen.base.files import sha256
 from codegen.base.text import render
 from codegen.base.version import VERSION
 from codegen.certify.outcome import Certificate, Refusal
-from codegen.emit.manifest import manifest_text
+from codegen.emit.header import manifest_text
 from codegen.emit.writer import entries
 from codegen.program import Program
 

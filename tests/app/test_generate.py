@@ -14,7 +14,7 @@ import pytest
 
 from codegen.app import derived
 from codegen.checker import verify as checker
-from codegen.emit.manifest import manifest_text
+from codegen.emit.header import manifest_text
 from tests.in_part import in_part
 
 from .command import SPECS, contents, is_one_message, process, stiction
