@@ -16,7 +16,7 @@ from codegen.emit.package import emit_sources, make_header
 from codegen.observers import Observer, observer_of
 from codegen.program import Program, build_program
 from codegen.spec import Spec, read_spec
-from codegen.spec.model import CodeChoice
+from codegen.spec.schema import CodeChoice
 
 SAMPLES = 512
 NUDGE = 0.01
@@ -55,7 +55,7 @@ class Model:
         self, precision: str = "double", fault: str = "hold", targets: Sequence[str] = ALWAYS
     ) -> Mapping[str, str]:
         """Our C and Python, or what other targets give, by file name."""
-        program = build_program(self.observer, CodeChoice(precision, fault))
+        program = build_program(self.observer, CodeChoice(precision=precision, fault=fault))
         return emit_sources(program, make_header(self.spec.path.name, self.spec.sha256, ""), targets)
 
     def rows(self, samples: int = SAMPLES, shift: float = 1.0) -> np.ndarray:

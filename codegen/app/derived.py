@@ -21,7 +21,7 @@ from codegen.mechanics.system import System
 from codegen.observers import Observer, observer_of, refuse_unknown_words
 from codegen.spec import Spec, read_spec
 from codegen.spec.free_gains import at_middle
-from codegen.spec.model import CancellationChoice, CodeChoice
+from codegen.spec.model import CancellationChoice
 from codegen.spec.numerics import numerical
 from codegen.spec.places import placed
 
@@ -75,7 +75,9 @@ class Overrides:
         expected = f"one of {', '.join(targets)}, or fmu alone"
         for target in self.targets:
             refuse_unknown(target, targets, "--target", "", expected, code="CALL001")
-        return replace(spec, code=CodeChoice(self.precision or spec.code.precision, self.fault or spec.code.fault))
+        given = (("precision", self.precision), ("fault", self.fault))
+        chosen = {key: value for key, value in given if value is not None}
+        return replace(spec, code=spec.code.model_copy(update=chosen))
 
     @property
     def options(self) -> str:

@@ -89,14 +89,19 @@ class Target:
     is_map: bool = False
 
 
-def _of_mechanism(text_of: Callable[[Spec, Mechanism, list[str]], tuple[str, tuple[Remark, ...]]]) -> Write:
-    """A file of bodies, joints and what acts on them."""
+def _of_mechanism(text_of: Callable[[Spec, Mechanism, Choices], tuple[str, tuple[Remark, ...]]]) -> Write:
+    """A file made of the machine's bodies, lines and elements."""
 
     def write(machine: Exportable, choices: Choices) -> Exported:
-        text, remarks = text_of(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
+        text, remarks = text_of(machine.spec, mechanism_of(machine.spec, machine.system), choices)
         return Exported({"": text}, remarks)
 
     return write
+
+
+def _headed(text_of: Callable[[Spec, Mechanism, list[str]], tuple[str, tuple[Remark, ...]]]) -> Write:
+    """The same for a format that takes no choices."""
+    return _of_mechanism(lambda spec, mechanism, choices: text_of(spec, mechanism, choices.header))
 
 
 def _of_code(files_of: Callable[[GeneratedObserver, list[str]], Mapping[str, str]], precision: str) -> Write:
@@ -109,27 +114,20 @@ def _of_code(files_of: Callable[[GeneratedObserver, list[str]], Mapping[str, str
     return write
 
 
-def _mjcf(machine: Exportable, choices: Choices) -> Exported:
+def _mjcf(spec: Spec, mechanism: Mechanism, choices: Choices) -> tuple[str, tuple[Remark, ...]]:
     if choices.into is not None:
-        mechanism = mechanism_of(machine.spec, machine.system)
-        text, remarks = mjcf_into(machine.spec, mechanism, choices.into, choices.header)
-        return Exported({"": text}, remarks)
-    model = build_mjcf(machine.spec, mechanism_of(machine.spec, machine.system), choices.header)
-    return Exported({"": model.text}, model.remarks)
+        return mjcf_into(spec, mechanism, choices.into, choices.header)
+    model = build_mjcf(spec, mechanism, choices.header)
+    return model.text, model.remarks
 
 
-def _csv_map(machine: Exportable, choices: Choices) -> Exported:
-    gear = 1.0 if choices.gear is None else choices.gear
-    table = force_map(machine.spec, mechanism_of(machine.spec, machine.system), choices.on, gear)
-    text, remarks = csv_map(table, choices.counts, choices.header)
-    return Exported({"": text}, remarks)
+def _csv_map(spec: Spec, mechanism: Mechanism, choices: Choices) -> tuple[str, tuple[Remark, ...]]:
+    table = force_map(spec, mechanism, choices.on, 1.0 if choices.gear is None else choices.gear)
+    return csv_map(table, choices.counts, choices.header)
 
 
-def _odrive(machine: Exportable, choices: Choices) -> Exported:
-    mechanism = mechanism_of(machine.spec, machine.system)
-    table = force_map(machine.spec, mechanism, choices.on, choices.gear, turning=True)
-    text, remarks = odrive_map(table, choices.header)
-    return Exported({"": text}, remarks)
+def _odrive(spec: Spec, mechanism: Mechanism, choices: Choices) -> tuple[str, tuple[Remark, ...]]:
+    return odrive_map(force_map(spec, mechanism, choices.on, choices.gear, turning=True), choices.header)
 
 
 def _ros2_control(machine: Exportable, choices: Choices) -> Exported:
@@ -145,16 +143,18 @@ def _certified(observer: GeneratedObserver) -> Remark:
 
 
 TARGETS: dict[str, Target] = {
-    "mjcf": Target(_mjcf, (".xml", ".mjcf"), "a model of MuJoCo"),
+    "mjcf": Target(_of_mechanism(_mjcf), (".xml", ".mjcf"), "a model of MuJoCo"),
     "urdf": Target(
-        _of_mechanism(urdf_text),
+        _headed(urdf_text),
         (".urdf", ".xml"),
         "a robot file; that of the spec with other friction, where it names one",
     ),
-    "sdf": Target(_of_mechanism(sdf_text), (".sdf", ".xml"), "a model of Gazebo"),
-    "usd": Target(_of_mechanism(usd_text), (".usda",), "a scene of Isaac Sim, Isaac Lab and Newton"),
-    "csv-map": Target(_csv_map, (".csv",), "forces that repeat with the position, a row a count of a turn", True),
-    "odrive": Target(_odrive, (".h",), "the cogging map of ODrive's firmware", True),
+    "sdf": Target(_headed(sdf_text), (".sdf", ".xml"), "a model of Gazebo"),
+    "usd": Target(_headed(usd_text), (".usda",), "a scene of Isaac Sim, Isaac Lab and Newton"),
+    "csv-map": Target(
+        _of_mechanism(_csv_map), (".csv",), "forces that repeat with the position, a row a count of a turn", True
+    ),
+    "odrive": Target(_of_mechanism(_odrive), (".h",), "the cogging map of ODrive's firmware", True),
     "arduino": Target(
         _of_code(arduino_library, "single"), (), "the observer in single precision, a library of Arduino and PlatformIO"
     ),

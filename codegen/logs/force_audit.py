@@ -96,11 +96,12 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
         off = _off_scale(forces, spec, steady)
         suspected = off or outside or _steps_apart(log) or _off_scale(forces, spec, steady, SUSPECT)
         if suspected and log.sample_time < LONGEST_STEP:
+            known = {finding.topic: finding.figures for finding in off}
+            if outside:
+                topic = f"scale of {outside.coordinate}"
+                known[topic] = {"times": outside.times, **known.get(topic, {})}
             off = list(_other_unit(log, spec, system, motion, forces, off)) or off
-            for k, finding in enumerate(off):
-                own = outside and finding.topic == f"scale of {outside.coordinate}" and "times" not in finding.figures
-                if outside and own:
-                    off[k] = replace(finding, figures={**finding.figures, "times": outside.times})
+            off = [replace(f, figures={**f.figures, **known.get(f.topic, {})}) for f in off]
         off = off or list(_computed_from_position(forces, spec, steady))
         off = off or [f for f in position_scales(log, spec, system, motion, forces) if not steady]
         yield from off
@@ -173,7 +174,7 @@ def _other_unit(
     be the worse one. So each is taken in each other usual unit in turn, and named if that alone makes all fit.
 
     Args:
-        found: on the scale of coordinates, by the balance of each; what it says of the named one stays in the figures.
+        found: on the scale of coordinates, by the balance of each.
     """
     tried = []
     for j, c in enumerate(spec.coordinates):
@@ -195,11 +196,7 @@ def _other_unit(
         factor, fitted = _best_factor(log, system, motion, j, unit_factor if fits else heavy)
         if fitted < min(SURE_FACTOR, BETTER * least) and not 1 / NO_UNIT < factor / unit_factor < NO_UNIT:
             misfits = {"misfit": now, "misfit_in_unit": least, "misfit_scaled": fitted}
-            finding = _no_unit(name, spec, 1 / factor, misfits)
-            for one in found:
-                if one.topic == finding.topic:
-                    finding = replace(finding, figures={**finding.figures, **one.figures})
-            yield finding
+            yield _no_unit(name, spec, 1 / factor, misfits)
             return
     if not fits:
         return
@@ -208,11 +205,7 @@ def _other_unit(
         f"the squared forces unbalanced, as {unit} {100 * least:.2g} %. "
         f"(`units: {{{name}: {unit}}}` in meta.yaml beside the log)"
     )
-    topic, figures = f"scale of {name}", {"misfit": now, "misfit_in_unit": least}
-    for one in found:
-        if one.topic == topic:
-            figures |= one.figures
-    yield Finding("problem", topic, words, figures)
+    yield Finding("problem", f"scale of {name}", words, {"misfit": now, "misfit_in_unit": least})
 
 
 def _best_factor(log: Log, system: System, motion: Motion, j: int, about: float) -> tuple[float, float]:

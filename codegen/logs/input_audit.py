@@ -8,7 +8,7 @@ large a factor, the finding is about that coordinate and not about the input.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import log
 
 import numpy as np
@@ -74,18 +74,7 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) 
         if name in log.intake.doubted:
             yield not_judged(name, name)
             continue
-        found = _input(name, float(factor), whole + factor * columns[j], columns[j], outside, parts)
-        yield _with_line(found, name, spec, log)
-
-
-def _with_line(finding: Finding, name: str, spec: Spec, log: Log) -> Finding:
-    """The finding with the line of meta.yaml that mends it, where its cause can be the input's sign or unit."""
-    line = ""
-    if finding.words.startswith("The sign of input"):
-        line = _turned(name, spec, log)
-    elif finding.words.startswith("The scale of input"):
-        line = _asked_unit(name, float(finding.figures["factor"]), spec, log)
-    return replace(finding, words=f"{finding.words} {line}") if line else finding
+        yield _input(name, float(factor), whole + factor * columns[j], columns[j], outside, parts, spec, log)
 
 
 def not_judged(name: str, doubted: str) -> Finding:
@@ -94,7 +83,14 @@ def not_judged(name: str, doubted: str) -> Finding:
 
 
 def _input(
-    name: str, factor: float, wanted: Array, given: Array, outside: Outside | None, parts: Mapping[str, Array]
+    name: str,
+    factor: float,
+    wanted: Array,
+    given: Array,
+    outside: Outside | None,
+    parts: Mapping[str, Array],
+    spec: Spec,
+    log: Log,
 ) -> Finding:
     """Of an input's force ``given`` and what the motion takes beside the other inputs, both (K',)."""
     norms = float(np.linalg.norm(wanted) * np.linalg.norm(given))
@@ -104,7 +100,7 @@ def _input(
     if correlation < FLIPPED:
         seen = _seen(given, parts)
         figures |= {f"against_{what.split()[0]}": value for what, value in seen.items()}
-        return Finding("problem", topic, _flipped(name, correlation, seen), figures)
+        return Finding("problem", topic, _flipped(name, correlation, seen, _turned(name, spec, log)), figures)
     telling = correlation > TELLING
     if outside is not None and (factor >= SCALE_OFF if telling else outside.times >= FAR_OUTSIDE):
         words = (
@@ -127,7 +123,7 @@ def _input(
         words = (
             f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times the force "
             f"that the log's {name} gives. Check its unit and scale, whether it saturates, and the declared masses and "
-            "friction levels."
+            f"friction levels. {_asked_unit(name, factor, spec, log)}"
         )
         return Finding("problem", topic, words, figures)
     words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {correlation:.2f})."
@@ -150,7 +146,7 @@ def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
     return {what: correlation for what, correlation in found.items() if abs(correlation) > PART_SEEN}
 
 
-def _flipped(name: str, correlation: float, seen: Mapping[str, float]) -> str:
+def _flipped(name: str, correlation: float, seen: Mapping[str, float], turned: str) -> str:
     """What is wrong with a sign, as far as the modelled forces that show in the log tell it."""
     fact = f"the force it gives runs against the force that the motion takes (correlation {correlation:.2f})"
     against = [what for what, value in seen.items() if value < 0]
@@ -162,13 +158,13 @@ def _flipped(name: str, correlation: float, seen: Mapping[str, float]) -> str:
             f"turn off, for a pendulum), and not the sign of {name}. Together {fact}."
         )
     if against and not agreeing and ("inertia" in seen or "friction" in seen):
-        return f"The sign of input {name} seems flipped, or that of the coordinate it drives: {fact}."
+        return f"The sign of input {name} seems flipped, or that of the coordinate it drives: {fact}. {turned}"
     which = f"only {' and '.join(seen)} can be seen in it" if seen else "no single modelled force can be seen in it"
     if against and agreeing:
         which = f"{' and '.join(against)} run against it and {agreeing} do not"
     return (
         f"The sign of input {name} seems flipped, or that of the coordinate it drives, or of a force in the spec: "
-        f"{fact}. This log cannot tell which: {which}."
+        f"{fact}. This log cannot tell which: {which}. {turned}"
     )
 
 

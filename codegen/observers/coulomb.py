@@ -36,8 +36,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     Raises:
         BadInput: for gains of wrong shape or sign, an h that does not rise, or a domain that cannot be guarded.
     """
-    choice = spec.observer
-    assert choice is not None
+    choice = spec.required_observer
     shape = read_shape(spec, system)
     names, units = parts.contact_names(system), parts.contact_units(system)
     friction_gain = read_gain(spec, choice, "K_F", names, names, sign=1)
@@ -114,8 +113,7 @@ def read_domain(spec: Spec, system: System) -> Domain | None:
         BadInput: for a domain on several coordinates or contacts, with measured velocity, another h than h(s) = s or
             exponential or implicit steps, or without a range for the level that contains the declared one.
     """
-    choice = spec.observer
-    assert choice is not None
+    choice = spec.required_observer
     if choice.domain is None:
         return None
     place = spec.place("observer.domain")
@@ -176,8 +174,7 @@ def read_shape(spec: Spec, system: System) -> Shape:
         BadInput: for an exponent that is not positive or above 8, or an h that does not rise with the slip speed in the
             envelope (or up to 10 where that has no range), with the speed at which it fails.
     """
-    choice = spec.observer
-    assert choice is not None
+    choice = spec.required_observer
     if choice.shape is None:
         if not 0 < choice.exponent <= LARGEST_EXPONENT:
             wanted = f"a positive number up to {LARGEST_EXPONENT}"

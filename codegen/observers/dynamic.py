@@ -62,8 +62,7 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     Raises:
         BadInput: for gains of wrong shape, or a law without state, or with more than one, at a contact.
     """
-    choice = spec.observer
-    assert choice is not None
+    choice = spec.required_observer
     laws = [_assumed_law(spec, system, contact) for contact in system.contacts]
     names = parts.contact_names(system)
     positions = [x.name for x in system.positions]
@@ -156,8 +155,7 @@ def _law_functions(label: str, names: list[str], slip: Matrix, state: Matrix) ->
 
 
 def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> AssumedLaw:
-    choice = spec.observer
-    assert choice is not None
+    choice = spec.required_observer
     place = spec.place(f"friction.contacts[{system.contact_index(contact.name)}].law")
     law: FrictionLaw = contact.law
     parameters: dict[str, Any] = dict(contact.law_parameters)

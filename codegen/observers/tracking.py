@@ -20,8 +20,7 @@ def tracking_observer(spec: Spec, system: System) -> Observer:
     Raises:
         BadInput: for gains of wrong shape or sign.
     """
-    choice = spec.observer
-    assert choice is not None
+    choice = spec.required_observer
     by_contact = choice.kind == "mgto"
     positions = [x.name for x in system.positions]
     names = parts.contact_names(system) if by_contact else positions

@@ -173,8 +173,7 @@ def _step(spec: Spec, integration: str, gain: Matrix) -> tuple[Matrix, Matrix]:
 
 def refuse_integration(spec: Spec) -> None:
     """Raise BadInput for an integration of the velocity estimate where velocity is measured."""
-    choice = spec.observer
-    assert choice is not None
+    choice = spec.required_observer
     if choice.velocity == "measured" and choice.integration in ("semi_implicit", "exponential"):
         found = f"{choice.integration} with measured velocity; it integrates the decay of the velocity estimate"
         raise BadInput(

@@ -24,7 +24,7 @@ from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program, State
 from codegen.program.naming import RESERVED, Names
 from codegen.program.signals import effective_input, held_input, true_positions
-from codegen.spec.model import CodeChoice
+from codegen.spec.schema import CodeChoice
 
 EXAMPLE = "example_main"
 

@@ -84,9 +84,9 @@ def _is_free(entry: GainEntry) -> str:
 
 def with_gains(spec: Spec, numbers: Mapping[tuple[str, tuple[int, ...]], float]) -> Spec:
     """The spec with other numbers at (gain, path); its text stays as it is."""
-    assert spec.observer is not None
-    gains = {name: _filled(name, (), raw, numbers) for name, raw in spec.observer.gains.items()}
-    return replace(spec, observer=replace(spec.observer, gains=gains))
+    choice = spec.required_observer
+    gains = {name: _filled(name, (), raw, numbers) for name, raw in choice.gains.items()}
+    return replace(spec, observer=replace(choice, gains=gains))
 
 
 def middle(free: FreeGain) -> float:

@@ -12,6 +12,7 @@ import sympy
 
 from codegen.base.errors import Place
 from codegen.spec.motion import Form, KinematicTree, Sliding
+from codegen.spec.schema import CodeChoice
 
 Rational = sympy.Rational
 NO_INPUTS = "no inputs are declared (`inputs:` is missing)"
@@ -173,19 +174,6 @@ class LogColumns:
 
 
 @dataclass(frozen=True)
-class CodeChoice:
-    """How the code is written.
-
-    Attributes:
-        precision: ``double`` or ``single``.
-        fault: what a step does with samples that are not finite: ``hold`` the last estimate and say so, or ``none``.
-    """
-
-    precision: str = "double"
-    fault: str = "hold"
-
-
-@dataclass(frozen=True)
 class CancellationChoice:
     """The cancellation section.
 
@@ -262,6 +250,18 @@ class Spec:
     @property
     def velocities(self) -> tuple[str, ...]:
         return tuple(c.velocity for c in self.coordinates)
+
+    @property
+    def required_observer(self) -> ObserverChoice:
+        """The observer section, for work that only a spec with one is given."""
+        assert self.observer is not None, f"{self.name} has no observer"
+        return self.observer
+
+    @property
+    def required_simulation(self) -> Simulation:
+        """The simulation section, alike."""
+        assert self.simulation is not None, f"{self.name} has no simulation section"
+        return self.simulation
 
     def symbol(self, name: str) -> sympy.Symbol:
         """The real SymPy symbol of a declared name."""

@@ -15,7 +15,6 @@ from codegen.base.errors import BadInput, Faults, Place, refuse_unknown
 from codegen.base.input_files import read_text
 from codegen.spec.expression import exact_number, printed
 from codegen.spec.model import (
-    CodeChoice,
     Contact,
     Coordinate,
     DeclaredEffect,
@@ -143,7 +142,7 @@ class _Reading:
             text=self.text,
             path=self.path,
             places=self.places,
-            code=CodeChoice(d.code.precision, d.code.fault),
+            code=d.code,
             cancellation=cancellation,
         )
 

@@ -247,8 +247,13 @@ class CancellationSection(Section):
     damping: Number = "0"
 
 
-class CodeSection(Section):
-    """How the code is written."""
+class CodeChoice(Section):
+    """How the code is written.
+
+    Attributes:
+        precision: ``double`` or ``single``.
+        fault: what a step does with samples that are not finite: ``hold`` the last estimate and say so, or ``none``.
+    """
 
     precision: Literal["double", "single"] = "double"
     fault: Literal["hold", "none"] = "hold"
@@ -272,7 +277,7 @@ class SpecDocument(Section):
     envelope: dict[str, QuantityRange] = {}
     simulation: SimulationSection | None = None
     log: LogSection | None = None
-    code: CodeSection = CodeSection()
+    code: CodeChoice = CodeChoice()
     cancellation: CancellationSection | None = None
 
 

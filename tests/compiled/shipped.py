@@ -13,7 +13,7 @@ from codegen.cancellation import with_cancellation
 from codegen.certify.prefix import rational_text
 from codegen.emit.package import emit_sources, make_header
 from codegen.program import Program, build_program
-from codegen.spec.model import CodeChoice
+from codegen.spec.schema import CodeChoice
 from tests.in_part import in_part
 
 from .interface import Interface, read_interface
@@ -52,7 +52,7 @@ def model(spec: str) -> stiction.Machine:
 def program(spec: str, precision: str = "double", fault: str = "hold") -> Program:
     observer = model(spec).observer
     assert observer is not None
-    return build_program(with_cancellation(model(spec).spec, observer), CodeChoice(precision, fault))
+    return build_program(with_cancellation(model(spec).spec, observer), CodeChoice(precision=precision, fault=fault))
 
 
 @cache

@@ -20,7 +20,7 @@ from codegen.observers import observer_of
 from codegen.program import Program, build_program
 from codegen.replay.engine import CompiledEngine, fill, inputs_of, load_twin, values_of
 from codegen.spec import read_spec
-from codegen.spec.model import CodeChoice
+from codegen.spec.schema import CodeChoice
 from fmu import unit as driven
 from tests.app.command import SPECS, is_one_message, stiction
 from tests.told import refused
@@ -87,7 +87,7 @@ CASES = [
 def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Made:
     name, version, precision = request.param
     spec = read_spec(SPECS / f"{name}.yaml")
-    program = build_program(observer_of(spec), CodeChoice(precision, "hold"))
+    program = build_program(observer_of(spec), CodeChoice(precision=precision, fault="hold"))
     files = {**emit_sources(program, make_header(spec.path.name, spec.sha256, spec.source)), "README.md": "# it\n"}
     fmu = emit_fmu(program, files, version)
     folder = tmp_path_factory.mktemp("fmu")

@@ -20,7 +20,7 @@ from codegen.program import build_program
 from codegen.replay import doubts, samples
 from codegen.replay.engine import CompiledEngine, TwinEngine, load_twin
 from codegen.spec import read_spec
-from codegen.spec.model import CodeChoice
+from codegen.spec.schema import CodeChoice
 from stiction import replay
 from tests.app.command import SPECS, is_one_message, stiction
 
@@ -75,7 +75,7 @@ def by_twin(table: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("spec", ["one_mass", "two_mass", "two_link_arm", "belt_axis", "chain"])
 def test_the_compiled_engine_gives_the_bits_of_the_twin(spec: str, precision: str) -> None:
     made = read_spec(SPECS / f"{spec}.yaml")
-    program = build_program(observer_of(made), CodeChoice(precision, "hold"))
+    program = build_program(observer_of(made), CodeChoice(precision=precision, fault="hold"))
     files = emit_sources(program, make_header(made.path.name, made.sha256, ""))
     rows = np.cumsum(np.random.default_rng(2).normal(size=(10_000, len(program.inputs))), axis=0) * 1e-3
     rows[4000:5000] = rows[4000]

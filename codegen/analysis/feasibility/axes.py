@@ -119,14 +119,12 @@ def chosen_axes(names: Sequence[str], axes: Sequence[GainAxis], observer: Observ
 
 
 def _by_gain(spec: Spec) -> list[tuple[GainEntry, ...]]:
-    assert spec.observer is not None
-    entries = gain_entries(spec.observer.gains)
-    return [tuple(e for e in entries if e.gain == name) for name in spec.observer.gains]
+    gains = spec.required_observer.gains
+    return [tuple(e for e in gain_entries(gains) if e.gain == name) for name in gains]
 
 
 def _number(spec: Spec, entry: GainEntry) -> Any:
-    assert spec.observer is not None
-    raw = spec.observer.gains[entry.gain]
+    raw = spec.required_observer.gains[entry.gain]
     for k in entry.path:
         raw = raw[k]
     return exact_number(str(raw), spec.place(entry.key))

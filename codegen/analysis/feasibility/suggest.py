@@ -190,11 +190,10 @@ WRITTEN_DIGITS = 6
 
 def suggested_text(spec: Spec, axes: Sequence[GainAxis], suggestion: Suggestion) -> str:
     """The spec's text with the suggested gains in place of the free or chosen ones, and a comment."""
-    assert spec.observer is not None
     document, _ = load_mapping(spec.text, str(spec.path))
     section = document["observer"]
     gains = section["gains"]
-    before = {(e.gain, e.path): e.value for e in gain_entries(spec.observer.gains)}
+    before = {(e.gain, e.path): e.value for e in gain_entries(spec.required_observer.gains)}
     for axis in axes:
         for (gain, path), weight in axis.entries.items():
             _place(gains, (gain, *path), _plain(weight * suggestion.numbers[axis.name]))

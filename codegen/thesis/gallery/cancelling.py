@@ -19,7 +19,7 @@ from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.measures import Reading, ratio, rms
 from codegen.thesis.gallery.runs import Gains, Runs, closed_loop, sample_count
-from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
+from codegen.thesis.gallery.setting import Setting, from_zero, without_friction
 
 PUSHED = (np.array([0.0, 0.0]), np.array([0.0, 1.0]))
 """A start in motion, m and m/s: the text does not say how the masses start."""
@@ -46,7 +46,7 @@ def with_and_without(specs: Sequence[Spec], setting: Setting, pid: Gains | None 
 
 
 def _run(spec: Spec, setting: Setting, observer: Any = None, cancellation: Any = None, start: Any = None) -> LoopRun:
-    controller = declared_controller(spec, simulation_of(spec), sample_count(spec))
+    controller = declared_controller(spec, spec.required_simulation, sample_count(spec))
     sensors = setting.sensors(spec, False)
     return closed_loop(spec, setting, controller, observer, cancellation, sensors=sensors, start=start)
 

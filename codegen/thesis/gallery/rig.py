@@ -22,7 +22,7 @@ from codegen.spec.model import Spec, symbol
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.measures import Mask, Reading, hang_off, ratio, rms, sliding
 from codegen.thesis.gallery.runs import Gains, Runs, ideal_run, pid_run, reference_of, servo_run, tuned_pid
-from codegen.thesis.gallery.setting import Setting, from_zero, observer_choice, simulation_of, with_observer
+from codegen.thesis.gallery.setting import Setting, from_zero, with_observer
 
 NAMES = ("CFO", "TO", "DFOa", "DFOb")
 RAISED = "plates"
@@ -80,7 +80,7 @@ def rig_runs(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) 
     is the figure's own.
     """
     rig = setting.applied(specs[0])
-    machine, simulation = raised_half_way(rig, setting.levels), simulation_of(rig)
+    machine, simulation = raised_half_way(rig, setting.levels), rig.required_simulation
     substeps = max(1, round(simulation.sample_time / SUBSTEP))
     ideal = ideal_run(specs[1], setting)
     gains = pid or tuned_pid(specs[1], setting, ideal, machine, max(1, substeps // 3))
@@ -99,14 +99,14 @@ def rig_runs(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) 
 
 def name_of(spec: Spec) -> str:
     """CFO, TO, DFOa (on the reset integrator) or DFOb (on Dahl's law), as the thesis calls them."""
-    kind = observer_choice(spec).kind.upper()
+    kind = spec.required_observer.kind.upper()
     return kind if kind != "DFO" else "DFOa" if spec.contacts[0].law == "reset_integrator" else "DFOb"
 
 
 def raised_half_way(rig: Spec, factor: float = 1.0) -> System:
     """The rig with its plates brought together half-way through its simulation, every level times ``factor``."""
     system = system_of(rig)
-    half = sympy.Rational(repr(simulation_of(rig).duration)) / 2
+    half = sympy.Rational(repr(rig.required_simulation.duration)) / 2
     touching = (1 + Sgn(symbol("t") - half)) / 2
     contacts = [
         replace(c, extra_level=c.law_level * (touching - 1)) if c.name == RAISED else c for c in system.contacts
@@ -246,7 +246,7 @@ def grows_at_chapter_3_gains(runs: Runs) -> Reading:
     setting = replace(runs.setting, step=None, factors={k: v for k, v in runs.setting.factors.items() if k == "J"})
     rig = setting.applied(runs.specs[0])
     machine = raised_half_way(rig, setting.levels)
-    substeps = max(1, round(simulation_of(rig).sample_time / SUBSTEP))
+    substeps = max(1, round(rig.required_simulation.sample_time / SUBSTEP))
     estimate = servo_run(spec, setting, 0.0, from_zero(spec), machine, setting.delay, substeps).friction_estimate[:, 0]
     count = len(estimate) // 4
     growth = ratio(rms(estimate[3 * count : 4 * count]), rms(estimate[2 * count : 3 * count])) ** (1 / count)

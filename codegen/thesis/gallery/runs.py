@@ -20,7 +20,7 @@ from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
 from codegen.spec.model import Spec
 from codegen.thesis.gallery.measures import rms
-from codegen.thesis.gallery.setting import Setting, from_zero, simulation_of, without_friction
+from codegen.thesis.gallery.setting import Setting, from_zero, without_friction
 
 Gains = tuple[float, float, float]
 """Of position, velocity and integral."""
@@ -78,7 +78,7 @@ def servo_run(
         substeps: of the plant in a sample, where the simulator's choice is finer than needed.
     """
     spec = setting.applied(spec)
-    simulation = simulation_of(spec)
+    simulation = spec.required_simulation
     period, samples = simulation.sample_time, sample_count(spec)
     observer = None
     if cancel is not None:
@@ -105,7 +105,7 @@ def closed_loop(
     Args:
         more: of ``run_loop``.
     """
-    simulation = simulation_of(spec)
+    simulation = spec.required_simulation
     given: dict[str, Any] = {"sensors": setting.sensors(spec, velocity_measured(spec)), **more}
     given.setdefault("seed", simulation.seed + setting.seed)
     machine = plant if plant is not None else system_of(spec)
@@ -114,7 +114,7 @@ def closed_loop(
 
 def sample_count(spec: Spec) -> int:
     """Samples of a spec's simulation."""
-    simulation = simulation_of(spec)
+    simulation = spec.required_simulation
     return round(simulation.duration / simulation.sample_time)
 
 
@@ -127,12 +127,12 @@ def velocity_measured(spec: Spec) -> bool:
     """Whether the machine has a tachometer: where its observer takes one, or its simulation gives it a noise."""
     if spec.observer is not None:
         return spec.observer.velocity == "measured"
-    return bool(simulation_of(spec).velocity_noise)
+    return bool(spec.required_simulation.velocity_noise)
 
 
 def reference_of(spec: Spec, samples: int) -> Array:
     """x_r at each sample, (N,)."""
-    simulation = simulation_of(spec)
+    simulation = spec.required_simulation
     signal = declared_controller(spec, simulation, samples).reference
     if signal is None:
         raise ValueError(f"{spec.name} has no reference")
@@ -160,7 +160,7 @@ def pid_run(
     """
     spec = setting.applied(spec)
     feed, position, velocity = (
-        sampled(values, simulation_of(spec).sample_time)
+        sampled(values, spec.required_simulation.sample_time)
         for values in (ideal.inputs, ideal.true_positions, ideal.true_velocities)
     )
     pid = Feedback(1, 1, feed, position, velocity, *(np.array([[gain]]) for gain in gains))
@@ -180,7 +180,7 @@ def tuned_pid(
     Raises:
         ValueError: if no optimum is found that has worse neighbours on either side of each gain.
     """
-    simulation = simulation_of(spec)
+    simulation = spec.required_simulation
     g_1, g_2 = (next(iter(g.values())) for g in (simulation.position_gain, simulation.velocity_gain))
 
     def gains(logs: Array) -> Gains:
@@ -213,7 +213,7 @@ def tuned_pid(
 def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[str, LoopRun]:
     """One open-loop motion with its noise as ``motion``, and what each observer estimates from it."""
     spec = setting.applied(spec)
-    seen = closed_loop(spec, setting, declared_controller(spec, simulation_of(spec), sample_count(spec)))
+    seen = closed_loop(spec, setting, declared_controller(spec, spec.required_simulation, sample_count(spec)))
     runs = {"motion": seen}
     for name, observed in observers.items():
         observer = observer_of(from_zero(setting.applied(observed)))

@@ -25,7 +25,7 @@ from codegen.thesis.gallery.measures import (
     sliding,
 )
 from codegen.thesis.gallery.runs import Gains, Runs, ideal_run, pid_run, servo_run, tuned_pid
-from codegen.thesis.gallery.setting import Setting, observer_choice, with_observer
+from codegen.thesis.gallery.setting import Setting, with_observer
 
 LETTERS = "abcd"
 PRINTED_NOISE = 0.1
@@ -53,7 +53,7 @@ def without_tachometer(specs: Sequence[Spec], setting: Setting, pid: Gains | Non
     runs = cancelled(specs, setting, pid)
     loops = dict(runs.loops)
     for letter, spec in zip(LETTERS, specs, strict=False):
-        choice = observer_choice(spec)
+        choice = spec.required_observer
         gains = {k: v for k, v in choice.gains.items() if k != "K_v"}
         loops[f"measured_{letter}"] = servo_run(with_observer(spec, choice.kind, gains, velocity="measured"), setting)
     return replace(runs, loops=loops)
@@ -158,7 +158,7 @@ def law_is_met(runs: Runs) -> Reading:
 def noise_passed(runs: Runs) -> Reading:
     """RMS of the estimate's answer to one sample of noise: gain · k_v · noise, from F̂ = … + gain v̂, v̂ = z + k_v x."""
     level = rms(runs["none_a"].friction[sliding(runs["none_a"]), 0])
-    choice = observer_choice(runs.specs[0])
+    choice = runs.specs[0].required_observer
     gain = abs(float(choice.gains["K_2" if choice.kind == "to" else "K_F"]) * float(choice.gains["K_v"]))
     passed = gain * PRINTED_NOISE
     return Reading(passed / level, (("noise", passed), ("friction", level)), "N")

@@ -16,7 +16,7 @@ from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.simulate.sensors import Sensors
 from codegen.spec.expression import exact_number, parse_expression
-from codegen.spec.model import ObserverChoice, Simulation, Spec, symbol
+from codegen.spec.model import ObserverChoice, Spec, symbol
 
 LEVELS = ("a", "a1", "a2", "a4", "F_c", "F_s")
 """Parameters of friction laws that are levels of force."""
@@ -57,11 +57,8 @@ class Setting:
 
         Simulation and observer get the same sample time. Factors on a law's parameters change what the observer
         assumes, so a spec without an observer keeps its laws.
-
-        Raises:
-            ValueError: for a spec without a simulation section.
         """
-        simulation, there = simulation_of(spec), Place(self.name)
+        simulation, there = spec.required_simulation, Place(self.name)
         given = {k: parse_expression(v, there).symbolic({"t": symbol("t")}) for k, v in (self.inputs or {}).items()}
         step = self.step or simulation.sample_time
         late = {symbol("t"): symbol("t") / exact_number(repr(self.slower), there)}
@@ -97,7 +94,7 @@ class Setting:
 
     def sensors(self, spec: Spec, tachometer: bool) -> Sensors:
         """The sensors of an applied spec: the spec's encoder, and the setting's noise on position and velocity."""
-        simulation = simulation_of(spec)
+        simulation = spec.required_simulation
         given = max(simulation.position_noise.values(), default=0.0)
         rms = np.full(len(spec.positions), given if self.noise is None else self.noise)
         step = np.array([simulation.encoder_step.get(name, 0.0) for name in spec.positions])
@@ -120,23 +117,9 @@ class HeldNoise(Sensors):
         return np.repeat(positions, self.held, axis=0)[:count], np.repeat(velocities, self.held, axis=0)[:count]
 
 
-def simulation_of(spec: Spec) -> Simulation:
-    """The simulation section of a spec. Raises ValueError for a spec without one."""
-    if spec.simulation is None:
-        raise ValueError(f"{spec.name} has no simulation section")
-    return spec.simulation
-
-
-def observer_choice(spec: Spec) -> ObserverChoice:
-    """The observer section of a spec. Raises ValueError for a spec without one."""
-    if spec.observer is None:
-        raise ValueError(f"{spec.name} has no observer")
-    return spec.observer
-
-
 def with_observer(spec: Spec, kind: str, gains: Mapping[str, object], velocity: str = "") -> Spec:
     """The spec with another observer at the same sample time; gains as in a spec."""
-    choice = observer_choice(spec)
+    choice = spec.required_observer
     other = ObserverChoice(kind, velocity or choice.velocity, dict(gains), choice.sample_time, sympy.S.One)
     return replace(spec, observer=other)
 

@@ -18,7 +18,7 @@ from codegen.spec.model import Spec
 from codegen.thesis.gallery import drawing as d
 from codegen.thesis.gallery.measures import Reading, after, overshoot, ratio, rms
 from codegen.thesis.gallery.runs import Gains, Runs, watch
-from codegen.thesis.gallery.setting import Setting, observer_choice, with_observer
+from codegen.thesis.gallery.setting import Setting, with_observer
 
 TRANSIENT = 2.0
 """s: from then on an estimate counts as settled."""
@@ -68,7 +68,7 @@ def _compared(one: LoopRun, other: LoopRun, label: str, names: Sequence[str]) ->
 
 def model_is_better(runs: Runs) -> Reading:
     """Error with the model of the friction over the error of the GTO, which has none."""
-    names = [observer_choice(spec).kind.upper() for spec in runs.specs]
+    names = [spec.required_observer.kind.upper() for spec in runs.specs]
     return _compared(runs["a"], runs["b"], "{who} {force}", names)
 
 
@@ -98,7 +98,7 @@ def excellent_in_noise(runs: Runs) -> Reading:
 
 def noise_passed(runs: Runs) -> Reading:
     """K_2 K_v · noise, of F̂ = z + K_2 v̂ and v̂ = z_v + K_v x, over the friction on the ground."""
-    choice = observer_choice(runs.specs[1])
+    choice = runs.specs[1].required_observer
     passed = abs(_diagonal(choice.gains["K_2"])[1] * _diagonal(choice.gains["K_v"])[1]) * PRINTED_NOISE
     level = rms(contact_forces(runs["b"])[0][after(runs["b"], TRANSIENT), 1])
     return Reading(passed / level, (("noise", passed), ("friction", level)), "N")
@@ -166,7 +166,7 @@ def draw_watched(figure: Any, runs: Runs) -> None:
             d.line(axes, run.time, estimate[:, k], d.ESTIMATED, "estimated", 1.0)
             d.line(axes, run.time, truth[:, k], d.TRUE, "true", 1.6)
             d.limit(axes, truth[:, k], 2.6)
-            kind = observer_choice(spec).kind.upper()
+            kind = spec.required_observer.kind.upper()
             where = "between the masses" if k == 0 else "on the ground"
             d.frame(axes, d.TIME if letter == "b" else "", f"{FORCES[k]} in N", f"({letter}) {kind}, {where}")
     d.legend(figure, grid[0, 0])

@@ -21,7 +21,7 @@ from codegen.thesis.gallery.measures import hang_off
 from codegen.thesis.gallery.page import KEPT, PAGE, gallery_page, is_of, read_kept, write_gallery
 from codegen.thesis.gallery.rig import CHAPTER_3, NAMES
 from codegen.thesis.gallery.runs import Runs, ideal_run, reference_of, servo_run
-from codegen.thesis.gallery.setting import AS_DRAWN, Setting, simulation_of, with_observer, without_friction
+from codegen.thesis.gallery.setting import AS_DRAWN, Setting, with_observer, without_friction
 from codegen.thesis.gallery.statement import read_figures
 from tests.told import refused
 
@@ -123,7 +123,7 @@ def test_a_servo_without_cancellation_is_the_linear_loop_of_an_estimate_in_time_
     """Plant under an exact hold, TO and servo (8.15) by hand, state (x, v, z_v, z, v̂ of the sample before)."""
     h, k_2, k_v, g_1, g_2 = 0.01, -100.0, 100.0, 200.0, 50.0
     spec = without_friction(with_observer(specs_of("8.4")[1], "to", CHAPTER_3))
-    spec = replace(spec, simulation=replace(simulation_of(spec), encoder_step={}))
+    spec = replace(spec, simulation=replace(spec.required_simulation, encoder_step={}))
     run = servo_run(spec, QUIET, 0.0, spec, delay=delay)
     speed = np.array([k_v, 0, 1, 0, 0])
     force = np.array([0, 0, 0, 1, 0]) + k_2 * speed

@@ -27,8 +27,7 @@ TWO_MASS: dict[str, dict[str, Any]] = {
 def _error_dynamics(name: str, kind: str, gains: dict[str, Any]) -> ErrorDynamics:
     """The error dynamics of a shipped system under another observer, velocity estimated."""
     spec = read_spec(resource_folder("specs") / f"{name}.yaml")
-    assert spec.observer is not None
-    spec = replace(spec, observer=replace(spec.observer, kind=kind, velocity="estimated", gains=gains))
+    spec = replace(spec, observer=replace(spec.required_observer, kind=kind, velocity="estimated", gains=gains))
     return derive_error_dynamics(build_observer(spec, build_system(spec)))
 
 
