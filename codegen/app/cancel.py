@@ -11,7 +11,7 @@ from typing import Any
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_all
-from codegen.base.shown import Result, json_text
+from codegen.base.shown import Result, json_text, named
 from codegen.cancellation import Plan, RankFalls, Reach, Verdict, make_plan, reach
 from codegen.cancellation.plan import Leftover, leftover
 from codegen.mechanics.sampling import POINTS
@@ -65,15 +65,8 @@ class CancelReport(Result):
         names = [c.name for c in system.contacts]
         inputs = [w.name for w in system.inputs]
         return {
-            "spec": self.spec,
-            "files": self.files,
-            "refusal": self.refusal,
-            "hunting": self.hunting,
-            "choice": self.choice,
-            "reach": found,
+            **named(self, "spec files refusal hunting choice reach plan left"),
             "system": system,
-            "plan": plan,
-            "left": left,
             "points": POINTS,
             "rows": _texts(found.input_matrix),
             "all_perfect": all(v.kind == "perfect" for v in (*found.contacts, *found.coordinates)),
@@ -90,8 +83,7 @@ class CancelReport(Result):
         return {
             "format": "stiction-cancellation/1",
             "input_matrix": _texts(found.input_matrix),
-            "rank": found.rank,
-            "exact": found.exact,
+            **named(found, "rank exact"),
             "weight": self.choice.weight,
             "contacts": [_verdict(v) for v in found.contacts],
             "coordinates": [_verdict(v) for v in found.coordinates],
@@ -99,8 +91,7 @@ class CancelReport(Result):
             "note_2": {
                 "coordinates_without_input": list(reduction.undriven),
                 "contacts_lost": list(reduction.lost),
-                "coordinates": list(reduction.coordinates),
-                "contacts": list(reduction.contacts),
+                **named(reduction, "coordinates contacts"),
                 "input_matrix": _texts(reduction.input_matrix),
                 "distribution": _texts(reduction.distribution),
             },
@@ -145,7 +136,7 @@ class CancelReport(Result):
             "from_rest_at": found.away.tolist(),
             "pushed_with": found.push.tolist(),
             "trials": [
-                {"gain": t.gain, "from_rest": cycle(t.from_rest), "from_push": cycle(t.from_push), "decided": t.decided}
+                {**named(t, "gain decided"), "from_rest": cycle(t.from_rest), "from_push": cycle(t.from_push)}
                 for t in found.trials
             ],
         }

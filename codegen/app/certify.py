@@ -14,7 +14,7 @@ from codegen.app.derived import Source, derived_from
 from codegen.app.rounding_bound import Rounding, rounding_bounds
 from codegen.base.border import verb
 from codegen.base.files import refuse_target, write_atomically
-from codegen.base.shown import Shown
+from codegen.base.shown import Shown, named
 from codegen.base.text import render
 from codegen.certify.bound.bounds import ErrorBound
 from codegen.certify.outcome import Certificate, Refusal
@@ -22,6 +22,9 @@ from codegen.certify.region_proofs import Regions
 from codegen.certify.remedies.proposals import propose
 from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.program.implicit_step import solved_by_one_step
+
+OF_BOUND = "name unit steady slip_speed of_code"
+"""What is printed of an ``ErrorBound``."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -116,29 +119,16 @@ def certified_json(found: Certified) -> dict[str, Any]:
 
 def _certificate(certificate: Certificate, found: Certified) -> dict[str, Any]:
     return {
-        "decay_rate": certificate.decay_rate,
-        "spectral_rate": certificate.spectral_rate,
-        "refuted_rate": certificate.refuted_rate,
-        "turning_rate": certificate.turning_rate,
-        "facts": list(certificate.facts),
+        **named(certificate, "decay_rate spectral_rate refuted_rate turning_rate facts"),
         "sticking": None if certificate.sticking is None else asdict(certificate.sticking),
-        "error_bounds": found.bounds if isinstance(found.bounds, str) else [_bound(b) for b in found.bounds],
+        "error_bounds": found.bounds if isinstance(found.bounds, str) else [named(b, OF_BOUND) for b in found.bounds],
         "certificate": certificate.content,
     }
 
 
-def _bound(b: ErrorBound) -> dict[str, Any]:
-    return {"name": b.name, "unit": b.unit, "steady": b.steady, "slip_speed": b.slip_speed, "of_code": b.of_code}
-
-
 def _refusal(refusal: Refusal) -> dict[str, Any]:
     return {
-        "reason": refusal.reason,
-        "counterexample": refusal.counterexample,
-        "proved": refusal.proved,
-        "spectral_radius": refusal.spectral_radius,
-        "failing": list(refusal.failing),
-        "largest_sample_time": refusal.largest_sample_time,
+        **named(refusal, "reason counterexample proved spectral_radius failing largest_sample_time"),
         "proposals": None if refusal.proposals is None else asdict(refusal.proposals),
         "refutation": refusal.proof,
         "regions": None if refusal.regions is None else _regions(refusal.regions),

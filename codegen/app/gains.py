@@ -21,7 +21,7 @@ from codegen.app.derived import Source, derived_from
 from codegen.app.gains_bound import USEFUL, GainBound, bounds_at, why_no_bound
 from codegen.base.border import verb
 from codegen.base.files import refuse_foreign, refuse_target, write_all
-from codegen.base.shown import Result, json_text
+from codegen.base.shown import Result, json_text, named
 from codegen.spec.numerics import require_finite
 
 MAP, NUMBERS, SPEC = "gains.png", "gains.json", "spec.yaml"
@@ -189,12 +189,9 @@ def _complex_text(z: complex) -> str:
 
 def _axis_json(report: Feasibility, axis: GainAxis) -> dict[str, Any]:
     return {
-        "name": axis.name,
-        "unit": axis.unit,
+        **named(axis, "name unit logarithmic chosen"),
         "gains": {s.name: weight for s, weight in axis.weights.items()},
         "range": [axis.low, axis.high],
-        "logarithmic": axis.logarithmic,
-        "chosen": axis.chosen,
         "stable_sampled": [list(pair) for pair in report.sampled[axis.name]],
         "stable_continuous": [list(pair) for pair in report.continuous[axis.name]],
     }
@@ -204,16 +201,10 @@ def _set_json(judged: GainSet | None) -> dict[str, Any] | None:
     if judged is None:
         return None
     return {
-        "numbers": dict(judged.numbers),
-        "gains": dict(judged.gains),
-        "stable": judged.stable,
+        **named(judged, "numbers gains stable decay_rate largest_sample_time noise_share noise_shares"),
         "spectral_radius": judged.radius,
-        "decay_rate": judged.decay_rate,
         "spectral_abscissa": judged.abscissa,
-        "largest_sample_time": judged.largest_sample_time,
-        "friction_noise_rms": None if judged.noise is None else dict(judged.noise),
-        "noise_share": judged.noise_share,
-        "noise_shares": None if judged.noise_shares is None else dict(judged.noise_shares),
+        "friction_noise_rms": judged.noise,
         "margins": [_margin_json(m) for m in judged.margins],
         "failure": _failure_json(judged.failure),
     }
@@ -225,10 +216,9 @@ def _margin_json(margin: Margin) -> dict[str, Any]:
 
     return {
         "of": margin.name,
-        "up": margin.up,
+        **named(margin, "up down"),
         "up_db": None if margin.up is None else decibel(margin.up),
         "eigenvalue_at_up": parts(margin.at_up),
-        "down": margin.down,
         "down_db": None if margin.down is None else decibel(margin.down),
         "eigenvalue_at_down": parts(margin.at_down),
     }

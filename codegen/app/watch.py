@@ -12,11 +12,11 @@ from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
 from codegen.base.interrupt import handled
-from codegen.base.shown import Result
+from codegen.base.shown import Result, named
 from codegen.base.text import render
 from codegen.certify.outcome import Certificate, Refusal
 from codegen.replay.engine import engine_for
-from codegen.replay.live import Stop, is_recorded, live_blocks, named, pieces
+from codegen.replay.live import Stop, called, is_recorded, live_blocks, pieces
 from codegen.replay.samples import Samples
 from codegen.replay.watch import Alarm, Limit, Tally, Watch, is_watchable, too_slow
 from codegen.spec.quantity import read_quantity
@@ -63,18 +63,11 @@ class Watched(Result):
         return {
             "format": "stiction-watch/1",
             "name": self.name,
-            "samples": tally.samples,
-            "judged": tally.judged,
-            "outside": tally.outside,
-            "faults": tally.faults,
+            **named(tally, "samples judged outside faults"),
             "from": tally.first,
             "to": tally.last,
-            "settle": self.settle,
-            "dwell": self.dwell,
-            "limits": [
-                {"where": limit.where, "bound": limit.bound, "unit": limit.unit, "worst": share * limit.bound}
-                for limit, share in worst
-            ],
+            **named(self, "settle dwell"),
+            "limits": [{**named(limit, "where bound unit"), "worst": share * limit.bound} for limit, share in worst],
             "alarms": [alarm.content for alarm in self.alarms],
             "ended": self.ended,
             "notes": list(self.notes),
@@ -153,7 +146,7 @@ def watch(
     if why is not None:
         notes.append(why)
         expected = f"sliding in one direction for more than {watched.settle * period:.4g} s, within the envelope"
-        useless = BadInput(Place(named(str(log))), NOTHING, expected, code="LOG015")
+        useless = BadInput(Place(called(str(log))), NOTHING, expected, code="LOG015")
     return Watched(
         spec.name,
         watched.limits,

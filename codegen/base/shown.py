@@ -53,6 +53,11 @@ class Result(Shown):
         return render(f"text/{self.template}.txt.j2", **self.view, **options)
 
 
+def named(source: object, names: str) -> dict[str, Any]:
+    """Some attributes of an object under their own names, for a JSON object; ``names`` with blanks between."""
+    return {name: getattr(source, name) for name in names.split()}
+
+
 def json_text(content: object) -> str:
     """A JSON object as a file holds it."""
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"

@@ -101,7 +101,7 @@ class Stop:
         raise KeyboardInterrupt
 
 
-def named(log: str) -> str:
+def called(log: str) -> str:
     """What a message calls a log."""
     return "standard input" if log == STDIN else log
 
@@ -128,7 +128,7 @@ def live_blocks(
         BadInput: for a table or a value that cannot be used, a column that is missing, a step of time that is
             neither the sample time within 1 % nor a gap, or first steps that all are gaps.
     """
-    file = named(log)
+    file = called(log)
     described = SAYS_NOTHING if log == STDIN else log_description(Path(log), None)
     table: _Table | None = None
     waiting: list[str] = []

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.base.files import write_all
+from codegen.base.shown import named
 from codegen.base.text import render
 from codegen.effects import CATALOGUE, Effect, EffectParameter
 from codegen.effects.effect import Place
@@ -34,13 +35,7 @@ def effect_view(effect: Effect) -> dict[str, Any]:
     drawn = EXAMPLES.effects.get(effect.kind, {})
     forms = {p.name: (form, p) for form in effect.forms for p in form.parameters}  # the last form with each
     return {
-        "kind": effect.kind,
-        "sits_on": effect.sits_on,
-        "equation": effect.equation,
-        "signature": effect.signature,
-        "seen_over": effect.seen_over,
-        "needs": effect.needs,
-        "refines": effect.refines,
+        **named(effect, "kind sits_on equation signature seen_over needs refines confused_with"),
         "summary": first,
         "remarks": [" ".join(r.split()) for r in remarks],
         "parameters": [
@@ -55,7 +50,6 @@ def effect_view(effect: Effect) -> dict[str, Any]:
             for form, p in forms.values()
         ],
         "examples": [_example(form, drawn) for form in effect.forms],
-        "confused_with": effect.confused_with,
         "named": EXAMPLE_PLACES[effect.sits_on],
         "drawn": ", ".join(
             f"{p.name} = {with_unit(drawn[p.name], p.unit.format(**units))}" for p in effect.parameters if drawn

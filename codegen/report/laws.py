@@ -10,6 +10,7 @@ from typing import Any
 import sympy
 
 from codegen.base.files import write_all
+from codegen.base.shown import named
 from codegen.base.text import render
 from codegen.friction import LAWS, DynamicLaw, FrictionLaw, LawParameter, MemoryLaw
 from codegen.mechanics.contacts import admissible
@@ -82,8 +83,7 @@ def law_view(law: FrictionLaw) -> dict[str, Any]:
         "level": _plain(law.level(SPEED, symbols)),
         "bound": _bound(law.slope_bound(symbols)),
         "drives": law.drives or "neither",
-        "why_not": law.why_not,
-        "source": law.source,
+        **named(law, "why_not source"),
         "caption": caption(law) if drawn else None,
         "example": "Drawn with " + ", ".join(f"{n} = {with_unit(v, u)}" for n, v, u in _values(law)) if drawn else None,
     }

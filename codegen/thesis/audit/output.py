@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.base.files import write_atomically
+from codegen.base.shown import named
 from codegen.base.text import render
 from codegen.thesis.audit.claim import Finding, Verdict
 from codegen.thesis.audit.formula import as_text
@@ -25,17 +26,10 @@ def audit_json(findings: Sequence[Finding]) -> list[dict[str, Any]]:
     """One object a claim."""
     return [
         {
-            "equation": f.claim.entry.equation,
-            "part": f.claim.entry.part,
+            **named(f.claim.entry, "equation part given scan note"),
+            **named(f, "kind verdict derived counterexample"),
             "chapter": f.claim.chapter,
-            "kind": f.kind,
-            "verdict": f.verdict,
             "printed": _printed(f),
-            "derived": f.derived,
-            "counterexample": dict(f.counterexample) if f.counterexample is not None else None,
-            "given": list(f.claim.entry.given),
-            "scan": f.claim.entry.scan,
-            "note": f.claim.entry.note,
         }
         for f in findings
     ]
