@@ -29,11 +29,14 @@ from codegen.diagnosis.search import Search
 from codegen.diagnosis.trial import Part, with_effects, with_values
 from codegen.effects import CATALOGUE
 from codegen.effects.register import is_identical
+from codegen.mechanics.system import System
 
 Array = NDArray[np.float64]
 
 CLOSE = 1.1
 """Ratio of squared residuals, left or removed, up to which neither of two models far from the noise is preferred."""
+CONTRARY = 10.0
+"""Nats by which free runs at the noise must fit one of two candidates better for the force not to prefer the other."""
 EQUAL = 2.0
 """Nats by which fits of twins, which are one motion, may differ."""
 FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
@@ -231,9 +234,17 @@ def _from_declared(search: Search, one: Ranked) -> float:
 
 
 def _preferred(one: Ranked, other: Ranked) -> bool:
-    if one.force_criterion is None or other.force_criterion is None:
+    if one.force_criterion is None or other.force_criterion is None or _runs_contradict(one, other):
         return False
     return force_prefers(one.force_criterion, other.force_criterion, 1 / CLOSE if _is_far(one) else 1.0)
+
+
+def _runs_contradict(one: Ranked, other: Ranked) -> bool:
+    """Whether free runs at the noise fit another candidate better by ``CONTRARY`` than one that the force prefers.
+
+    Each of the two criteria is then evidence against what the other prefers, and the pair ties.
+    """
+    return other.found.cost < one.found.cost - CONTRARY and credit.near_noise(other.found)
 
 
 def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0) -> bool:
@@ -440,6 +451,7 @@ def _why_not(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: f
     here = found.part.effect.coordinate(search.system, found.part.place)
     return (
         unseen_shape(search, found)
+        or acts_as_its_limit(search, found)
         or takes_the_level(search.problem, before.fit.model, found.model)
         or found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
         or absorbed_by_refit(before, after)
@@ -518,7 +530,7 @@ def _least_size(found: Fit) -> float:
 
 def is_possible(search: Search, found: Fit) -> bool:
     """Whether the fitted values lie within the effect's bounds, and the log can show its period and friction's part."""
-    if not admissible(search, found) or unseen_shape(search, found):
+    if not admissible(search, found) or unseen_shape(search, found) or acts_as_its_limit(search, found):
         return False
     return not takes_the_level(search.problem, search.system, found.model)
 
@@ -528,6 +540,31 @@ def admissible(search: Search, found: Fit) -> bool:
     values = found.parameters
     if not all(np.isfinite(v) for v in values.values()):
         return False
+    return found.part.effect.admissible(_refitted(search, found), found.part.place, values)
+
+
+def _refitted(search: Search, found: Fit) -> System:
+    """The declared system with the refitted values of a fit."""
     moved = found.values[0].tolist()
-    refitted = with_values(search.system, dict(zip((s.name for s in found.trial.moved), moved, strict=True)))
-    return found.part.effect.admissible(refitted, found.part.place, values)
+    return with_values(search.system, dict(zip((s.name for s in found.trial.moved), moved, strict=True)))
+
+
+def acts_as_its_limit(search: Search, found: Fit) -> str:
+    """Why not, where the force of the last effect is that of a simpler one to within ``credit.LEAST_SIZE``; else empty.
+
+    A load behind a spring too soft to move it is an inertia error, and two parameters too many.
+    """
+    part, refitted = found.part, _refitted(search, found)
+    limit = part.effect.limit(refitted, part.place, found.parameters)
+    if limit is None:
+        return ""
+    kind, values = limit
+    *others, _ = [FoundEffect(p.kind, p.on, v, {}) for p, v in zip(found.trial.parts, found.values[1], strict=True)]
+    simpler = with_effects(refitted, [*others, FoundEffect(kind, part.on, values, {})])
+    motion = search.motion
+    own = search.drive.share(
+        inverse_dynamics_residual(found.model, motion) - inverse_dynamics_residual(simpler, motion)
+    )
+    if own >= credit.LEAST_SIZE:
+        return ""
+    return f"acts as {kind}: its own force beside that is {100 * own:.2g} % of the drive force"

@@ -10,6 +10,7 @@ import numpy as np
 import sympy
 
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
+from codegen.effects.on_coordinate import InertiaError
 from codegen.effects.places import coupled_or_varying
 from codegen.effects.start import Covered
 from codegen.mechanics.system import System
@@ -62,6 +63,11 @@ class _OnAxis(Effect):
         if share >= LEAST_LOAD:
             return ""
         return f"its load is {100 * share:.2g} % of the inertia: it acts at its resonance alone"
+
+    def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
+        """An inertia without the load: a spring that is too soft to move it leaves the motor alone."""
+        inertia = float(system.mass_matrix[place, place].subs(system.values))
+        return InertiaError.kind, {"delta": -values["load_fraction"] * inertia}
 
 
 class Compliance(_OnAxis):

@@ -227,6 +227,10 @@ class Effect(ABC):
         """Why a log with this position noise (standard deviation) cannot show these values; empty where it can."""
         return ""
 
+    def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
+        """Kind and parameters of the simpler effect that this one becomes as its own force tends to zero; else None."""
+        return None
+
     def starts(self, covered: Covered) -> list[dict[str, float]]:
         """Every combination of the shape parameters' starting values; one empty entry where there are none."""
         shapes = self.shapes

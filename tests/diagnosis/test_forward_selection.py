@@ -178,6 +178,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
     monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "")
     monkeypatch.setattr(forward_selection, "contradicted_by_force", lambda *_: "")
+    monkeypatch.setattr(ranking, "acts_as_its_limit", lambda search, found: "")
     monkeypatch.setattr(ranking, "unseen_shape", lambda search, found: "longer than the stroke")
     monkeypatch.setattr(ranking, "takes_the_level", lambda problem, system, model: "")
     shared = {"problem": None, "system": None}

@@ -13,6 +13,7 @@ from codegen.diagnosis import credit, examination, ranking
 from codegen.diagnosis.candidate_fits import is_simpler_form
 from codegen.diagnosis.examination import examine
 from codegen.diagnosis.forward_selection import _reconsidered
+from codegen.diagnosis.ranking import acts_as_its_limit
 from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
@@ -135,6 +136,53 @@ def test_far_from_the_noise_force_decides_only_clearly(
     one.force_criterion = SimpleNamespace(over=lambda criterion: told, fit=fit)
     other.force_criterion = one.force_criterion
     assert ranking._preferred(one, other) is preferred
+
+
+@pytest.mark.usefixtures("significant")
+@pytest.mark.parametrize(
+    ("nats", "times", "first", "rivals"),
+    [(5.0, 0.9, "input_delay", []), (25.0, 0.9, "actuator_lag", ["input_delay"]), (25.0, 5.0, "input_delay", [])],
+)
+def test_at_the_noise_force_decides_nothing_against_ten_nats_of_free_runs(
+    nats: float, times: float, first: str, rivals: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A lag of 2.9 ms: free runs fitted it better than a delay by 25 nats; the force residual preferred the delay by
+    2.7 % of its square, and the delay was named.
+    """
+    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: times)
+    monkeypatch.setattr(ranking, "runs_prefer", lambda *_: False)
+    monkeypatch.setattr(ranking, "adds_load", lambda _: False)
+    monkeypatch.setattr(ranking.credit, "near_noise", lambda fit: times <= 3)
+    lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)
+    lag.found.cost, delay.found.cost = 100.0, 100.0 + nats
+    for one, better in ((lag, False), (delay, True)):
+        gain = SimpleNamespace(left=0.9 if better else 1.1, p_of_rivals=lambda more, p=1e-4 if better else 1.0: p)
+        one.force_criterion = SimpleNamespace(
+            fit=SimpleNamespace(trial=SimpleNamespace(parts=())), over=lambda other, gain=gain: gain
+        )
+    search: Any = None
+    found = ranking.ordered_by_force(search, [lag, delay])
+    assert found[0].found.part.kind == first
+    assert [r.found.part.kind for r in ranking.ties(search, found)] == rivals
+
+
+@pytest.mark.parametrize(("k", "c", "other"), [(1e-3, 0.05, "inertia_error"), (2500.0, 4.0, ""), (10.0, 0.1, "")])
+def test_a_load_that_no_spring_moves_is_an_inertia_error(k: float, c: float, other: str, tmp_path: Path) -> None:
+    """An inertia a fifth too large was `ambiguous` with a load behind a spring of 0.001 N/m."""
+    search, _ = search_of(stage(), log_of(stage(), tmp_path, "train.csv"))
+    base, part = search.refit(), part_of(CATALOGUE["compliance"], 0, search.system)
+    trial = base.trial.with_part(part)
+    values = {"k": k, "c": c, "load_fraction": 0.2}
+    found: Any = SimpleNamespace(
+        part=part, trial=trial, parameters=values, values=(base.values[0], [values]),
+        model=trial.model(base.values[0], [values]),
+    )  # fmt: skip
+    words = acts_as_its_limit(search, found)
+    assert f"acts as {other}:" in words if other else words == ""
+    mass = float(search.system.mass_matrix[0, 0].subs(search.system.values))
+    assert part.effect.limit(search.system, 0, values) == ("inertia_error", {"delta": pytest.approx(-0.2 * mass)})
+    spring = part_of(CATALOGUE["spring"], 0, search.system)
+    assert spring.effect.limit(search.system, 0, {"k": k}) is None
 
 
 @pytest.mark.parametrize(("springs", "preferred"), [((1, 1), False), ((1, 0), True), ((0, 0), True)])
