@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import casadi
@@ -234,6 +235,12 @@ def evaluate_columns(function: Any, *arguments: Array) -> Array:
     count = len(arguments[0])
     rows, columns = function.size_out(0)
     given, found = [np.ascontiguousarray(a, dtype=float) for a in arguments], np.empty((count, columns, rows))
-    _buffer, evaluate = in_place(function.map(count), given, [found])
+    _buffer, evaluate = in_place(_mapped(function, count), given, [found])
     evaluate()
     return np.ascontiguousarray(found.transpose(0, 2, 1))
+
+
+@lru_cache(32)
+def _mapped(function: Any, count: int) -> Any:
+    """A CasADi function at so many points at once; a search asks for the same ones often, and CasADi takes 3 ms."""
+    return function.map(count)

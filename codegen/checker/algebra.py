@@ -8,6 +8,7 @@ import re
 from collections import defaultdict
 from fractions import Fraction
 from math import lcm, prod
+from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
@@ -27,7 +28,7 @@ class Poly(dict[tuple[str, ...], Any]):
         fewer, more = sorted((self, other), key=len)
         terms = Poly(more)
         for m, c in fewer.items():
-            terms[m] = terms.get(m, 0) + c
+            terms[m] = terms[m] + c if m in terms else c
             if not terms[m]:
                 del terms[m]
         return terms
@@ -44,7 +45,7 @@ class Poly(dict[tuple[str, ...], Any]):
             for m, c in self.items():
                 pairs = signs.intersection(m, n) if signs else ()
                 monomial = tuple(sorted(x for x in m + n if x not in pairs) if pairs else sorted(m + n)) if n else m
-                terms[monomial] = terms.get(monomial, 0) + c * d
+                terms[monomial] = terms[monomial] + c * d if monomial in terms else c * d
         return terms if all(terms.values()) else Poly({m: c for m, c in terms.items() if c})
 
     def names(self) -> set[str]:
@@ -169,6 +170,7 @@ def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) ->
     (weights,), (a, b) = coefficients(P, {}, "", {}), f.as_integer_ratio()
     demand([*zip(*weights, strict=True)] == [*weights] and positive(weights, True), "P: not symmetric or not definite")
     for *n, (d,) in coefficients([*F, [term(1)]], box, tree, known):
-        moved = times(zip(*n, strict=True), times(weights, n, 0), 0)
-        gap = [[a * d * d * p - b * q for p, q in zip(*rows, strict=True)] for rows in zip(weights, moved, strict=True)]
+        columns = [*zip(*n, strict=True)]
+        Pn = [[sum(map(mul, row, y)) for row in weights] for y in columns]
+        gap = [[a * d * d * p - b * sum(map(mul, x, y)) for p, y in zip(row, Pn)] for row, x in zip(weights, columns)]
         demand(d > 0 and positive(gap), "V may not fall")

@@ -29,7 +29,7 @@ def integers(rows: Matrix) -> tuple[Rows, int]:
 
 def require(matrix: Rows, fault: str, definite: bool = False) -> None:
     """Refused if the symmetric matrix is not positive semidefinite, or definite; or its numbers are too long."""
-    longest = max((x.bit_length() for row in matrix for x in row), default=0)
+    longest = max((max(map(int.bit_length, row)) for row in matrix), default=0)
     enclosure.demand(longest * len(matrix) <= MOST_BITS, "the numbers are too long for so many errors")
     enclosure.demand(kernel.positive(matrix, definite), fault)
 

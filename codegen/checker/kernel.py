@@ -62,6 +62,7 @@ def function(name: str, p: Poly, known: Known) -> Poly:
 # LEMMA 9. Names, numbers, calls of functions of doubles and + - * / ( ) mean the same in Python and in C, but for whole
 # numbers, which C divides otherwise (frame.py lets none pass), and for what EXPRESSION does not let pass. Assignments
 # are run in their order; a local or an output that is not set yet has no value.
+NUMBER = f"-?{frame.WHOLE}(/{frame.WHOLE})?"  # most of a matrix; as an expression it is the same
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 
 
@@ -76,7 +77,9 @@ class Text:  # expressions over `names`, and assignments to them
         self.names, self.known, self.precision = dict(names), known, precision
 
     def value(self, text: str) -> Poly:
-        return self.of(parsed(text := text.strip(" ")), text)
+        if re.fullmatch(NUMBER, text := text.strip(" ")):
+            return term(Fraction(text))
+        return self.of(parsed(text), text)
 
     def of(self, node: ast.expr, text: str) -> Poly:
         here = text[node.col_offset : node.end_col_offset]
