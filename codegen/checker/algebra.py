@@ -70,6 +70,15 @@ def times(A: Any, B: Any, zero: Any) -> Any:
     return [[sum((a * b for a, b in zip(row, c, strict=True) if a and b), zero) for c in columns] for row in A]
 
 
+def integers(rows: Any) -> tuple[list[list[int]], int]:
+    """(D * rows, D) with the least D > 0 for which all entries are whole."""
+    rows, common = [[*row] for row in rows], 1
+    for denominator in {x.denominator for row in rows for x in row}:  # one of all of them could fill the memory
+        common = lcm(common, denominator)
+        demand(common.bit_length() <= 2**14, "a common denominator is too large")
+    return [[x.numerator * (common // x.denominator) for x in row] for row in rows], common
+
+
 # LEMMA 2. Let p be the first diagonal entry of a symmetric A, r the rest of its row, B what is left without both. If
 # p > 0, A is positive semidefinite just if B - r r'/p is; if p = 0, just if r = 0 and B is; if p < 0, never. Definite
 # just if all p > 0. Times p and over the last p, entries that are whole stay whole (Bareiss).
@@ -118,12 +127,9 @@ def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
     places = {f"#{i} {j}": (i, j) for i, row in enumerate(A) for j in range(len(row))}
     joint = Poly({(at, *m): c for at, (i, j) in places.items() for m, c in A[i][j].items()})
     joint = cleared(joint, known, lambda q: semidefinite([[q]], box, tree, known))
-    common = 1
-    for c in joint.values():
-        common = lcm(common, c.denominator)
-        demand(common.bit_length() < 10**4, "a common denominator is too large")
+    (whole,), _ = integers([joint.values()])
     for cell in leaves(box, tree):
-        left = Poly({m: c.numerator * (common // c.denominator) for m, c in joint.items()})
+        left = Poly(zip(joint, whole, strict=True))
         for x in sorted(joint.names() - {*places}):
             (low, high), t = ends(x, cell), term(1, f"<{x}")
             one = lcm(low.denominator, high.denominator)
@@ -169,8 +175,10 @@ def semidefinite(A: Any, box: Box, tree: Any, known: Known, least: Any = 0) -> N
 def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) -> None:
     (weights,), (a, b) = coefficients(P, {}, "", {}), f.as_integer_ratio()
     demand([*zip(*weights, strict=True)] == [*weights] and positive(weights, True), "P: not symmetric or not definite")
+    demand({len(P)} == {len(F), *map(len, F)}, "P: not of the size of the matrix")
     for *n, (d,) in coefficients([*F, [term(1)]], box, tree, known):
         columns = [*zip(*n, strict=True)]
-        Pn = [[sum(map(mul, row, y)) for row in weights] for y in columns]
-        gap = [[a * d * d * p - b * sum(map(mul, x, y)) for p, y in zip(row, Pn)] for row, x in zip(weights, columns)]
+        pushed = [[sum(map(mul, row, x)) for row in weights] for x in columns]  # P times each
+        moved = [[sum(map(mul, x, y)) for y in pushed] for x in columns]
+        gap = [[a * d * d * p - b * q for p, q in zip(*rows, strict=True)] for rows in zip(weights, moved, strict=True)]
         demand(d > 0 and positive(gap), "V may not fall")

@@ -25,7 +25,7 @@ import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache
-from math import isqrt, lcm
+from math import isqrt
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
@@ -121,16 +121,6 @@ def root_above(x: Fraction) -> Fraction:
     return Fraction(isqrt(int(x * GRID * GRID) + 1) + 1, GRID)
 
 
-def integers(rows: Any) -> tuple[int, list[list[int]]]:
-    """(n, n * rows), n the least common denominator of all entries."""
-    rows = [*rows]
-    n = 1
-    for denominator in {x.denominator for row in rows for x in row}:  # one of all of them could fill the memory
-        n = lcm(n, denominator)
-        kernel.demand(n.bit_length() < 10**4, "a common denominator is too large")
-    return n, [[x.numerator * (n // x.denominator) for x in row] for row in rows]
-
-
 def disturbance_columns(push: Polys, most: list[Fraction]) -> list[list[Fraction]]:
     """Columns of push times the size of their disturbance, one for each product of signs that occurs in a column."""
     signs = {x for row in push for p in row for x in p.names()}
@@ -197,7 +187,7 @@ def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns:
         counts: row c' -> the numbers of samples N.
         step: Phi. columns: those of push times the size of their disturbance. Q: matrix of the set.
     """
-    (by, across), (unit, entering), size = integers(zip(*step, strict=True)), integers(columns), len(step)
+    size, (across, by), (entering, unit) = len(step), kernel.integers(zip(*step, strict=True)), kernel.integers(columns)
     s = LARGEST + max(sum(map(abs, column)) for column in [*across, *entering]).bit_length()
     R, most = (1 << s) // by, MOST_SAMPLES * (len(columns) + 1)
     packed = PackedIntegers(s + max(R, most).bit_length() + 1, len(counts), s, LARGEST)
@@ -312,7 +302,7 @@ def require_invariant(
     acting = [(d, x) for d, x in zip(sizes, t, strict=True) if d or x]
     kernel.demand(min([f, *(x for _, x in acting)]) > 0, "weights not above 0")
     kernel.demand(f < 1 and f + sum(d * d / x for d, x in acting) <= 1, "weights too small")
-    (by, Q), (unit, step) = integers(Q), integers(step)
+    (Q, by), (step, unit) = kernel.integers(Q), kernel.integers(step)
     symmetric = [*map(list, zip(*Q, strict=True))] == Q
     kernel.demand(symmetric, "a set's matrix is not symmetric")
     kernel.demand(kernel.positive(Q, definite=True), "a set's matrix is not positive definite")
@@ -342,7 +332,7 @@ def require_bounds(
     inside = [[x - (limit if i == j else 0) for j, x in enumerate(row)]
               for i, (row, limit) in enumerate(zip(larger, limits, strict=True))]  # fmt: skip
     kernel.demand(
-        r >= 1 and kernel.positive(integers(inside)[1]),
+        r >= 1 and kernel.positive(kernel.integers(inside)[0]),
         "the box of `within` is not inside the set: not positive semidefinite",
     )
     counts: dict[tuple[Fraction, ...], set[int]] = {}
@@ -366,7 +356,7 @@ def require_bounds(
         kept = len(alike) * len(set().union(*alike.values())) * len(Q)
         kernel.demand(kept <= MOST_KEPT, "too many rows at too many samples")
         known |= dict.fromkeys(alike, propagated(alike, step, columns, larger))
-    bounds, (by, squares) = [], integers(Q)
+    bounds, (squares, by) = [], kernel.integers(Q)
     noise = [largest(p, most, proof) for p in shift]
     for of, bound, samples, begun, end in lines:
         entries, summed = known[of](of, samples[0])
@@ -379,7 +369,7 @@ def require_bounds(
                 min(map(number, begun)) >= 0 and all(s <= x for s, x in zip(start, within, strict=True)),
                 "`start` is not inside the box of `within`",
             )
-            parts, (sizes,) = integers([start])
+            (sizes,), parts = kernel.integers([start])
         if end and not holds:
             at = (known[of](of, n) for n in samples)
             holds = all((bound - s) * parts * GRID >= sum(map(mul, map(abs, each), sizes)) for each, s in at)

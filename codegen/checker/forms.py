@@ -4,7 +4,6 @@ Standard library only; part of the checker (verify.py), which hands ``enclosure`
 by columns.
 """
 
-import math
 from fractions import Fraction
 from functools import lru_cache
 from operator import mul
@@ -16,15 +15,6 @@ if TYPE_CHECKING or __package__:
 MOST_BITS = 1 << 14  # of an entry, times the rows: the entries grow to it. Of the shipped ones it is below 10 000
 Matrix = list[list[Any]]
 Rows = list[list[int]]
-
-
-def integers(rows: Matrix) -> tuple[Rows, int]:
-    """(D * rows, D) with the least D > 0 for which all entries are whole."""
-    common = 1
-    for denominator in {x.denominator for row in rows for x in row}:  # one of all of them could take minutes
-        common = math.lcm(common, denominator)
-        enclosure.demand(common < enclosure.TOO_LONG, "a common denominator grew too long to go on")
-    return [[x.numerator * (common // x.denominator) for x in row] for row in rows], common
 
 
 def require(matrix: Rows, fault: str, definite: bool = False) -> None:

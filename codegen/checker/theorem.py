@@ -143,9 +143,14 @@ def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 def driven(shared: dict[str, str], shown: dict[str, Any], text: Any) -> None:
     """Raises ValueError where what machine and code share is not moved by inputs as is said, or may grow.
 
+    Or where a state that is left out of the errors, and not shared, follows one that is: nothing is said of these.
+
     In the order in which they stand, z becomes c z + r, r of inputs and of those before it, |c| < 1, or c = 1 and r a
     number: a memory, a lag or a clock. An observer of an axis that is left out of the errors would be none of these.
     """
+    unexplained = {*shown["aside"]} - {*shared}
+    feedback = {x for z in unexplained for x in shown["after"][z].names() if x in shown["aside"] or x[0] == "?"}
+    kernel.demand(not feedback, f"nothing is said of what follows {feedback}, and may grow")
     before: set[str] = {*shown["c"].inputs}
     for z, of in shared.items():
         kernel.demand(z in shown["aside"], f"{z} is no state that is left")
@@ -214,7 +219,7 @@ def recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     The errors of the sign turn with it, e to Je: growth V(e) - V(Je) is to be a form that is not negative.
     """
     known, flips = shown["numbers"], [e["sign"] for e in proof["errors"]]
-    P = tuple(map(tuple, forms.integers(known["P"])[0]))
+    P = tuple(map(tuple, kernel.integers(known["P"])[0]))
     for turn in proof["reversals"]:
         sign, (growth, dwell) = turn["sign"], known["turns"][turn["sign"]]
         why = forms.turns(P, tuple(i for i, s in enumerate(flips) if s == sign), growth)

@@ -31,7 +31,7 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import agreement, covered, enclosure, files, forms, frame, theorem
+    from codegen.checker import agreement, covered, enclosure, files, forms, frame, kernel, theorem
 else:
     files, frame = beside("files"), beside("frame")
     enclosure = beside("enclosure", frame=frame)
@@ -48,7 +48,7 @@ Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 PROOF, SETS, by_kernel, of_its_proof = theorem.PROOF, theorem.SETS, agreement.bound, agreement.of_its_proof
 by_kernel_alone = theorem.proved
-integers, require = forms.integers, forms.require
+integers, require = kernel.integers, forms.require
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, MAX_FILES, FINE = 5_000_000, 32, 4096, 200_000, 1000, 2**128
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
     "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",

@@ -202,8 +202,8 @@ def with_a_long_sum(content: Any) -> Any:
 @pytest.mark.parametrize(
     ("name", "change", "why"),
     [
-        ("certificate.json", of_many_denominators, "a common denominator grew too long"),  # 70 s
-        ("limit.json", of_many_denominators, "a common denominator grew too long"),  # minutes
+        ("certificate.json", of_many_denominators, "a common denominator is too large"),  # 70 s
+        ("limit.json", of_many_denominators, "a common denominator is too large"),  # minutes
         ("certificate.json", with_a_long_sum, "a number grew too long"),  # a quarter of it took 40 s
     ],
 )

@@ -646,7 +646,7 @@ REFUSALS: dict[str, tuple[Cert | str, str]] = {
     "0 divides in the midst": (parameter(["/", "1", ["+", "q", "1/5"]]), "c: divisor from -0.2 to 0.2"),
     "long denominators": (
         dig("lyapunov_matrix", [["1/" + "3" * 3998, "0"], ["0", "1/1" + "0" * 3996 + "1"]]),
-        "denominator grew too long",
+        "a common denominator is too large",
     ),
     "root of negative": (parameter(["sqrt", "q"]), "c: sqrt of a number down to -1"),
     "exp of much": (parameter(["exp", ["*", "101", ["abs", "q"]]]), "beyond 100"),
