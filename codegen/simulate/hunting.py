@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -143,12 +143,7 @@ class Hunting:
 
 
 @numerical("the closed loop")
-def hunting(
-    spec: Spec,
-    system: System,
-    progress: Callable[[float], None] | None = None,
-    gains: Sequence[float] | None = None,
-) -> Hunting:
+def hunting(spec: Spec, system: System, progress: Callable[[float], None] | None = None) -> Hunting:
     """Close the loop of the spec's controller and generated observer at several gains of the cancelling input.
 
     The reference stays at its first value; each gain is run from rest at half the reference's swing from it, and from
@@ -159,20 +154,12 @@ def hunting(
 
     Args:
         progress: called with the share that is done, from 0 to 1.
-        gains: that alone are tried, in place of the search; the largest is then the largest of these below which none
-            hunted.
 
     Raises:
         BadInput: for a spec without an observer or without a controller, or a machine that cannot be simulated or
             cancelled.
     """
-    simulation = spec.simulation
-    if simulation is None or not simulation.reference:
-        expected = "`simulation:` with a `reference:` and gains; hunting is a limit cycle of its controller"
-        raise BadInput(spec.place("simulation"), "no controller", expected, code="SPEC025")
-    refuse_unsimulable(spec, system)
-    choice = replace(spec.cancellation or CancellationChoice(), gain=sympy.S.One)
-    loop = _Loop(replace(spec, cancellation=choice), simulation, system)
+    loop = Loop(spec, system)
     trials: dict[float, Trial] = {}
     total = 2 + HALVINGS + 2
 
@@ -182,9 +169,9 @@ def hunting(
             progress(min(len(trials) / total, 1.0))
         return trials[gain].cycle is not None
 
-    largest = _first_quiet(gains, hunts) if gains is not None else _searched(hunts)
+    largest = _searched(hunts)
     tried = tuple(trials[gain] for gain in sorted(trials))
-    return Hunting(tried, largest, loop.away, loop.push, simulation.cancel_delay, simulation.duration)
+    return Hunting(tried, largest, loop.away, loop.push, loop.simulation.cancel_delay, loop.simulation.duration)
 
 
 def _searched(hunts: Callable[[float], bool]) -> float | None:
@@ -201,19 +188,17 @@ def _searched(hunts: Callable[[float], bool]) -> float | None:
     return low
 
 
-def _first_quiet(gains: Sequence[float], hunts: Callable[[float], bool]) -> float | None:
-    quiet: float | None = None
-    for gain in sorted(gains):
-        if hunts(gain):
-            break
-        quiet = gain
-    return quiet
+class Loop:
+    """The closed loop about a constant reference; raises BadInput as ``hunting``."""
 
-
-class _Loop:
-    """The closed loop about a constant reference."""
-
-    def __init__(self, spec: Spec, simulation: Simulation, system: System) -> None:
+    def __init__(self, spec: Spec, system: System) -> None:
+        simulation = spec.simulation
+        if simulation is None or not simulation.reference:
+            expected = "`simulation:` with a `reference:` and gains; hunting is a limit cycle of its controller"
+            raise BadInput(spec.place("simulation"), "no controller", expected, code="SPEC025")
+        refuse_unsimulable(spec, system)
+        choice = replace(spec.cancellation or CancellationChoice(), gain=sympy.S.One)
+        spec = replace(spec, cancellation=choice)
         self._spec, self._system = spec, system
         self._samples = round(simulation.duration / simulation.sample_time)
         moving = declared_controller(spec, simulation, self._samples)
@@ -222,7 +207,7 @@ class _Loop:
         course = np.array([moving.reference(float(t)) for t in times])
         self._at = course[0]
         self.away = _swing(spec, simulation, course)
-        self._simulation = replace(
+        self.simulation = replace(
             simulation,
             inputs={},
             reference={name: _constant(f) for name, f in simulation.reference.items()},
@@ -230,11 +215,11 @@ class _Loop:
             velocity_noise=dict.fromkeys(simulation.velocity_noise, 0.0),
             observer=True,
         )
-        self.push = self.away * _stiffness_rate(spec, self._simulation, system, self._at)
-        self._sensors = declared_sensors(spec, self._simulation)
+        self.push = self.away * _stiffness_rate(spec, self.simulation, system, self._at)
+        self._sensors = declared_sensors(spec, self.simulation)
         steps = np.array([simulation.encoder_step.get(x, 0.0) for x in spec.positions])
         self._floor = np.maximum(FLOOR * self.away.max(), STEPS * steps)
-        self._observer: ObserverInLoop = generated_in_loop(spec, self._simulation)
+        self._observer: ObserverInLoop = generated_in_loop(spec, self.simulation)
 
     def trial(self, gain: float) -> Trial:
         still = np.zeros_like(self._at)
@@ -247,7 +232,7 @@ class _Loop:
         return (cycle, decided) if decided else self._once(gain, x, v, LONGER * self._samples)
 
     def _once(self, gain: float, x: Array, v: Array, samples: int) -> tuple[LimitCycle | None, bool]:
-        simulation, system = self._simulation, self._system
+        simulation, system = self.simulation, self._system
         identity = np.eye(len(system.inputs))
         run = run_loop(
             system,

@@ -11,7 +11,7 @@ import stiction
 from codegen.base.text import render
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system
-from codegen.simulate.hunting import Trial, at_rest, hunting, limit_cycle
+from codegen.simulate.hunting import Loop, Trial, at_rest, hunting, limit_cycle
 from tests.machines import read
 from tests.told import refused
 
@@ -48,9 +48,9 @@ RESONANT_TEXT = TEXT.format(
 QUICK = TEXT.format(observer="velocity: measured, gains: {K_2: -40}", duration=6, swing=0.1, k_p=100, k_d=4)
 
 
-def found(text: str, gains=None):
+def machine(text: str):
     spec = read(text)
-    return hunting(spec, add_declared_effects(build_system(spec), spec), gains=gains)
+    return spec, add_declared_effects(build_system(spec), spec)
 
 
 @pytest.mark.slow
@@ -59,7 +59,8 @@ def test_more_than_the_friction_cancelled_is_a_limit_cycle_of_known_size():
     mass = Mass(1, 100, 4, 1, -40, h=0.001)
     assert threshold(mass.describing) == pytest.approx(1, abs=1e-3)
     ((w, amplitude),) = mass.describing(1.5)
-    quiet, hunting_one = found(QUICK, (0.9, 1.5)).trials
+    loop = Loop(*machine(QUICK))
+    quiet, hunting_one = loop.trial(0.9), loop.trial(1.5)
     assert quiet.decided and quiet.cycle is None
     for cycle in (hunting_one.from_rest, hunting_one.from_push):
         assert cycle is not None
@@ -82,9 +83,8 @@ def test_an_estimate_that_overshoots_hunts_from_tsypkin_s_threshold_on():
     mass = replace(RESONANT, h=0.0005)
     least = threshold(mass.tsypkin)
     assert 0.5 < least < 0.6
-    below, above = found(
-        RESONANT_TEXT.replace("sample_time: 0.001", "sample_time: 0.0005"), (0.95 * least, 0.75)
-    ).trials
+    loop = Loop(*machine(RESONANT_TEXT.replace("sample_time: 0.001", "sample_time: 0.0005")))
+    below, above = loop.trial(0.95 * least), loop.trial(0.75)
     assert below.cycle is None
     ((w, amplitude),) = mass.tsypkin(0.75)
     assert above.cycle is not None
@@ -94,15 +94,17 @@ def test_an_estimate_that_overshoots_hunts_from_tsypkin_s_threshold_on():
 
 @pytest.mark.slow
 def test_the_largest_gain_is_searched_for():
-    result = found(RESONANT_TEXT)
+    result = hunting(*machine(RESONANT_TEXT))
     assert result.largest == pytest.approx(threshold(replace(RESONANT, h=0.001).tsypkin), rel=0.08)
     assert [t.cycle is None for t in result.trials] == [t.gain <= result.largest for t in result.trials]
     assert {0.0, 1.0, result.largest, result.largest + 1 / 64} <= {t.gain for t in result.trials}
 
 
 def test_a_controller_without_reference_has_nothing_to_hunt_about():
+    controller = "  reference: {x: 0.1*sin(2*t)}\n  position_gain: {w: 100}\n  velocity_gain: {w: 4}\n"
+    assert controller in QUICK
     with refused("SPEC025 `simulation:` `reference:`"):
-        found(QUICK.replace("  reference: {x: 0.1*sin(2*t)}\n  position_gain: {w: 100}\n  velocity_gain: {w: 4}\n", ""))
+        hunting(*machine(QUICK.replace(controller, "")))
 
 
 def test_the_verb_tells(tmp_path):
