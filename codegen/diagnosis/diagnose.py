@@ -35,7 +35,7 @@ from codegen.diagnosis.examination import examine, settled
 from codegen.diagnosis.force_led import credited_by_force
 from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.harmonics import with_harmonics
-from codegen.diagnosis.held_out import only
+from codegen.diagnosis.held_out import HeldOut, only
 from codegen.diagnosis.measure import RESTART_S, force_errors, measure, restart_within_reach
 from codegen.diagnosis.output_error import BLOCKS, Fit, levels_at_zero
 from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
@@ -177,6 +177,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             answer,
             measured,
             lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
+            HeldOut(held_out, measured),
         )
     tied: list[Fit] = []
     experiment, excitation = None, None

@@ -25,6 +25,7 @@ from codegen.diagnosis.credit import SIGNED, Evidence, evidence, evidence_of
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.examination import with_estimate
 from codegen.diagnosis.forward_selection import MOST_EFFECTS, LaterRound, Outcome
+from codegen.diagnosis.held_out import HeldOut, in_words
 from codegen.diagnosis.output_error import (
     Fit,
     damped_step,
@@ -219,22 +220,28 @@ def credited_by_force(
     answer: Answer,
     measured: Callable[[System], ErrorFigures],
     report_progress: Callable[[float], None],
+    held_out: HeldOut | None = None,
 ) -> tuple[Answer, Outcome]:
     """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
 
     The values and intervals of the effects are those of the fit to the force residual. The effects are examined as
-    others are: by their intervals, by a smooth curve over their own variable, and by held-out data. Effects that free
-    runs credited are replaced only if ``against_free_runs`` gives a reason.
+    others are: by their intervals, by a smooth curve over their own variable, and by held-out data, which may refuse
+    some of those that tie (``told_by_held_out``). Effects that free runs credited are replaced only if
+    ``against_free_runs`` gives a reason.
 
     Args:
         outcome: of the selection by free runs. answer: the answer from that outcome.
         problem: the declared system on the log's motion.
+        held_out: data that no fit has seen; None where they tell no candidates apart.
     """
     doubtful: list[str] = []
     found = selected_by_force(search, outcome.base, problem, report_progress, doubtful.append)
     if found is None:
         said = doubtful if answer.verdict == "unknown" else []
         return replace(answer, remarks=(*answer.remarks, *said)), outcome
+    refused: tuple[str, ...] = ()
+    if held_out is not None:
+        found, refused = told_by_held_out(found, held_out)
     alone = "none is credited"
     if answer.verdict != "unknown":
         against = against_free_runs(found, outcome.final)
@@ -257,7 +264,44 @@ def credited_by_force(
     if second.verdict != plain.verdict:
         return answer, outcome
     words = f"found by the residual force, and confirmed by free runs with these values; by free runs alone {alone}"
-    return replace(second, remarks=(*second.remarks, words)), led
+    return replace(second, remarks=(*second.remarks, words, *refused)), led
+
+
+def told_by_held_out(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[str, ...]]:
+    """The selection without those of its tied first effects that held-out data refuse, and what is said of them.
+
+    Of a machine that moves about one place, a spring and a constant force are nearly one motion; about another place
+    they are two. Where the leading effect is refused, the best of those that are left takes its place, if free runs
+    confirm the fit with it. Unchanged where none of them is refused, or each of them.
+    """
+    fits, first = found.fits, found.rounds[0]
+    leading = [first.ranked[0], *found.rivals]
+    if not found.rivals or leading[0].found.part != found.parts[0]:
+        return found, ()
+    tied = [found.fit, *(with_first(fits, found.fit, one) for one in found.rivals)]
+    refused = held_out.refused(tied)
+    kept = [k for k in range(len(tied)) if k not in refused]
+    if not refused or not kept:
+        return found, ()
+    led = replace(found, rivals=tuple(leading[k] for k in kept[1:]))
+    if kept[0]:
+        fit = tied[kept[0]]
+        run = fits.run(fit)
+        if confirmed(fits, fit, run)[0] is not fit:
+            return found, ()
+        ranked = tuple(led_by(leading[kept[0]], first.ranked))
+        explained = _evidence_of_blocks(fits.run(fits.plain), run).share
+        rounds = (replace(first, ranked=ranked), *found.rounds[1:])
+        led = replace(led, fit=fit, run=run, explained=explained, rounds=rounds)
+    return led, in_words(tied, refused)
+
+
+def with_first(fits: ForceFits, fit: Fit, one: Ranked) -> Fit:
+    """The fit with another candidate in place of its first effect."""
+    _, *later = fit.trial.parts
+    moved, (_, *values) = fit.values
+    trial = replace(fit.trial, parts=(one.found.part, *later))
+    return fits.fit(trial, trial.theta(moved, [one.found.parameters, *values]))
 
 
 def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
@@ -389,11 +433,7 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
     _, *later = fit.trial.parts
     if len(leading) < 2 or not later:
         return fit, list(leading)
-    moved, (_, *values) = fit.values
-    fitted = [(fit, leading[0])]
-    for one in leading[1:]:
-        trial = replace(fit.trial, parts=(one.found.part, *later))
-        fitted.append((fits.fit(trial, trial.theta(moved, [one.found.parameters, *values])), one))
+    fitted = [(fit, leading[0]), *((with_first(fits, fit, one), one) for one in leading[1:])]
     fitted.sort(key=lambda pair: pair[0].cost)
     best, leader = fitted[0]
     shown = ((evidence_of(other, best, floored=False), other, one) for other, one in fitted[1:])

@@ -6,7 +6,7 @@ constant force while the input stays on one side of it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -108,15 +108,19 @@ def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tupl
     kept = [k for k in range(len(fits)) if k not in refused]
     if not refused or not kept:
         return outcome, ()
+    rivals = [outcome.rivals[k - 1] for k in kept[1:]]
+    left = led_by_rival(search, outcome, fits[kept[0]], rivals) if kept[0] else replace(outcome, rivals=tuple(rivals))
+    return left, in_words(fits, refused)
+
+
+def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> tuple[str, ...]:
+    """What is said of the fits that held-out data refuse (``HeldOut.refused``): the first effect of each tells them."""
     names = [f"{part.kind} on {part.on}" for part in (fit.trial.parts[0] for fit in fits)]
-    words = tuple(
+    return tuple(
         f"{names[k]}, which ties with {names[j]} on the training log, is refused: on held-out data it leaves "
         f"{times:.3g} times the squared residual force; the errors of what is left were measured on these data too"
         for k, (j, times) in refused.items()
     )
-    rivals = [outcome.rivals[k - 1] for k in kept[1:]]
-    left = led_by_rival(search, outcome, fits[kept[0]], rivals) if kept[0] else replace(outcome, rivals=tuple(rivals))
-    return left, words
 
 
 def only(motion: Motion, window: slice) -> Motion:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,11 @@ from codegen.diagnosis.force_led import (
     in_determined_forms,
     judged,
     selected_by_force,
+    told_by_held_out,
 )
+from codegen.diagnosis.forward_selection import LaterRound
+from codegen.diagnosis.held_out import HeldOut
+from codegen.diagnosis.measure import measure
 from codegen.diagnosis.output_error import Fit, segment_losses
 from codegen.diagnosis.record import position_noise, record_of
 from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
@@ -203,6 +208,55 @@ def test_two_wrong_models_that_are_nearly_alike_are_not_told_apart(tmp_path: Pat
     leading = [judged(fits, fits.plain, fit, 10) for fit in (by_delay, by_lag)]
     _, kept = best_first_effect(fits, fitted(delay, 0.01, 1.0), leading)
     assert [one.found.part.kind for one in kept] == ["input_delay", "actuator_lag"]
+
+
+ABOUT = "{place} + 0.15*sin(2*pi*t)"
+"""At one frequency the changing part of a spring's force is that of a smaller mass."""
+PLACED = {
+    "spring": "[{kind: spring, on: x, parameters: {k: 10}}]",
+    "offset": "[{kind: offset, on: x, parameters: {f0: -3}}]",
+}
+
+
+@pytest.mark.parametrize(
+    ("truth", "leader", "rival", "left"),
+    [
+        ("spring", "spring", "offset", ["spring"]),
+        ("spring", "offset", "spring", ["spring"]),
+        ("offset", "spring", "offset", ["offset"]),
+        ("offset", "coulomb_asymmetry", "offset", ["coulomb_asymmetry", "offset"]),
+    ],
+)
+def test_held_out_data_tell_what_the_force_residual_leaves_open(
+    truth: str, leader: str, rival: str, left: list[str], tmp_path: Path
+) -> None:
+    """About 0.3 m a spring is nearly a constant force, about 0.6 m it is twice that; an asymmetry is one anywhere."""
+
+    def logged(where: float, name: str) -> Log:
+        log = log_of(stage(PLACED[truth], 5.5, ABOUT.format(place=where)), tmp_path, name)
+        return jittered(log, tmp_path)
+
+    motion, system = smooth_motion(log := logged(0.3, "train.csv")), system_of(stage())
+    problem = Problem(system, motion, {s: 0.4 for s in system.values if s.name == "m"})
+    search = search_on(problem, lambda share: record_of(motion, log, share))
+    fits, ranked = ForceFits(search, problem, search.refit()), []
+    for kind in (leader, rival):
+        trial = search.declared_trial.with_part(part_of(CATALOGUE[kind], 0, system))
+        start = {"spring": 10.0, "offset": -3.0, "coulomb_asymmetry": 3.0}[kind]
+        ranked.append(judged(fits, fits.plain, fits.fit(trial, np.append(fits.adopted, start)), 10))
+    best = ranked[0].found
+
+    other = smooth_motion(logged(0.6, "test.csv"))
+    unseen = Problem(system, other, {})
+    errors = partial(measure, motion=other, used=unseen.masks, window=slice(0, len(other.time)), restart_s=0.5)
+    tied = ForceSelection(fits, best, fits.run(best), 0.5, (LaterRound((), tuple(ranked)),), (ranked[1],))
+    told, words = told_by_held_out(tied, HeldOut(unseen, errors))
+    assert [p.kind for p in (*told.parts, *(one.found.part for one in told.rivals))] == left
+    assert told.rounds[0].ranked[0].found.part == told.parts[0]
+    assert told.run.theta == pytest.approx(told.fit.theta)
+    if len(left) == 1:
+        refused = rival if left == [leader] else leader
+        assert words[0].startswith(f"{refused} on x, which ties with {left[0]} on x on the training log, is refused")
 
 
 def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(
