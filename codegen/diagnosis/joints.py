@@ -14,7 +14,7 @@ one joint is a log of that joint alone.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
@@ -285,10 +285,15 @@ class JointShooter:
         joints, called = zip(*distinct.values(), strict=True)
         self._shooter = Shooter([j.system for j in joints], called, loads, [len(j.inputs) for j in joints])
 
-    def run(
+    def at(
+        self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int
+    ) -> Callable[[Array], Array]:
+        """Positions (S, L, n) of every segment, as by ``Shooter.at``; as measured for joints that are not compared."""
+        return lambda states: self._run(model, p, structure, record, drive, substeps, states)
+
+    def _run(
         self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int, states: Array
     ) -> Array:
-        """Positions (S, L, n) of every segment; as measured for joints that are not compared."""
         n, along = len(self._models[model]), self.terms.along(record.positions, record.velocities, record.sample_time)
         p = np.asarray(p, dtype=float)
         off = p[self._rigid[model]] - self.terms.declared
@@ -306,7 +311,7 @@ class JointShooter:
             if found is None:
                 alone = _record_of(record, i)
                 columns = self._columns(one.joint, inputs, along, off, substeps)
-                found = self._shooter.run(one.place, p[one.arguments], here, alone, columns, substeps, there)[..., 0]
+                found = self._shooter.at(one.place, p[one.arguments], here, alone, columns, substeps)(there)[..., 0]
                 self.memory.put(key, found)
             out[..., i] = found
         return out

@@ -5,7 +5,7 @@ Measured positions are compared with free-run simulations of short segments (sim
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -212,11 +212,12 @@ def mean_residuals(runner: Runner, predicted: Array) -> Array:
     return np.asarray(np.clip(np.nan_to_num(flat, nan=HUGE, posinf=HUGE, neginf=-HUGE), -HUGE, HUGE))
 
 
-def state_slopes(runner: Runner, theta: Array, offsets: Array, base: Array) -> Starts:
+def state_slopes(runner: Runner, predict: Callable[[Array], Array], offsets: Array, base: Array) -> Starts:
     """Slopes of each segment's prediction by its start state.
 
     Args:
-        base: residual there, before projection.
+        predict: ``runner.at`` some values.
+        base: residual at ``offsets``, before projection.
     """
     n = offsets.shape[1] // 2
     record = runner.record
@@ -227,7 +228,7 @@ def state_slopes(runner: Runner, theta: Array, offsets: Array, base: Array) -> S
         size = 3 * noise[:, k % n] / (1.0 if k < n else duration)
         moved = offsets.copy()
         moved[:, k] += size
-        return np.asarray((base - mean_residuals(runner, runner.run(theta, moved))) / size[:, None])
+        return np.asarray((base - mean_residuals(runner, predict(moved))) / size[:, None])
 
     slopes = np.stack(in_parallel(slope, range(2 * n)), axis=2)
     least = record.of_starts(SPEED_SHARE * record.top_speed)
@@ -273,9 +274,10 @@ def shooting_fit(
     difference: float = STEP,
 ) -> Fit:
     """Output-error fit with the slopes by the start states computed at ``theta``; arguments as of ``gauss_newton``."""
+    predict = runner.at(theta)
     if residual is None:
-        residual = mean_residuals(runner, runner.run(theta, offsets))
-    starts = state_slopes(runner, theta, offsets, residual)
+        residual = mean_residuals(runner, predict(offsets))
+    starts = state_slopes(runner, predict, offsets, residual)
     return gauss_newton(runner, theta, offsets, starts, prior, rounds, (), residual, difference)
 
 
@@ -379,8 +381,9 @@ def _restarted(fit: Fit) -> Array:
     rows = (segments[:, None] * joints + np.arange(joints)).ravel()
     part = replace(runner, record=replace(record, start=np.ascontiguousarray(record.start[segments])))
     measured = np.zeros_like(fit.offsets[rows])
-    residual = mean_residuals(part, part.run(fit.theta, measured))
-    left = segment_losses(state_slopes(part, fit.theta, measured, residual).project(residual))
+    predict = part.at(fit.theta)
+    residual = mean_residuals(part, predict(measured))
+    left = segment_losses(state_slopes(part, predict, measured, residual).project(residual))
     better = np.intersect1d(far, rows[left < segment_losses(fit.residual[rows])])
     offsets = fit.offsets.copy()
     offsets[better] = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import zip_longest
@@ -175,10 +175,10 @@ class Shooter:
         alone = self.coordinates == 1 and self.contacts <= 1
         self._compiled = in_background(_library, source, OF_ONE if alone else OF_MANY)
 
-    def run(
-        self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int, states: Array
-    ) -> Array:
-        """Positions (S, L, n) of every segment, from ``states`` (S, 2n).
+    def at(
+        self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int
+    ) -> Callable[[Array], Array]:
+        """The free run of every segment, as a function of start states (S, 2n): positions (S, L, n).
 
         Args:
             p: values of the model's free symbols.
@@ -187,13 +187,17 @@ class Shooter:
         Raises:
             BadInput: where there is no C compiler.
         """
-        hidden = self.hidden(model, p, structure, record, drive, substeps)
-        out = np.empty((len(record.start), record.length, self.coordinates))
-        self._compiled().shoot(
-            *self._plant(model, p, structure), len(record.start), record.start, record.length, substeps,
-            record.sample_time, drive, np.ascontiguousarray(states), hidden, out,
-        )  # fmt: skip
-        return out
+        hidden, plant = self.hidden(model, p, structure, record, drive, substeps), self._plant(model, p, structure)
+
+        def run(states: Array) -> Array:
+            out = np.empty((len(record.start), record.length, self.coordinates))
+            self._compiled().shoot(
+                *plant, len(record.start), record.start, record.length, substeps,
+                record.sample_time, drive, np.ascontiguousarray(states), hidden, out,
+            )  # fmt: skip
+            return out
+
+        return run
 
     def hidden(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> Array:
         """States that are not logged, at the start of each segment, simulated along the measured motion.

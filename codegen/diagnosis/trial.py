@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -181,18 +181,22 @@ class Runner:
         Args:
             gain: on all inputs.
         """
+        return self.at(theta, gain)(offsets)
+
+    def at(self, theta: Array, gain: float = 1.0) -> Callable[[Array], Array]:
+        """``run`` as a function of the offsets; what these do not change is computed once."""
         trial, record = self.trial, self.record
         numbers = trial.numbers(theta)
-        found = self.shooter.run(
-            self.model,
-            numbers[self._arguments],
-            trial.structures.at(numbers),
-            record,
-            self._drive(numbers) if gain == 1.0 else gain * self._drive(numbers),
-            self.substeps,
-            trial.sensors.true(record.states, numbers) + record.of_segments(offsets),
-        )
-        return record.by_row(trial.sensors.measured(found, numbers))
+        drive = self._drive(numbers) if gain == 1.0 else gain * self._drive(numbers)
+        structure = trial.structures.at(numbers)
+        free_run = self.shooter.at(self.model, numbers[self._arguments], structure, record, drive, self.substeps)
+        states = trial.sensors.true(record.states, numbers)
+
+        def run(offsets: Array) -> Array:
+            found = free_run(states + record.of_segments(offsets))
+            return record.by_row(trial.sensors.measured(found, numbers))
+
+        return run
 
     def hidden(self) -> Array:
         """States that are not logged, as by ``Shooter.hidden``, for the trial without parts."""
