@@ -30,8 +30,8 @@ SECOND_LENGTH = 0.6
 BOTH_WAYS = 0.05
 ROUNDS = 10
 """Most steps of a fit."""
-FITS = 3
-"""Repeated fits that are kept: two tests in turn ask for the same ones."""
+FITS = 6
+"""Repeated fits that are kept: tests of one effect after the other ask for the same ones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,6 +170,7 @@ class Search:
         prior = self.prior(runner.trial, fit.theta, independent_share(fit))
         return polish(shooting_fit(runner, fit.theta, fit.offsets, prior, ROUNDS), ROUNDS)
 
+    @recent(FITS)
     def without(self, fit: Fit, index: int) -> Fit:
         """The fit with one of its effects removed."""
         trial, theta = fit.trial.without(fit.theta, index)

@@ -116,9 +116,10 @@ class Structures:
 Indices = NDArray[np.int32]
 
 FLAGS = ("-fno-math-errno", "-fno-trapping-math")
-OF_ONE, OF_MANY = ("-O1",), ("-O3", "-fno-tree-vectorize")
-"""Compiler flags for one coordinate with one contact, and for more, whose loops are worth unrolling. The results are
-bit-identical at every level; with gcc 12, -O2 takes up to twice the time a step."""
+PLAIN, UNROLLED = ("-O1",), ("-O3", "-fno-tree-vectorize")
+"""Compiler flags: for one coordinate with one contact or a few runs, and for many runs of more, whose loops are worth
+unrolling in twice the time. The results are bit-identical at every level; with gcc 12, -O2 takes up to twice the time a
+step."""
 KEPT_LIBRARIES = 32
 _AT_REST = 1e-30
 _REST = 1e-12
@@ -157,6 +158,7 @@ class Shooter:
         free: Sequence[Sequence[sympy.Symbol]],
         loads: int | None = None,
         driven: Sequence[int] | None = None,
+        seldom: bool = False,
     ) -> None:
         """Compile the systems into one library, in a thread: the first run waits for it.
 
@@ -165,6 +167,7 @@ class Shooter:
             loads: most loads behind springs in any run; by default the most of ``systems``.
             driven: how many of each system's inputs belong to actuators; the others are imposed signals. By default
                 all.
+            seldom: whether only a few runs follow, which take less time than unrolling the loops.
         """
         self.inputs, self.contacts = max(len(s.inputs) for s in systems), len(systems[0].contacts)
         self.coordinates = systems[0].degrees_of_freedom
@@ -172,8 +175,8 @@ class Shooter:
         self.states = max(len(owners(s)) for s in systems)
         inputs = driven or [len(s.inputs) for s in systems]
         source = shooting_source(systems, free, self.loads, self.states, inputs)
-        alone = self.coordinates == 1 and self.contacts <= 1
-        self._compiled = in_background(_library, source, OF_ONE if alone else OF_MANY)
+        plain = seldom or (self.coordinates == 1 and self.contacts <= 1)
+        self._compiled = in_background(_library, source, PLAIN if plain else UNROLLED)
 
     def at(
         self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int

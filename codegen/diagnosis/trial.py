@@ -319,7 +319,7 @@ def free_run(
 
 def runner_of(system: System, record: Record, substeps: int) -> Runner:
     """Free runs of a system as it is, with no parameter free."""
-    return Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, substeps)
+    return Runner(Trial(system, (), ()), Shooter([system], [()], seldom=True), 0, record, substeps)
 
 
 def with_values(system: System, refitted: Mapping[str, float]) -> System:
