@@ -257,12 +257,14 @@ class JointShooter:
         terms: RigidTerms,
         memory: Memory,
         loads: int = 0,
+        jumps: bool | None = None,
     ) -> None:
         """Compile; joints with the same equations share their code.
 
         Args:
             terms: of the system without effects.
             loads: most loads behind springs in any run.
+            jumps: as of ``Shooter``.
         """
         self.terms, self.memory, self.loads = terms, memory, loads
         distinct: dict[Hashable, tuple[Joint, list[sympy.Symbol]]] = {}
@@ -283,7 +285,8 @@ class JointShooter:
             self._models.append(model)
             self._rigid.append([list(symbols).index(s) for s in terms.parameters])
         joints, called = zip(*distinct.values(), strict=True)
-        self._shooter = Shooter([j.system for j in joints], called, loads, [len(j.inputs) for j in joints])
+        driven = [len(j.inputs) for j in joints]
+        self._shooter = Shooter([j.system for j in joints], called, loads, driven, jumps=jumps)
 
     def at(
         self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int

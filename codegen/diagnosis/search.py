@@ -18,7 +18,7 @@ from codegen.diagnosis.output_error import FINE_STEP, WITHIN, Fit, Prior, gauss_
 from codegen.diagnosis.recent import recent
 from codegen.diagnosis.record import STEPS_PER_PERIOD, STILL, Record
 from codegen.diagnosis.residual import Problem, slip_velocities
-from codegen.diagnosis.shooting import Shooter, terms_of
+from codegen.diagnosis.shooting import Shooter, level_jumps, terms_of
 from codegen.diagnosis.signals import Motion
 from codegen.diagnosis.trial import Part, Runner, Trial
 from codegen.mechanics.system import System
@@ -210,21 +210,21 @@ class Search:
 
     def runners(self, trials: Sequence[Trial]) -> list[Runner]:
         """Free-run simulators of trials; those with the same equations share code, which is compiled once."""
-        keys = [(self.rigid is None, trial.free, terms_of(trial.changed)) for trial in trials]
-        lacking: dict[Hashable, Trial] = {}
-        loads = 0
-        for key, trial in zip(keys, trials, strict=True):
-            own = len(trial.changed.transmissions)
-            if key not in self.compiled or self.compiled[key][0].loads < own:
-                lacking.setdefault(key, trial)
-                loads = max(loads, own)
-        if lacking:
-            systems, free = [t.changed for t in lacking.values()], [t.free for t in lacking.values()]
+        lacking: dict[int, dict[Hashable, Trial]] = {}
+        keys = []
+        for trial in trials:
+            loads = len(trial.changed.transmissions)
+            keys.append((self.rigid is None, loads, trial.free, terms_of(trial.changed)))
+            if keys[-1] not in self.compiled:
+                lacking.setdefault(loads, {}).setdefault(keys[-1], trial)
+        jumps = any(level_jumps(trial.changed) for group in lacking.values() for trial in group.values())
+        for loads, group in lacking.items():  # a library each: a load costs every run of its library half again as much
+            systems, free = [t.changed for t in group.values()], [t.free for t in group.values()]
             if self.rigid:
-                shooter: Shooter | JointShooter = JointShooter(systems, free, self.rigid, self.memory, loads)
+                shooter: Shooter | JointShooter = JointShooter(systems, free, self.rigid, self.memory, loads, jumps)
             else:
-                shooter = Shooter(systems, free, loads)
-            self.compiled.update({key: (shooter, model) for model, key in enumerate(lacking)})
+                shooter = Shooter(systems, free, loads, jumps=jumps)
+            self.compiled.update({key: (shooter, model) for model, key in enumerate(group)})
         found = [self.compiled[key] for key in keys]
         return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]
 

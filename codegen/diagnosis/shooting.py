@@ -159,6 +159,7 @@ class Shooter:
         loads: int | None = None,
         driven: Sequence[int] | None = None,
         seldom: bool = False,
+        jumps: bool | None = None,
     ) -> None:
         """Compile the systems into one library, in a thread: the first run waits for it.
 
@@ -168,13 +169,15 @@ class Shooter:
             driven: how many of each system's inputs belong to actuators; the others are imposed signals. By default
                 all.
             seldom: whether only a few runs follow, which take less time than unrolling the loops.
+            jumps: whether levels may jump at standstill; by default where they do in one of ``systems``.
         """
         self.inputs, self.contacts = max(len(s.inputs) for s in systems), len(systems[0].contacts)
         self.coordinates = systems[0].degrees_of_freedom
         self.loads = max(len(s.transmissions) for s in systems) if loads is None else loads
         self.states = max(len(owners(s)) for s in systems)
         inputs = driven or [len(s.inputs) for s in systems]
-        source = shooting_source(systems, free, self.loads, self.states, inputs)
+        jumps = any(map(level_jumps, systems)) if jumps is None else jumps
+        source = shooting_source(systems, free, self.loads, self.states, inputs, jumps)
         plain = seldom or (self.coordinates == 1 and self.contacts <= 1)
         self._compiled = in_background(_library, source, PLAIN if plain else UNROLLED)
 
@@ -253,11 +256,11 @@ def shooting_source(
     loads: int,
     states: int,
     driven: Sequence[int],
+    jumps: bool,
 ) -> str:
     """The C source of all systems' equations and the loops over segments."""
     generator = casadi.CodeGenerator("models", {"with_header": False, "main": False})
     kept = 0
-    jumps = any(_set_valued_level(c).has(Sgn) for system in systems for c in system.contacts)
     for k, (system, symbols) in enumerate(zip(systems, free, strict=True)):
         place, model, resting = terms_functions(str(k), system, symbols, loads > 0, jumps)
         for function in (place, model, *([resting] if loads else [])):
@@ -289,6 +292,11 @@ def terms_of(system: System) -> tuple[sympy.Expr, ...]:
     contacts = [term for c in system.contacts for term in (_set_valued_level(c), c.extra_force)]
     laws = [term for c, terms in all_law_terms(system) for term in (sympy.Integer(c), terms.force, *terms.rates)]
     return (*system.mass_matrix, *system.force, *system.distribution, *contacts, *laws)
+
+
+def level_jumps(system: System) -> bool:
+    """Whether a friction level jumps at standstill."""
+    return any(_set_valued_level(contact).has(Sgn) for contact in system.contacts)
 
 
 def term_symbols(changed: System, system: System) -> set[sympy.Symbol]:
