@@ -21,7 +21,7 @@ from codegen.diagnosis.adoption import adopt_values
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.conclusion import named_effects
-from codegen.diagnosis.credit import SIGNED, Evidence, evidence, evidence_of
+from codegen.diagnosis.credit import SIGNED, Evidence, evidence, evidence_of, random_signs
 from codegen.diagnosis.estimate import estimate
 from codegen.diagnosis.examination import with_estimate
 from codegen.diagnosis.forward_selection import MOST_EFFECTS, LaterRound, Outcome
@@ -317,9 +317,9 @@ def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
     needed = _needed(fits, fits.fit(trial, by_runs.theta))
     gained = _evidence_of_blocks(needed, found.fit)
     not_needed = sorted(kind for kind, _ in known.keys() - _forms(needed.trial.parts).keys())
-    if (not_needed or larger) and _evidence_of_blocks(found.fit, needed).by_signs > credit.TIE_LEVEL:
+    if (not_needed or larger) and random_signs(-gained.t) > credit.TIE_LEVEL:
         return f"of which the residual force does not need {' and '.join(not_needed or larger)}"
-    leaves_more = gained.by_signs <= credit.TIE_LEVEL and not fits.nearly_alike(needed, found.fit)
+    leaves_more = random_signs(gained.t) <= credit.TIE_LEVEL and not fits.nearly_alike(needed, found.fit)
     return "which leaves more of the residual force" if leaves_more else ""
 
 
@@ -334,7 +334,7 @@ def _needed(fits: ForceFits, fit: Fit) -> Fit:
         others = [fits.without(fit, k) for k in range(len(fit.trial.parts))]
         shown = [_evidence_of_blocks(other, fit) for other in others]
         k = min(range(len(shown)), key=lambda k: shown[k].share)
-        if shown[k].share >= ELSEWHERE and shown[k].by_signs <= credit.TIE_LEVEL:
+        if shown[k].share >= ELSEWHERE and random_signs(shown[k].t) <= credit.TIE_LEVEL:
             break
         fit = others[k]
     return fit
@@ -437,7 +437,7 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
     fitted.sort(key=lambda pair: pair[0].cost)
     best, leader = fitted[0]
     shown = ((evidence_of(other, best, floored=False), other, one) for other, one in fitted[1:])
-    tied = (one for e, fit, one in shown if e.by_signs > credit.TIE_LEVEL or fits.nearly_alike(fit, best))
+    tied = (one for e, fit, one in shown if random_signs(e.t) > credit.TIE_LEVEL or fits.nearly_alike(fit, best))
     return best, [leader, *tied]
 
 
@@ -447,7 +447,7 @@ def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
         others = [fits.without(fit, k) for k in range(len(parts))]
         runs = [fits.run(other) for other in others]
         shown = [_evidence_of_blocks(one, run) for one in runs]
-        doubt = [one.by_signs for one in shown]
+        doubt = [random_signs(one.t) for one in shown]
         k = int(np.argmax(doubt))
         if doubt[k] <= credit.TIE_LEVEL:
             break
@@ -514,7 +514,7 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     ratio = float(np.sqrt(found.by_segment.sum() / plain.by_segment.sum()))
     acting = drive_kept(fits, plain, found.trial, found.theta)
     one = evidence_of(plain, found, floored=False)
-    p = min(1.0, candidates * one.by_signs)
+    p = min(1.0, candidates * random_signs(one.t))
     why_not = ""
     share = min(one.share, 1 - ratio**2)
     if 1 - share > (1 - least) * acting**2:

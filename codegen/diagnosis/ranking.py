@@ -41,7 +41,7 @@ EQUAL = 2.0
 """Nats by which fits of twins, which are one motion, may differ."""
 FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
 """Share of α for the test on the force residual (weighted Bonferroni), and that where the log has fewer than
-``credit.SIGNED`` segments: the sign test on B of them cannot give less than 2⁻ᴮ."""
+``credit.SIGNED`` segments: the sign test on B of them cannot give less than Φ(−√B)."""
 LEAST_DRIVE = 0.1
 """Least RMS of the drive force with an effect over that without: less does not move the machine."""
 CONTRADICTED = 1.5

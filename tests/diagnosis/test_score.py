@@ -164,10 +164,9 @@ def test_it_is_one_of_five_tests_of_nested_models_and_of_no_others() -> None:
     before, after = fit_of(measured, slopes[:OWN]), fit_of(measured, slopes)
     one, both = evidence_of(before, after), nested_evidence_of(before, after)
     assert one.by_score is None and both.by_score == score_test(before, after)
-    four = Evidence(0.0, 0.0, 3.0, 8, 8, by_signs=0.002)
-    assert four.p(0.0) == pytest.approx(4 * 0.002)
-    assert replace(four, by_score=1.0).p(0.0) == pytest.approx(5 * 0.002)
-    assert replace(four, by_score=1e-6).p(0.0) == pytest.approx(5e-6)
+    assert Evidence(0.0, 0.0, 3.0, 8, 8).p(0.0) == pytest.approx(4 * 0.0013498980)
+    assert Evidence(0.0, 0.0, 3.0, 8, 8, by_score=1.0).p(0.0) == pytest.approx(5 * 0.0013498980)
+    assert Evidence(0.0, 0.0, 3.0, 8, 8, by_score=1e-6).p(0.0) == pytest.approx(5e-6)
 
 
 def test_a_trial_contains_another_with_fewer_parts_or_a_simpler_form() -> None:
