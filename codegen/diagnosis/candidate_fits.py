@@ -68,6 +68,17 @@ def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
     return [p for p in parts if (p.kind, p.on) not in known and (not p.effect.both_ways or search.reverses[p.place])]
 
 
+def start_compiling(search: Search) -> None:
+    """Start to compile the declared model and, while that is refitted, what the first round tries.
+
+    Of an arm that is run joint by joint the refit tells which joints are worth trying.
+    """
+    trial = search.declared_trial
+    search.runners([trial])
+    if search.rigid is None:
+        search.runners([trial.with_part(part) for part in every_part(search, ())])
+
+
 def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_progress: Progress) -> list[Fit]:
     """Fit the base's trial with each part added, every form of an effect for itself; the best first."""
     tried = CandidateFits(search, base, tuple(parts), report_progress)

@@ -18,6 +18,7 @@ import numpy as np
 from codegen.base.errors import BadInput
 from codegen.diagnosis.answer import Answer
 from codegen.diagnosis.augment import augmented_text
+from codegen.diagnosis.candidate_fits import start_compiling
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
 from codegen.diagnosis.conclusion import (
     TABLE_SIZE,
@@ -131,6 +132,8 @@ def diagnose_log(
     means = means_of(case.log) if is_static(case.problem.system) and not case.faults else None
     if means is None:
         search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
+        if not case.faults:  # of which no effect is tried
+            start_compiling(search)
         tell(case.findings_in_words)  # after what a short log is refused for
         diagnosis, models = _by_free_runs(case, search, report, propose)
     else:

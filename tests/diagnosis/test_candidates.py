@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.adoption import Refit
-from codegen.diagnosis.candidate_fits import every_part
+from codegen.diagnosis.candidate_fits import every_part, start_compiling
 from codegen.diagnosis.examination import _options
 from codegen.diagnosis.record import MOST_STEPS, PLENTY, record_of
 from codegen.diagnosis.residual import Problem
@@ -46,6 +46,15 @@ def test_friction_that_differs_by_direction_is_tried_where_the_log_has_both(spee
     assert ({"coulomb_asymmetry", "viscous_asymmetry"} <= kinds) == both
     assert both or not kinds & {"coulomb_asymmetry", "viscous_asymmetry"}
     assert {"offset", "viscous", "stribeck", "cogging"} <= kinds
+
+
+def test_the_first_round_compiles_nothing_that_was_not_started_before_the_refit() -> None:
+    one = search(0.0)
+    start_compiling(one)
+    started = dict(one.compiled)
+    base = one.refit()
+    one.runners([base.trial, *(base.trial.with_part(part) for part in every_part(one, base.trial.parts))])
+    assert one.compiled == started
 
 
 def test_segments_of_a_fast_motion_are_spread_over_the_log() -> None:
