@@ -25,7 +25,6 @@ from codegen.diagnosis.case import Findings
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
 from codegen.logs import Allowance, read_logs
-from codegen.report import render_report
 from codegen.spec import parse_spec
 from codegen.spec.free_gains import free_gains_in_words
 from codegen.spec.quantity import read_part
@@ -134,7 +133,17 @@ def diagnose(
     held_out = None
     if tests:
         held_out = read_logs(tests, spec, description=description, columns=columns, allowance=allowance)
-    diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters, tell)
+
+    def tell_and_load(found: Findings) -> None:
+        """Tell, and load the report's libraries: the compiler works on the first models meanwhile."""
+        tell(found)
+        from codegen.report.style import load_libraries
+
+        load_libraries()
+
+    diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters, tell_and_load)
+    from codegen.report import render_report
+
     files: dict[str, str] = {"spec.yaml": models.spec_text}
     free = free_gains_in_words(spec)
     if free:

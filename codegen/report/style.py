@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
@@ -30,6 +31,12 @@ STYLE = {
     "svg.hashsalt": "stiction",
     "path.simplify": True,
 }
+
+
+def load_libraries() -> None:
+    """Load what ``drawn`` imports, for a caller that has half a second to spare before the first picture."""
+    for name in ("backends.backend_agg", "backends.backend_svg", "figure", "layout_engine"):
+        import_module(f"matplotlib.{name}")
 
 
 def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, **style: Any) -> bytes:
