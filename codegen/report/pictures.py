@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from codegen.report.evidence import LawPanel
 from codegen.report.series import CoordinateSeries
@@ -143,7 +143,16 @@ def _frame(axes: Any, x: str, y: str) -> None:
     if axes.get_yscale() == "linear":
         axes.axhline(0, color=QUIET, linewidth=0.8, zorder=1.5)
         axes.locator_params(axis="both", nbins=5)
-        axes.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter(_PlainLabels(useMathText=True))
+        axes.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4))
+
+
+class _PlainLabels(ScalarFormatter):
+    """Numbers at the ticks as plain text, and only their power of ten as mathtext, which takes milliseconds each."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return super().__call__(x, pos).replace("$\\mathdefault{", "").replace("}$", "")
 
 
 def _say(axes: Any, words: str) -> None:
