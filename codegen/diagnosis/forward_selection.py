@@ -8,7 +8,7 @@ from functools import partial
 from itertools import combinations
 
 from codegen.diagnosis import credit
-from codegen.diagnosis.candidate_fits import every_part, fit_candidates, in_simplest_forms
+from codegen.diagnosis.candidate_fits import FORM_GAIN, every_part, fit_candidates, in_simplest_forms
 from codegen.diagnosis.credit import evidence_of, noise_loss, noise_ratio
 from codegen.diagnosis.force_evidence import ForceCriterion
 from codegen.diagnosis.output_error import Fit
@@ -35,7 +35,7 @@ from codegen.diagnosis.ranking import (
 from codegen.diagnosis.score_test import nested_evidence_of
 from codegen.diagnosis.search import Search
 from codegen.diagnosis.shooting import hidden_states
-from codegen.diagnosis.trial import Part
+from codegen.diagnosis.trial import Part, part_of
 from codegen.effects import CATALOGUE
 from codegen.effects.register import kinds_of
 
@@ -138,7 +138,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
                 current = confirmed = pair
                 rivals, paired = [], True
-    current, rivals = confirmed, rivals if confirmed.trial.parts else []
+    current, rivals = _in_seen_kinds(search, confirmed, rivals if confirmed.trial.parts else [])
     if len(current.trial.parts) > 1:
         current, rivals = _reconsidered(search, current, first, None if paired else rivals)
         current, rivals = _pruned_with_rivals(search, current, rivals)
@@ -187,6 +187,26 @@ def _merged(search: Search, current: Fit) -> Fit | None:
             simpler = search.fitted_again(good[0])
             return _merged(search, simpler) or simpler
     return None
+
+
+def _in_seen_kinds(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
+    """The fit with the kind that an effect extends in its place, where no log can show the values that it ended at and
+    that fits as well; that kind is then no rival of it.
+
+    Example: beside another effect a play may come out as 1e-15 rad, which is a spring without play.
+    """
+    trial, (moved, values) = current.trial, current.values
+    for k, part in enumerate(trial.parts):
+        here = part.effect.coordinate(search.system, part.place)
+        if not part.effect.extends or not part.effect.unseen(values[k], float(search.record.noise[here])):
+            continue
+        simpler = part_of(CATALOGUE[part.effect.extends], part.place, search.system)
+        parts = [simpler if p is part else p for p in trial.parts]
+        kept = {name: values[k][name] for name in simpler.names}
+        other = search.with_parts(current, moved, parts, [*values[:k], kept, *values[k + 1 :]])
+        if other.cost <= current.cost + FORM_GAIN:
+            return _in_seen_kinds(search, other, [r for r in rivals if not _same(r.found.part, simpler)])
+    return current, rivals
 
 
 def worth_it(search: Search, fit: Fit, richer: Fit, candidates: int) -> bool:

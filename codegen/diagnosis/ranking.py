@@ -36,7 +36,8 @@ Array = NDArray[np.float64]
 CLOSE = 1.1
 """Ratio of squared residuals, left or removed, up to which neither of two models far from the noise is preferred."""
 CONTRARY = 10.0
-"""Nats by which free runs at the noise must fit one of two candidates better for the force not to prefer the other."""
+"""Nats on held-out segments by which free runs at the noise must prefer one of two candidates for the force not to
+prefer the other."""
 EQUAL = 2.0
 """Nats by which fits of twins, which are one motion, may differ."""
 FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
@@ -240,11 +241,13 @@ def _preferred(one: Ranked, other: Ranked) -> bool:
 
 
 def _runs_contradict(one: Ranked, other: Ranked) -> bool:
-    """Whether free runs at the noise fit another candidate better by ``CONTRARY`` than one that the force prefers.
+    """Whether free runs at the noise prefer another candidate, on held-out segments by ``CONTRARY``, to one that the
+    force prefers.
 
     Each of the two criteria is then evidence against what the other prefers, and the pair ties.
     """
-    return other.found.cost < one.found.cost - CONTRARY and credit.near_noise(other.found)
+    preferred, held_out = (float(r.found.held_out_losses.sum()) for r in (one, other))
+    return held_out < preferred - CONTRARY and credit.near_noise(other.found)
 
 
 def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0) -> bool:

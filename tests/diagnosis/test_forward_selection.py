@@ -359,6 +359,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         "worth_it": True,
         "at_noise": True,
         "explained_share": 1.0,
+        "_in_seen_kinds": (pair if paired else alone, []),
         "_reconsidered": (pair, []),
         "_pruned_with_rivals": (pair, []),
         "_merged": None,
@@ -373,3 +374,24 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     search: Any = SimpleNamespace(fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
     found = forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert found.final is (pair if paired else alone) and asked == [[best]] * paired
+
+
+@pytest.mark.parametrize(("gap", "cost", "kinds"), [(1e-15, 104.0, "c"), (1e-15, 111.0, "b"), (0.1, 100.0, "b")])
+def test_a_play_of_nothing_is_a_spring(gap: float, cost: float, kinds: str) -> None:
+    """Beside an inertia error a play was named that came out as 6.6e-15 rad."""
+    system = system_of(stage())
+    play, spring, offset = (part_of(CATALOGUE[kind], 0, system) for kind in ("backlash", "compliance", "offset"))
+    own = {"k": 30.0, "c": 0.1, "load_fraction": 0.3}
+    current: Any = SimpleNamespace(
+        trial=SimpleNamespace(parts=(offset, play)), values=([4.0], [{"f0": 1.0}, own | {"gap": gap}]), cost=100.0
+    )
+
+    def with_parts(fit: Any, moved: Any, parts: Any, values: Any) -> Any:
+        assert (moved, parts, values) == ([4.0], [offset, spring], [{"f0": 1.0}, own])
+        return SimpleNamespace(trial=SimpleNamespace(parts=tuple(parts)), values=(moved, values), cost=cost)
+
+    search: Any = SimpleNamespace(system=system, record=SimpleNamespace(noise=np.array([1e-4])), with_parts=with_parts)
+    rivals: Any = [SimpleNamespace(found=SimpleNamespace(part=p)) for p in (spring, offset)]
+    found, left = forward_selection._in_seen_kinds(search, current, rivals)
+    assert found.trial.parts == ((offset, spring) if kinds == "c" else (offset, play))
+    assert left == (rivals[1:] if kinds == "c" else rivals)

@@ -24,7 +24,7 @@ from tests.diagnosis.test_adoption import search_of
 def ranked(kind: str, left: float, on: str = "q") -> Any:
     names = [p.name for p in CATALOGUE[kind].parameters]
     part = SimpleNamespace(kind=kind, on=on, effect=None, place=0, names=names)
-    found = SimpleNamespace(part=part, cost=0.0, trial=SimpleNamespace(system=None))
+    found = SimpleNamespace(part=part, cost=0.0, held_out_losses=np.zeros(1), trial=SimpleNamespace(system=None))
     return SimpleNamespace(found=found, evidence=SimpleNamespace(share=1 - left), why_not="", unsure=False)
 
 
@@ -154,7 +154,8 @@ def test_at_the_noise_force_decides_nothing_against_ten_nats_of_free_runs(
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
     monkeypatch.setattr(ranking.credit, "near_noise", lambda fit: times <= 3)
     lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)
-    lag.found.cost, delay.found.cost = 100.0, 100.0 + nats
+    lag.found.held_out_losses, delay.found.held_out_losses = np.array([100.0]), np.array([100.0 + nats])
+    delay.found.cost = 50.0  # in training alone
     for one, better in ((lag, False), (delay, True)):
         gain = SimpleNamespace(left=0.9 if better else 1.1, p_of_rivals=lambda more, p=1e-4 if better else 1.0: p)
         one.force_criterion = SimpleNamespace(
