@@ -54,6 +54,19 @@ def lyapunov_maps(stack: Array, h: float, alpha: float) -> Array:
     return np.asarray(-(now.reshape(-1, size * size, size * size) + 2 * alpha * np.eye(size * size)))
 
 
+def certified_rates(p: Array, stack: Array, h: float) -> Array:
+    """The largest α for which P > 0 is a Lyapunov matrix, of each matrix of a stack, N by m by m."""
+    inverse = np.linalg.inv(np.linalg.cholesky(p))
+    turned = stack.transpose(0, 2, 1)
+    falls = -(turned @ p + p @ stack + h * turned @ p @ stack)
+    return np.asarray(np.linalg.eigvalsh(inverse @ falls @ inverse.T)[:, 0] / 2)
+
+
+def least_rate(p: Array, matrices: Matrices, h: float) -> float:
+    """The largest α for which P > 0 is a Lyapunov matrix of all these matrices."""
+    return float(certified_rates(p, np.asarray(matrices), h).min())
+
+
 def largest_feasible_rate(holds: Callable[[float], Array | None], limit: float) -> tuple[Array, float] | None:
     """(P, α) at the largest of ``limit`` · 0.99, · 0.99², … at which a P is found; None if none is.
 
@@ -82,7 +95,6 @@ def method_of_centres(
     alpha: float,
     stack: Array,
     h: float,
-    shown: Callable[[Array], float],
     where: Pattern | None = None,
     near: float = NEAR,
 ) -> tuple[Array, float]:
@@ -91,16 +103,15 @@ def method_of_centres(
     Args:
         start: a P whose rate is above ``alpha``.
         stack: the balanced matrices A, N by m by m.
-        shown: P → its rate.
         where: where P may hold other entries than zero, m by m; None: everywhere.
         near: as ``NEAR``; a smaller one gives a larger rate, and a P closer to the boundary of the feasible set.
     """
-    p, rate = start, shown(start)
+    p, rate = start, least_rate(start, stack, h)
     for _ in range(CLIMBS):
         middle = analytic_centre([(stack, alpha)], h, p, where)
         if middle is None:
             break
-        p, rate = middle, shown(middle)
+        p, rate = middle, least_rate(middle, stack, h)
         if rate - alpha < near * alpha:
             break
         alpha += 0.9 * (rate - alpha)

@@ -112,7 +112,7 @@ def _certified(
     found_first = _proposals(analysis, family, cells, common, spectral)
     for proposal, share in ((each, share) for each in found_first for share in SLOWER):
         try:
-            content, report = proved((base, family, replace(proposal, alpha=share * proposal.alpha)), analysis)
+            ((content, report),) = proved([(base, replace(proposal, rate=share * proposal.rate))], analysis)
         except verify.Refused as error:
             why = f"the matrix that was found fails the check in exact arithmetic ({error})"
             continue
@@ -133,7 +133,7 @@ def _common(family: Family, h: float) -> tuple[Cells, Found | None]:
             break
         cells = finer_cells
         proposal = common_lyapunov(cells.matrices, h)
-    return cells, None if proposal is None else Found(proposal[1], cells.splits, proposal[0])
+    return cells, None if proposal is None else Found(family, *proposal, cells.splits)
 
 
 def _proposals(
@@ -141,9 +141,9 @@ def _proposals(
 ) -> Iterator[Found]:
     """What the solver found, the fastest first."""
     observer, h = analysis.dynamics.observer, analysis.dynamics.period
-    if h and (common is None or common.alpha < ENOUGH * spectral):
+    if h and (common is None or common.rate < ENOUGH * spectral):
         over = over_angles(family, observer.sample_time)
-        if over is not None and (common is None or common.alpha < over.alpha):
+        if over is not None and (common is None or common.rate < over.rate):
             yield over
     if common is None:
         return
@@ -183,8 +183,8 @@ def _with_turning(
         serving = common_lyapunov(cells.matrices, h, kept)
         if serving is not None:
             with suppress(verify.Refused):
-                proposal = Found(serving[1], cells.splits, serving[0])
-                return replace(found, turning=proved((base, family, proposal), analysis, turning=True)[0])
+                part = base, Found(family, *serving, cells.splits)
+                return replace(found, turning=proved([part], analysis, turning=True)[0][0])
     return found
 
 

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -74,59 +74,46 @@ def _meaning(error: ErrorVariable, observer: Observer) -> str:
 
 @dataclass(frozen=True)
 class Found:
-    """A proposal of the solver.
+    """A proposal of the solver: a P that shows a rate for a family over its ranges.
 
     Attributes:
-        alpha: 1/s.
-        splits: variable → breakpoints, exact.
         p: P, m by m.
+        rate: α, 1/s; V grows where it is negative.
+        splits: variable → breakpoints, exact.
         cover: a tree of cuts on whose leaves the checker is to decide it (covered.py), and none where the cells are
             those of ``splits``.
+        kind: of a region of a DFO's envelope: sliding, presliding, weak, passing or recovery.
     """
 
-    alpha: float
-    splits: Mapping[sympy.Symbol, list[Any]]
+    family: Family
     p: NDArray[np.float64]
+    rate: float
+    splits: Mapping[sympy.Symbol, list[Any]] = field(default_factory=dict)
     cover: Sequence[Any] = ()
-
-
-Part = tuple[Mapping[str, Any], Family, Found]
-"""The certificate's fields that do not depend on the proof (``frame``), the family and the proposal."""
+    kind: str = ""
 
 
 def proved(
-    part: Part, analysis: Analysis, turning: bool = False, reversals: bool = True
-) -> tuple[dict[str, Any], verify.Report]:
-    """The certificate with the fewest digits that the checker accepts, and its report.
-
-    Args:
-        reversals: whether it states the growth of V at a reversal.
-
-    Raises:
-        codegen.checker.verify.Refused: if it accepts none.
-    """
-    return proved_alike([part], analysis, lambda _, content: content, turning, reversals)[0]
-
-
-def proved_alike(
-    parts: Sequence[Part],
+    parts: Sequence[tuple[Mapping[str, Any], Found]],
     analysis: Analysis,
-    finish: Callable[[int, dict[str, Any]], dict[str, Any]],
+    finish: Callable[[Found, dict[str, Any]], dict[str, Any]] = lambda _, content: content,
     turning: bool = False,
     reversals: bool = True,
 ) -> list[tuple[dict[str, Any], verify.Report]]:
-    """Certificates that the checker accepts all with the same digits: a proposal with a common P keeps it.
+    """Certificates that the checker accepts all with the same number of digits, the fewest, and its reports.
 
     Args:
-        finish: (which part, its certificate) → the certificate with its further entries.
+        parts: the fields that do not depend on the proof (``frame``), and the proposal; those with one P keep it.
+        finish: of a proposal and its certificate, the certificate with its further entries.
+        reversals: whether they state the growth of V at a reversal.
 
     Raises:
         codegen.checker.verify.Refused: if it accepts them with no number of digits.
     """
 
     def attempt(digits: int) -> list[tuple[dict[str, Any], verify.Report]]:
-        made = [_content(part, analysis, digits, turning, reversals) for part in parts]
-        contents = [finish(k, content) for k, content in enumerate(made)]
+        made = [(found, _content(base, found, analysis, digits, turning, reversals)) for base, found in parts]
+        contents = [finish(*each) for each in made]
         return [(content, verify.check(json.dumps(content))) for content in contents]
 
     for digits in DIGITS[:-1]:
@@ -135,11 +122,12 @@ def proved_alike(
     return attempt(DIGITS[-1])
 
 
-def _content(part: Part, analysis: Analysis, digits: int, turning: bool, turns: bool) -> dict[str, Any]:
-    (base, family, found), observer = part, analysis.dynamics.observer
-    h = observer.sample_time
+def _content(
+    base: Mapping[str, Any], found: Found, analysis: Analysis, digits: int, turning: bool, turns: bool
+) -> dict[str, Any]:
+    observer, h = analysis.dynamics.observer, analysis.dynamics.observer.sample_time
     exact = rounded_matrix(found.p, digits, np.sqrt(np.diag(found.p)))
-    rate = rounded(found.alpha - abs(found.alpha) * 10.0 ** (1 - digits), 4)
+    rate = rounded(found.rate - abs(found.rate) * 10.0 ** (1 - digits), 4)
     fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
     reversals = []
     for contact in range(len(observer.signs)) if observer.level_errors and turns else ():
@@ -148,7 +136,7 @@ def _content(part: Part, analysis: Analysis, digits: int, turning: bool, turns: 
                 reversals.append(turn_cost(exact, observer.system.contacts[contact].name, flips, fall))
     words = {"observer": observer, "reversals": reversals, "rate": float(rate), "period": float(h), "turning": turning}
     words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if isinstance(c.law, DynamicLaw)]
-    words["variables"] = {v.name: (float(lo), float(hi)) for v, (lo, hi) in family.variables.items()}
+    words["variables"] = {v.name: (float(lo), float(hi)) for v, (lo, hi) in found.family.variables.items()}
     return {
         **base,
         "claim": one_line("text/claim.j2", **words),

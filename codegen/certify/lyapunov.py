@@ -24,8 +24,10 @@ from codegen.certify.centre import (
     Matrices,
     Pattern,
     analytic_centre,
+    certified_rates,
     half_vectorisation,
     largest_feasible_rate,
+    least_rate,
     lyapunov_maps,
     method_of_centres,
 )
@@ -63,14 +65,6 @@ def decay_rate_limit(matrices: Matrices, h: float) -> float:
     return (1 - radius**2) / (2 * h)
 
 
-def certified_rates(p: Array, stack: Array, h: float) -> Array:
-    """The largest α for which P > 0 is a Lyapunov matrix, of each matrix of a stack, N by m by m."""
-    inverse = np.linalg.inv(np.linalg.cholesky(p))
-    turned = stack.transpose(0, 2, 1)
-    falls = -(turned @ p + p @ stack + h * turned @ p @ stack)
-    return np.asarray(np.linalg.eigvalsh(inverse @ falls @ inverse.T)[:, 0] / 2)
-
-
 def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = None) -> tuple[Array, float] | None:
     """(P, α) with Φ'PΦ ≤ (1 − 2αh)P for every matrix and α close to the largest possible, or None if none is found.
 
@@ -90,7 +84,7 @@ def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = No
         first = largest_feasible_rate(lambda alpha: _feasible([(few, alpha)], h, structure), limit)
         if first is None:
             return None
-        p, shown = method_of_centres(*first, stack, h, lambda p: float(certified_rates(p, stack, h).min()), structure)
+        p, shown = method_of_centres(*first, stack, h, structure)
         found = p, shown * 0.9999
     if found is None:
         return None
@@ -117,12 +111,10 @@ def common_lyapunov_of_many(matrices: Matrices, h: float, near: float = NEAR) ->
             first = p, alpha
             break
     if len(matrices) * len(first[0]) ** 4 > CLIMBED:
-        return first[0], float(certified_rates(first[0], np.asarray(matrices), h).min()) * 0.999
+        return first[0], least_rate(first[0], matrices, h) * 0.999
     scale = balance(matrices)
     stack, start = _in(scale, matrices), first[0] * scale[None, :] * scale[:, None]
-    p, shown = method_of_centres(
-        start, first[1], stack, h, lambda p: float(certified_rates(p, stack, h).min()), near=near
-    )
+    p, shown = method_of_centres(start, first[1], stack, h, near=near)
     return p / scale[None, :] / scale[:, None], shown * 0.999
 
 
@@ -162,7 +154,7 @@ def analytic_centre_at(groups: Sequence[Group], h: float, p: Array | None) -> Ar
     if middle is None:
         return p
     middle = middle / scale[None, :] / scale[:, None]
-    holds = all(certified_rates(middle, np.asarray(matrices), h).min() >= rate for matrices, rate in groups)
+    holds = all(least_rate(middle, matrices, h) >= rate for matrices, rate in groups)
     return middle if holds else p
 
 

@@ -20,12 +20,12 @@ from codegen.analysis.analysis import Analysis
 from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
 from codegen.certify.along_friction import AlongFriction, along_friction, envelope_along
-from codegen.certify.content import Found, Frame, lines, one_line, proved_alike, turn_cost
+from codegen.certify.content import Found, Frame, lines, one_line, proved, turn_cost
 from codegen.certify.family import Family, NotEnclosable
 from codegen.certify.levels import SHARES, about_declared
 from codegen.certify.lyapunov import decay_rate_limit
 from codegen.certify.refute import Slowest, refute
-from codegen.certify.regions import Region, RegionSearch
+from codegen.certify.regions import RegionSearch
 from codegen.checker import verify
 from codegen.mechanics.system import Matrix
 
@@ -135,7 +135,7 @@ class _Proofs:
     stated: Frame
     proofs: dict[str, dict[str, Any]] = field(default_factory=dict)
 
-    def add(self, found: list[Region]) -> None:
+    def add(self, found: list[Found]) -> None:
         """Prove what was found."""
         for region in found:
             if region.kind in ("sliding", "presliding", "weak"):
@@ -196,20 +196,17 @@ class _Proofs:
                 error["meaning"] = f"sign of friction state times ({error['meaning']})"
         return content
 
-    def _prove(self, named: Mapping[str, Region]) -> None:
-        regions = [*named.values()]
-        parts = [(self._base(r.family), r.family, Found(r.rate, r.splits, r.p)) for r in regions]
-
-        def finish(k: int, content: dict[str, Any]) -> dict[str, Any]:
+    def _prove(self, named: Mapping[str, Found]) -> None:
+        def finish(region: Found, content: dict[str, Any]) -> dict[str, Any]:
             rate, h = float(Fraction(content["decay_rate"])), float(Fraction(content["sample_time"]))
-            if regions[k].kind == "recovery":
+            if region.kind == "recovery":
                 names = [error["name"] for error in content["error"]]
                 exact = [[sympy.Rational(x) for x in row] for row in content["lyapunov_matrix"]]
                 content["reversals"] = [
                     turn_cost(exact, axis.name, [names.index(f"e_a_{axis.name}")], 1 - 2 * rate * h)
                     for axis in self.along.axes
                 ]
-            words = {"kind": regions[k].kind, "rate": rate, "period": h, "axes": self.along.axes}
+            words = {"kind": region.kind, "rate": rate, "period": h, "axes": self.along.axes}
             words |= {"observer": self.analysis.dynamics.observer}
             words |= {key: content[key] for key in ("reversals", "variables")}
             said: dict[str, Any] = {"claim": one_line("text/region_claim.j2", **words)}
@@ -217,7 +214,7 @@ class _Proofs:
             return content | said
 
         with suppress(verify.Refused):
-            accepted = proved_alike(parts, self.analysis, finish)
+            accepted = proved([(self._base(r.family), r) for r in named.values()], self.analysis, finish)
             self.proofs.update(zip(named, (content for content, _ in accepted), strict=True))
 
     def _limit(self, family: Family) -> None:

@@ -6,8 +6,7 @@ goes is found by bisection, in floating point; ``region_proofs`` then has the ch
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -18,13 +17,13 @@ import sympy
 from codegen.base.arrays import Array
 from codegen.certify import centre
 from codegen.certify.along_friction import AlongFriction, Box, ContactAxes
-from codegen.certify.centre import Group
+from codegen.certify.centre import Group, least_rate
+from codegen.certify.content import Found
 from codegen.certify.enclosure import Enclosure, cells_of, exact_ranges
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import (
     Worst,
     analytic_centre_at,
-    certified_rates,
     common_lyapunov_at,
     common_lyapunov_of_many,
     decay_rate_limit,
@@ -48,25 +47,6 @@ NEAR = 1e-5
 """As in ``lyapunov``, for the many matrices of cells: within 1 % of the proved limit."""
 
 
-@dataclass(frozen=True)
-class Region:
-    """A box with a P.
-
-    Attributes:
-        kind: sliding, presliding, weak, passing or recovery.
-        family: A over the box.
-        p: m by m.
-        rate: that P shows of it, 1/s; V grows where it is negative.
-        splits: variable → breakpoints, exact.
-    """
-
-    kind: str
-    family: Family
-    p: Array
-    rate: float
-    splits: Mapping[sympy.Symbol, list[Any]] = field(default_factory=dict)
-
-
 class RegionSearch:
     """Looks for the boxes."""
 
@@ -78,7 +58,7 @@ class RegionSearch:
         self.sliding: list[Any] | None = None
         self._enclosures: dict[int, Enclosure] = {}
 
-    def regions(self) -> list[Region]:
+    def regions(self) -> list[Found]:
         """Sliding first; what is not found is left out."""
         sliding = self._sliding()
         if sliding is None:
@@ -93,11 +73,11 @@ class RegionSearch:
             self._bound_acceleration(states, slips, best[1])
             family, stack = self._family(self._box(states, slips))
             best = common_lyapunov_of_many(stack, self.h) or best
-        found.append(self._split("sliding", family) or Region("sliding", family, *best))
+        found.append(self._split("sliding", family) or Found(family, *best, kind="sliding"))
         found += self._presliding(states)
         return found + self._through_zero(family, stack, best[1])
 
-    def presliding(self, along: AlongFriction) -> list[Region]:
+    def presliding(self, along: AlongFriction) -> list[Found]:
         """Presliding alone, at other levels, with the sliding and the accelerations that ``regions`` found."""
         other = RegionSearch(along)
         other.acceleration, other._enclosures = self.acceleration, self._enclosures
@@ -164,7 +144,7 @@ class RegionSearch:
         found = bad if holds(axis.least_state) else _bisected(lambda x: holds(rounded(x, DIGITS)), good, bad)
         return min(rounded(np.ceil(found * 1e4) / 1e4, DIGITS), axis.largest_state)
 
-    def _presliding(self, sliding: list[Any]) -> list[Region]:
+    def _presliding(self, sliding: list[Any]) -> list[Found]:
         """Away from zero friction, for both directions of slip; or for each, away from zero slip too.
 
         Up to the largest |f|, or to where sliding begins: a law with a kink there is two laws.
@@ -179,7 +159,7 @@ class RegionSearch:
                     return found
         return []
 
-    def _away(self, tops: list[Any], low: float, high: float) -> Region | None:
+    def _away(self, tops: list[Any], low: float, high: float) -> Found | None:
         def box(share: float, t: float) -> Box:
             states = [rounded(np.ceil(share * float(top) * 1e4) / 1e4, DIGITS) for top in tops]
             return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
@@ -202,9 +182,9 @@ class RegionSearch:
         t = _bisected(lambda t: holds(share, t), slow, 1.0, geometric=True) if holds(share, slow) else slow
         family, stack = self._family(box(share, t))
         best = common_lyapunov_of_many(stack, self.h, near=centre.NEAR)  # few digits must do for its P
-        return None if best is None else Region("presliding", family, *best)
+        return None if best is None else Found(family, *best, kind="presliding")
 
-    def _through_zero(self, sliding: Family, stack: Array, rate: float) -> list[Region]:
+    def _through_zero(self, sliding: Family, stack: Array, rate: float) -> list[Found]:
         """The least growth over the whole envelope, and with a P that falls while sliding, at KEPT of the rate."""
         family, whole = self._family(self._box([axis.least_state for axis in self.along.axes], (-1.0, 1.0)))
         found = []
@@ -214,11 +194,11 @@ class RegionSearch:
             p = analytic_centre_at([*groups, (whole, -growth)], self.h, p)
             if p is None:
                 continue
-            shown = float(certified_rates(p, whole, self.h).min())
-            found.append(Region(kind, family, p, shown - 1e-3 * abs(shown)))
+            shown = least_rate(p, whole, self.h)
+            found.append(Found(family, p, shown - 1e-3 * abs(shown), kind=kind))
             if groups:
-                shown = float(certified_rates(p, stack, self.h).min())
-                found.append(Region("recovery", sliding, p, shown * 0.999))
+                shown = least_rate(p, stack, self.h)
+                found.append(Found(sliding, p, shown * 0.999, kind="recovery"))
         return found
 
     def _box(
@@ -243,7 +223,7 @@ class RegionSearch:
             self._enclosures[id(family.matrix)] = Enclosure(family)
         return family, self._enclosures[id(family.matrix)].vertices([exact_ranges(family)])
 
-    def _split(self, kind: str, family: Family) -> Region | None:
+    def _split(self, kind: str, family: Family) -> Found | None:
         """Of one contact: the box in cells, whose enclosures lose less."""
         if len(self.along.axes) > 1:
             return None
@@ -256,7 +236,7 @@ class RegionSearch:
         stack = self._enclosures[id(family.matrix)].vertices({**ends, **cell} for cell in cells_of(breaks))
         best = common_lyapunov_of_many(stack, self.h, near=NEAR)
         exact = {v: [sympy.Rational(x.numerator, x.denominator) for x in points] for v, points in breaks.items()}
-        return None if best is None else Region(kind, family, *best, exact)
+        return None if best is None else Found(family, *best, exact, kind=kind)
 
     def _limit(self, box: Box) -> float:
         return decay_rate_limit(self._family(box)[1], self.h)

@@ -50,7 +50,7 @@ import sympy
 from codegen.analysis.analysis import Analysis
 from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
-from codegen.certify.content import Frame, lines, one_line
+from codegen.certify.content import Found, Frame, lines, one_line
 from codegen.certify.family import Family
 from codegen.certify.lyapunov import common_lyapunov
 from codegen.certify.machine_extremes import MARGIN, Extremes, extremes
@@ -124,40 +124,32 @@ def _estimated(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
     mode = moving_mass(analysis)
     if mode is None:
         return None
-    rate = rounded(mode.alpha * SLOWER, 4)
-    p = mode.matrix / mode.matrix[1, 1]
+    rate = rounded(mode.rate * SLOWER, 4)
+    p, splits = mode.p / mode.p[1, 1], mode.splits[SIGMA]
     exact = rounded_matrix(p, DIGITS, np.sqrt(np.diag(p)))
     words = {"mode": mode, "rate": float(rate), "period": float(analysis.dynamics.observer.sample_time)}
-    words |= {"a": float(exact[0][0] / exact[1][1]), "ends": [float(e) for e in (mode.splits[0], mode.splits[-1])]}
+    words |= {"a": float(exact[0][0] / exact[1][1]), "ends": [float(e) for e in (splits[0], splits[-1])]}
     words |= {"variables": {s.name: [float(e) for e in ends] for s, ends in analysis.points.ranges.items()}}
     return {
         **stated(analysis, mode.family),
         "claim": one_line("text/moving_mass_claim.j2", **words),
         "assumptions": lines("text/moving_mass_assumptions.j2", **words),
         "error": [{"name": name, "meaning": meaning, "unit": "1"} for name, meaning in COORDINATES],
-        "splits": {SIGMA.name: [str(s) for s in mode.splits]},
+        "splits": {SIGMA.name: [str(s) for s in splits]},
         "lyapunov_matrix": texts(exact),
         "decay_rate": rational_text(rate),
     }
 
 
-@dataclass(frozen=True)
-class MovingMass:
-    """The certified mode of an observer with estimated velocity.
+@dataclass(frozen=True, kw_only=True)
+class MovingMass(Found):
+    """The certified mode of an observer with estimated velocity: P for the matrix of ``mode_step`` over σ.
 
     Attributes:
-        family: the 3 by 3 matrix of ``mode_step`` over σ.
-        matrix: P, 3 by 3.
-        splits: ends of the intervals of σ on whose vertices P is checked, exact.
-        alpha: rate, 1/s.
         extremes: the assumed properties of the machine.
         kappa, beta: κ and β of V, exact.
     """
 
-    family: Family
-    matrix: Array
-    splits: list[Fraction]
-    alpha: float
     extremes: Extremes
     kappa: Any
     beta: Any
@@ -205,7 +197,7 @@ def certified_mode(h: Any, k: Any, machine: Extremes) -> MovingMass | None:
     for share in SHARES:
         splits = _splits(step, p, ends, alpha * share, float(h))
         if splits is not None:
-            return MovingMass(family, p, splits, alpha * share, machine, kappa, beta)
+            return MovingMass(family, p, alpha * share, {SIGMA: splits}, extremes=machine, kappa=kappa, beta=beta)
     return None
 
 

@@ -58,7 +58,7 @@ def over_angles(family: Family, h: Any) -> Found | None:
         factor = 1 - 2 * Fraction(str(h)) * Fraction(f"{share * alpha:.9g}")
         tree = _cover(partial(falls, factor), [f"{a.name} t" for a in angles])
         if tree is not None:
-            return Found(share * alpha * 0.999, {}, p, cover=(tree,))
+            return Found(family, p, share * alpha * 0.999, cover=(tree,))
     return None
 
 

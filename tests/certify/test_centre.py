@@ -8,10 +8,9 @@ import cvxpy
 import numpy as np
 import pytest
 
-from codegen.certify.centre import analytic_centre
+from codegen.certify.centre import analytic_centre, certified_rates
 from codegen.certify.lyapunov import (
     analytic_centre_at,
-    certified_rates,
     common_lyapunov,
     common_lyapunov_at,
     common_lyapunov_of_many,

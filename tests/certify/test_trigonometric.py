@@ -71,7 +71,7 @@ def rotating(size: Any) -> Family:
 def test_a_frame_that_turns_is_proposed_up_to_where_no_common_p_is() -> None:
     """By symmetry P = I serves if any does: the rate is 1 − size/2, less what is of the order of h."""
     found = over_angles(rotating(sympy.Rational(1)), sympy.Rational(1, 100))
-    assert found is not None and 0.44 < found.alpha < 0.5
+    assert found is not None and 0.44 < found.rate < 0.5
     assert over_angles(rotating(sympy.Rational(5, 2)), sympy.Rational(1, 100)) is None
 
 

@@ -17,12 +17,13 @@ from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.operating_points import evaluate_columns, matrix_function
 from codegen.base.errors import BadInput
 from codegen.certify.along_friction import Box, along_friction
+from codegen.certify.centre import least_rate
 from codegen.certify.certify import Certificate, Refusal
 from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells, Enclosure, enclose_family, exact_ranges
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import levels_of
-from codegen.certify.lyapunov import certified_rates, common_lyapunov, common_lyapunov_at, decay_rate_limit
+from codegen.certify.lyapunov import common_lyapunov, common_lyapunov_at, decay_rate_limit
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
 from codegen.mechanics.computed import ComputedEntry
@@ -156,7 +157,7 @@ class _Proofs:
         start = float(self.analysis.dynamics.observer.sample_time)
         return _bisected(lambda h: self.found(h) is not None, self.certified, STEPS_VARYING, start, beyond)
 
-    def found(self, h: float) -> tuple[Analysis, Family, Found] | None:
+    def found(self, h: float) -> tuple[Analysis, Found] | None:
         """A P in floating point, with the analysis at this sample time; None if none is found.
 
         What was taken at operating points is the spec's own.
@@ -172,18 +173,17 @@ class _Proofs:
         p = common_lyapunov_at([(cells.matrices, SLOWEST * limit)], step) if limit > 0 else None
         if p is None:
             return None
-        rate = float(certified_rates(p, cells.matrices, step).min())
-        return at, family, Found(0.999 * rate, cells.splits, p)
+        rate = least_rate(p, cells.matrices, step)
+        return at, Found(family, p, 0.999 * rate, cells.splits)
 
     def certified(self, h: float) -> bool:
         """Whether the checker accepts what is found."""
         proposal = self.found(h)
         if proposal is None:
             return False
-        at, family, p = proposal
+        at, found = proposal
         with suppress(verify.Refused):
-            part = frame(self.spec, {}, "certify", at, family), family, p
-            return bool(proved(part, at, reversals=False)[1].facts)
+            return bool(proved([(frame(self.spec, {}, "certify", at, found.family), found)], at, reversals=False))
         return False
 
 
