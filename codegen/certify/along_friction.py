@@ -90,13 +90,13 @@ class AlongFriction:
         if pattern not in self._known:
             self._known[pattern] = self._built(box)
         family, parts = self._known[pattern]
-        ranges = {**box, **{p: (sympy.Integer(0), min(map(abs, _range(x, box)))) for x, p in parts.items()}}
+        ranges = {**box, **{p: (sympy.Integer(0), min(map(abs, range_of(x, box)))) for x, p in parts.items()}}
         return replace(family, variables={v: ranges.get(v, ends) for v, ends in family.variables.items()})
 
     def _pattern(self, box: Box) -> tuple[Any, ...]:
         """What decides how the family is written."""
         slips = [(box[axis.slip][0] >= 0, box[axis.slip][1] <= 0) for axis in self.axes]
-        ends = [_range(x, box) for x in self.kinks]
+        ends = [range_of(x, box) for x in self.kinks]
         return (*slips, *((low >= 0, high <= 0, low > 0, high < 0, high <= -low) for low, high in ends))
 
     def _built(self, box: Box) -> tuple[Family, dict[Any, sympy.Symbol]]:
@@ -127,7 +127,7 @@ def envelope_along(analysis: Analysis) -> Box | None:
         sign = 1 if low > 0 else -1
         for name, of in ((axis.slip, slip), (axis.slip_rate, slip.subs(rates))):
             if of.free_symbols <= set(ranges):
-                box[name] = _range(sign * of, ranges)
+                box[name] = range_of(sign * of, ranges)
         box[axis.state] = (axis.least_state, axis.largest_state)
     return box
 
@@ -200,7 +200,7 @@ def _kinks(expressions: Iterable[Any]) -> tuple[Any, ...]:
     return tuple(sorted((x for x in found if sympy.Poly(x, *x.free_symbols).is_linear), key=str))
 
 
-def _range(x: Any, box: Box) -> tuple[Any, Any]:
+def range_of(x: Any, box: Box) -> tuple[Any, Any]:
     """Of a linear expression."""
     inside = sorted(x.free_symbols, key=str)
     ends = [x.xreplace(dict(zip(inside, corner, strict=True))) for corner in product(*(box[v] for v in inside))]
@@ -216,7 +216,7 @@ def _without_kinks(expression: Any, box: Box, parts: dict[Any, sympy.Symbol]) ->
         parts: x → p, which is added to; p is from 0 to the lesser of the sizes that x has at its ends.
     """
     for x in _kinks([expression]):
-        low, high = _range(x, box)
+        low, high = range_of(x, box)
         if low < 0 < high:
             part = parts.setdefault(x, symbol(f"positive{len(parts) + 1}"))
             expression = expression.subs(Magnitude(x), (-x if high <= -low else x) + 2 * part)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from itertools import product
 from typing import Any
 
 import sympy
 
+from codegen.certify.along_friction import range_of
 from codegen.certify.kernel_form import NotCovered, Writer, error_fields, estimates_of, inverse, proof_json, witness
 from codegen.observers.equations import Observer
 from codegen.spec.functions import Magnitude, Sgn
@@ -175,12 +175,10 @@ def _in_signs(law: Any, s: sympy.Symbol, along: Mapping[Any, Any]) -> tuple[Any,
     """
     found: dict[Any, Any] = {}
     for x in sorted({atom.args[0] for atom in law.atoms(Magnitude, Sgn)}, key=str):
-        at = {side: [x.subs({u: side * end for u, end in zip(along, ends, strict=True)})
-                     for ends in product(*along.values())] for side in (1, -1)}  # fmt: skip
-        seen = [({sympy.sign(value) for value in values}, side) for side, values in at.items()]
-        if any(len(signs) != 1 or 0 in signs for signs, _ in seen):
+        ends = [range_of(x, {u: tuple(side * end for end in pair) for u, pair in along.items()}) for side in (1, -1)]
+        if any(low <= 0 <= high for low, high in ends):
             raise NotCovered(f"the sign of {x}, which changes in the region")
-        first, second = (next(iter(signs)) for signs, _ in seen)
+        first, second = (sympy.sign(low) for low, _ in ends)
         found[x] = first if first == second else first * s
     law = law.replace(Magnitude, lambda x: found[x] * x).replace(Sgn, lambda x: found[x])
     return law, [sign * x for x, sign in found.items()]

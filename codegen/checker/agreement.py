@@ -73,10 +73,7 @@ def claims_fall(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
 def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any]) -> bool:
     """Whether the certificate's I + hA, over all signs and its ranges, is the matrix that the kernel has accepted."""
     signs = {f"s_{s.removeprefix('sign.')}": s for s in proof["signs"]}
-    try:
-        within = theorem.ranges(proof)
-    except ValueError:  # ends that are no numbers
-        return False
+    within = theorem.ranges(proof, shown)
     free = {x.split(".")[1]: x for x in (*proof["positions"], *within)}
     names = {name: shown["names"][x] for name, x in (signs | free).items()}
     if not {*proof["box"]} <= {free.get(name) for name in top["variables"]}:  # of these the certificate asks nothing
@@ -96,15 +93,15 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
         rows = covered.step(top, names, text.known, enclosed=True)
         # A V of its own falls in the certificate's ranges, and those printed are the proof's: they are the same, or
         # the variable stands in sines and cosines alone, of which a cover takes every angle.
-        used = kernel.cleared(covered.joined([*rows, [kernel.term(1)]]), text.known).names()
+        used = kernel.cleared(kernel.joined([*rows, [kernel.term(1)]]), text.known).names()
         for name, ends in top["variables"].items():
             x = free.get(name, "")  # what is in a range times a sign is with the other sign in the range turned round
-            same = within.get(x) == [ends[0], ends[-1]] and (not theorem.turned(proof).get(x) or ends[0] == -ends[-1])
+            same = within.get(x) == [ends[0], ends[-1]] and (not shown["along"].get(x) or ends[0] == -ends[-1])
             all_round = top["cover"] and free.get(name) not in (*proof["box"], *used)
             if not (top["along"] or claims_fall(top, proof, shown) or name in signs or same or all_round):
                 return False
         off = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(rows, shown["matrix"], strict=True)]
-        return not kernel.cleared(covered.joined(off), text.known)
+        return not kernel.cleared(kernel.joined(off), text.known)
     except (ArithmeticError, ValueError):  # one of them speaks of more than polynomials and quotients, or divides by 0
         return False
 

@@ -123,10 +123,13 @@ def cleared(sum_: Poly, known: Known, below: Any = None) -> Poly:
 # (lemma 3) a matrix is a sum of products of such t, not below 0, times matrices of numbers, Bernstein's coefficients.
 # So it is positive semidefinite if these are. It is here the sum of its entries times names "#i j" of their places, on
 # each leaf of the tree (lemma 5) times numbers above 0.
+def joined(A: Any) -> Poly:
+    return Poly({(f"#{i} {j}", *m): c for i, row in enumerate(A) for j, p in enumerate(row) for m, c in p.items()})
+
+
 def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
     places = {f"#{i} {j}": (i, j) for i, row in enumerate(A) for j in range(len(row))}
-    joint = Poly({(at, *m): c for at, (i, j) in places.items() for m, c in A[i][j].items()})
-    joint = cleared(joint, known, lambda q: semidefinite([[q]], box, tree, known))
+    joint = cleared(joined(A), known, lambda q: semidefinite([[q]], box, tree, known))
     (whole,), _ = integers([joint.values()])
     for cell in leaves(box, tree):
         left = Poly(zip(joint, whole, strict=True))

@@ -57,12 +57,6 @@ def short(p: Any) -> Any:
     return p
 
 
-def joined(A: list[list[Any]]) -> Any:
-    """A matrix as one polynomial: the sum of its entries times names of their places."""
-    places = {f"#{i} {j}": p for i, row in enumerate(A) for j, p in enumerate(row)}
-    return kernel.Poly({(at, *m): c for at, p in places.items() for m, c in p.items()})
-
-
 def step(
     top: dict[str, Any], names: Mapping[str, Any], known: dict[Any, Any], enclosed: bool = False
 ) -> list[list[Any]]:

@@ -29,8 +29,8 @@ if TYPE_CHECKING or __package__:
 demand = frame.demand  # that this holds, and that there is time left, or ValueError
 Poly = algebra.Poly
 Known = algebra.Known
-LEAST, term, times, positive = algebra.LEAST, algebra.term, algebra.times, algebra.positive
-cleared, semidefinite, contracts, integers = algebra.cleared, algebra.semidefinite, algebra.contracts, algebra.integers
+LEAST, term, times, integers, positive = algebra.LEAST, algebra.term, algebra.times, algebra.integers, algebra.positive
+joined, cleared, semidefinite, contracts = algebra.joined, algebra.cleared, algebra.semidefinite, algebra.contracts
 
 
 # LEMMA 7. An angle has signs k and m, of its cosine and sine, and a t in [0, 1], the tangent of half of the angle
@@ -196,4 +196,4 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     conditions = proof["domain"] or box or any(rest) or aside or len(moving) < len(formulas)
     result: dict[str, Any] = {"c": c, "names": names, "known": known, "aside": aside, "moving": moving}
     result |= {"before": before, "after": after, "matrix": phi, "first order": any(remainders.values())}
-    return result | {"fall": fall, "box": box, "whole": not conditions}
+    return result | {"fall": fall, "box": box, "along": along, "whole": not conditions}

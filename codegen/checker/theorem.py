@@ -184,18 +184,13 @@ def met(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     same = all(signs[s] and signs[s] == kernel.function("sgn", true.value(of), {}) for s, of in proof["signs"].items())
     at.names |= signs
     within = same and all(at.value(x).constant() > 0 for x in proof["domain"])
-    along = {t: at.names[s] for t, s in turned(proof).items()}
+    along = {t: at.names[s] for t, s in shown["along"].items()}
     for x, (low, high) in shown["box"].items():
         within = within and low <= (along.get(x, at.names[""]) * at.names[x]).constant() <= high
     kernel.demand(within, "`witness` is no point of domain and box with signs of 1 or -1")
 
 
-def turned(proof: dict[str, Any]) -> dict[str, str]:
-    """Truth -> the sign times which it is in the ranges of `box`: that of its error, if `along` gives no other."""
-    return {**{e["truth"]: e["sign"] for e in proof["errors"]}, **proof.get("along", {})}
-
-
-def ranges(proof: dict[str, Any]) -> dict[str, list[Fraction]]:
+def ranges(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, list[Fraction]]:
     """Variable -> a range in which it is in that of `box`; none for one in it times a sign, if there is no such.
 
     What is said of x times any sign in [-b, b] holds of x there. x times its own sign, that of its estimate in machine
@@ -203,8 +198,8 @@ def ranges(proof: dict[str, Any]) -> dict[str, list[Fraction]]:
     """
     own = {e["truth"]: e["estimate"] for e in proof["errors"]}
     found = {}
-    for x, (low, high) in ((x, map(Fraction, pair)) for x, pair in proof["box"].items()):
-        sign = turned(proof).get(x, "")
+    for x, (low, high) in shown["box"].items():
+        sign = shown["along"].get(x, "")
         magnitude = sign and proof["signs"][sign] == own[x]
         if sign and (low == -high or (low == 0 and magnitude)):
             found[x] = [-high, high]
@@ -388,7 +383,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     pushed += [f"{plain(x)}' = {plain(v)}" for x, v in proof["positions"].items()]
     errors = [f"{lag(e, plain)} [{unit}]" for e, unit in zip(proof["errors"], shown["units"], strict=True)]
     free = ", ".join(plain(x) for x in sorted({e["truth"] for e in proof["errors"]} - {*proof["acceleration"]}))
-    along = {t: f"{plain(s)}*" for t, s in turned(proof).items() if s}
+    along = {t: f"{plain(s)}*" for t, s in shown["along"].items() if s}
     left_over = [
         f"in addition, {lag(e, plain)} changes by {plain(r)} in each step, whatever the errors; what this does to V is"
         " not bounded"

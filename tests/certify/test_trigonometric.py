@@ -132,7 +132,7 @@ def test_angles_and_reciprocals_are_what_they_stand_for(seed: int) -> None:
     number, t = math.cos(x) * math.sin(x) + 3 + math.sin(x) / 2, math.tan(abs(math.asin(abs(math.sin(x)))) / 2)
     values = {"x t": t, "sign.cos x": math.copysign(1, math.cos(x)), "sign.sin x": math.copysign(1, math.sin(x))}
     wanted = math.sin(x) / number / (2 + math.cos(x) / number) + 2 * math.cos(x) / number**2 + 1
-    both = kernel.cleared(covered.joined([[made], [kernel.term(1)]]), known)
+    both = kernel.cleared(kernel.joined([[made], [kernel.term(1)]]), known)
 
     def at(place: str) -> float:
         return sum(float(a) * math.prod(values[y] for y in m) for (where, *m), a in both.items() if where == place)

@@ -233,10 +233,16 @@ def test_a_shared_state_that_may_grow_is_refused(factor: str, of: str) -> None:
 
 def test_a_range_of_a_magnitude_is_one_of_its_own_sign_alone() -> None:
     proof = json.loads(made("quadratic_drag")[2])
-    assert theorem.ranges(proof) == {"true.v": [-5, 5]}
-    assert theorem.ranges(proof | {"signs": {"sign.rail": "outputs.v_hat + inputs.x"}}) == {}
-    assert theorem.ranges(proof | {"box": {"true.v": ["1", "5"]}}) == {"true.v": [1, 5]}
-    assert theorem.ranges(proof | {"box": {"true.v": ["-1", "5"]}}) == {}
+    shown = {"along": {e["truth"]: e["sign"] for e in proof["errors"]} | proof["along"]}
+
+    def ranges(box: dict[str, list[int]], **other: Any) -> dict[str, list[Fraction]]:
+        return theorem.ranges(proof | other, shown | {"box": box})
+
+    assert proof["box"] == {"true.v": ["0", "5"]}
+    assert ranges({"true.v": [0, 5]}) == {"true.v": [-5, 5]}
+    assert ranges({"true.v": [0, 5]}, signs={"sign.rail": "outputs.v_hat + inputs.x"}) == {}
+    assert ranges({"true.v": [1, 5]}) == {"true.v": [1, 5]}
+    assert ranges({"true.v": [-1, 5]}) == {}
 
 
 def test_a_certificate_of_other_speeds_than_the_proof_is_not_bound() -> None:
