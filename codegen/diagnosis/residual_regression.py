@@ -363,8 +363,9 @@ def _cross_validated(y: Array, groups: Sequence[Array], piece: NDArray[np.int64]
     fold = piece % FOLDS
     a = np.hstack([*groups, np.ones((len(y), 1))])
     roughness = _roughness([g.shape[1] for g in groups])
-    grams = np.array([a[fold == f].T @ a[fold == f] for f in range(FOLDS)])
-    rights = np.array([a[fold == f].T @ y[fold == f] for f in range(FOLDS)])
+    held_out = [(a[fold == f], y[fold == f], piece[fold == f]) for f in range(FOLDS)]
+    grams = np.array([rows.T @ rows for rows, _, _ in held_out])
+    rights = np.array([rows.T @ own for rows, own, _ in held_out])
     gram, right = grams.sum(axis=0), rights.sum(axis=0)
     size = float(np.trace(gram)) / len(gram)
     before = np.bincount(piece, weights=y**2, minlength=CHUNKS)
@@ -372,10 +373,9 @@ def _cross_validated(y: Array, groups: Sequence[Array], piece: NDArray[np.int64]
     small = 1e-9 * size * np.eye(len(gram))
     for penalty in PENALTIES:
         after = np.zeros(CHUNKS)
-        for f in range(FOLDS):
+        for f, (rows, own, place) in enumerate(held_out):
             weights = np.linalg.solve(gram - grams[f] + penalty * size * roughness + small, right - rights[f])
-            left = y[fold == f] - a[fold == f] @ weights
-            after += np.bincount(piece[fold == f], weights=left**2, minlength=CHUNKS)
+            after += np.bincount(place, weights=(own - rows @ weights) ** 2, minlength=CHUNKS)
         if after.sum() < best.sum():
             best, chosen = after, penalty
     weights = np.linalg.solve(gram + chosen * size * roughness + small, right)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 
 import casadi
@@ -387,5 +387,12 @@ def resonances(
 
 def resonant(frequency: float, damping_ratio: float, acceleration: Array, motion: Motion) -> Array:
     """(N,) acceleration filtered by s²/(s² + 2ζω s + ω²), low-passed."""
-    b, a = bilinear([1.0, 0.0, 0.0], [1.0, 2 * damping_ratio * frequency, frequency**2], 1 / motion.sample_time)
+    b, a = _resonant_filter(frequency, damping_ratio, motion.sample_time)
     return motion.low_pass(lfilter(b, a, acceleration)[:, None])[:, 0]
+
+
+@lru_cache(maxsize=2 * len(FREQUENCIES) * len(DAMPING_RATIOS))
+def _resonant_filter(frequency: float, damping_ratio: float, sample_time: float) -> tuple[Array, Array]:
+    """Numerator and denominator in z of s²/(s² + 2ζω s + ω²): all coordinates are searched by the same ones."""
+    b, a = bilinear([1.0, 0.0, 0.0], [1.0, 2 * damping_ratio * frequency, frequency**2], 1 / sample_time)
+    return b, a
