@@ -146,8 +146,7 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
         return [], why, False
     if not claims_fall(top, proof, shown):
         return theorem.words(proof, shown, False, fall=False), "", shown["whole"]
-    more = theorem.reached(proof, shown, sources[theorem.SETS]) if theorem.SETS in sources else []
-    return [*theorem.words(proof, shown, bool(more)), *more], "", shown["whole"]
+    return theorem.told(proof, shown, sources), "", shown["whole"]
 
 
 def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[str, Any], dict[str, Any], str]:

@@ -278,6 +278,12 @@ def plainly(why: Exception) -> str:
     )
 
 
+def told(proof: dict[str, Any], shown: dict[str, Any], sources: dict[str, bytes]) -> list[str]:
+    """All that was proved, in lines, if the claim of an ellipsoid.json among the sources follows; or Refused."""
+    more = reached(proof, shown, sources[SETS]) if SETS in sources else []
+    return [*words(proof, shown, bool(more)), *more]
+
+
 def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
     """What noise and drift can do, in lines, if the claim of ellipsoid.json follows; or enclosure.Refused."""
     claim, found = kept(proof, shown, text)
@@ -321,14 +327,10 @@ def disturbed(claim: dict[str, Any], plain: Callable[[str], str], at: str = "") 
     return "; ".join([*([", ".join(noise)] if noise else []), *([moving] if drift else []), exact])
 
 
-def sizes(lines: list[str]) -> list[str]:
-    """What is not compared where these lines speak of noise and drift."""
-    return [SIZES] * any(line.startswith(ASSUMED) for line in lines)
-
-
-def unread(lines: list[str], sources: dict[str, bytes]) -> list[str]:
-    """What is not compared where a claim on noise and drift is here, and these lines do not speak of it."""
-    return [UNREAD] * (SETS in sources and not sizes(lines))
+def uncompared(lines: list[str], sources: dict[str, bytes]) -> list[str]:
+    """What is not compared of a claim on noise and drift, if there is one, and whether these lines speak of it."""
+    told = any(line.startswith(ASSUMED) for line in lines)
+    return [SIZES] * told + [UNREAD] * (SETS in sources and not told)
 
 
 def units(proof: dict[str, Any], header: str) -> list[str]:

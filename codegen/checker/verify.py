@@ -293,7 +293,7 @@ def check(
     except RecursionError:
         raise Refused("nested too deeply") from None
     unbound = tuple(name for name in named if name not in sources)
-    left = (*theorem.sizes(proved), *theorem.unread(proved, sources), *unsaid(top, spec), *ALWAYS)
+    left = (*theorem.uncompared(proved, sources), *unsaid(top, spec), *ALWAYS)
     words = (top["claim"], (*facts, *more), unbound, left, top["assumptions"])
     return Report(top["subject"]["name"], *words, tuple(proved), unproved, whole)
 
@@ -333,10 +333,9 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
         sources = {path.name: files.read(path, MAX_TEXT) for path in here}
         alone(folder, f"{name}.h")
     shown = theorem.proved(proof, sources)
-    more = theorem.reached(proof, shown, sources[SETS]) if SETS in sources else []
-    open_ = ("a certificate: this is the kernel's proof alone", *theorem.sizes(more), *ALWAYS)
-    words = (*theorem.words(proof, shown, bool(more)), *more)
-    return Report(name, "", (), (), open_, (), words, "", shown["whole"])
+    lines = theorem.told(proof, shown, sources)
+    open_ = ("a certificate: this is the kernel's proof alone", *theorem.uncompared(lines, sources), *ALWAYS)
+    return Report(name, "", (), (), open_, (), tuple(lines), "", shown["whole"])
 
 
 def one_line(text: str) -> str:
