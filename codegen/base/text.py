@@ -1,7 +1,8 @@
-"""Jinja: every text the project writes comes from templates/, and a name that is not given is an error.
+"""Rendering of Jinja templates, one environment for each target language.
 
-A template's file name says in which language it is printed (``observer.c.j2``: C). Its environment prints the text of a
-user by that language's one function in ``codegen.base.user_text``, so a template cannot forget to.
+Every text that the project writes comes from templates/, and a name that is not given is an error. A template's file
+name says its language (``observer.c.j2``: C). Its environment prints text from a user through that language's function
+in ``codegen.base.user_text``: a template cannot forget to sanitise it.
 """
 
 from __future__ import annotations
@@ -32,11 +33,13 @@ LANGUAGES = {
     ".tex.j2": "latex",
     ".txt.j2": "terminal",
 }
-"""End of a template's name → its language; the first that fits. Other templates give words that another one prints."""
+"""End of a template's name → its language; the first that fits."""
 WORDS = "words"
+"""Language of all other templates: sentences that a template of a language above then prints."""
 ESCAPED = ("html", "xml")
 CODE = ("c", "python", "cmake", "make", "smt")
-"""A string in these is made of checked names, units and numbers: a control character in one is a fault of ours."""
+"""Languages of code. Their strings are made of checked names, units and numbers, so a control character in one is a
+fault of the project, not of the user."""
 
 
 def language_of(template: str) -> str:
@@ -56,6 +59,7 @@ def environment(language: str = WORDS) -> Environment:
         autoescape=language in ESCAPED,
         finalize=_printer(language),
     )
+    # Filters; "comment" is for XML, "up" and "down" print a bound rounded outwards.
     made.filters["zip2"] = lambda a, b: list(zip(a, b, strict=True))
     made.filters["zip3"] = lambda a, b, c: list(zip(a, b, c, strict=True))
     made.filters["column_widths"] = lambda rows: [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
@@ -68,16 +72,16 @@ def environment(language: str = WORDS) -> Environment:
 
 
 def _printer(language: str) -> Callable[[Any], Any]:
-    """What is printed of a value in a template of this language."""
-    of_user = PRINTED.get(language)
+    """The function that Jinja calls on every ``{{ value }}`` of a template in this language (its ``finalize``)."""
+    sanitised = PRINTED.get(language)
 
     def printed(value: Any) -> Any:
-        if isinstance(value, UserText) and of_user is not None:
-            return of_user(value.raw)
+        if isinstance(value, UserText) and sanitised is not None:
+            return sanitised(value.raw)
         if isinstance(value, UserText | Undefined):
-            return str(value)  # raises
+            return str(value)  # raises: no function for this language, or a name that was not given
         if language in CODE:
-            return _of_code(value)
+            return _checked_code(value)
         if language == "terminal":
             return terminal_text(str(value))
         if language in ESCAPED and isinstance(value, str) and not isinstance(value, Markup):
@@ -87,8 +91,9 @@ def _printer(language: str) -> Callable[[Any], Any]:
     return printed
 
 
-def _of_code(value: Any) -> Any:
-    if isinstance(value, str) and all(part.isprintable() for part in value.split("\n")):
+def _checked_code(value: Any) -> Any:
+    """The value, if it may stand in code: a number, or printable lines. Raises TypeError otherwise."""
+    if isinstance(value, str) and all(line.isprintable() for line in value.split("\n")):
         return value
     if isinstance(value, Number):
         return value

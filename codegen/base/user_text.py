@@ -1,9 +1,9 @@
 """Sanitizing of user text for generated files, pages and the terminal: one function for each target language.
 
-A function keeps the characters of an allow-list only: letters and digits of any script, some ASCII signs and some
-typographic ones. No character that could end a comment or a string (backslash, quote, control character, line break) is
-on the list. Quotes become typographic ones, line breaks and tabs become spaces, and the rest becomes U+FFFD, which
-every editor shows.
+For code and Markdown a function keeps the characters of an allow-list only: letters and digits of any script, some
+ASCII signs and some typographic ones. No character that could end a comment or a string (backslash, quote, control
+character, line break) is on the list. Quotes become typographic ones, line breaks and tabs become spaces, and the rest
+becomes U+FFFD, which every editor shows. XML, HTML and the terminal keep all characters that can be shown.
 
 Templates get such text as ``UserText``. It is not turned into a string by accident: the environment of the template's
 language (``codegen.base.text``) prints it by that language's function, and any other use of it raises.
@@ -26,11 +26,13 @@ QUOTES = {"'": "’", '"': "”", "`": "’"}
 _BREAKS = {"\r\n": " ", "\n": " ", "\r": " ", "\t": " "}
 _INVISIBLE = "\u115f\u1160\u3164\uffa0"
 """Hangul fillers: letters by their Unicode category, but invisible."""
-_JOINED = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
+_COMMENT_MARKS = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")
 """Positions inside ``/*``, ``*/`` and ``??`` (trigraphs), where a blank is inserted."""
-_UNSURE = re.compile(r"[^ -~]")
-"""Characters to be checked one by one: all but printable ASCII, of which an embedded picture has a hundred thousand."""
+_NOT_ASCII = re.compile(r"[^ -~]")
+"""Characters that ``markup_text`` checks one by one. Printable ASCII is skipped for speed: an embedded picture has a
+hundred thousand such characters."""
 _BLANKS = "\n\t\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}"
+"""Characters that a terminal shows, though ``str.isprintable`` says no."""
 _REORDERING = "\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
 """Bidirectional controls: they make an editor show characters in another order than the file has."""
 
@@ -61,7 +63,7 @@ def is_letter(character: str) -> bool:
 
 
 def _allowed(text: str, signs: str) -> str:
-    """The text as one line of letters, digits and these signs, composed (NFC); the rest replaced."""
+    """The text as one line of letters, digits and these signs, in Unicode's composed form (NFC); the rest replaced."""
     for old, new in _BREAKS.items():
         text = text.replace(old, new)
     composed = unicodedata.normalize("NFC", text)
@@ -69,57 +71,59 @@ def _allowed(text: str, signs: str) -> str:
 
 
 def c_text(text: str) -> str:
-    """Within a comment or a string of C; no trigraph, and neither ``/*`` nor ``*/``."""
-    return _JOINED.sub(" ", line_text(text))
+    """Text for a comment or a string of C; no trigraph, and neither ``/*`` nor ``*/``."""
+    return _COMMENT_MARKS.sub(" ", line_text(text))
 
 
 def line_text(text: str) -> str:
-    """Within a docstring, comment or string of Python, or a line comment of CMake or a Makefile."""
+    """Text for a docstring, comment or string of Python, or a line comment of CMake or a Makefile."""
     return _allowed(text, PUNCTUATION + TYPOGRAPHIC)
 
 
 def smt_text(text: str) -> str:
-    """Within a comment of SMT-LIB; the apostrophe, which marks a transposed vector, is kept."""
+    """Text for a comment of SMT-LIB; the apostrophe, which marks a transposed vector, is kept."""
     return _allowed(text, PUNCTUATION + TYPOGRAPHIC + "'")
 
 
 def markdown_text(text: str) -> str:
-    """Within a code span of Markdown, in a table or elsewhere."""
+    """Text for a code span of Markdown, in a table or elsewhere; never empty, as `` `` `` would be no code span."""
     signs = "".join(sign for sign in PUNCTUATION + TYPOGRAPHIC if sign not in "<>|&[]{}")
     return _allowed(text, signs) or REPLACEMENT
 
 
 def markup_text(text: str) -> str:
-    """Characters that XML and HTML can hold, line breaks included; ``text`` escapes ``&``, ``<`` and quotes."""
-    return _UNSURE.sub(lambda found: found[0] if _shows(found[0]) else REPLACEMENT, text)
+    """Text for XML and HTML, line breaks included; ``codegen.base.text`` then escapes ``&``, ``<`` and quotes."""
+    return _NOT_ASCII.sub(lambda match: match[0] if _is_shown(match[0]) else REPLACEMENT, text)
 
 
 def comment_text(text: str) -> str:
-    """Within a comment of XML, which holds no double hyphen and does not end in one."""
-    return f"{markup_text(text)} ".replace("--", "- -").replace("--", "- -").rstrip()
+    """A line of an XML comment, in which ``--`` is not allowed."""
+    # Twice, since the first pass leaves `- --` of `---`.
+    return markup_text(text).replace("--", "- -").replace("--", "- -").rstrip()
 
 
-def _shows(character: str) -> bool:
+def _is_shown(character: str) -> bool:
+    """Whether XML allows the character and an editor shows it where it stands."""
     if character in "\n\t":
         return True
     return unicodedata.category(character) not in ("Cc", "Cs", "Cn") and character not in _REORDERING
 
 
 def terminal_text(text: str) -> str:
-    """On a screen: lines of printable characters, whatever else is written as an escape such as \\x1b."""
+    """Text for a screen: lines of printable characters; all others as escapes such as \\x1b, so none is obeyed."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in _BLANKS else _escape(c) for c in text)
 
 
 def one_line(text: str) -> str:
-    """Within a message: printable characters alone, line breaks written as escapes too."""
+    """Text for a message: printable characters alone, line breaks written as escapes too."""
     return "".join(c if c.isprintable() else _escape(c) for c in text)
 
 
 def shown(text: str, longest: int = 40) -> str:
     """Text of a file fit for a message: one line, printable, not long."""
-    printable = one_line(text[: longest + 1])
+    printable = one_line(text[: longest + 1])  # one character more, to know whether something is cut off
     return printable if len(printable) <= longest else f"{printable[:longest]}…"
 
 
