@@ -26,26 +26,32 @@ Axis = Literal["velocity", "position", "load", "time", "acceleration", "input", 
 Symbols = Mapping[str, sympy.Symbol]
 
 SHARES = (0.1, 0.5)
-"""Default starting values of a shape parameter, over the value at which its effect is as large as the force."""
+"""Default starting values of a shape parameter, as shares of ``Covered.size``."""
 PROBE = 1e-3
-"""Step of a scale parameter for its slope, over the value at which its effect is as large as the force."""
+"""Step of a scale parameter for a difference quotient, as a share of ``Covered.size``: small enough to be linear."""
 
 
 @dataclass(frozen=True)
 class EffectParameter:
     """A parameter of an effect.
 
+    The force of an effect is linear in its scale parameters, such as the b of b u, at least near the neutral value, and
+    nonlinear in its shape parameters, such as a Stribeck velocity. A fit therefore tries several starting values of the
+    shape parameters, and finds the scale parameters for each by linear least squares.
+
     Attributes:
         unit: template over {F} (force), {q} (coordinate), {w} (input).
         low, high: open interval of admissible values; None means unbounded.
-        neutral: for scale parameters, the value at which the effect vanishes; None for shape parameters.
-        usual: for a shape parameter that only some forms have, the value at which a form without it is the same curve.
+        neutral: of a scale parameter, the value at which the effect vanishes; None makes it a shape parameter.
+        usual: of a shape parameter that the simplest form does not have, the value that this form has implicitly: 2 for
+            an exponent.
         start: function for the starting values of a fit; by default a scale parameter starts by least squares, and a
             shape parameter at a tenth and a half of the value at which its effect is as large as the force.
         moved_in: the transformation with which a fit changes it; by default from its bounds.
-        seen_at: for a speed, between which shares of the log's top speed the log shows the shape; none for any.
-        as_number: whether its declared value stands in the equations as a number: an exponent, so that slopes of powers
-            are finite where they should be.
+        seen_at: for a speed, the least and the largest share of the log's top speed at which the log shows the shape;
+            None for any.
+        as_number: whether the equations have its declared value in place of a symbol. For an exponent: SymPy then knows
+            that the derivative of |u|**2 at 0 is finite.
     """
 
     name: str
@@ -134,6 +140,7 @@ class Effect(ABC):
         return tuple(self._with(parameters) for parameters in (type(self).parameters, *self.more_forms))
 
     def _with(self, parameters: tuple[EffectParameter, ...]) -> Effect:
+        """This effect with other parameters; a copy, since ``parameters`` is an attribute of the class."""
         form = copy(self)
         form.parameters = parameters
         return form
@@ -145,25 +152,35 @@ class Effect(ABC):
 
     @property
     def waves(self) -> tuple[tuple[str, str], ...]:
-        """(size, phase) of each wave of the effect: polar coordinates of two weights; by default none."""
+        """Names (amplitude, phase) of the parameters of each sine in the effect; by default none.
+
+        They are polar coordinates of two weights, one on the sine and one on the cosine.
+        """
         return ()
 
     def simpler(self, names: Sequence[str], intervals: Mapping[str, tuple[float, float]]) -> Effect | None:
-        """The form with the next fewer of these parameters that their intervals do not exclude; None for none.
+        """The next simpler form, if the confidence intervals do not exclude it; else None.
 
         An exponent between 1.96 and 2.02 is no other curve than the Gaussian, and a second harmonic between -0.1 and
         0.3 N is none that was seen.
+
+        Args:
+            names: of the parameters fitted.
+            intervals: parameter → confidence interval (low, high); one without an interval excludes the simpler form.
         """
-        for form in reversed(self.forms):
-            kept = {p.name for p in form.parameters}
-            if kept < set(names):
-                left_out = [p for p in self.with_parameters(names).parameters if p.name not in kept]
-                values = {p.name: p.neutral if p.usual is None else p.usual for p in left_out}
-                known = {name: value for name, value in values.items() if value is not None}
-                none = (math.inf, -math.inf)
-                unseen = [low <= known[name] <= high for name in known for low, high in [intervals.get(name, none)]]
-                return form if unseen and all(unseen) else None
-        return None
+        form = next((f for f in reversed(self.forms) if {p.name for p in f.parameters} < set(names)), None)
+        if form is None:
+            return None
+        kept = {p.name for p in form.parameters}
+        left_out = [p for p in self.with_parameters(names).parameters if p.name not in kept]
+        implicit = {p.name: p.neutral if p.usual is None else p.usual for p in left_out}
+        empty = (math.inf, -math.inf)
+        inside = []
+        for name, value in implicit.items():
+            if value is not None:
+                low, high = intervals.get(name, empty)
+                inside.append(low <= value <= high)
+        return form if inside and all(inside) else None
 
     def coordinate(self, system: System, place: int) -> int:
         """Index of the coordinate on which the effect acts most; the first of two coordinates."""
@@ -191,32 +208,35 @@ class Effect(ABC):
 
     @property
     def shapes(self) -> tuple[EffectParameter, ...]:
-        """Parameters for which a fit tries several starting values."""
+        """The shape parameters: a fit tries several starting values of them."""
         return tuple(q for q in self.parameters if q.start is not None or q.neutral is None)
 
     @property
     def scaling(self) -> tuple[EffectParameter, ...]:
-        """Parameters in which the effect is linear near no effect; least squares finds them for each shape."""
+        """The scale parameters: the effect is linear in them near the neutral value."""
         shapes = self.shapes
         return tuple(q for q in self.parameters if q not in shapes)
 
     def probes(self, shape: Mapping[str, float], covered: Covered) -> list[tuple[dict[str, float], float]]:
-        """(parameters, step size) of a small effect of this shape, one for each weight to be estimated."""
-        none = dict(shape) | {q.name: float(q.neutral or 0.0) for q in self.scaling}
+        """(parameters, step) for each scale parameter: all at neutral but this one, which is a small step away.
+
+        The change of the force over the step is the regressor of this parameter's weight in the least squares.
+        """
+        neutral = dict(shape) | {q.name: float(q.neutral or 0.0) for q in self.scaling}
         steps = [(q.name, PROBE * covered.size(q.unit)) for q in self.scaling]
-        return [(none | {name: none[name] + step}, step) for name, step in steps]
+        return [(neutral | {name: neutral[name] + step}, step) for name, step in steps]
 
     def weighted(self, shape: Mapping[str, float], weights: Sequence[float]) -> dict[str, float]:
-        """The parameters of a shape with the weights of its ``probes``."""
-        found = zip(self.scaling, weights, strict=True)
-        return dict(shape) | {q.name: float(q.neutral or 0.0) + float(w) for q, w in found}
+        """The parameters of a shape and of the weights that least squares gave its ``probes``."""
+        weighted = zip(self.scaling, weights, strict=True)
+        return dict(shape) | {q.name: float(q.neutral or 0.0) + float(w) for q, w in weighted}
 
     def normal_form(self, values: Mapping[str, float]) -> dict[str, float]:
         """These parameters in a unique form, where several describe the same effect."""
         return dict(values)
 
     def turned(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The parameters with gravity in the opposite direction; unchanged unless the effect is a weight."""
+        """The parameters on the machine mounted upside down: the negative of a weight; others unchanged."""
         return dict(values)
 
     def coupling(self, values: Mapping[str, float]) -> dict[str, float] | None:
@@ -228,7 +248,9 @@ class Effect(ABC):
         return ""
 
     def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
-        """Kind and parameters of the simpler effect that this one becomes as its own force tends to zero; else None."""
+        """Kind and parameters of the simpler effect that is the limit of this one as its own force tends to zero; else
+        None.
+        """
         return None
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
@@ -242,9 +264,10 @@ class Effect(ABC):
         return []
 
     def followed(self, covered: Covered) -> list[dict[str, float]]:
-        """A grid of starting values for an effect with states of its own, whose simulation error is not smooth in them.
+        """A grid of starting values for an effect with states of its own; empty for others.
 
-        The states are simulated along the measured motion; fits start from the values with the least force residual.
+        The simulation error is not a smooth function of its parameters, so that a fit needs a near start. The states
+        are simulated along the measured motion; fits start from the values with the least force residual.
         """
         return []
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import product
 
 import sympy
 
@@ -17,10 +16,13 @@ from codegen.mechanics.system import TIME, System
 from codegen.spec.functions import Magnitude, Sgn
 
 COEFFICIENT = EffectParameter("b", "{F}*s/{q}", "viscous coefficient; of a curve, what its slope loses", neutral=0.0)
-THINNING = EffectParameter(
+# seen_at: with a lower v_s the curve is nearly Coulomb friction over the whole log, with a higher one a straight line.
+THINNING_SPEED = EffectParameter(
     "v_s", "{q}/s", "speed at which half of b is lost", low=0.0, start=speeds, seen_at=(0.01, 3.0)
 )
-LEFT = EffectParameter("b_inf", "{F}*s/{q}", "slope of a curve at high speed, 0 where it is not given", neutral=0.0)
+HIGH_SPEED_SLOPE = EffectParameter(
+    "b_inf", "{F}*s/{q}", "slope of a curve at high speed, 0 where it is not given", neutral=0.0
+)
 
 
 class Viscous(Effect):
@@ -37,7 +39,7 @@ class Viscous(Effect):
     signature = "a force that grows with slip velocity and changes sign with it"
     seen_over = "velocity"
     parameters = (COEFFICIENT,)
-    more_forms = ((COEFFICIENT, THINNING), (COEFFICIENT, THINNING, LEFT))
+    more_forms = ((COEFFICIENT, THINNING_SPEED), (COEFFICIENT, THINNING_SPEED, HIGH_SPEED_SLOPE))
     confused_with = (
         Confusion("quadratic_drag", "a speed ladder over two decades"),
         Confusion("back-EMF", "a speed ladder over two decades"),
@@ -48,18 +50,18 @@ class Viscous(Effect):
 
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
         """A curve with a negative b would be a Stribeck curve."""
-        return super().admissible(system, place, values) and (THINNING.name not in values or values["b"] > 0)
+        return super().admissible(system, place, values) and (THINNING_SPEED.name not in values or values["b"] > 0)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         slip = system.contacts[place].slip
-        if THINNING.name not in p:
+        if THINNING_SPEED.name not in p:
             return system.with_contact_force(place, p["b"] * slip)
         curve = p["b"] * p["v_s"] * sympy.log(1 + Magnitude(slip) / p["v_s"]) * Sgn(slip)
         return system.with_contact_force(place, curve + p.get("b_inf", 0) * slip)
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
-        if THINNING in self.parameters:
-            return []
+        if THINNING_SPEED in self.parameters:
+            return []  # a coupling is linear in speed
         x = system.positions
         between = [pair for pair in pairs(system) if place in pair_contacts(system, *pair)]
         return [("coupling", f"{x[i]}, {x[j]}") for i, j in between]
@@ -111,24 +113,24 @@ class CoulombAsymmetry(Effect):
 
 
 RISE = EffectParameter("delta", "{F}", "rise of the level at standstill", low=0.0, neutral=0.0)
-SPEED = EffectParameter("v_s", "{q}/s", "Stribeck velocity", low=0.0, start=speeds)
+STRIBECK_VELOCITY = EffectParameter("v_s", "{q}/s", "Stribeck velocity", low=0.0, start=speeds)
 EXPONENT = EffectParameter(
     "exponent", "1", "2 where it is not given; 1 for an exponential", low=0.5, high=4.0, usual=2.0, as_number=True
 )
-DIFFERENCE = EffectParameter("d_delta", "{F}", "half the difference of the rises for u > 0 and u < 0", neutral=0.0)
+RISE_DIFFERENCE = EffectParameter("d_delta", "{F}", "half the difference of the rises for u > 0 and u < 0", neutral=0.0)
 
 
 class Stribeck(Effect):
     """level += delta exp(−(u/v_s)²), or with another ``exponent`` than 2 level += delta exp(−(|u|/v_s)^exponent).
 
     With ``d_delta`` the rise differs by direction, as in a worm gear: delta + d_delta for u > 0, delta − d_delta for
-    u < 0. A diagnosis tries that up to half of the log's top speed: above, the curve is a viscous asymmetry with one
-    parameter more.
+    u < 0. A diagnosis tries this form with Stribeck velocities up to half of the log's top speed. With a higher one
+    the force over the log has the shape of a viscous asymmetry, which has fewer parameters.
 
     Exponents between 0.5 and 1 have been measured in ball bearings and gears (Armstrong-Hélouvry, Dupont and Canudas
-    de Wit 1994); the exponent 1 is Tustin's curve. Below 1 the slope is infinite at standstill, and no certificate
-    expresses an exponent that is no whole number: where an observer with estimated velocity is to be certified, declare
-    the nearest of 1, 2 and 3.
+    de Wit 1994); the exponent 1 is Tustin's curve. Below 1 the slope is infinite at standstill. A certificate can have
+    whole exponents only: where an observer with estimated velocity is to be certified, declare the nearest of 1, 2
+    and 3.
     """
 
     kind = "stribeck"
@@ -139,8 +141,11 @@ class Stribeck(Effect):
     )
     signature = "extra friction at low slip speed that is gone above the Stribeck velocity"
     seen_over = "velocity"
-    parameters = (RISE, SPEED)
-    more_forms = ((RISE, SPEED, EXPONENT), (RISE, replace(SPEED, seen_at=(0.0, 0.5)), DIFFERENCE))
+    parameters = (RISE, STRIBECK_VELOCITY)
+    more_forms = (
+        (RISE, STRIBECK_VELOCITY, EXPONENT),
+        (RISE, replace(STRIBECK_VELOCITY, seen_at=(0.0, 0.5)), RISE_DIFFERENCE),
+    )
     confused_with = (
         Confusion("friction_drift", "speeds in random order: a rising ladder of speeds goes along with time"),
         Confusion("presliding", "a microscopic slow sine"),
@@ -151,14 +156,14 @@ class Stribeck(Effect):
 
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
         """Neither level at rest is negative: friction does not push."""
-        lower = values["delta"] - abs(values.get(DIFFERENCE.name, 0.0))
-        level = None if lower >= 0 else _level_at_rest(system, place)
-        return super().admissible(system, place, values) and (level is None or level + lower >= 0)
+        smaller_rise = values["delta"] - abs(values.get(RISE_DIFFERENCE.name, 0.0))
+        level = None if smaller_rise >= 0 else _level_at_rest(system, place)
+        return super().admissible(system, place, values) and (level is None or level + smaller_rise >= 0)
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
-        """At Stribeck velocities from a hundredth of the top speed up, an exponent at 1."""
-        exponents = [{"exponent": 1.0}] if EXPONENT in self.parameters else [{}]
-        return [{"v_s": float(v)} | e for v, e in product(speeds(covered), exponents)]
+        """A Stribeck velocity from a hundredth of the top speed nearly up to it, and an exponent of 1."""
+        exponent = {"exponent": 1.0} if EXPONENT in self.parameters else {}
+        return [{"v_s": float(v)} | exponent for v in speeds(covered)]
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         slip = system.contacts[place].slip
@@ -167,11 +172,12 @@ class Stribeck(Effect):
             return system.with_level(place, p["delta"] * sympy.exp(-power))
         curve = sympy.exp(-((slip / p["v_s"]) ** 2))
         changed = system.with_level(place, p["delta"] * curve)
-        return changed.with_contact_force(place, p["d_delta"] * curve) if DIFFERENCE.name in p else changed
+        # (delta + d_delta sgn u) sgn u = delta sgn u + d_delta: a level delta and a force d_delta.
+        return changed.with_contact_force(place, p["d_delta"] * curve) if RISE_DIFFERENCE.name in p else changed
 
 
 def _level_at_rest(system: System, place: int) -> float | None:
-    """The level that friction keeps at rest; None of a law with states, whose force at rest is no level."""
+    """The declared friction level at rest, in numbers; None for a law with states, which has no level at rest."""
     contact = system.contacts[place]
     level = None if isinstance(contact.law, DynamicLaw) else contact.level_at_rest
     return None if level is None else float(level.subs(system.values))
@@ -181,7 +187,7 @@ SEVERAL_LOADS = "several loads, driving and back-driving"
 
 
 class _OfLoad(Effect):
-    """Friction that grows with the transmitted load L, the generalised drive force on the contact's coordinate."""
+    """Friction that grows with the transmitted load L: the force of the inputs in the direction of the contact."""
 
     sits_on = "contact"
     seen_over = "load"

@@ -24,8 +24,11 @@ LIST = "EFFECTS"
 def register(effect: Effect, where: str = "an effect") -> None:
     """Add an effect to the catalogue for this run; the same class again replaces the earlier one.
 
+    Args:
+        where: the file that it is from, for messages.
+
     Raises:
-        BadInput: if its kind is taken by another effect, or its names are no identifiers, or a unit is none.
+        BadInput: if its kind is taken by another effect, a name is no identifier, or a unit is no unit.
     """
     for name in (effect.kind, *(p.name for p in effect.parameters)):
         if not is_identifier(name):
@@ -36,6 +39,7 @@ def register(effect: Effect, where: str = "an effect") -> None:
             expected = "a unit such as N*m, with {F}, {q} and {w} for those of its place"
             raise BadInput(where, f"`{p.name}` in `{p.unit}`", expected, code="EFFECT001")
     known = CATALOGUE.get(effect.kind)
+    # By name: a file that is loaded twice makes a new class of the same name each time.
     if known is not None and type(known).__qualname__ != type(effect).__qualname__:
         raise BadInput(where, f"a second effect `{effect.kind}`", "a kind that no other effect has", code="EFFECT001")
     CATALOGUE[effect.kind] = effect
@@ -62,6 +66,7 @@ def load_effects(path: str | Path) -> tuple[str, ...]:
     try:
         exec(compile(text, where, "exec"), module.__dict__)
     except (Exception, SystemExit) as error:  # any error of the user's own code
+        # The innermost line of the user's own file: the fault may be raised in a library that it calls.
         lines = [frame.lineno for frame in extract_tb(error.__traceback__) if frame.filename == where]
         line = error.lineno if isinstance(error, SyntaxError) else lines[-1] if lines else None
         raise BadInput(Place(where, line), f"{type(error).__name__}: {error}", expected, code="EFFECT001") from None
@@ -75,34 +80,42 @@ def load_effects(path: str | Path) -> tuple[str, ...]:
 
 
 def kinds_of(kind: str) -> set[str]:
-    """A kind and the kinds of its base classes, whose confusions it inherits."""
+    """A kind and the kinds of its base classes: what is easily confused with these is confused with it too."""
     classes = type(CATALOGUE[kind]).__mro__
     return {kind, *(c.kind for c in classes if issubclass(c, Effect) and "kind" in vars(c))}
 
 
 def candidates(system: System) -> Iterator[tuple[Effect, int]]:
-    """(effect, place) of the catalogue wherever it applies; a user's own replaces an identical shipped effect."""
+    """Each (effect, index of its place) of the catalogue that applies to the system.
+
+    A shipped effect is left out where a user's own is identical to it: a diagnosis could not discriminate the two.
+    """
+    users = [effect for kind, effect in CATALOGUE.items() if is_own(kind)]
     for effect in CATALOGUE.values():
-        users = [] if is_own(effect.kind) else [CATALOGUE[k] for k in CATALOGUE if is_own(k)]
+        rivals = [] if is_own(effect.kind) else users
         for place in range(len(places_of(effect, system))):
-            if effect.applies(system, place) and not any(is_identical(own, effect, system, place) for own in users):
+            if effect.applies(system, place) and not any(is_identical(own, effect, system, place) for own in rivals):
                 yield effect, place
 
 
 def is_identical(own: Effect, effect: Effect, system: System, place: int) -> bool:
-    """Whether a user's effect is identical to one it is derived from: same parameters, same change of the System."""
-    comes_from_it = isinstance(own, type(effect)) and own.sits_on == effect.sits_on
-    if not comes_from_it or [p.name for p in own.parameters] != [p.name for p in effect.parameters]:
+    """Whether a user's effect is identical to the shipped one it is derived from.
+
+    That is, a subclass at the same place with the same parameters and the same change of the System there.
+    """
+    derived = isinstance(own, type(effect)) and own.sits_on == effect.sits_on
+    if not derived or [p.name for p in own.parameters] != [p.name for p in effect.parameters]:
         return False
     if not own.applies(system, place):
         return False
     symbols = effect_symbols(effect, places_of(effect, system)[place], system)
-    changed = [e.add(system, place, symbols) for e in (own, effect)]
-    return _compared(changed[0]) == _compared(changed[1])
+    return _comparable(own.add(system, place, symbols)) == _comparable(effect.add(system, place, symbols))
 
 
-def _compared(system: System) -> tuple[Any, ...]:
-    """A System as a comparable value: laws have no equality of their own."""
+def _comparable(system: System) -> tuple[Any, ...]:
+    """A System as a value for ``==``: laws have no equality of their own, so their class and attributes stand for
+    them.
+    """
     laws = [(type(c.law), vars(c.law)) for c in system.contacts]
     contacts = [(c.slip, dict(c.law_parameters), c.extra_level, c.extra_force) for c in system.contacts]
     return replace(system, contacts=()), contacts, laws
