@@ -13,31 +13,32 @@ from codegen.base.errors import BadInput
 from codegen.friction.law import LawParameter, MemoryLaw, Values
 from codegen.friction.zero_memory import COULOMB, STATIC, STRIBECK_VELOCITY, VISCOUS, Lorentzian
 
-DWELL = LawParameter("F_s_inf", "{F}", False, "static level after a long rest")
-CLOCK = "the static level needs the time since the slip stopped, a clock that jumps back to zero"
+STATIC_AFTER_REST = LawParameter("F_s_inf", "{F}", False, "static level after a long rest")
+NEEDS_CLOCK = "the static level needs the time since the slip stopped, a clock that jumps back to zero"
 
 
 class RisingStatic(MemoryLaw):
     """F = F_c sgn(u) for u ≠ 0; at rest |F| ≤ F_s(t) with t the time since the slip stopped."""
 
-    why_not = CLOCK
+    why_not = NEEDS_CLOCK
 
     @abstractmethod
     def static_level(self, dwell: Any, p: Mapping[str, float]) -> Any:
-        """F_s after the time ``dwell`` at rest, in the contact's force unit; ``dwell`` in s, a number or an array."""
+        """F_s(t) in the contact's force unit; ``dwell`` is the time t at rest in s, a number or an array."""
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
-        """The force over a history; rest is u = 0 exactly, and the history begins as a rest begins.
+        """The force over a history. Rest is u = 0 exactly; a rest at the first sample begins there.
 
         Raises:
-            BadInput: if the contact rests and no applied force is given: at rest friction is what holds it.
+            BadInput: if the contact rests and no applied force is given: friction at rest equals the applied force, up
+                to the static level.
         """
         dwell = time_at_rest(time, slip_velocity)
         resting = np.asarray(slip_velocity) == 0
         force = p["F_c"] * np.sign(slip_velocity)
         if resting.any():
             limit = self.static_level(dwell, p)
-            force = np.where(resting, np.clip(needed(applied_force, self.name), -limit, limit), force)
+            force = np.where(resting, np.clip(required(applied_force, self.name), -limit, limit), force)
         return force
 
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
@@ -52,7 +53,11 @@ class Derjaguin(RisingStatic):
 
     name = "rising_static_derjaguin"
     source = "Derjaguin, Push and Tolstoi 1957 after Armstrong-Hélouvry 1991; Mentzelopoulou 1994, section 1.1.2.1"
-    parameters = (COULOMB, DWELL, LawParameter("gamma", "s", True, "time at rest after which half the rise is there"))
+    parameters = (
+        COULOMB,
+        STATIC_AFTER_REST,
+        LawParameter("gamma", "s", True, "time at rest after which half the rise is there"),
+    )
 
     def static_level(self, dwell: Any, p: Mapping[str, float]) -> Any:
         return p["F_c"] + (p["F_s_inf"] - p["F_c"]) * dwell / (dwell + p["gamma"])
@@ -69,29 +74,34 @@ class Kato(RisingStatic):
     source = "Kato, Yamaguchi and Matsubayashi 1972 and 1974; Mentzelopoulou 1994, section 1.1.2.1"
     parameters = (
         COULOMB,
-        DWELL,
+        STATIC_AFTER_REST,
         LawParameter("gamma", "1", True, "rate of the rise, with t in s"),
         LawParameter("n", "1", True, "exponent of the time at rest"),
     )
 
     def static_level(self, dwell: Any, p: Mapping[str, float]) -> Any:
-        return p["F_c"] + (p["F_s_inf"] - p["F_c"]) * -np.expm1(-p["gamma"] * np.asarray(dwell) ** p["n"])
+        share_of_rise = -np.expm1(-p["gamma"] * np.asarray(dwell) ** p["n"])
+        return p["F_c"] + (p["F_s_inf"] - p["F_c"]) * share_of_rise
 
 
 def time_at_rest(time: Any, slip_velocity: Any) -> Any:
-    """The time since the slip stopped, in s; zero while it slips."""
+    """(N,) time since the slip stopped, in s; zero while the contact slips."""
     time, moving = np.asarray(time, dtype=float), np.asarray(slip_velocity) != 0
-    start = np.full(time.shape, time[0])
-    before = ~moving[1:] & moving[:-1]
-    start[1:][before] = time[1:][before]
-    return np.where(moving, 0.0, time - np.maximum.accumulate(start))
+    stops = ~moving[1:] & moving[:-1]
+    stopped_at = np.full(time.shape, time[0])
+    stopped_at[1:][stops] = time[1:][stops]
+    # Time increases, so the running maximum is the last stop so far.
+    return np.where(moving, 0.0, time - np.maximum.accumulate(stopped_at))
 
 
-def needed(applied_force: Any, law: str) -> Any:
+def required(applied_force: Any, law: str) -> Any:
     """The applied force as an array.
 
+    Args:
+        law: its name, for the message.
+
     Raises:
-        BadInput: where there is none.
+        BadInput: where no applied force is given.
     """
     if applied_force is None:
         expected = "the force that tries to move the contact while it rests"
@@ -112,7 +122,7 @@ class HessSoomLag(MemoryLaw):
     why_not = "the force needs the slip velocity of τ_L ago: a delay, not a finite number of states"
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
-        """The force over a history; before it began, the slip velocity was what it is at its first time."""
+        """The force over a history; before it, the slip velocity was that of the first sample."""
         u = np.asarray(slip_velocity, dtype=float)
         rise = (p["F_s"] - p["F_c"]) / (1 + (lagged(time, u, p["tau_L"]) / p["v_s"]) ** 2)
         return (p["F_c"] + p["F_v"] * np.abs(u) + rise) * np.sign(u)
@@ -121,12 +131,12 @@ class HessSoomLag(MemoryLaw):
         return _STEADY.level(slip_speed, p)
 
     def slope_bound(self, p: Values) -> sympy.Expr:
-        """Of steady sliding."""
+        """The bound of the Lorentzian law, which this one is in steady sliding: u(t − τ_L) = u."""
         return _STEADY.slope_bound(p)
 
 
 def lagged(time: Any, slip_velocity: Any, lag: float) -> Any:
-    """u(t − lag), linear between the times of the history and constant before it."""
+    """(N,) u(t − lag), linear between the samples of the history and constant before it."""
     time = np.asarray(time, dtype=float)
     return np.interp(time - lag, time, slip_velocity)
 
@@ -134,11 +144,12 @@ def lagged(time: Any, slip_velocity: Any, lag: float) -> Any:
 class SevenParameter(MemoryLaw):
     """Stuck: F = k_t x. Sliding: F = [F_c + F_v |u| + F_s(γ, t2)/(1 + (u(t − τ_L)/v_s)²)] sgn(u).
 
-    F_s(γ, t2) = F_s,a + (F_s∞ − F_s,a) t2/(t2 + γ) with t2 the time stuck and F_s,a the Stribeck friction when the last
-    sliding ended. It is what F_s adds to the Coulomb level, so that sliding starts at |F| = F_c + F_s(γ, t2).
+    x is the deflection of the stuck contact. F_s(γ, t2) = F_s,a + (F_s∞ − F_s,a) t2/(t2 + γ) is the static friction
+    above the Coulomb level, with t2 the time stuck and F_s,a the Stribeck friction at the end of the last sliding. A
+    contact breaks away at |F| = F_c + F_s(γ, t2).
 
-    The source leaves two things open. Here the spring of a contact that sticks holds the force with which sliding
-    ends at u = 0, and a history begins stuck without load, after a long rest.
+    The source leaves two things open. Here the spring of a contact that sticks starts with the force at which sliding
+    ends, (F_c + F_s,a) sgn(u), and a history begins stuck without load, after a long rest.
     """
 
     name = "seven_parameter"
@@ -152,30 +163,38 @@ class SevenParameter(MemoryLaw):
         LAG,
         LawParameter("gamma", "s", True, "time stuck after which half the rise is there"),
     )
-    why_not = f"{CLOCK}; and the Stribeck part lags by a delay"
+    why_not = f"{NEEDS_CLOCK}; and the Stribeck part lags by a delay"
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
+        """The force over a history: a state machine, stuck or sliding, from sample to sample."""
         t, u = np.asarray(time, dtype=float), np.asarray(slip_velocity, dtype=float)
-        share = 1 / (1 + (lagged(t, u, p["tau_L"]) / p["v_s"]) ** 2)
+        share_at_speed = 1 / (1 + (lagged(t, u, p["tau_L"]) / p["v_s"]) ** 2)
         force = np.zeros_like(t)
-        direction, stuck_since, left = 0.0, -np.inf, p["F_s_inf"]  # direction 0: stuck
-        stribeck = left
+        direction = 0.0  # sign of the slip while sliding, 0 while stuck
+        stuck_since = -np.inf
+        stribeck_at_stop = p["F_s_inf"]  # F_s,a
+        stribeck = stribeck_at_stop  # F_s(γ, t2); constant while sliding
         for k in range(len(t)):
-            before, travel = (force[k - 1], (u[k] + u[k - 1]) / 2 * (t[k] - t[k - 1])) if k else (0.0, 0.0)
-            if direction and u[k] * direction <= 0:
-                stuck_since, left = t[k], stribeck * share[k]
-                before, travel, direction = (p["F_c"] + left) * direction, 0.0, 0.0
+            before = force[k - 1] if k else 0.0
+            travel = (u[k] + u[k - 1]) / 2 * (t[k] - t[k - 1]) if k else 0.0
+            stops_or_reverses = direction and u[k] * direction <= 0
+            if stops_or_reverses:
+                stuck_since, stribeck_at_stop = t[k], stribeck * share_at_speed[k]
+                before, travel, direction = (p["F_c"] + stribeck_at_stop) * direction, 0.0, 0.0
             if not direction:
                 force[k] = before + p["k_t"] * travel
-                stribeck = p["F_s_inf"] - (p["F_s_inf"] - left) * p["gamma"] / (t[k] - stuck_since + p["gamma"])
+                # F_s(γ, t2) with t2/(t2 + γ) = 1 − γ/(t2 + γ), which is also right for t2 = ∞, the rest at the start.
+                missing = (p["F_s_inf"] - stribeck_at_stop) * p["gamma"] / (t[k] - stuck_since + p["gamma"])
+                stribeck = p["F_s_inf"] - missing
+                # Beyond the static level the contact breaks away, but not while the slip relaxes the spring.
                 if abs(force[k]) <= p["F_c"] + stribeck or u[k] * force[k] <= 0:
                     continue
                 direction = float(np.sign(u[k]))
-            force[k] = (p["F_c"] + p["F_v"] * abs(u[k]) + stribeck * share[k]) * direction
+            force[k] = (p["F_c"] + p["F_v"] * abs(u[k]) + stribeck * share_at_speed[k]) * direction
         return force
 
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
-        """Of sliding that began after a long rest: the Stribeck part keeps the size it had then."""
+        """The level in sliding that began after a long rest, F_s(γ, t2) = F_s∞, which stays constant while sliding."""
         return _STEADY.level(slip_speed, {**p, "F_s": p["F_c"] + p["F_s_inf"]})
 
     def slope_bound(self, p: Values) -> sympy.Expr:
@@ -206,10 +225,10 @@ class Karnopp(MemoryLaw):
         stuck = np.abs(u) <= p["D_v"]
         if not stuck.any():
             return force
-        return np.where(stuck, np.clip(needed(applied_force, self.name), -p["F_s"], p["F_s"]), force)
+        return np.where(stuck, np.clip(required(applied_force, self.name), -p["F_s"], p["F_s"]), force)
 
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
-        """Of sliding, outside the band."""
+        """The level in sliding, outside the band."""
         return p["F_c"] + p["F_v"] * slip_speed
 
     def slope_bound(self, p: Values) -> sympy.Expr:
@@ -222,9 +241,10 @@ SEED = 1991
 class Bristle(MemoryLaw):
     """F = Σ σ0 (x − b_k), k = 1 … N, x' = u; a bond b_k that is stretched to |x − b_k| = δ_s snaps and forms anew.
 
-    It has a state space, the N bonds, but they jump at random: no differential equation that an observer could run.
-    The source lets the new bond form at a random place; which distribution is open. Here it lies between the old bond
-    and the body, uniformly, so that 2δ_s/3 is the mean stretch in sliding. The random numbers are the same each time.
+    Its states, the places of the N bonds, jump at random: there is no differential equation that an observer could
+    integrate. The source lets the new bond form at a random place and leaves the distribution open. Here it is uniform
+    between the old bond and the body, so that 2δ_s/3 is the mean stretch in sliding. The random numbers are the same
+    each time.
     """
 
     name = "bristle"
@@ -237,7 +257,7 @@ class Bristle(MemoryLaw):
     why_not = "its states, the places of N bonds, jump at random"
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
-        """The force over a history that begins with bonds at random, unloaded on the mean.
+        """The force over a history that begins with bonds spread evenly over ±δ_s, so that the force is zero.
 
         Raises:
             BadInput: if N is not a whole number.
@@ -246,19 +266,22 @@ class Bristle(MemoryLaw):
             raise BadInput(f"the law {self.name}", f"N = {p['N']:g}", "a whole number of bristles", code="SPEC007")
         t, u = np.asarray(time, dtype=float), np.asarray(slip_velocity, dtype=float)
         random, limit = np.random.default_rng(SEED), p["delta_s"]
-        stretch = limit * (2 * (np.arange(int(p["N"])) + 0.5) / int(p["N"]) - 1)
+        stretch = limit * (2 * (np.arange(int(p["N"])) + 0.5) / int(p["N"]) - 1)  # x − b_k
         travel = np.concatenate(([0.0], (u[1:] + u[:-1]) / 2 * np.diff(t)))
         force = np.empty_like(t)
         for k, step in enumerate(travel):
             stretch = stretch + step
+            # The new bond forms at the moment of snapping and is stretched by the rest of the step, after which it may
+            # have snapped too.
             while (snapped := np.abs(stretch) >= limit).any():
-                over = np.abs(stretch[snapped]) - limit
-                stretch[snapped] = np.sign(stretch[snapped]) * (limit * random.random(over.size) + over)
+                rest_of_step = np.abs(stretch[snapped]) - limit
+                new_stretch = limit * random.random(rest_of_step.size) + rest_of_step
+                stretch[snapped] = np.sign(stretch[snapped]) * new_stretch
             force[k] = p["sigma_0"] * stretch.sum()
         return force
 
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
-        """The mean over time; one bristle's stretch deviates from it by δ_s/√18, rms."""
+        """The mean force over time; the stretch of one bristle deviates from its mean by δ_s/√18 rms."""
         return sympy.Rational(2, 3) * p["N"] * p["sigma_0"] * p["delta_s"]
 
     def slope_bound(self, p: Values) -> sympy.Expr:
