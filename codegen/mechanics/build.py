@@ -1,4 +1,4 @@
-"""Spec → System: symbols named, and M(x) checked over the envelope."""
+"""Spec → System: symbols and values of M, g, U and the contacts; M(x) is checked at sampled points of the envelope."""
 
 from __future__ import annotations
 
@@ -20,9 +20,15 @@ from codegen.spec.numerics import numerical
 from codegen.spec.units import coherent_name, dimension, parse_unit
 
 SAMPLES = 400
+"""Random points of the envelope at which M(x) is checked."""
+CORNERED = 6
+"""Coordinates of which all corners and mid-points of the envelope are checked: 3⁶ points; others are at mid-range."""
+SYMMETRY = 1e-12
+"""Largest difference of two mirrored entries of M, over its largest entry: they may be written in different forms."""
 MOST_VALUES = 4
 """Parameters whose values a message shows."""
 MASSES = {"kg": "mass", "kg*m^2": "moment of inertia"}
+"""Unit → kind of a parameter that must not be negative."""
 
 
 @numerical("the mass matrix, the force and where friction acts")
@@ -74,7 +80,7 @@ def _as_printed(matrix: Matrix) -> Matrix:
 
 
 def check_mass_matrix(system: System, spec: Spec) -> None:
-    """Is M(x) symmetric, and positive definite at every sampled point of the envelope?
+    """Refuse an M(x) that is not symmetric, or not positive definite at some sampled point of the envelope.
 
     Raises:
         BadInput: with the parameter, or the entry and the values in it, or the point and the smallest eigenvalue there.
@@ -85,17 +91,19 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
     points = _points(system, spec) if varying else np.zeros((1, n))
     entries = numbers_over(system.mass_matrix, system.values, system.positions, points)
     finite = np.isfinite(entries).all(axis=(1, 2))
-    size = float(np.abs(entries[finite]).max(initial=0.0))
-    for i in range(n) if system.mass_matrix != system.mass_matrix.T else ():
+    largest = float(np.abs(entries[finite]).max(initial=0.0))
+    for i in range(n):
         for j in range(i):
             above, below = system.mass_matrix[j, i], system.mass_matrix[i, j]
-            apart = np.abs(entries[finite, i, j] - entries[finite, j, i]).max(initial=0.0)
-            if above != below and apart > 1e-12 * size:
+            if above == below:
+                continue
+            difference = np.abs(entries[finite, i, j] - entries[finite, j, i]).max(initial=0.0)
+            if difference > SYMMETRY * largest:
                 found = f"entry [{i}][{j}] `{below}` and [{j}][{i}] `{above}`"
                 raise BadInput(spec.place(f"{key}[{i}][{j}]"), found, "a symmetric mass matrix", code="SPEC017")
     smallest = np.full(len(points), np.nan)
     smallest[finite] = np.linalg.eigvalsh(entries[finite])[:, 0]
-    bad = ~(smallest > 0)
+    bad = ~(smallest > 0)  # true for NaN as well
     if not bad.any():
         return
     first = int(bad.argmax())
@@ -123,10 +131,10 @@ def _values_in(system: System, entry: sympy.Expr) -> str:
 
 
 def _refuse_negative_masses(system: System, spec: Spec) -> None:
-    """Refuse each negative mass or inertia among the parameters of the mass matrix, whose sum may well be positive.
+    """Refuse each negative mass or moment of inertia among the parameters of M, even if M is positive definite.
 
-    An inertia is judged where it stands as a plain summand of a diagonal entry: a product of inertia may have either
-    sign.
+    A parameter in kg m² may also be a product of inertia, which has either sign. It is taken for a moment of inertia
+    only where a diagonal entry of M provably grows with it.
     """
     faults = Faults()
     for p in spec.parameters:
@@ -136,7 +144,7 @@ def _refuse_negative_masses(system: System, spec: Spec) -> None:
         of = dimension(parse_unit(p.unit, place))
         kind = next((word for unit, word in MASSES.items() if of == dimension(parse_unit(unit, place))), "")
         diagonal = system.mass_matrix.diagonal()
-        if kind == "mass" or (kind and any(sympy.diff(e, s).is_positive for e in diagonal)):
+        if kind == "mass" or (kind and any(sympy.diff(entry, s).is_positive for entry in diagonal)):
             words = f"a {kind} of {float(p.declared):g} {p.unit}"
             expected = f"a positive one; what is taken away from another is subtracted there: `- {p.name}`"
             faults.noted.append(BadInput(place, words, expected, code="SPEC007"))
@@ -144,11 +152,11 @@ def _refuse_negative_masses(system: System, spec: Spec) -> None:
 
 
 def _points(system: System, spec: Spec) -> Any:
-    """Corners, mid-points and random points of the positions' ranges, points by n."""
+    """Corners, mid-points and random points of the positions' ranges, (points, n)."""
     n = system.degrees_of_freedom
     units = zip(system.positions, system.position_units, strict=True)
     ranges = np.array([position_range(spec, x.name, unit) for x, unit in units])
-    few = [(low, (low + high) / 2, high) for low, high in ranges[:6]]
-    corners = np.array(np.meshgrid(*few)).reshape(len(few), -1).T
-    corners = np.hstack([corners, np.tile(ranges[6:].mean(axis=1), (len(corners), 1))])
+    levels = [(low, (low + high) / 2, high) for low, high in ranges[:CORNERED]]
+    corners = np.array(np.meshgrid(*levels)).reshape(len(levels), -1).T
+    corners = np.hstack([corners, np.tile(ranges[CORNERED:].mean(axis=1), (len(corners), 1))])
     return np.vstack([corners, np.random.default_rng(0).uniform(ranges[:, 0], ranges[:, 1], (SAMPLES, n))])

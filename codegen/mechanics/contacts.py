@@ -16,8 +16,8 @@ from codegen.spec.units import dimension, parse_unit
 Values = dict[sympy.Symbol, Any]
 Units = dict[sympy.Symbol, str]
 
-
-BESIDE = "what adds to a law, such as viscous friction, stands under `effects:` (`stiction effects`)"
+HINT = "what adds to a law, such as viscous friction, stands under `effects:` (`stiction effects`)"
+"""Said after an unknown law or parameter: many who write it look for a declared effect."""
 
 
 def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFriction, ...], Values, Units]:
@@ -36,9 +36,9 @@ def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFrict
     for index, contact in enumerate(spec.contacts):
         with faults.noting():
             slip_unit = _slip_unit(spec, distribution, index, contact)
-            law, symbols, own, named = law_of(spec, f"friction.contacts[{index}]", contact, slip_unit)
-            values |= own
-            units |= named
+            law, symbols, law_values, law_units = law_of(spec, f"friction.contacts[{index}]", contact, slip_unit)
+            values |= law_values
+            units |= law_units
             slip = symbol(f"slip_{contact.name}")
             contacts.append(ContactFriction(contact.name, contact.unit, slip_unit, slip, law, symbols))
     faults.raise_noted()
@@ -51,13 +51,14 @@ def law_of(
     """A contact's law, its parameters' symbols, and their exact values and units.
 
     Args:
-        key: of the contact, or of the law assumed for it, in the spec.
-        prefix: of the symbols' names.
+        key: place in the spec of the contact, or of the law that the observer assumes for it.
+        slip_unit: unit of the contact's slip, for the units of the parameters.
+        prefix: of the symbols' names, by which an assumed law's parameters differ from the plant's.
 
     Raises:
         BadInput: as ``build_contacts``.
     """
-    law = _law(spec, key, contact)
+    law = _known_law(spec, key, contact)
     symbols = {p.name: symbol(f"{prefix}{contact.name}_{p.name}") for p in law.parameters}
     faults = Faults()
     values: Values = {}
@@ -74,39 +75,45 @@ def law_of(
     return law, symbols, values, units
 
 
-def _law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
+def _known_law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
     law = LAWS.get(contact.law)
     if law is None:
-        meant = ALSO_CALLED.get(contact.law.lower())
-        found, nearest = f"unknown law `{contact.law}`", meant or nearest_name(contact.law, LAWS)
-        if meant:
-            parameters = ", ".join(p.name for p in LAWS[meant].parameters)
-            found += f", another name for `{meant}`: its parameters are {parameters}"
-        expected = f"one of {', '.join(LAWS)}; {BESIDE}"
+        synonym_of = ALSO_CALLED.get(contact.law.lower())
+        found, nearest = f"unknown law `{contact.law}`", synonym_of or nearest_name(contact.law, LAWS)
+        if synonym_of:
+            parameters = ", ".join(p.name for p in LAWS[synonym_of].parameters)
+            found += f", another name for `{synonym_of}`: its parameters are {parameters}"
+        expected = f"one of {', '.join(LAWS)}; {HINT}"
         raise BadInput(spec.place(f"{key}.law"), found, expected, nearest, code="SPEC008")
     return law
 
 
 def _refuse_unknown_parameter(spec: Spec, key: str, law: FrictionLaw, name: str) -> None:
     names = [p.name for p in law.parameters]
-    expected = f"name, law, unit and {', '.join(names)} of the law {law.name}; {BESIDE}"
+    expected = f"name, law, unit and {', '.join(names)} of the law {law.name}; {HINT}"
     refuse_unknown(name, names, spec.place(f"{key}.{name}"), "unknown key", expected, code="SPEC004")
 
 
 def _slip_unit(spec: Spec, distribution: Matrix, index: int, contact: Contact) -> str:
+    """The unit of a contact's slip: that of the first coordinate on which it acts.
+
+    Where a spec states which bodies slide on each other (``sliding``), the slip may be a length although the coordinate
+    is an angle; it then follows from the unit of the friction, a force or a torque.
+    """
     touched = [i for i in range(len(spec.coordinates)) if distribution[i, index] != 0]
     if not touched:
         place = spec.place("friction.distribution" if contact.sliding is None else f"friction.contacts[{index}]")
         raise BadInput(
             place, f"column {index + 1} of zeros", f"a coordinate on which {contact.name} acts", code="SPEC019"
         )
-    if contact.sliding is not None:  # bodies may slide by a length while the coordinate is an angle
+    if contact.sliding is not None:
         place = spec.place(f"friction.contacts[{index}].unit")
         return "m" if dimension(parse_unit(contact.unit, place)) == dimension(parse_unit("N", place)) else "rad"
     return spec.coordinates[touched[0]].unit
 
 
 def _value(spec: Spec, key: str, law: FrictionLaw, p: LawParameter, contact: Contact) -> Any:
+    """The exact value of a law's parameter, or its default."""
     if p.name not in contact.parameters:
         if p.default is None:
             found = f"`{p.name}` ({p.meaning}) is missing"
@@ -119,7 +126,7 @@ def _value(spec: Spec, key: str, law: FrictionLaw, p: LawParameter, contact: Con
 
 
 def admissible(p: LawParameter) -> str:
-    """The admissible range in words."""
+    """The admissible range of a parameter in words."""
     if p.lowest is None:
         return "a number"
     if p.lowest == 0:

@@ -1,4 +1,7 @@
-"""M a = r without an inverse: LDLᵀ unrolled over M's own sparsity."""
+"""Solution of M a = r by LDLᵀ factorisation, unrolled into CasADi SX over the sparsity of M.
+
+Operations on structural zeros are left out, so that the generated code has no line for them.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +13,11 @@ import casadi
 
 @dataclass(frozen=True)
 class Factors:
-    """M = L D Lᵀ of a symmetric positive definite M, unrolled over M's own sparsity.
+    """M = L D Lᵀ of a symmetric positive definite M.
 
     Attributes:
-        lower: rows of L below its diagonal of ones; structural zeros are zero.
-        pivots: D.
+        lower: row i of L left of its diagonal of ones, i entries; structural zeros are zero.
+        pivots: the diagonal of D.
         reciprocals: as in ``factorised``.
     """
 
@@ -23,31 +26,33 @@ class Factors:
     reciprocals: bool
 
     def solve(self, right: Any) -> Any:
-        """a of M a = r, each n by 1 SX."""
+        """The a of M a = r, each n by 1 SX: L y = r, then a₀ = D⁻¹ y, then Lᵀ a = a₀."""
         lower, n = self.lower, len(self.pivots)
         y = [right[i] for i in range(n)]
-        for i in range(n):
+        for i in range(n):  # forward substitution
             for k in range(i):
                 if not lower[i][k].is_zero():
                     y[i] = y[i] - lower[i][k] * y[k]
-        a = [_over(y[i], pivot, self.reciprocals) for i, pivot in enumerate(self.pivots)]
-        for i in reversed(range(n)):
+        a = [_divided(y[i], pivot, self.reciprocals) for i, pivot in enumerate(self.pivots)]
+        for i in reversed(range(n)):  # back substitution
             for k in range(i + 1, n):
                 if not lower[k][i].is_zero():
                     a[i] = a[i] - lower[k][i] * a[k]
         return casadi.vertcat(*a)
 
     def solve_columns(self, right: Any) -> Any:
-        """A of M A = R, each n by any number of columns."""
+        """The A of M A = R, each n by any number of columns."""
         return casadi.horzcat(*[self.solve(right[:, k]) for k in range(right.shape[1])])
 
 
 def factorised(mass: Any, reciprocals: bool = True) -> Factors:
-    """The LDLᵀ of M, n by n SX, symmetric positive definite; structural zeros cost nothing.
+    """The LDLᵀ factorisation of M, n by n SX, symmetric positive definite.
+
+    Column by column: d_j = m_jj − Σ_k l_jk² d_k, l_ij = (m_ij − Σ_k l_ik l_jk d_k)/d_j, sums over k < j.
 
     Args:
-        reciprocals: whether a division by a constant pivot is a product with its reciprocal, which rounds twice. Pivots
-            that vary are divided by in any case: CasADi writes a product with 1/d as a quotient.
+        reciprocals: whether a division by a constant pivot is a product with its reciprocal, which is faster and rounds
+            twice. A pivot that varies is divided by in any case: CasADi writes a product with 1/d as a quotient.
     """
     n = mass.shape[0]
     lower = [[casadi.SX(0)] * i for i in range(n)]
@@ -64,23 +69,23 @@ def factorised(mass: Any, reciprocals: bool = True) -> Factors:
                 if not (lower[i][k].is_zero() or lower[j][k].is_zero()):
                     entry = entry - lower[i][k] * lower[j][k] * pivot[k]
             if not entry.is_zero():
-                lower[i][j] = _over(entry, d, reciprocals)
+                lower[i][j] = _divided(entry, d, reciprocals)
     return Factors(tuple(tuple(row) for row in lower), tuple(pivot), reciprocals)
 
 
-def _over(value: Any, pivot: Any, reciprocals: bool) -> Any:
+def _divided(value: Any, pivot: Any, reciprocals: bool) -> Any:
     return value * (1 / pivot) if reciprocals else value / pivot
 
 
 def solve_symmetric(mass: Any, right: Any) -> Any:
-    """a of M a = r, n by 1, for one right side; see ``factorised``."""
+    """The a of M a = r, n by 1, for one right side; see ``factorised``."""
     return factorised(mass).solve(right)
 
 
 def solve_by_elimination(matrix: Any, right: Any) -> Any:
-    """y of A y = r, n by 1 SX, by Gauss's elimination in the given order, unrolled over A's own sparsity.
+    """The y of A y = r, n by 1 SX, by Gaussian elimination without pivoting: generated code has one fixed order.
 
-    The leading blocks of A must be regular; structural zeros cost nothing.
+    All leading principal minors of A must be nonzero.
     """
     n = matrix.shape[0]
     rows = [[matrix[i, j] for j in range(n)] for i in range(n)]
