@@ -1,13 +1,17 @@
 """Guarded level update of a (G)CFO in generated code, and the output that states whether the estimate is in its domain.
 
-While the estimated slip is fast and keeps its sign, the step is that of the observer's equations. Otherwise the level
-is held within the range of the true one, so that a chattering sign of v̂ has no effect. For level updates with a
-constant sign, the level is evaluated with the sign d of the step that updated it:
+While the estimated slip û is fast and keeps its sign s, the step is that of the observer's equations, with
+â = z − K_F |û|. Otherwise the level is held, clipped to the range of the true one, so that a chattering sign of v̂ has
+no effect. A step therefore stores the sign d with which it updated the level, and the next one evaluates |û| as d û:
 
     â[k] = z[k] − K_F d[k] û[k],    d[k+1] = g[k] s[k],    z[k+1] = â[k] + g[k] (K_F |û[k]| + h dz_F/dt[k]),
 
-g = 1 where |û| is above the domain's slip speed and s is not −d, else 0; where g = 0, â is clipped to the level's
-range. Only abs and sgn are used, which every output language has.
+g = 1 (the level is updated) where |û| is above the domain's slip speed and s is not −d, else 0 (it is held). After a
+step with g = 0, d is 0 and z is â itself.
+
+Every output language has abs and sgn, and step code without branches runs in SIMD lanes too. Hence
+1{x > 0} = (sgn x + |sgn x|)/2, min(x, c) = (x + c − |x − c|)/2, and x clipped to low…high is
+(low + high + |x − low| − |x − high|)/2.
 """
 
 from __future__ import annotations
@@ -27,9 +31,15 @@ from codegen.spec.model import symbol
 
 
 class Guard:
-    """Blocks, parameters and states that a domain adds to the program of an observer on one contact."""
+    """Blocks, parameters and states that a domain adds to the program of an observer on one contact.
+
+    To be called in the order ``level``, ``verdict``, ``guarded``: each uses symbols that the one before has defined.
+    """
 
     def __init__(self, observer: Observer, domain: Domain, names: dict[sympy.Symbol, Any]) -> None:
+        """Args:
+        names: the SX of every symbol of the program so far; those of the guard are added to it.
+        """
         self.observer, self.domain, self.names = observer, domain, names
         system = observer.system
         self.contact, self.position = system.contacts[0], system.positions[0]
@@ -54,65 +64,76 @@ class Guard:
             self.fields.append(self._field(f"{self.position}_predicted", length, "position predicted for this sample"))
 
     def level(self, equation: Equation) -> list[Block]:
-        """The blocks that replace the equation of the level estimate."""
+        """The blocks of g, â before clipping, and â, in place of the equation of the level estimate."""
         assert self.observer.cascade is not None
-        slip, sign = (next(e for e in self.observer.equations if e.name == n) for n in ("slip_velocity", "slip_sign"))
-        self.slip, self.sign, self.gain = slip.symbols[0], sign.symbols[0], self.observer.cascade.gain[0, 0]
+        by_name = {e.name: e for e in self.observer.equations}
+        self.slip, self.sign = by_name["slip_velocity"].symbols[0], by_name["slip_sign"].symbols[0]
+        self.gain = self.observer.cascade.gain[0, 0]
         state, estimate, unit = (equation.state or [None])[0], equation.symbols[0], self.contact.unit
-        speed, low, high = (symbol(n) for n in ("slip_speed", *(f"a_{e}_{self.contact.name}" for e in ("low", "high"))))
-        direction = symbol(f"direction_{self.contact.name}")
-        learning, read = symbol("learning"), symbol(f"a_read_{self.contact.name}")
-        turned = self.sign * direction
-        fast = _above(Magnitude(self.slip) - speed)
-        kept = 1 - (Magnitude(turned) - turned) / 2
-        cut = (low + high + Magnitude(read - low) - Magnitude(read - high)) / 2
+        name = self.contact.name
+        slip_speed, low, high = symbol("slip_speed"), symbol(f"a_low_{name}"), symbol(f"a_high_{name}")
+        direction, updated, level = symbol(f"direction_{name}"), symbol("learning"), symbol(f"a_read_{name}")
+        same_sign = self.sign * direction  # −1 after a reversal, 0 where the level was held, else 1
+        is_fast = _above_zero(Magnitude(self.slip) - slip_speed)
+        not_reversed = 1 - (Magnitude(same_sign) - same_sign) / 2
+        clipped = (low + high + Magnitude(level - low) - Magnitude(level - high)) / 2
+        chosen = level + (1 - updated) * (clipped - level)
         return [
-            self._block("learning", learning, fast * kept, "1", "1 where the level is learnt"),
-            self._block("level_read", read, state - self.gain * direction * self.slip, unit, "(4.11)"),
-            self._block(equation.name, estimate, read + (1 - learning) * (cut - read), unit, equation.source, True),
+            self._block("learning", updated, is_fast * not_reversed, "1", "1 where the level is learnt"),
+            self._block("level_read", level, state - self.gain * direction * self.slip, unit, "(4.11)"),
+            self._block(equation.name, estimate, chosen, unit, equation.source, True),
         ]
 
     def verdict(self, period: Field) -> list[Block]:
-        """Whether this sample's estimate is in the domain; to be called when all estimates are known."""
-        slid, least, inside = symbol("samples_slid"), symbol("settle_samples"), symbol("learning")
+        """The blocks that say whether this sample's estimate is in the domain, and the guard's states.
+
+        In the domain, the level is updated, and the innovation |x − (x + h v̂) of the sample before| is small where the
+        domain bounds it, in this sample and in the ``settle_samples`` before. To be called when all estimates are
+        known.
+        """
+        samples, needed, inside = symbol("samples_slid"), symbol("settle_samples"), symbol("learning")
         blocks = []
         if self.domain.innovation is not None:
             predicted, largest = symbol(f"{self.position}_predicted"), symbol("largest_innovation")
-            calm = 1 - _above(Magnitude(self.position - predicted) - largest)
+            calm = 1 - _above_zero(Magnitude(self.position - predicted) - largest)
             blocks.append(self._block("calm", symbol("calm"), calm, "1", "1 where the innovation is small"))
             inside *= symbol("calm")
-        counted = (slid + 1 + least - Magnitude(slid + 1 - least)) / 2
-        estimate = self.observer.equations[0].symbols[0]
-        following = [symbol("learning") * self.sign, inside * counted, self.position + symbol("h") * estimate]
+        count = (samples + 1 + needed - Magnitude(samples + 1 - needed)) / 2  # min(samples + 1, needed)
+        velocity = self.observer.equations[0].symbols[0]
         names = {**self.names, symbol("h"): period.symbol}
-        way = period.symbol * next(iter(held([estimate]).values()))  # h v̂ with the velocity estimate that is held
+        held_step = period.symbol * next(iter(held([velocity]).values()))  # h v̂ of the held velocity estimate
         zero, x = casadi.SX(0), self.names[self.position]
-        kept = [f.symbol for f in self.fields]
-        initial, carried, resumed = [zero, zero, x], [kept[0], zero, kept[-1] + way], [zero, zero, x + way]
+        direction_now, predicted_now = self.fields[0].symbol, self.fields[-1].symbol
+        # In the order of the fields; without a bound on the innovation there is no third one, and zip leaves it out.
+        following = [symbol("learning") * self.sign, inside * count, self.position + symbol("h") * velocity]
+        initial = [zero, zero, x]
+        carried = [direction_now, zero, predicted_now + held_step]
+        resumed = [zero, zero, x + held_step]
         self.states = [
-            State(f, to_casadi(e, names), *values)
-            for f, e, *values in zip(self.fields, following, initial, carried, resumed, strict=False)
+            State(field, to_casadi(expression, names), *values)
+            for field, expression, *values in zip(self.fields, following, initial, carried, resumed, strict=False)
         ]
-        settled = _above(slid - least + sympy.Rational(1, 2))
+        settled = _above_zero(samples - needed + sympy.Rational(1, 2))  # samples ≥ needed, both whole
         source = "1 where the certificate's bound holds, if its assumptions do"
         return [*blocks, self._block("in_domain", symbol("in_domain"), inside * settled, "1", source, True)]
 
     def guarded(self, states: list[State], rates: Any, period: Field) -> list[State]:
-        """The observer's states with the guarded level among them, and those of the guard.
+        """The observer's states, z of the level as in the guarded update, followed by the guard's own.
 
         Args:
             rates: SX of dz/dt, a row a state.
         """
         level = next(e for e in self.observer.equations if e.name == "friction_level")
         assert level.state is not None
-        at = list(self.observer.states).index(level.state[0])
-        learnt = to_casadi(self.gain * Magnitude(self.slip), self.names) + period.symbol * rates[at]
-        following = self.names[level.symbols[0]] + self.names[symbol("learning")] * learnt
-        resumed = held(level.symbols)[level.symbols[0]]  # without direction (d = 0)
-        changed = replace(states[at], following=following, resumed=resumed)
-        return [*states[:at], changed, *states[at + 1 :], *self.states]
+        index = list(self.observer.states).index(level.state[0])
+        update = to_casadi(self.gain * Magnitude(self.slip), self.names) + period.symbol * rates[index]
+        following = self.names[level.symbols[0]] + self.names[symbol("learning")] * update
+        resumed = held(level.symbols)[level.symbols[0]]  # z = â, since the resumed d is 0
+        guarded = replace(states[index], following=following, resumed=resumed)
+        return [*states[:index], guarded, *states[index + 1 :], *self.states]
 
     def _field(self, name: str, unit: str, meaning: str, value: Any = None) -> Field:
+        """A field of the generated struct, whose SX ``names`` then has."""
         field = Field(name, unit, meaning, None if value is None else float(value))
         self.names[symbol(name)] = field.symbol
         return field
@@ -120,11 +141,12 @@ class Guard:
     def _block(
         self, name: str, element: sympy.Symbol, expression: Any, unit: str, source: str, output: bool = False
     ) -> Block:
+        """A block of one element, whose SX ``names`` then has."""
         block = Block(name, (element.name,), to_casadi(expression, self.names), (unit,), source, output)
         self.names[element] = block.symbols
         return block
 
 
-def _above(difference: Any) -> Any:
+def _above_zero(number: Any) -> Any:
     """1 where a number is above zero, else 0."""
-    return (Sgn(difference) + Magnitude(Sgn(difference))) / 2
+    return (Sgn(number) + Magnitude(Sgn(number))) / 2

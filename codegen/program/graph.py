@@ -1,7 +1,8 @@
-"""Expressions as a graph with shared nodes: sums and products of several terms, quotients, calls; CasADi SX as such."""
+"""Expression graph with shared nodes (a DAG): equal expressions are one node; conversion from CasADi SX."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,15 +14,15 @@ from codegen.base.errors import BadInput
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """One expression; equal expressions of a graph are one node.
+    """One expression; equal expressions of a graph are one node, so that nodes are compared by identity.
 
     Attributes:
         kind: number, symbol, sum, product, quotient, negative or call; in rolled code also element (of an array) and
             local.
         arguments: terms, factors, (numerator, denominator), the negated node, or the arguments of a call.
-        signs: of a sum's terms, 1 or -1.
-        value: of a number.
-        name: of a symbol or a function.
+        signs: of a sum's terms, 1 or -1. Of an element or a local: (1,) where it differs in each pass of a loop.
+        value: of a number; of an element, its index in the array.
+        name: of a symbol, function, array or local.
         constant: whether it depends on parameters and numbers only.
         index: order of creation; arguments come before the nodes that use them.
     """
@@ -43,7 +44,7 @@ class Node:
 
 
 class Graph:
-    """Factory of nodes, one for each expression."""
+    """Factory of nodes that returns the existing node of an equal expression (hash consing)."""
 
     def __init__(self) -> None:
         self._known: dict[tuple[object, ...], Node] = {}
@@ -72,11 +73,11 @@ class Graph:
         return self._node("call", arguments, name=name)
 
     def element(self, array: str, at: int, moving: bool, constant: bool = False) -> Node:
-        """array[at], or in a loop over i array[i + at]."""
+        """array[at], or with ``moving`` array[i + at] in a loop over i."""
         return self._node("element", name=array, value=float(at), signs=(1,) if moving else (), constant=constant)
 
     def local(self, name: str, inner: bool) -> Node:
-        """A local of the function, or of a loop's body."""
+        """A local variable of the function, or with ``inner`` of a loop's body."""
         return self._node("local", name=name, signs=(1,) if inner else (), constant=False)
 
     def like(self, node: Node, arguments: Sequence[Node]) -> Node:
@@ -93,6 +94,7 @@ class Graph:
         constant: bool | None = None,
     ) -> Node:
         arguments = tuple(arguments)
+        # As hexadecimal text 0.0 and -0.0 differ, which are equal as numbers.
         key = (kind, *(a.index for a in arguments), signs, value.hex(), name)
         node = self._known.get(key)
         if node is None:
@@ -104,15 +106,15 @@ class Graph:
 
 
 def reachable(roots: Iterable[Node]) -> list[Node]:
-    """Every node below the roots, arguments first."""
-    found: dict[int, Node] = {}
+    """The roots and every node below them in topological order: arguments first, which is the order of creation."""
+    visited: dict[int, Node] = {}
     waiting = list(roots)
     while waiting:
         node = waiting.pop()
-        if node.index not in found:
-            found[node.index] = node
+        if node.index not in visited:
+            visited[node.index] = node
             waiting.extend(node.arguments)
-    return [found[index] for index in sorted(found)]
+    return [visited[index] for index in sorted(visited)]
 
 
 _CALLS = {
@@ -132,6 +134,8 @@ _CALLS = {
 
 def to_graph(expression: Any, names: Mapping[str, Node], graph: Graph) -> list[Node]:
     """The nodes of an SX column, k by 1; ``names`` has the node of every SX symbol in it, by its name.
+
+    CasADi lists a function as instructions over numbered registers (its work vector), which are followed here.
 
     Raises:
         TypeError: for a CasADi operation that no output language has.
@@ -156,6 +160,7 @@ def to_graph(expression: Any, names: Mapping[str, Node], graph: Graph) -> list[N
 
 
 def _operation(operation: int, arguments: list[Node], graph: Graph) -> Node:
+    """The node of one CasADi operation on one or two arguments."""
     a, b = arguments[0], arguments[-1]
     match operation:
         case casadi.OP_ADD:
@@ -180,12 +185,12 @@ def _operation(operation: int, arguments: list[Node], graph: Graph) -> Node:
 
 
 def _finite(value: float) -> float:
-    if value - value != 0:
+    if not math.isfinite(value):
         raise out_of_range(f"the constant {value}")
     return value
 
 
-def out_of_range(found: str, size: str = "double", about: str | None = None) -> BadInput:
-    """The error for a constant that generated code cannot have."""
-    expected = f"parameters and gains whose products are within the range of a {size}"
+def out_of_range(found: str, number_type: str = "double", about: str | None = None) -> BadInput:
+    """The error for a constant that generated code cannot have: not finite, or too large for its type of number."""
+    expected = f"parameters and gains whose products are within the range of a {number_type}"
     return BadInput("generated code", found, expected, about=about, code="SPEC028")

@@ -1,8 +1,9 @@
 """Bound on the rounding error of a step of the generated code: interval arithmetic over the printed graph.
 
-Every node has an interval of its exact value and a bound on the difference to the computed value. An operation adds u
-times its result, u = 2⁻⁵³ or 2⁻²⁴, and the least positive number; parameters and numbers are rounded too. The order of
-operations is the printed one, and compilers may not fuse them (FP_CONTRACT is off).
+Every node has an interval of its exact value and a bound on |computed − exact|. By the standard model of floating
+point an operation is computed as result·(1 + δ) + η with |δ| ≤ u, u = 2⁻⁵³ or 2⁻²⁴, and |η| below the least positive
+number, for underflow. Errors of the operands are carried through the operation. Parameters and numbers are rounded
+too. The order of operations is the printed one, and compilers may not fuse them (FP_CONTRACT is off).
 """
 
 from __future__ import annotations
@@ -13,13 +14,20 @@ from dataclasses import dataclass
 from codegen.program.graph import Node, reachable
 
 UNIT = {"double": 2.0**-53, "single": 2.0**-24}
+"""Unit roundoff u."""
 LEAST = {"double": 2.0**-1074, "single": 2.0**-149}
+"""Least positive number."""
 OUTWARDS = 1 + 2.0**-40
+"""Factor on every error bound: it is itself computed in doubles, by a few operations of relative error 2⁻⁵³ each."""
+SLACK = 2.0**-50
+"""The same for the ends of an interval, as a share of its largest magnitude."""
+SHORT = 2**20
+"""Halves of whole numbers below this size are exact in single precision too, which has 24 bits."""
 
 
 @dataclass(frozen=True)
 class Enclosed:
-    """A value between ``low`` and ``high``, computed to within ``error``."""
+    """An exact value between ``low`` and ``high``, and a bound ``error`` on |computed − exact|."""
 
     low: float
     high: float
@@ -27,12 +35,14 @@ class Enclosed:
 
     @property
     def size(self) -> float:
+        """The largest magnitude of the exact value."""
         return max(abs(self.low), abs(self.high))
 
     def __neg__(self) -> Enclosed:
         return Enclosed(-self.high, -self.low, self.error)
 
     def within(self, low: float, high: float) -> Enclosed:
+        """The intersection with a range that the exact value is known to have."""
         return Enclosed(max(self.low, low), min(self.high, high), self.error)
 
 
@@ -51,8 +61,8 @@ def enclose(
 
     Args:
         ranges: of every symbol below the roots, by its name.
-        known: ranges of nodes that are known to hold.
-        given: nodes with a given enclosure; their own rounding is counted elsewhere.
+        known: ranges of nodes that hold for other reasons, such as a certified bound, to narrow the intervals.
+        given: nodes with a given enclosure, which replaces theirs; their own rounding is counted elsewhere.
 
     Raises:
         Undecided: where a sign is not determined, a divisor may be zero, or a function is other than abs and sign.
@@ -68,10 +78,11 @@ def enclose(
 
 
 def _value(node: Node, parts: list[Enclosed], ranges: Mapping[str, Enclosed], precision: str) -> Enclosed:
+    """The enclosure of a node from those of its arguments, ``parts``."""
     match node.kind:
         case "number":
-            short = (2 * node.value).is_integer() and abs(node.value) < 2**20
-            error = 0.0 if short else UNIT[precision] * abs(node.value)
+            is_exact = (2 * node.value).is_integer() and abs(node.value) < SHORT
+            error = 0.0 if is_exact else UNIT[precision] * abs(node.value)
             return Enclosed(node.value - error, node.value + error, error)
         case "symbol":
             return ranges[node.name]
@@ -80,23 +91,25 @@ def _value(node: Node, parts: list[Enclosed], ranges: Mapping[str, Enclosed], pr
         case "sum":
             total, *rest = (part if sign > 0 else -part for sign, part in zip(node.signs, parts, strict=True))
             for part in rest:
-                exact = Enclosed(total.low + part.low, total.high + part.high, total.error + part.error)
-                total = _rounded(exact, precision)
+                added = Enclosed(total.low + part.low, total.high + part.high, total.error + part.error)
+                total = _rounded(added, precision)
             return total
         case "product":
             total = parts[0]
             for part in parts[1:]:
                 ends = [a * b for a in (total.low, total.high) for b in (part.low, part.high)]
+                # |(a + α)(b + β) − a b| ≤ |a| |β| + |b| |α| + |α| |β|
                 error = total.size * part.error + part.size * total.error + total.error * part.error
                 total = _rounded(Enclosed(min(ends), max(ends), error), precision)
             return total
         case "quotient":
             above, below = parts
-            least = min(abs(below.low), abs(below.high)) - below.error
-            if below.low <= 0 <= below.high or least <= 0:
+            least_computed = min(abs(below.low), abs(below.high)) - below.error
+            if below.low <= 0 <= below.high or least_computed <= 0:
                 raise Undecided("a divisor that may be zero")
             ends = [a / b for a in (above.low, above.high) for b in (below.low, below.high)]
-            error = (above.error + max(map(abs, ends)) * below.error) / least
+            # |(a + α)/(b + β) − a/b| = |α − (a/b) β| / |b + β|
+            error = (above.error + max(map(abs, ends)) * below.error) / least_computed
             return _rounded(Enclosed(min(ends), max(ends), error), precision)
         case "call" if node.name == "abs":
             low = max(parts[0].low, -parts[0].high, 0.0)
@@ -110,7 +123,8 @@ def _value(node: Node, parts: list[Enclosed], ranges: Mapping[str, Enclosed], pr
     raise Undecided(f"no enclosure of {node.name or node.kind}")
 
 
-def _rounded(exact: Enclosed, precision: str) -> Enclosed:
-    error = (exact.error + UNIT[precision] * (exact.size + exact.error) + LEAST[precision]) * OUTWARDS
-    slack = 2.0**-50 * exact.size
-    return Enclosed(exact.low - slack, exact.high + slack, error)
+def _rounded(result: Enclosed, precision: str) -> Enclosed:
+    """The enclosure of an operation's result: the error of its operands, to which its own rounding is added."""
+    error = (result.error + UNIT[precision] * (result.size + result.error) + LEAST[precision]) * OUTWARDS
+    slack = SLACK * result.size
+    return Enclosed(result.low - slack, result.high + slack, error)
