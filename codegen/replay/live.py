@@ -32,6 +32,7 @@ from codegen.spec import Spec
 Piece = TypeVar("Piece")
 STDIN = "-"
 PIECE = 1 << 16
+"""Most bytes of one read; fewer are taken as they come."""
 MOST_GAPS = 8
 """A log is refused when more steps than these, from its first on, are all gaps."""
 PAUSE = 0.05
@@ -39,7 +40,7 @@ PAUSE = 0.05
 
 
 def is_recorded(log: str | Path) -> bool:
-    """Whether a log is a whole file of a format that is no text, such as MCAP: read at once, at its own end."""
+    """Whether a log is a file of a format other than text, such as MCAP, which is complete only when it is closed."""
     path = Path(log)
     if str(log) == STDIN:
         return False
@@ -47,7 +48,7 @@ def is_recorded(log: str | Path) -> bool:
 
 
 def pieces(log: str, follow: bool) -> Iterator[bytes]:
-    """What there is to read, as soon as it is there.
+    """The bytes of a log, as soon as they are there.
 
     Args:
         log: a file, or ``-`` for standard input.
@@ -73,22 +74,26 @@ def pieces(log: str, follow: bool) -> Iterator[bytes]:
 
 @dataclass
 class Stop:
-    """Ctrl-C between blocks: it ends a wait for rows at once, and lets a block that is computed be finished.
+    """Handler of Ctrl-C that interrupts a wait for rows at once, but not the computation of a block.
 
-    A library that is interrupted within C++ turns it into an error of its own.
+    A library that is interrupted within C++ would turn the interrupt into an error of its own.
+
+    Attributes:
+        asked: whether Ctrl-C was pressed.
+        waiting: whether the program is waiting for rows now.
     """
 
     asked: bool = False
     waiting: bool = False
 
     def ask(self, *_: object) -> None:
-        """Ctrl-C was pressed."""
+        """The signal handler: Ctrl-C was pressed."""
         self.asked = True
         if self.waiting:
             raise KeyboardInterrupt
 
     def until_asked(self, given: Iterator[Piece]) -> Iterator[Piece]:
-        """The pieces, or blocks; KeyboardInterrupt once it was asked for."""
+        """The pieces (or blocks) of an iterator; raises KeyboardInterrupt after Ctrl-C."""
         while not self.asked:
             self.waiting = True
             try:
@@ -102,7 +107,7 @@ class Stop:
 
 
 def called(log: str) -> str:
-    """What a message calls a log."""
+    """The name of a log in messages."""
     return "standard input" if log == STDIN else log
 
 
@@ -119,7 +124,7 @@ def live_blocks(
 
     Args:
         period: the observer's sample time, s.
-        log: what it is called in messages; ``meta.yaml`` in its folder is read where it is a file.
+        log: its path, or ``-``; of a file, ``meta.yaml`` in its folder is read.
         given: its bytes.
         columns: as for ``read_log``.
         notes: list to which notes on how the table is read are added, once its first rows are there.
@@ -131,30 +136,30 @@ def live_blocks(
     file = called(log)
     described = SAYS_NOTHING if log == STDIN else log_description(Path(log), None)
     table: _Table | None = None
-    waiting: list[str] = []
-    said: list[str] = []
-    for lines in lines_of(given, file, said):
+    unread: list[str] = []  # lines until there are enough of them to find the header
+    encoding_notes: list[str] = []
+    for lines in lines_of(given, file, encoding_notes):
         if table is not None:
             yield from table.blocks(lines, 0)
             continue
-        waiting += lines
-        rows = [line for line in waiting if line.strip() and not COMMENT.match(line)]
-        if len(rows) > ROWS_ALIKE:  # the table is found by its first rows
-            head = open_lines(file, waiting, described, said)
+        unread += lines
+        rows = [line for line in unread if line.strip() and not COMMENT.match(line)]
+        if len(rows) > ROWS_ALIKE:  # the header is the line before the first rows of numbers
+            head = open_lines(file, unread, described, encoding_notes)
             if head.layout.times:
                 found, expected = "channels with times of their own", "one column of time, in a log that is watched"
                 raise BadInput(head.place, found, expected, code="LOG011")
             table = _Table(spec, program, period, head, described, columns)
             if notes is not None:
                 notes += [*table.head.notes, *table.notes]
-            yield from table.blocks(waiting, table.head.first)
+            yield from table.blocks(unread, table.head.first)
     if table is None:
-        found = f"a log that ends after {len(waiting)} lines"
+        found = f"a log that ends after {len(unread)} lines"
         raise BadInput(file, found, f"a header line and at least {ROWS_ALIKE} rows of numbers", code="LOG009")
 
 
 class _Table:
-    """A table whose header is known, and how far it has been read."""
+    """A table whose header is known, and how far it has been read: samples from further lines, gaps between them."""
 
     def __init__(
         self,
@@ -178,40 +183,45 @@ class _Table:
         binding = since_epoch(binding, first, described, spec)
         self.notes = binding.notes
         self._scale = np.array([binding.scale[name] for name in symbols])
-        self._gaps_only = 0
         self._wanted = columns_of(self._terms)
-        self._read, self._last = 0, float("nan")
+        self._lines_read = 0
+        self._last_time = float("nan")  # NaN: no sample yet
+        self._leading_gaps: int | None = 0  # None: a step that was no gap has been seen
 
     def blocks(self, lines: list[str], first: int) -> Iterator[Block]:
         """The samples in further lines, from index ``first`` on."""
-        kept = any(map(self.head.layout.is_row, lines[first:]))
-        source = CsvSource(self.head.file, self.head.layout, lines, first, self._read)
-        self._read += len(lines)
-        if not kept:
+        has_rows = any(map(self.head.layout.is_row, lines[first:]))
+        source = CsvSource(self.head.file, self.head.layout, lines, first, self._lines_read)
+        self._lines_read += len(lines)
+        if not has_rows:
             return
         columns = compute(corrected(source.load(self._wanted), self._described), self._terms)
         values = columns.values * self._scale
         time, rows = values[:, 0].copy(), np.ascontiguousarray(values[:, 1:])
-        steps = np.diff(time, prepend=self._last)
-        gaps = [0] if np.isnan(self._last) else []
+        steps = np.diff(time, prepend=self._last_time)
+        is_start = bool(np.isnan(self._last_time))
+        gaps = [0] if is_start else []  # rows at which the observer is initialised
         for k in np.flatnonzero(~(np.abs(steps / self._period - 1) <= JITTER)).tolist():
-            if k == 0 and np.isnan(self._last) and np.isfinite(time[0]):
+            if k == 0 and is_start and np.isfinite(time[0]):  # the first row has no step before it
                 continue
             if not steps[k] > GAP_STEPS * self._period:
                 found = f"a step of {steps[k]:.6g} s"
                 expected = f"steps of the observer's sample time, {self._period:g} s, within {JITTER:.0%}, or gaps"
                 raise BadInput(columns.place(k, 0), found, expected, code="LOG008")
             gaps.append(k)
-        self._refuse_gaps_only(columns, steps, len(gaps))
-        self._last = float(time[-1])
+        self._refuse_leading_gaps(columns, steps, len(gaps))
+        self._last_time = float(time[-1])
         yield from blocks_between(time, rows, gaps)
 
-    def _refuse_gaps_only(self, columns: Columns, steps: Array, gaps: int) -> None:
+    def _refuse_leading_gaps(self, columns: Columns, steps: Array, gaps: int) -> None:
         """Refuse a log whose first steps are all far longer than the observer's: its time is in another unit."""
-        if self._gaps_only < 0 or len(steps) < 2:
+        if self._leading_gaps is None or len(steps) < 2:
             return
-        self._gaps_only = self._gaps_only + gaps if gaps == len(steps) else -1
-        if self._gaps_only > MOST_GAPS:
+        if gaps < len(steps):
+            self._leading_gaps = None
+            return
+        self._leading_gaps += gaps
+        if self._leading_gaps > MOST_GAPS:
             step = float(np.median(steps[1:]))
             found = f"a step of {step:.6g} s in every one of the first rows"
             expected = f"steps of the observer's sample time, {self._period:g} s"
