@@ -24,16 +24,17 @@ EXAMPLE_PLACES: dict[Place, str] = {
     "input": "w",
     "sensor": "x",
 }
-"""The names in an example of an entry: of a contact, a coordinate, two of them, or an input."""
+"""Kind of place → the name of such a place in the examples."""
 
 
 def effect_view(effect: Effect) -> dict[str, Any]:
-    """The fields of an effect for the template."""
+    """The fields of an effect for the template of the page."""
     first, *remarks = inspect.cleandoc(type(effect).__doc__ or "").split("\n\n")
     angular = effect.needs == "a coordinate in rad"
     units = {"F": "N*m" if angular else "N", "q": "rad" if angular else "m", "w": "N"}
-    drawn = EXAMPLES.effects.get(effect.kind, {})
-    forms = {p.name: (form, p) for form in effect.forms for p in form.parameters}  # the last form with each
+    drawn = EXAMPLES.effects.get(effect.kind, {})  # parameter → its value in the picture
+    # Every parameter of any form, each with the last form that has it.
+    parameters = {p.name: (form, p) for form in effect.forms for p in form.parameters}
     return {
         **named(effect, "kind sits_on equation signature seen_over needs refines confused_with"),
         "summary": first,
@@ -47,7 +48,7 @@ def effect_view(effect: Effect) -> dict[str, Any]:
                 "start": _start(form, p),
                 "optional": p.name not in [q.name for q in effect.parameters],
             }
-            for form, p in forms.values()
+            for form, p in parameters.values()
         ],
         "examples": [_example(form, drawn) for form in effect.forms],
         "named": EXAMPLE_PLACES[effect.sits_on],
@@ -98,10 +99,12 @@ def _range(p: EffectParameter) -> str:
 
 
 def _start(effect: Effect, p: EffectParameter) -> str:
+    """Where a fit of the parameter starts, in the words of the docstring of the function that gives the values."""
     if p not in effect.shapes:
         return "by least squares"
-    joint = type(effect).starts is not Effect.starts
-    if p.start is None and not joint:
+    own_combinations = type(effect).starts is not Effect.starts  # the class chooses them for all its shapes together
+    if p.start is None and not own_combinations:
         return "at a tenth and a half of what makes the effect as large as the force"
-    text = inspect.cleandoc((effect.starts if joint else p.start).__doc__ or "").split("\n\n")[0].rstrip(".")
+    function = effect.starts if own_combinations else p.start
+    text = inspect.cleandoc(function.__doc__ or "").split("\n\n")[0].rstrip(".")
     return " ".join(text.split())

@@ -1,4 +1,4 @@
-"""Comparison of each named effect with a smooth regression curve over the same variable, on the force residual.
+"""Comparison of each named effect with a smooth (nonparametric) regression of the force residual on the same variable.
 
 An effect is convincing where its law follows the curve and explains about as much. Where the curve has another shape or
 explains much more, the name may be wrong although the error falls.
@@ -25,7 +25,10 @@ from codegen.report.series import Curve, bin_means, thin
 
 BOTH_WAYS = ("position", "load")
 """Variables over which a residual may have a different shape in each direction of motion."""
-ROWS_IN_BIN, MOST_BINS = 40, 160
+ROWS_IN_BIN, FEWEST_BINS, MOST_BINS = 40, 16, 160
+"""Samples in a bin of the drawn curves, on the mean, and limits of the number of bins."""
+NO_RESIDUAL = 1e-300
+"""Replaces a residual of exactly zero in a quotient."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +47,10 @@ class LawEvidence:
 
     Attributes:
         coordinate: index. variable: over which the effect is seen best.
-        smooth: share of the mean square of the residual without the effect that a smooth curve over the variable
-            predicts on held-out parts.
-        law: share of it that the effect explains.
-        left: share of the residual with the effect that such a curve still predicts.
+        smooth: R² of the smooth curve: share of the mean square of the residual without the effect that a curve over
+            the variable predicts on held-out parts (cross-validated).
+        law: R² of the effect's law on the same residual.
+        left: R² of a smooth curve on the residual with the effect: what the law has missed over this variable.
     """
 
     kind: str
@@ -69,29 +72,35 @@ def law_evidence(diagnosis: Diagnosis, models: Models) -> tuple[LawEvidence, ...
     values = {name: (augmented if credited else refit) for name, (_, refit, augmented) in diagnosis.refitted.items()}
     bare = with_values(models.declared, values)
     named = list(models.named)
-    found = [
-        _evidence(models.train, with_effects(bare, named[:k] + named[k + 1 :]), with_effects(bare, named), one)
-        for k, one in enumerate(named)
-    ]
-    for rival in diagnosis.rivals if named else ():
-        others = named[1:]
-        found.append(_evidence(models.train, with_effects(bare, others), with_effects(bare, [rival, *others]), rival))
-    return tuple(found)
+
+    def compared(effect: FoundEffect, others: list[FoundEffect], place: int) -> LawEvidence:
+        with_it = [*others[:place], effect, *others[place:]]
+        return _evidence(models.train, with_effects(bare, others), with_effects(bare, with_it), effect)
+
+    evidence = [compared(effect, named[:k] + named[k + 1 :], k) for k, effect in enumerate(named)]
+    if named:
+        evidence += [compared(rival, named[1:], 0) for rival in diagnosis.rivals]
+    return tuple(evidence)
 
 
 def _evidence(problem: Problem, without: System, whole: System, effect: FoundEffect) -> LawEvidence:
+    """One comparison.
+
+    Args:
+        without, whole: the system without and with the effect.
+    """
     motion, i = problem.motion, acts_on(effect, problem.system)
     variable = VARIABLES[CATALOGUE[effect.kind].seen_over]
-    raw = residual_at_drive(without, motion)
+    residuals = residual_at_drive(without, motion)
     used = sliding(without, motion, problem.masks, i)
-    before = without_levels(without, motion, used, raw[:, i], i)
+    before = without_levels(without, motion, used, residuals[:, i], i)
     after = without_levels(without, motion, used, residual_at_drive(whole, motion)[:, i], i)
-    x = variables_of(without, motion, raw, i)
-    columns = remainder_columns(without, motion, raw, i)[variable]
-    square = max(float(np.sum(before[used] ** 2)), 1e-300)
-    ways = [("", used)]
+    x = variables_of(without, motion, residuals, i)
+    columns = remainder_columns(without, motion, residuals, i)[variable]
+    sum_of_squares = max(float(np.sum(before[used] ** 2)), NO_RESIDUAL)
+    directions = [("", used)]
     if variable in BOTH_WAYS:
-        ways = [("forward", used & (x["speed"] > 0)), ("backward", used & (x["speed"] < 0))]
+        directions = [("forward", used & (x["speed"] > 0)), ("backward", used & (x["speed"] < 0))]
     fitted = smooth_curve(before, used, columns)
     return LawEvidence(
         kind=effect.kind,
@@ -99,16 +108,18 @@ def _evidence(problem: Problem, without: System, whole: System, effect: FoundEff
         coordinate=i,
         variable=variable,
         smooth=explained_over(before, used, [columns]),
-        law=1 - float(np.sum(after[used] ** 2)) / square,
+        law=1 - float(np.sum(after[used] ** 2)) / sum_of_squares,
         left=explained_over(after, used, [columns]),
-        panels=tuple(_panel(way, rows, x[variable], (before, fitted, before - after)) for way, rows in ways),
+        # The force of the law is the difference of the two residuals.
+        panels=tuple(_panel(way, rows, x[variable], (before, fitted, before - after)) for way, rows in directions),
     )
 
 
 def _panel(direction: str, rows: Flags, x: Array, series: Sequence[Array]) -> LawPanel:
+    """Samples thinned, and the two curves as means in bins, since many samples share one x."""
     samples, smooth, law = series
     kept = thin(np.flatnonzero(rows))
-    bins = int(np.clip(rows.sum() // ROWS_IN_BIN, 16, MOST_BINS))
+    bins = int(np.clip(rows.sum() // ROWS_IN_BIN, FEWEST_BINS, MOST_BINS))
     return LawPanel(
         direction,
         Curve(x[kept], samples[kept]),

@@ -25,11 +25,14 @@ PLACE = (0.185, 0.185, 0.975 - 0.185, 0.9 - 0.185)
 DPI = 110
 TICKS_HZ = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.3, "rasterized": True}
+BULK, BEYOND_BULK, HEADROOM = 0.99, 1.6, 1.06
+"""The axis of a law's picture shows all samples, but at most 1.6 times what 99 % of them keep within: a few outliers
+would squeeze the curves. It is 6 % higher than that."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A picture: its title, and the SVG as a data URL."""
+    """A picture: its title ``words``, and the SVG as a data URL."""
 
     words: str
     address: str
@@ -38,7 +41,7 @@ class Panel:
 def residual_panels(coordinate: CoordinateSeries) -> tuple[Panel, ...]:
     """Panels of one coordinate: residual force over four variables, time and frequency, and the free-run error."""
     force = f"residual in {unit_text(coordinate.force_unit)}"
-    over = (
+    over = (  # variable, label of its axis, factor from SI to the unit of the label
         ("velocity", f"{coordinate.velocity} in {unit_text(coordinate.unit)}/s", 1.0),
         ("position", *_position_axis(coordinate)),
         ("load", f"load that the refit predicts in {unit_text(coordinate.force_unit)}", 1.0),
@@ -82,9 +85,9 @@ def law_picture(panel: LawPanel, variable: str, units: tuple[str, str], words: s
         axes.plot(factor * panel.law.x, panel.law.y, color=LAW, linewidth=1.9)
         axes.plot(factor * panel.smooth.x, panel.smooth.y, color=SMOOTH, linewidth=1.5, linestyle=(0, (3, 2)))
         if len(panel.samples.y):
-            inner, outer = np.quantile(np.abs(panel.samples.y), [0.99, 1.0])
-            half = 1.06 * min(float(outer), 1.6 * float(inner)) or 1.0
-            axes.set_ylim(-half, half)
+            bulk, largest = np.quantile(np.abs(panel.samples.y), [BULK, 1.0])
+            half_height = HEADROOM * min(float(largest), BEYOND_BULK * float(bulk)) or 1.0
+            axes.set_ylim(-half_height, half_height)
         _frame(axes, f"{variable} in {unit_text(unit)}" if unit else variable, f"residual in {unit_text(units[1])}")
 
     return _panel(words, draw)
@@ -97,10 +100,11 @@ def _free_run(axes: Any, coordinate: CoordinateSeries) -> None:
     _frame(axes, "time in s", f"error of {coordinate.name} in {unit_text(unit)}")
     axes.margins(x=0.01)
     if not any(np.isfinite(c.y).any() for c in coordinate.free_run.values()):
-        _say(axes, "no prediction stays finite")
+        _write_only(axes, "no prediction stays finite")
 
 
 def _position_axis(coordinate: CoordinateSeries) -> tuple[str, float]:
+    """Label and factor of the axis over position, in m, mm or µm as its range asks."""
     factor, unit = _scale([m.over["position"][0].x for m in coordinate.models.values()], coordinate.unit)
     return f"{coordinate.name} in {unit_text(unit)}", factor
 
@@ -118,10 +122,11 @@ def _cloud(axes: Any, coordinate: CoordinateSeries, over: str, factor: float) ->
 
 
 def _spectrum(axes: Any, coordinate: CoordinateSeries) -> None:
+    """Power spectral density on logarithmic axes, with a line at the cutoff of the residual's low-pass."""
     spectra = [(name, m.spectrum) for name, m in coordinate.models.items() if m.spectrum is not None]
     if not spectra:
         _frame(axes, "", "")
-        _say(axes, "no stretch of motion\nis long enough")
+        _write_only(axes, "no stretch of motion\nis long enough")
         return
     for name, curve in spectra:
         axes.plot(curve.x, curve.y, color=COLOURS[name], linewidth=1.4)
@@ -129,9 +134,11 @@ def _spectrum(axes: Any, coordinate: CoordinateSeries) -> None:
     axes.set_yscale("log")
     axes.axvline(coordinate.cutoff_hz, color=QUIET, linewidth=1, linestyle=(0, (4, 3)))
     shown = spectra[0][1].x
-    ticks = [t for t in TICKS_HZ if shown[0] <= t <= shown[-1]][::-2][::-1]
+    in_range = [t for t in TICKS_HZ if shown[0] <= t <= shown[-1]]
+    ticks = in_range[::-2][::-1]  # every second one, the highest among them
     axes.set_xticks(ticks, [number(t) for t in ticks])
     axes.set_xticks([], minor=True)
+    # At least a decade high, and by what is below the cutoff: above it there is little but the filter's roll-off.
     below = np.concatenate([c.y[c.x <= coordinate.cutoff_hz] for _, c in spectra])
     axes.set_ylim(min(below.min(), below.max() / 10) / 2, below.max() * 3)
     axes.yaxis.set_minor_formatter(NullFormatter())
@@ -139,6 +146,7 @@ def _spectrum(axes: Any, coordinate: CoordinateSeries) -> None:
 
 
 def _frame(axes: Any, x: str, y: str) -> None:
+    """Labels and grid; on linear axes also a line at zero, few ticks and scientific notation."""
     labelled(axes, x, y, grid=0.6)
     if axes.get_yscale() == "linear":
         axes.axhline(0, color=QUIET, linewidth=0.8, zorder=1.5)
@@ -155,13 +163,15 @@ class _PlainLabels(ScalarFormatter):
         return super().__call__(x, pos).replace("$\\mathdefault{", "").replace("}$", "")
 
 
-def _say(axes: Any, words: str) -> None:
+def _write_only(axes: Any, words: str) -> None:
+    """A sentence in place of curves, on axes without ticks."""
     axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=QUIET)
     axes.set_xticks([])
     axes.set_yticks([])
 
 
 def _scale(values: Sequence[Any], unit: str) -> tuple[float, str]:
+    """Factor and prefixed unit for the largest finite value of several series."""
     finite = np.concatenate([v[np.isfinite(v)] for v in values])
     return prefixed([float(np.abs(finite).max())] if len(finite) else [], unit)
 

@@ -8,8 +8,11 @@ from collections.abc import Iterable, Sequence
 from codegen.base.significant import significant_digits
 
 DIGITS = 4
+"""Significant digits by default."""
 PREFIXES = (("", 1.0, 0.1), ("m", 1e3, 1e-4), ("µ", 1e6, 0.0))
 """(prefix, factor, least value in SI for which it is used)."""
+UNCHANGED = 0.05
+"""A change of less than this, in %, would be printed as 0.0 %."""
 
 
 def number(value: float, digits: int = DIGITS, form: str = "") -> str:
@@ -40,7 +43,7 @@ def estimated(value: float, interval: Sequence[float]) -> tuple[str, str]:
 
 
 def _fixed(value: float, interval: Sequence[float]) -> str:
-    """All digits down to the second of the interval's half width, trailing zeros included."""
+    """The value with all digits down to the second digit of its interval's half width, trailing zeros included."""
     digits = significant_digits(value, interval)
     return number(float(f"{value:.{digits}g}"), digits, "#")
 
@@ -50,11 +53,11 @@ def percent(share: float, digits: int = 3) -> str:
     if not math.isfinite(share):
         return number(share)
     shown = round(100 * share, 2)
-    return f"{number(shown if shown else 0.0, digits)} %"
+    return f"{number(shown if shown else 0.0, digits)} %"  # 0.0 in place of -0.0
 
 
 def count(value: int) -> str:
-    """A whole number with its thousands apart."""
+    """A whole number with a narrow space between thousands."""
     return f"{value:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")
 
 
@@ -62,8 +65,8 @@ def change(before: float, after: float) -> str:
     """Relative change with its sign; empty where it is undefined."""
     if not (math.isfinite(before) and math.isfinite(after)) or before == 0:
         return ""
-    share = 100 * (after - before) / abs(before)
-    return "unchanged" if abs(share) < 0.05 else f"{share:+.1f} %".replace("-", "−")
+    percentage = 100 * (after - before) / abs(before)
+    return "unchanged" if abs(percentage) < UNCHANGED else f"{percentage:+.1f} %".replace("-", "−")
 
 
 def unit_text(unit: str) -> str:
@@ -84,7 +87,10 @@ def joined(shown: str, unit: str) -> str:
 
 
 def prefixed(values: Iterable[float], unit: str) -> tuple[float, str]:
-    """Factor and prefixed unit that suit the largest finite value of a length or an angle."""
+    """(factor, unit): value in SI times the factor is in the prefixed unit that suits the largest finite value.
+
+    Lengths and angles only; 1 and the unit as it is for other units.
+    """
     largest = max((abs(v) for v in values if math.isfinite(v)), default=0.0)
     if unit not in ("m", "rad") or largest == 0:
         return 1.0, unit
@@ -93,4 +99,5 @@ def prefixed(values: Iterable[float], unit: str) -> tuple[float, str]:
 
 
 def _raised(exponent: int) -> str:
+    """An exponent in superscript digits."""
     return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
