@@ -33,9 +33,9 @@ def simulate(
     """Simulate ``spec.simulation`` on ``system``.
 
     Inputs follow their functions of t, plus feedback of the measured position where a reference is given; see
-    ``declared_control``. The machine starts at rest at its reference (zero without one), with no command before t = 0.
-    With ``observer: true`` the spec's generated observer is simulated too, and ``cancel`` adds the input that cancels
-    that share of its estimate.
+    ``declared_controller``. The machine starts at rest at its reference (zero without one), with no command before
+    t = 0. With ``observer: true`` the spec's generated observer is simulated too, and ``cancel`` adds the input that
+    cancels that share of its estimate.
 
     Args:
         spec: for its ``simulation`` section, and its observer.
@@ -56,16 +56,16 @@ def simulate(
     refuse_unsimulable(spec, system)
     samples = round(simulation.duration / simulation.sample_time)
     controller = declared_controller(spec, simulation, samples)
-    asked = spec
-    if simulation.cancel is not None:
-        asked = replace(spec, cancellation=spec.cancellation or CancellationChoice())
+    observed_spec = spec
+    if simulation.cancel is not None:  # the observer is to compute the cancelling input, also without that section
+        observed_spec = replace(spec, cancellation=spec.cancellation or CancellationChoice())
     start = np.zeros(len(spec.positions)) if controller.reference is None else controller.reference(0.0)
     run = run_loop(
         system,
         simulation.sample_time,
         samples,
         controller,
-        generated_in_loop(asked, simulation, twin) if simulation.observer else None,
+        generated_in_loop(observed_spec, simulation, twin) if simulation.observer else None,
         _cancellation(simulation, system),
         declared_sensors(spec, simulation),
         input_limit(spec, simulation),
@@ -75,9 +75,9 @@ def simulate(
         method=method,
         make_plant=make_plant,
     )
-    moves = np.isfinite(run.true_positions).all(axis=1) & np.isfinite(run.true_velocities).all(axis=1)
-    if not moves.all():
-        found = f"a motion that leaves all bounds at t = {run.time[np.argmin(moves)]:.4g} s"
+    finite = np.isfinite(run.true_positions).all(axis=1) & np.isfinite(run.true_velocities).all(axis=1)
+    if not finite.all():
+        found = f"a motion that leaves all bounds at t = {run.time[np.argmin(finite)]:.4g} s"
         expected = "inputs, gains and parameters under which the machine stays bounded"
         raise BadInput(spec.place("simulation"), found, expected, code="SPEC034")
     return run
@@ -94,17 +94,17 @@ def declared_sensors(spec: Spec, simulation: Simulation) -> Sensors:
 
 
 def generated_in_loop(spec: Spec, simulation: Simulation, twin: bool = False) -> ObserverInLoop:
-    """The spec's generated observer at its ratio to the loop's sample time, with the cancelling input if it has one.
+    """The spec's generated observer, with the cancelling input if it has one, stepped once in so many loop samples.
 
-    Raises BadInput for a spec without an observer, or a sample time that does not divide the observer's.
+    Raises BadInput for a spec without an observer, or whose simulation's sample time does not divide the observer's.
     """
     observer = observer_of(spec)
     return generated_observer(spec, with_cancellation(spec, observer), steps_a_sample(spec, simulation, observer), twin)
 
 
 def _cancellation(simulation: Simulation, system: System) -> Cancellation | None:
-    """The share ``cancel`` of the generated cancelling input."""
+    """The share ``cancel`` of the cancelling input, of which the generated observer computes one output per input."""
     if simulation.cancel is None:
         return None
-    one_by_one = np.eye(len(system.inputs))
-    return Cancellation(one_by_one, simulation.cancel, simulation.cancel_delay, cancelling_outputs(system))
+    identity = np.eye(len(system.inputs))
+    return Cancellation(identity, simulation.cancel, simulation.cancel_delay, cancelling_outputs(system))

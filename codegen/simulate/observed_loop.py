@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 Method = Literal["steps", "events"]
 METHODS: tuple[Method, ...] = get_args(Method)
 PARTS = 20
+"""Reports of progress in a run."""
 PERFECT = Sensors()
 
 
@@ -32,7 +33,7 @@ class MovedPlant(Protocol):
     """A plant that a loop moves sample by sample.
 
     Attributes:
-        state: (2 n or more,) positions and velocities first; positions, velocities: (n,) views of them.
+        state: (2 n or more,) positions, velocities, then states of its own; positions, velocities: (n,) views of it.
         forces: (contacts,) λ at the beginning of the last sample.
     """
 
@@ -109,84 +110,98 @@ def run_loop(
         plant = _Plant(system, period, substeps or substeps_of(system, period, x), x, v)
     estimator = None if observer is None else Estimator(observer, system, cancellation)
     controller.start()
-    noise, speed_noise = sensors.noise(samples, n, seed)
-    scale = SensorError(system)
-    measured = sensors.encoded(scale.measured(x), noise[0])
-    previous, filtered, applied, cancelling = measured, np.zeros(n), np.zeros(m), np.zeros(m)
+    noise, velocity_noise = sensors.noise(samples, n, seed)
+    sensor_error = SensorError(system)
+    measured = sensors.encoded(sensor_error.measured(x), noise[0])
+    previous, filtered_velocity, sent, cancelling = measured, np.zeros(n), np.zeros(m), np.zeros(m)
     rows = _empty_run(system, period, samples, () if observer is None else observer.outputs)
     with np.errstate(all="ignore"):
         for k in range(samples):
             if not np.isfinite(plant.state).all():
                 break
-            measured = sensors.encoded(scale.measured(plant.positions), noise[k])
-            speed = plant.velocities + speed_noise[k]
-            observed = estimator is not None and k % estimator.observer.every == 0
-            if estimator is not None and observed:
-                estimator.measure(measured, speed, applied)
+            measured = sensors.encoded(sensor_error.measured(plant.positions), noise[k])
+            measured_velocity = plant.velocities + velocity_noise[k]
+            is_observed = estimator is not None and k % estimator.observer.every == 0
+            if estimator is not None and is_observed:
+                estimator.measure(measured, measured_velocity, sent)
+                # The estimates need only what is measured by now: they are known before this sample's command, though
+                # the observer's states can be updated only with it.
                 if cancellation is None or cancellation.delay == 0:
                     estimator.foresee()
-            filtered = low_passed_velocity(measured, previous, filtered, period)
+            filtered_velocity = low_passed_velocity(measured, previous, filtered_velocity, period)
             previous = measured
             estimates = estimator.latest if estimator is not None else np.zeros(0)
-            velocities = speed if sensors.tachometer else filtered
-            applied = controller.command(Sample(k * period, measured, velocities, estimates, applied, period))
+            velocities = measured_velocity if sensors.tachometer else filtered_velocity
+            sent = controller.command(Sample(k * period, measured, velocities, estimates, sent, period))
             if estimator is not None and cancellation is not None:
                 cancelling = estimator.cancelling(cancellation)
-                applied = applied + cancelling
+                sent = sent + cancelling
             if limit is not None:
-                applied = np.clip(applied, -limit, limit)
-            if estimator is not None and observed:
-                estimator.step(applied)
-            rows.positions[k], rows.velocities[k] = measured, speed
-            rows.inputs[k], rows.cancelling[k] = applied, cancelling
+                sent = np.clip(sent, -limit, limit)
+            if estimator is not None and is_observed:
+                estimator.step(sent)
+            rows.positions[k], rows.velocities[k] = measured, measured_velocity
+            rows.inputs[k], rows.cancelling[k] = sent, cancelling
             rows.true_positions[k], rows.true_velocities[k] = plant.positions, plant.velocities
             if estimator is not None:
                 rows.estimates[k], rows.faults[k] = estimator.latest, estimator.fault
-            plant.move(k * period, applied)
+            plant.move(k * period, sent)
             rows.contact_forces[k] = plant.forces
-            if progress is not None and (k + 1) * PARTS // samples > k * PARTS // samples:
+            done, done_before = (k + 1) * PARTS // samples, k * PARTS // samples
+            if progress is not None and done > done_before:
                 progress((k + 1) / samples)
     return replace(rows, friction=_on_coordinates(system, rows.true_positions, rows.contact_forces))
 
 
 class _Plant:
-    """A plant sample by sample, without copies between Python and CasADi."""
+    """The time stepper sample by sample; CasADi reads and writes the arrays of this object in place."""
 
     def __init__(self, system: System, period: float, substeps: int, x: Array, v: Array) -> None:
         plant, n = Plant(system, substeps), system.degrees_of_freedom
         self.state = plant.start(x, v)
         self.forces = np.zeros(len(system.contacts))
-        self._after = np.empty_like(self.state)
-        self._held = HeldInput(system, period, np.linspace(0, 1, substeps + 1))
-        self._drive = np.zeros(2 + len(system.inputs) * substeps)
+        self._next_state = np.empty_like(self.state)
+        self._actuators = HeldInput(system, period, np.linspace(0, 1, substeps + 1))
+        self._drive = np.zeros(2 + len(system.inputs) * substeps)  # t, h, w of each substep: see ``Plant.sample``
         self._drive[1] = period / substeps
         self._inputs = self._drive[2:].reshape(substeps, len(system.inputs))
         self.positions, self.velocities = self.state[:n], self.state[n : 2 * n]
-        given, found = [self.state, self._drive], [self._after, self.forces]
-        self._buffer, self._trigger = in_place(plant.sample, given, found)
+        arguments, results = [self.state, self._drive], [self._next_state, self.forces]
+        self._buffer, self._evaluate = in_place(plant.sample, arguments, results)
 
     def move(self, time: float, command: Array) -> None:
         """One sample on under a command held from ``time``."""
         self._drive[0] = time
-        self._inputs[:] = self._held.take(command)
-        self._trigger()
-        self.state[:] = self._after
+        self._inputs[:] = self._actuators.take(command)
+        self._evaluate()
+        self.state[:] = self._next_state  # in place: CasADi and the views hold this array
 
 
 def _empty_run(system: System, period: float, samples: int, outputs: tuple[str, ...]) -> LoopRun:
-    """A run to be filled in, NaN everywhere."""
+    """A run to be filled in: NaN in every column but time and faults."""
     n, m, contacts = system.degrees_of_freedom, len(system.inputs), len(system.contacts)
 
-    def room(width: int) -> Array:
+    def nan(width: int) -> Array:
         return np.full((samples, width), np.nan)
 
-    time, faults = period * np.arange(samples, dtype=np.float64), np.zeros(samples, dtype=np.intc)
-    seen, truth = (room(n), room(n), room(m), room(m)), (room(n), room(n), room(contacts), room(n))
-    return LoopRun(time, *seen, *truth, outputs, room(len(outputs)), faults)
+    return LoopRun(
+        time=period * np.arange(samples, dtype=np.float64),
+        positions=nan(n),
+        velocities=nan(n),
+        inputs=nan(m),
+        cancelling=nan(m),
+        true_positions=nan(n),
+        true_velocities=nan(n),
+        contact_forces=nan(contacts),
+        friction=nan(n),
+        outputs=outputs,
+        estimates=nan(len(outputs)),
+        faults=np.zeros(samples, dtype=np.intc),
+    )
 
 
 def _on_coordinates(system: System, positions: Array, forces: Array) -> Array:
-    """U(x) λ, (N, n)."""
+    """The generalised friction force U(x) λ, (N, n), of contact forces λ, (N, contacts)."""
     x = casadi.SX.sym("x", positions.shape[1])
     force = casadi.SX.sym("force", forces.shape[1])
     distribution = to_casadi(system.distribution, symbol_values(system.values, (system.positions, x)))
