@@ -1,8 +1,12 @@
 """A MuJoCo model (MJCF) → a robot description (URDF) and what that cannot hold, through MuJoCo's own compiler.
 
 MuJoCo infers inertias from shapes, resolves defaults, includes and orientations; what is read here is the compiled
-model. A hinge turns its body by q − ref about an axis through a point of the body (MuJoCo, Computation, Kinematics):
-the URDF joint's frame lies at that point, turned back by ref.
+model. A MuJoCo joint lies anywhere in its body, and its position is q = ref where the body is drawn: a hinge turns the
+body by q − ref about an axis through the joint's point (MuJoCo, Computation, Kinematics). A URDF link has its joint at
+its origin, and the joint's frame in the parent link is that of the link at q = 0. The link's frame is therefore the
+body's, moved to the joint's point, and the joint's frame is turned (of a slide: moved) back by ref.
+
+Names of indices follow MuJoCo: b of a body, j of a joint, k of an actuator or of the kind at hand.
 """
 
 from __future__ import annotations
@@ -95,11 +99,18 @@ def compiled(path: Path) -> tuple[Any, Any]:
 
 
 class _Conversion:
+    """A compiled model on its way to a robot description.
+
+    Attributes:
+        skipped: free bodies and those fixed to them; bodies: all others but the world, body 0.
+        joint_of: body → its joint, where it has one; labels: body → the name of that joint.
+    """
+
     def __init__(self, path: Path, mujoco: Any, model: Any) -> None:
         self.path, self.mujoco, self.model = path, mujoco, model
         self.skipped = self._free_objects()
         self.bodies = [b for b in range(1, model.nbody) if b not in self.skipped]
-        self.of_body: dict[int, int] = {}
+        self.joint_of: dict[int, int] = {}
         self.labels: dict[int, str] = {}
         for b in self.bodies:
             first, count = int(model.body_jntadr[b]), int(model.body_jntnum[b])
@@ -108,7 +119,7 @@ class _Conversion:
                 raise BadInput(self._place("body", b), f"{count} joints on one body", expected, code="SPEC031")
             if count:
                 self._add_joint(b, first)
-        if not self.of_body:
+        if not self.joint_of:
             raise BadInput(Place(str(path)), "no hinge or slide joint", EXPECTED, code="SPEC031")
 
     def urdf(self) -> str:
@@ -126,22 +137,22 @@ class _Conversion:
         return str(etree.tostring(robot, pretty_print=True, encoding="unicode"))
 
     def joints(self) -> tuple[MjcfJoint, ...]:
-        m, found = self.model, []
-        for b, j in self.of_body.items():
-            limits = (float(m.jnt_range[j][0]), float(m.jnt_range[j][1])) if m.jnt_limited[j] else None
+        """What a robot description does not hold of each joint."""
+        m, joints = self.model, []
+        for b, j in self.joint_of.items():
             stiffness = float(np.ravel(m.jnt_stiffness[j])[0])
-            found.append(
+            joints.append(
                 MjcfJoint(
-                    identifier(self.labels[b]),
-                    self.labels[b],
-                    self._turns(j),
-                    float(m.dof_armature[m.jnt_dofadr[j]]),
-                    stiffness,
-                    float(m.qpos_spring[m.jnt_qposadr[j]]) if stiffness else 0.0,
-                    limits,
+                    joint=identifier(self.labels[b]),
+                    label=self.labels[b],
+                    turns=self._turns(j),
+                    armature=float(m.dof_armature[m.jnt_dofadr[j]]),
+                    stiffness=stiffness,
+                    rest=float(m.qpos_spring[m.jnt_qposadr[j]]) if stiffness else 0.0,
+                    limits=(float(m.jnt_range[j][0]), float(m.jnt_range[j][1])) if m.jnt_limited[j] else None,
                 )
             )
-        return tuple(found)
+        return tuple(joints)
 
     def remarks(self) -> tuple[str, ...]:
         """What affects the motion in MuJoCo and is left out of the spec, or differs there, in plain words."""
@@ -161,63 +172,66 @@ class _Conversion:
             words.append("density and viscosity of the medium: left out")
         if any(m.geom_contype[g] and m.geom_conaffinity[g] for g in range(m.ngeom)):
             words.append("contacts between bodies: left out; use stretches of a log without them")
-        if any(m.jnt_limited[j] for j in self.of_body.values()):
+        if any(m.jnt_limited[j] for j in self.joint_of.values()):
             words.append("forces at the limits of joints: left out; use stretches of a log without them")
         return tuple(words)
 
     def _free_objects(self) -> set[int]:
         """Free bodies and those fixed to them, such as objects on a table; raise BadInput if one carries a joint."""
         m, free = self.model, int(self.mujoco.mjtJoint.mjJNT_FREE)
-        found: set[int] = set()
-        for b in range(1, m.nbody):
-            own = m.jnt_type[m.body_jntadr[b] : m.body_jntadr[b] + m.body_jntnum[b]]
-            if int(m.body_parentid[b]) in found:
-                if len(own):
+        free_bodies: set[int] = set()
+        for b in range(1, m.nbody):  # parents come before their children
+            joint_types = m.jnt_type[m.body_jntadr[b] : m.body_jntadr[b] + m.body_jntnum[b]]
+            if int(m.body_parentid[b]) in free_bodies:
+                if len(joint_types):
                     words = "a joint on a floating base"
                     raise BadInput(self._place("body", b), words, "an arm whose base is fixed", code="SPEC031")
-                found.add(b)
-            elif any(own == free):
-                found.add(b)
-        return found
+                free_bodies.add(b)
+            elif any(joint_types == free):
+                free_bodies.add(b)
+        return free_bodies
 
     def _add_joint(self, b: int, j: int) -> None:
         kinds = self.mujoco.mjtJoint
         if int(self.model.jnt_type[j]) not in (int(kinds.mjJNT_HINGE), int(kinds.mjJNT_SLIDE)):
             raise BadInput(self._place("joint", j), "a ball joint", "hinge and slide joints", code="SPEC031")
-        self.of_body[b] = j
+        self.joint_of[b] = j
         self.labels[b] = self._unique("joint", j)
 
     def _turns(self, j: int) -> bool:
+        """Whether a joint is a hinge."""
         return int(self.model.jnt_type[j]) == int(self.mujoco.mjtJoint.mjJNT_HINGE)
 
     def _link(self, link: Any, b: int) -> None:
+        """Mass, centre of mass and inertia matrix of a body, in the link's frame."""
         m = self.model
         if not m.body_mass[b]:
             return
-        turn = of_quaternion(m.body_iquat[b])
+        principal_axes = of_quaternion(m.body_iquat[b])
         centre = m.body_ipos[b] - self._anchor(b)
-        about = turn @ np.diag(m.body_inertia[b]) @ turn.T
+        inertia = principal_axes @ np.diag(m.body_inertia[b]) @ principal_axes.T
         inertial = _child(link, "inertial")
         _child(inertial, "origin", xyz=_words(centre), rpy="0 0 0")
         _child(inertial, "mass", value=_word(m.body_mass[b]))
         keys = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
-        _child(inertial, "inertia", **{key: _word(about[at]) for key, at in keys.items()})
+        _child(inertial, "inertia", **{key: _word(inertia[at]) for key, at in keys.items()})
 
     def _joint(self, joint: Any, b: int, names: dict[int, str]) -> None:
+        """The joint between a body and its parent; its frame in the parent link's is that of the link at q = 0."""
         m = self.model
         parent = int(m.body_parentid[b])
-        turn = of_quaternion(m.body_quat[b])
-        at = m.body_pos[b] + turn @ self._anchor(b) - self._anchor(parent)
-        j = self.of_body.get(b)
+        rotation = of_quaternion(m.body_quat[b])
+        position = m.body_pos[b] + rotation @ self._anchor(b) - self._anchor(parent)
+        j = self.joint_of.get(b)
         joint.set("type", "fixed" if j is None else "prismatic")
         if j is not None:
             axis, reference, dof = m.jnt_axis[j], float(m.qpos0[m.jnt_qposadr[j]]), m.jnt_dofadr[j]
             if self._turns(j):
                 joint.set("type", "continuous")
-                turn = turn @ _about(axis, -reference)
+                rotation = rotation @ _rotation_about(axis, -reference)
             else:
-                at = at - turn @ axis * reference
-        _child(joint, "origin", xyz=_words(at), rpy=_words(roll_pitch_yaw(turn)))
+                position = position - rotation @ axis * reference
+        _child(joint, "origin", xyz=_words(position), rpy=_words(roll_pitch_yaw(rotation)))
         _child(joint, "parent", link=names[parent])
         _child(joint, "child", link=names[b])
         if j is not None:
@@ -227,25 +241,30 @@ class _Conversion:
 
     def _anchor(self, b: int) -> Array:
         """Position of the joint in its body's frame, which is the origin of the URDF link."""
-        j = self.of_body.get(b)
+        j = self.joint_of.get(b)
         return np.zeros(3) if j is None else np.array(self.model.jnt_pos[j])
 
     def _actuator(self, k: int) -> str:
+        """An actuator in words: on which joint, and the input w of the spec over the control signal that MuJoCo takes.
+
+        An actuator of gear ratio r has length r q and gives the joint the force r f, f = gain·ctrl + b0 + b1·length +
+        b2·velocity. Hence w = r gain ctrl + r b0 + r² b1 q + r² b2 v.
+        """
         m, kinds = self.model, self.mujoco.mjtTrn
         name = self._name("actuator", k)
         if int(m.actuator_trntype[k]) not in (int(kinds.mjTRN_JOINT), int(kinds.mjTRN_JOINTINPARENT)):
             return f"actuator {name}: it acts on no joint; left out"
-        joint = next((self.labels[b] for b, j in self.of_body.items() if j == m.actuator_trnid[k][0]), None)
+        joint = next((self.labels[b] for b, j in self.joint_of.items() if j == m.actuator_trnid[k][0]), None)
         if joint is None:
             return f"actuator {name}: on a joint that is left out"
         gear, q = float(m.actuator_gear[k][0]), identifier(joint)
-        whole, kind = self.mujoco.mjtBias, int(m.actuator_biastype[k])
+        biases, bias = self.mujoco.mjtBias, int(m.actuator_biastype[k])
         terms = [(gear * float(m.actuator_gainprm[k][0]), "*ctrl")]
-        if kind == int(whole.mjBIAS_AFFINE):
-            constant, stiff, damp = (float(value) for value in m.actuator_biasprm[k][:3])
-            terms += [(gear * constant, ""), (gear**2 * stiff, f"*{q}"), (gear**2 * damp, f"*v_{q}")]
-        law = f"w_{q} = " + " ".join(f"{value:+.6g}{name}" for value, name in terms if value).removeprefix("+")
-        if kind not in (int(whole.mjBIAS_NONE), int(whole.mjBIAS_AFFINE)):
+        if bias == int(biases.mjBIAS_AFFINE):
+            b0, b1, b2 = (float(value) for value in m.actuator_biasprm[k][:3])
+            terms += [(gear * b0, ""), (gear**2 * b1, f"*{q}"), (gear**2 * b2, f"*v_{q}")]
+        law = f"w_{q} = " + " ".join(f"{value:+.6g}{factor}" for value, factor in terms if value).removeprefix("+")
+        if bias not in (int(biases.mjBIAS_NONE), int(biases.mjBIAS_AFFINE)):
             law = "a law of its own"
         limited = f", force within {_words(m.actuator_forcerange[k])}" if m.actuator_forcelimited[k] else ""
         state = (
@@ -254,9 +273,10 @@ class _Conversion:
         return f"actuator {name} on {joint}: {law}{limited}{state}"
 
     def _name(self, kind: str, k: int) -> str:
-        of = {"body": "mjOBJ_BODY", "joint": "mjOBJ_JOINT", "actuator": "mjOBJ_ACTUATOR"}[kind]
-        found = self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, of), k)
-        return one_line(found) if found else f"{kind}_{k}"
+        """The name of a body, joint or actuator in the model; its kind and number where it has none."""
+        object_type = {"body": "mjOBJ_BODY", "joint": "mjOBJ_JOINT", "actuator": "mjOBJ_ACTUATOR"}[kind]
+        name = self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, object_type), k)
+        return one_line(name) if name else f"{kind}_{k}"
 
     def _unique(self, kind: str, k: int) -> str:
         """The name, with a number for a body called ``world``, which is the name of the base."""
@@ -278,7 +298,8 @@ def _child(parent: Any, tag: str, **attributes: str) -> Any:
     return etree.SubElement(parent, tag, **attributes)
 
 
-def _about(axis: Array, angle: float) -> Array:
+def _rotation_about(axis: Array, angle: float) -> Array:
+    """The rotation matrix of an angle about a unit axis, by its quaternion."""
     return of_quaternion(np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)]))
 
 
@@ -288,6 +309,7 @@ def _three(values: Sequence[float]) -> tuple[float, float, float]:
 
 
 def _word(value: float) -> str:
+    """A number as XML text: the shortest decimal of the double, and 0.0 for -0.0."""
     return repr(float(value) + 0.0)
 
 

@@ -13,6 +13,7 @@ from codegen.spec.quantity import read_numbers, read_quantity
 from codegen.spec.schema import CancellationSection, ObserverSection
 
 SLIP_SPEED = "s"
+"""The variable |u| in the function ``h`` of a spec."""
 
 
 def read_observer(
@@ -21,13 +22,13 @@ def read_observer(
     """The observer that a spec asks for.
 
     Args:
-        contacts: of the spec; ``laws`` may name another law for each than the plant's.
+        contacts: of the spec; for each the section's ``laws`` may name a law that the observer assumes.
         place: key → its file and line.
 
     Raises:
-        BadInput: for a sample time that is not positive, an ``h`` that is not an expression in s, an ``h`` beside an
-            ``exponent``, a law for a contact that is not there, a free gain without a range, or a domain whose numbers
-            are not positive.
+        BadInput: for a sample time that is not positive, an ``h`` that is not an expression in s, both ``h`` and
+            ``exponent``, a law for an unknown contact, a free gain without a range, or a domain whose numbers are not
+            positive.
     """
     if section is None:
         return None
@@ -52,6 +53,7 @@ def read_observer(
 
 
 def _domain(section: ObserverSection, place: Callable[[str], Place]) -> DomainChoice | None:
+    """The region of slip in which the code updates the level estimate, with exact numbers; None for everywhere."""
     given = section.domain
     if given is None:
         return None
@@ -69,25 +71,26 @@ def _domain(section: ObserverSection, place: Callable[[str], Place]) -> DomainCh
 def _assumed(
     section: ObserverSection, name: str, contacts: Sequence[Contact], place: Callable[[str], Place]
 ) -> Contact:
+    """A contact with the law that the observer assumes for it, in the force unit of the plant's."""
     key = f"observer.laws.{name}"
     refuse_unknown(name, [c.name for c in contacts], place(key), "unknown contact", code="SPEC008")
-    plant = next(c for c in contacts if c.name == name)
+    unit = next(c.unit for c in contacts if c.name == name)
     law = section.laws[name]
     values, units = read_numbers(law.model_extra or {}, key, place)
-    return Contact(name, law.law, plant.unit, values, units=units)
+    return Contact(name, law.law, unit, values, units=units)
 
 
 def read_cancellation(
     section: CancellationSection | None, contacts: Sequence[Contact], place: Callable[[str], Place]
 ) -> CancellationChoice | None:
-    """Read the section; None where the spec has none.
+    """The cancelling input that a spec asks for; None where the spec has no such section.
 
     Args:
         place: key → its file and line.
 
     Raises:
-        BadInput: for a gain that is not in (0, 2], a damping that is negative or combined with ``appendix_b``, or an
-            unknown contact.
+        BadInput: for a gain that is not in (0, 2], a damping that is negative or combined with ``appendix_b``, or
+            contacts that are unknown, named twice, or none.
     """
     if section is None:
         return None

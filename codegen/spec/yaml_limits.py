@@ -1,7 +1,7 @@
-"""What a YAML file may be made of, counted in its stream of events and before anything is built.
+"""Limits on the size and nesting of a YAML file, checked on the parser's events before the loader builds anything.
 
-The loader takes time exponential in the depth of keys that are mappings, and aliases can stand for more values than
-memory holds.
+A small file can cost the loader unbounded time or memory: its time is exponential in the depth of mappings that are
+keys, and nested aliases (``a: &a [*b, *b]``, ``b: &b [*c, *c]``, …) stand for exponentially many values.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ from ruamel.yaml.events import (
 from codegen.base.errors import BadInput, Place
 
 MOST_NODES = 50_000
-"""The loader takes about 0.1 ms for each, so 5 s."""
+"""Values in a file, aliases written out. The loader takes about 0.1 ms for each, so 5 s."""
 DEEPEST = 20
+"""Lists and mappings inside each other."""
 MOST_MERGES = 100
 """Keys `<<`; the loader takes time that grows with the square of their number."""
 LONGEST_KEY = 100
@@ -39,8 +40,8 @@ class _Open:
     Attributes:
         anchor: its name for aliases, or None.
         keys: of a mapping, those so far; None for a list.
-        key_next: whether the next node is a key.
-        nodes: in it so far, with itself and aliases written out.
+        key_next: whether the next node is a key; keys and values of a mapping alternate.
+        nodes: count of the nodes in it so far, itself included and aliases written out.
     """
 
     anchor: str | None
@@ -50,13 +51,15 @@ class _Open:
 
 
 class Limits:
-    """What is counted while the events of a file's text come by, one after the other."""
+    """A checker of the events of one file, which are passed to ``meet`` in order."""
 
     def __init__(self, file: str) -> None:
         self._file = file
-        self._counted: dict[str, int] = {}
+        self._nodes_of: dict[str, int] = {}
+        """Anchor → nodes in what it names."""
         self._merges = 0
         self._stack = [_Open(None, None, False)]
+        """The document, and the mappings and lists that are open, the innermost last."""
 
     def meet(self, event: Any) -> None:
         """Count the next event.
@@ -65,18 +68,20 @@ class Limits:
             BadInput: at the line, for keys that are not plain words, a key that appears twice, and too many or too deep
                 values.
         """
-        file, line, counted, stack = self._file, event.start_mark.line + 1, self._counted, self._stack
+        file, line, nodes_of, stack = self._file, event.start_mark.line + 1, self._nodes_of, self._stack
         inner = stack[-1]
         match event:
             case DocumentStartEvent():
-                counted.clear()
+                nodes_of.clear()  # anchors hold within a document
             case ScalarEvent():
-                self._merges += event.value == "<<" and inner.key_next
+                if event.value == "<<" and inner.key_next:
+                    self._merges += 1
                 if self._merges > MOST_MERGES:
                     words = f"more than {MOST_MERGES} keys `<<`"
                     raise BadInput(Place(file, line), words, "the values written out", code="SPEC002")
-                _scalar(event, inner, Place(file, line))
-                counted.update({event.anchor: 1} if event.anchor else {})
+                _check_scalar(event, inner, Place(file, line))
+                if event.anchor:
+                    nodes_of[event.anchor] = 1
                 inner.nodes += 1
             case AliasEvent():
                 if inner.key_next:
@@ -84,7 +89,7 @@ class Limits:
                 if any(event.anchor == node.anchor for node in stack):
                     found = f"the alias `*{event.anchor}` in what it stands for: a node that contains itself"
                     raise BadInput(Place(file, line), found, "plain YAML without recursive aliases", code="SPEC002")
-                inner.nodes += counted.get(event.anchor, 1)
+                inner.nodes += nodes_of.get(event.anchor, 1)  # one that is not known is the loader's to refuse
             case MappingStartEvent() | SequenceStartEvent():
                 if inner.key_next:
                     kind = "mapping" if isinstance(event, MappingStartEvent) else "list"
@@ -97,18 +102,21 @@ class Limits:
                 return
             case MappingEndEvent() | SequenceEndEvent():
                 stack.pop()
-                counted.update({inner.anchor: inner.nodes} if inner.anchor else {})
+                if inner.anchor:
+                    nodes_of[inner.anchor] = inner.nodes
                 stack[-1].nodes += inner.nodes
             case _:
                 return
-        top = stack[-1]
-        top.key_next = top.keys is not None and not top.key_next
-        if top.nodes > MOST_NODES:
+        # A node has ended: in a mapping, a value follows a key and a key follows a value.
+        parent = stack[-1]
+        parent.key_next = parent.keys is not None and not parent.key_next
+        if parent.nodes > MOST_NODES:
             words = "too many values once its aliases are expanded"
             raise BadInput(Place(file, line), words, f"at most {MOST_NODES} in a file", code="SPEC002")
 
 
-def _scalar(event: Any, inner: _Open, place: Place) -> None:
+def _check_scalar(event: Any, inner: _Open, place: Place) -> None:
+    """Refuse a number of too many digits, and a key that is too long or appears twice."""
     text = event.value
     if _LONG_NUMBER.search(text):
         raise BadInput(place, "a number of thousands of digits", f"at most {LONGEST_NUMBER} digits", code="SPEC002")
