@@ -1,4 +1,8 @@
-"""A claim: what the thesis prints under one number, and the derivation it is compared with; the finding on it."""
+"""A claim, which is what the thesis prints under one equation number, and the finding on it.
+
+Claims are data (``claims/``, a YAML file a chapter). Each names the quantity of an own derivation (``worlds/``) with
+which ``judge.py`` compares the printed formula.
+"""
 
 from __future__ import annotations
 
@@ -16,19 +20,22 @@ from codegen.spec.yaml_text import load_plain
 
 CLAIMS = Path(__file__).parent / "claims"
 Test = Literal["equal", "hurwitz", "negative_definite", "inequality", "implies", "definition"]
+"""What is claimed: the formula equals the derived quantity; the conditions are necessary and sufficient for a derived
+matrix to be Hurwitz, or negative definite; the inequalities hold; they follow from those in ``given``. A definition
+has nothing to be compared with."""
 
 
 class ClaimEntry(BaseModel):
     """One entry of a claims file.
 
     Attributes:
-        equation: "6.22", or a section where there is no number.
+        equation: the number, such as "6.22", or a section where there is no number.
         part: which of several formulas under that number.
-        printed: the formula; rows as lists; conditions as a list of inequalities.
+        printed: the formula; rows of a matrix as lists; conditions as a list of inequalities.
         against: ``world.quantity`` of ``worlds/``; a world alone for inequalities; nothing for definitions.
-        test: how it is judged; "equal" unless said otherwise, "definition" where ``against`` is missing.
+        test: how it is judged; without ``against`` it is a definition whatever is said here.
         given: inequalities that the thesis, or the meaning of the symbols, presupposes.
-        constant_U: the formula is about a U that does not depend on x.
+        constant_U: whether the thesis prints the formula for a U that does not depend on x.
         scan: how a garbled place of the scan was read.
         note: what else a reader should know.
     """
@@ -82,6 +89,7 @@ def _claims_of(path: Path) -> Iterator[Claim]:
 
 
 Verdict = Literal["holds", "wrong", "insufficient", "unnecessary"]
+"""The last two are about conditions: they hold at an unstable point, or fail at a stable one."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +99,7 @@ class Finding:
     Attributes:
         derived: the correct formula; empty for a definition.
         counterexample: numbers by name, with ``eigenvalue`` (real part; None where no eigenvalue is in question).
-        evidence: what was computed, as a key of the template with its numbers.
+        evidence: a remark on what was found, such as "holds where U is constant"; mostly empty.
     """
 
     claim: Claim
@@ -102,4 +110,5 @@ class Finding:
 
     @property
     def kind(self) -> str:
+        """The test of the claim, as the JSON calls it."""
         return self.claim.test
