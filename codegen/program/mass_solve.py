@@ -1,6 +1,8 @@
 """Solution of M a = r as blocks: closed form for n = 2, otherwise LDLᵀ over M's sparsity, one division a pivot.
 
-A diagonal M costs one division an entry; for a constant M only stored constants remain in a step.
+A diagonal M costs one division an entry; for a constant M only stored constants remain in a step. Intermediate values
+are named blocks (``D1``, ``L21``, …), so that the generated code reads like a factorisation by hand.
+``mechanics.solve`` does the same without names, for simulation and analysis.
 """
 
 from __future__ import annotations
@@ -17,8 +19,8 @@ class MassSolve:
     """Builder of the blocks, in order; later entries use the names of earlier ones.
 
     Args:
-        taken: names in use.
-        source: equation number.
+        taken: names in use, to which those of the blocks are added.
+        source: equation number, for the blocks.
     """
 
     def __init__(self, taken: set[str], source: str) -> None:
@@ -26,39 +28,39 @@ class MassSolve:
         self.blocks: list[Block] = []
 
     def solve(self, mass: Any, right: Any) -> Any:
-        """a of M a = r, n by 1, over the elements of ``blocks``; M is symmetric positive definite.
+        """The a of M a = r, n by 1, over the elements of ``blocks``; M is symmetric positive definite.
 
-        Structural zeros of M cost nothing.
+        Structural zeros of M need no operations.
         """
         n = mass.shape[0]
         matrix = self._named("mass_matrix", "M", casadi.SX(mass), n)
         label = _label(n)
         force = self.named("force_balance", [label("r", i) for i in range(n)], [right[i] for i in range(n)])
         if n == 2 and (1, 0) in matrix:
-            return self._closed(matrix, force)
-        return self._factored(matrix, force)
+            return self._by_cramers_rule(matrix, force)
+        return self._by_factorisation(matrix, force)
 
     def eliminate(self, matrix: Any, right: Any) -> Any:
-        """x of A x = r for an unsymmetric A: Gaussian elimination over A's sparsity, without pivoting.
+        """The x of A x = r for an unsymmetric A: Gaussian elimination over A's sparsity, without pivoting.
 
-        Every leading minor of A must differ from zero.
+        Every leading principal minor of A must differ from zero.
         """
         n = matrix.shape[0]
         label = _label(n)
         a = {(i, j): matrix[i, j] for i in range(n) for j in range(n) if not matrix[i, j].is_zero()}
         r = [right[i] for i in range(n)]
-        over: list[Any] = []
+        reciprocal: list[Any] = []
         for j in range(n):
             if a[j, j].is_one():
-                over.append(casadi.SX(1))
+                reciprocal.append(casadi.SX(1))
             else:
-                over += self.named("pivots", [f"one_over_{label('p', j)}"], [1 / a[j, j]])
-            across = [k for k in range(j + 1, n) if (j, k) in a]
+                reciprocal += self.named("pivots", [f"one_over_{label('p', j)}"], [1 / a[j, j]])
+            right_of_pivot = [k for k in range(j + 1, n) if (j, k) in a]
             for i in range(j + 1, n):
                 if (i, j) not in a:
                     continue
-                factor = self.named("factors", [label("f", i, j)], [a[i, j] * over[j]])[0]
-                for k in across:
+                factor = self.named("factors", [label("f", i, j)], [a[i, j] * reciprocal[j]])[0]
+                for k in right_of_pivot:
                     entry = a.get((i, k), casadi.SX(0)) - factor * a[j, k]
                     a[i, k] = self.named("factors", [label("A", i, k)], [entry])[0]
                 r[i] = self.named("forward", [label("r", i)], [r[i] - factor * r[j]])[0]
@@ -68,19 +70,25 @@ class MassSolve:
             for k in range(i + 1, n):
                 if (i, k) in a:
                     rest = rest - a[i, k] * x[k]
-            x[i] = self.named("backward", [label("d", i)], [rest * over[i]])[0]
+            x[i] = self.named("backward", [label("d", i)], [rest * reciprocal[i]])[0]
         return casadi.vertcat(*x)
 
-    def _closed(self, matrix: dict[tuple[int, int], Any], r: list[Any]) -> Any:
+    def _by_cramers_rule(self, matrix: dict[tuple[int, int], Any], r: list[Any]) -> Any:
+        """The a of M a = r for n = 2, M by its lower triangle: one division."""
         a, b, c = matrix[0, 0], matrix[1, 0], matrix[1, 1]
-        over = self.named("determinant", ["one_over_det_M"], [1 / (a * c - b * b)])[0]
-        return casadi.vertcat(over * (c * r[0] - b * r[1]), over * (a * r[1] - b * r[0]))
+        reciprocal = self.named("determinant", ["one_over_det_M"], [1 / (a * c - b * b)])[0]
+        return casadi.vertcat(reciprocal * (c * r[0] - b * r[1]), reciprocal * (a * r[1] - b * r[0]))
 
-    def _factored(self, matrix: dict[tuple[int, int], Any], r: list[Any]) -> Any:
+    def _by_factorisation(self, matrix: dict[tuple[int, int], Any], r: list[Any]) -> Any:
+        """The a of M a = r by M = L D Lᵀ, M by its lower triangle, as in ``mechanics.solve.factorised``.
+
+        l_ij d_j = m_ij − Σ_k (l_ik d_k) l_jk: the products l_ij d_j are kept too (``scaled``), which saves one
+        multiplication in each term.
+        """
         n = len(r)
         label = _label(n)
-        below: list[set[int]] = [set() for _ in range(n)]
-        left: list[list[int]] = [[] for _ in range(n)]
+        below: list[set[int]] = [set() for _ in range(n)]  # of column j, the rows i > j with l_ij ≠ 0
+        left: list[list[int]] = [[] for _ in range(n)]  # of row i, the columns j < i with l_ij ≠ 0
         factor: dict[tuple[int, int], Any] = {}
         scaled: dict[tuple[int, int], Any] = {}
         reciprocal: list[Any] = []
@@ -90,7 +98,7 @@ class MassSolve:
             pivot = matrix[j, j]
             for k in left[j]:
                 pivot = pivot - scaled[j, k] * factor[j, k]
-                below[j] |= {i for i in below[k] if i > j}
+                below[j] |= {i for i in below[k] if i > j}  # fill-in
             pivot = self.named("pivots", [label("D", j)], [pivot])[0]
             reciprocal += self.named("pivot reciprocals", [f"one_over_{label('D', j)}"], [1 / pivot])
             for i in sorted(below[j]):
@@ -102,19 +110,19 @@ class MassSolve:
                 factor[i, j] = self.named("factors", [label("L", i, j)], [scaled[i, j] * reciprocal[j]])[0]
                 left[i].append(j)
         y = list(r)
-        for i in range(n):
+        for i in range(n):  # L y = r
             for k in left[i]:
                 y[i] = y[i] - factor[i, k] * y[k]
             y[i] = self.named("forward", [label("y", i)], [y[i]])[0]
         a: list[Any] = [y[i] * reciprocal[i] for i in range(n)]
-        for i in reversed(range(n)):
+        for i in reversed(range(n)):  # Lᵀ a = D⁻¹ y
             for k in sorted(below[i]):
                 a[i] = a[i] - factor[k, i] * a[k]
             a[i] = self.named("backward", [label("a", i)], [a[i]])[0]
         return casadi.vertcat(*a)
 
     def _named(self, block: str, letter: str, matrix: Any, n: int) -> dict[tuple[int, int], Any]:
-        """Symbols for the nonzero entries of the lower triangle."""
+        """(row, column) → symbol of each nonzero entry of the lower triangle."""
         label = _label(n)
         rows, columns = matrix.sparsity().get_triplet()
         places = [(i, j) for i, j in zip(rows, columns, strict=True) if i >= j and not matrix[i, j].is_zero()]
@@ -122,11 +130,16 @@ class MassSolve:
         return dict(zip(places, symbols, strict=True))
 
     def named(self, name: str, wishes: Sequence[str], values: Sequence[Any]) -> list[Any]:
-        """Symbols for values under given names, in one block."""
+        """Symbols for values in one block.
+
+        Args:
+            name: of the block.
+            wishes: names of the symbols; one that is taken gets ``_`` or a number at its end.
+        """
         elements = []
         for wish in wishes:
-            free = (wish, f"{wish}_", *(f"{wish}_{k}" for k in range(2, len(self._taken) + 2)))
-            elements.append(next(name for name in free if name not in self._taken))
+            possible = (wish, f"{wish}_", *(f"{wish}_{k}" for k in range(2, len(self._taken) + 2)))
+            elements.append(next(element for element in possible if element not in self._taken))
             self._taken.add(elements[-1])
         units = ("",) * len(elements)
         self.blocks.append(Block(name, tuple(elements), casadi.vertcat(*values), units, self._source, inner=True))

@@ -1,8 +1,9 @@
 """Loop formation and loop fusion, by list scheduling of the dependence graph.
 
-Runs of isomorphic computations at consecutive indices become loops, and loops over one range are fused. A loop goes
-upwards or downwards in its index, as its loop-carried dependences require. Dependences are between single values, so
-the order is also valid for the unrolled code.
+Values of arrays that are the same computation at consecutive indices (isomorphic: alike but for the index) become a
+loop, and loops over one range are fused. A loop goes upwards or downwards in its index, as its loop-carried dependences
+require; one that would need both is written out. Dependences are between single values, so the order is also valid for
+the unrolled code.
 """
 
 from __future__ import annotations
@@ -29,11 +30,12 @@ class Value:
 
     Attributes:
         place: its array element, if it has one.
-        order: in a topological order.
+        order: its number in a topological order of all values.
         alike: key that is equal for isomorphic computations.
         uses: values of the same function on which it depends.
         field: its struct, or empty.
         stored: whether it is stored in its array, not in a local.
+        title, source, unit: for comments in the code.
     """
 
     node: Node
@@ -50,17 +52,19 @@ class Value:
 
     @property
     def at(self) -> int:
+        """Index in its array."""
         assert self.place is not None
         return self.place.at
 
 
 @dataclass(eq=False)
 class Run:
-    """A loop over [first, stop) with one column of values an array, or a single value.
+    """A loop over the indices [first, stop), or a single value.
 
     Attributes:
-        members: the columns, in order of computation.
+        members: a column of values for each array that the loop computes, in order of computation.
         forward, backward: whether an iteration depends on one of a lower index, or of a higher one.
+        position: in the schedule; of a run that was fused into another it is not set.
     """
 
     members: list[list[Value]]
@@ -83,39 +87,44 @@ def schedule(values: Sequence[Value], join: bool) -> list[Run]:
     """All values in runs, in a topological order of their dependences; ``join`` fuses loops over one range."""
     runs = _runs(values, join)
     runs = _without_cycles(runs)
-    of = {v: run for run in runs for v in run.values}
-    needs = {run: {of[u] for v in run.values for u in v.uses} - {run} for run in runs}
+    run_of = {v: run for run in runs for v in run.values}
+    needs = {run: {run_of[u] for v in run.values for u in v.uses} - {run} for run in runs}
     followers: dict[Run, list[Run]] = {run: [] for run in runs}
     for run, needed in needs.items():
         for other in needed:
             followers[other].append(run)
-    waiting = {run: len(needed) for run, needed in needs.items()}
+    missing = {run: len(needed) for run, needed in needs.items()}  # how many of its needs are not scheduled yet
+    # Single values before loops: a loop can be fused into an earlier one only if all it needs comes before that one.
     rank = {run: (run.loop, min(v.order for v in run.values), k) for k, run in enumerate(runs)}
-    ready = [(rank[run], run) for run in runs if not waiting[run]]
+    ready = [(rank[run], run) for run in runs if not missing[run]]
     heapq.heapify(ready)
-    done: list[Run] = []
-    into: dict[Run, Run] = {}
+    scheduled: list[Run] = []
+    fused_into: dict[Run, Run] = {}  # itself where it was not fused
     while ready:
         _, run = heapq.heappop(ready)
-        needed = {into[other] for other in needs[run]}
-        joined = next((r for r in reversed(done) if join and r.loop and _joins(r, run, needed, into, of)), None)
-        if joined is None:
-            run.position = len(done)
-            done.append(run)
+        needed = {fused_into[other] for other in needs[run]}
+        hosts = (r for r in reversed(scheduled) if join and r.loop)
+        host = next((r for r in hosts if _fuses(r, run, needed, fused_into, run_of)), None)
+        if host is None:
+            run.position = len(scheduled)
+            scheduled.append(run)
         else:
-            joined.members += run.members
-        into[run] = joined or run
+            host.members += run.members
+        fused_into[run] = host or run
         for other in followers[run]:
-            waiting[other] -= 1
-            if not waiting[other]:
+            missing[other] -= 1
+            if not missing[other]:
                 heapq.heappush(ready, (rank[other], other))
-    for run in done:
+    for run in scheduled:
         run.members.sort(key=lambda column: column[0].order)
-    return done
+    return scheduled
 
 
 def _runs(values: Sequence[Value], join: bool) -> list[Run]:
-    """Runs of each array, split where the computation changes and, for fusion, at the ends of a common range."""
+    """Runs of each array, split where the computation changes and, for fusion, at the ends of a common range.
+
+    What is not in a loop becomes a run of its own: values without an array, short stretches, ends that are cut off.
+    """
     arrays: dict[str, list[Value]] = {}
     result = []
     for v in values:
@@ -145,7 +154,10 @@ def _runs(values: Sequence[Value], join: bool) -> list[Run]:
 
 
 def _common_ranges(stretches: list[list[Value]]) -> dict[int, tuple[int, int]]:
-    """The range of each run, reduced to that which it has in common with others of nearly the same range."""
+    """id(stretch) → its range, reduced to that which it has in common with others of nearly the same range.
+
+    Greedy: each stretch joins the first cluster whose range it nearly has, and shrinks that range.
+    """
     clusters: list[tuple[int, int, list[list[Value]]]] = []
     for s in sorted(stretches, key=lambda s: s[0].order):
         first, stop = s[0].at, s[-1].at + 1
@@ -172,27 +184,34 @@ def _loop(columns: list[list[Value]]) -> Run:
 
 
 def _without_cycles(runs: list[Run]) -> list[Run]:
-    """Mutually dependent runs are fused into one loop over their range where possible, else split into values."""
-    of = {v: k for k, run in enumerate(runs) for v in run.values}
-    edges = {(k, of[u]) for k, run in enumerate(runs) for v in run.values for u in v.uses if of[u] != k}
+    """The runs, mutually dependent ones fused into one loop over their range where possible, else split into values.
+
+    Mutually dependent runs are a strongly connected component of the dependence graph: no order of theirs is valid.
+    """
+    number_of = {v: k for k, run in enumerate(runs) for v in run.values}
+    edges = {(k, number_of[u]) for k, run in enumerate(runs) for v in run.values for u in v.uses if number_of[u] != k}
     if not edges:
         return runs
     components = strongly_connected_components((range(len(runs)), edges))
-    label = {k: n for n, component in enumerate(components) for k in component}
+    component_of = {k: n for n, component in enumerate(components) for k in component}
     groups: dict[int, list[Run]] = {}
     for k, run in enumerate(runs):
-        groups.setdefault(label[k], []).append(run)
+        groups.setdefault(component_of[k], []).append(run)
     result = []
     for group in groups.values():
         if len(group) > 1 and all(r.loop and (r.first, r.stop) == (group[0].first, group[0].stop) for r in group):
             group = [_loop([column for r in group for column in r.members])]
-        bad = len(group) > 1 or (group[0].forward and group[0].backward)
-        result += [Run([[v]]) for r in group for v in r.values] if bad else group
+        no_order = len(group) > 1 or (group[0].forward and group[0].backward)
+        result += [Run([[v]]) for r in group for v in r.values] if no_order else group
     return result
 
 
-def _joins(host: Run, run: Run, needed: set[Run], into: dict[Run, Run], of: dict[Value, Run]) -> bool:
-    """Whether ``run`` can be fused into the earlier loop ``host``; if so, ``host`` gets its dependences."""
+def _fuses(host: Run, run: Run, needed: set[Run], fused_into: dict[Run, Run], run_of: dict[Value, Run]) -> bool:
+    """Whether ``run`` can be fused into the earlier loop ``host``; if so, ``host`` gets its dependences.
+
+    Args:
+        needed: the scheduled runs on which ``run`` depends.
+    """
     if (run.first, run.stop) != (host.first, host.stop) or not run.loop:
         return False
     if any(other is not host and other.position > host.position for other in needed):
@@ -200,7 +219,7 @@ def _joins(host: Run, run: Run, needed: set[Run], into: dict[Run, Run], of: dict
     forward, backward = host.forward or run.forward, host.backward or run.backward
     for v in run.values:
         for u in v.uses:
-            if into.get(of[u]) is host and u.place is not None:
+            if fused_into.get(run_of[u]) is host and u.place is not None:
                 forward |= u.at < v.at
                 backward |= u.at > v.at
     if forward and backward:
