@@ -32,6 +32,7 @@ def _multiplied_out(expression: Any) -> bool:
 
 
 def _outermost_functions(expression: Any) -> list[Any]:
+    """The function calls of an expression that are inside no other call, each once."""
     if isinstance(expression, sympy.Function):
         return [expression]
     found: list[Any] = []
@@ -41,19 +42,23 @@ def _outermost_functions(expression: Any) -> list[Any]:
 
 
 def characteristic_polynomial(matrix: Any) -> list[Any]:
-    """Coefficients of |sI − A|, highest power first, by Faddeev–LeVerrier (no division but by 1…m)."""
+    """Coefficients of |sI − A|, highest power first, by the Faddeev–LeVerrier algorithm.
+
+    N₀ = I, c_k = −tr(A N_{k−1})/k, N_k = A N_{k−1} + c_k I for k = 1…m. It divides by 1…m only, so the coefficients
+    stay polynomials in the entries.
+    """
     m = matrix.rows
     coefficients: list[Any] = [sympy.Integer(1)]
-    product = sympy.eye(m)
+    auxiliary = sympy.eye(m)  # N
     for k in range(1, m + 1):
-        current = (matrix * product).applyfunc(expand_products)
-        coefficients.append(expand_products(-current.trace() / k))
-        product = current + coefficients[-1] * sympy.eye(m)
+        product = (matrix * auxiliary).applyfunc(expand_products)
+        coefficients.append(expand_products(-product.trace() / k))
+        auxiliary = product + coefficients[-1] * sympy.eye(m)
     return coefficients
 
 
 def hurwitz_determinant(c: Sequence[Any], order: int) -> Any:
-    """The leading minor of the Hurwitz matrix of a polynomial, highest coefficient first."""
+    """The leading principal minor of an order of the Hurwitz matrix of a polynomial, highest coefficient first."""
 
     def at(index: int) -> Any:
         return c[index] if 0 <= index < len(c) else sympy.Integer(0)
@@ -80,7 +85,11 @@ def routh_hurwitz(c: Sequence[Any]) -> list[tuple[str, Any]]:
 
 
 def bilinear(c: Sequence[Any], h: Any) -> list[Any]:
-    """Coefficients in s, highest first, of Σ cᵢ sⁱ (1 − hs/2)ⁿ⁻ⁱ for a polynomial in δ = (z − 1)/h."""
+    """Coefficients in s, highest first, of (1 − hs/2)ⁿ p(δ) with δ = s/(1 − hs/2).
+
+    Args:
+        c: coefficients of p in δ = (z − 1)/h, highest first.
+    """
     s = sympy.Symbol("s_", real=True)
     n = len(c) - 1
     total = sum(coefficient * s ** (n - i) * (1 - h * s / 2) ** i for i, coefficient in enumerate(c))
@@ -91,7 +100,8 @@ def bilinear(c: Sequence[Any], h: Any) -> list[Any]:
 def jury(c: Sequence[Any], h: Any) -> list[tuple[str, Any]]:
     """Conditions > 0, necessary and sufficient for |z| < 1 at every root, for a polynomial in δ = (z − 1)/h.
 
-    The first is p(−2/h)·(−h/2)ⁿ > 0 (no root beyond z = −1), the rest are those of Routh–Hurwitz after the map.
+    The first is p(−2/h)·(−h/2)ⁿ > 0 (no root beyond z = −1): it is the highest coefficient after the map, which
+    Routh–Hurwitz takes to be positive. The rest are the conditions of Routh–Hurwitz on the mapped polynomial.
     """
     mapped = bilinear(c, h)
     return [("p(z=-1)", mapped[0]), *[(f"J:{name}", e) for name, e in routh_hurwitz(mapped)]]

@@ -16,7 +16,9 @@ from codegen.spec.free_gains import GainEntry, at_middle, free_entries, gain_ent
 from codegen.spec.model import FreeGain, Spec
 
 AROUND = 100.0
+"""Factor, up and down, over which a gain that the spec has chosen is varied."""
 SAMPLE_TIME = "h"
+"""Name of the sample time as an axis."""
 
 
 @dataclass(frozen=True)
@@ -27,9 +29,10 @@ class GainAxis:
         name: of the gain, or of its symbol where only one entry of a matrix is varied.
         unit: of the number; "1" for a factor on a matrix whose entries differ.
         weights: gain symbol → weight; the sign of a negative gain is in the weight.
-        entries: (gain, path) in the spec → weight.
+        entries: (gain, path) in the spec → weight, as of the symbols.
+        low, high: range of the number.
         chosen: the number in the spec, or None where the gain is free.
-        logarithmic: whether steps along it are factors; else the range contains zero.
+        logarithmic: whether equal steps along it are equal factors; a range that reaches zero is linear.
     """
 
     name: str
@@ -67,8 +70,8 @@ class GainAxis:
 def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
     """The axes along which the gains of a spec's observer are varied.
 
-    The free gains of a spec; in a spec without free gains each gain as a whole, by a factor of 100 up and down. The
-    symbols that depend on an entry of the spec are found by changing it.
+    An axis for each free gain of the spec; in a spec without free gains for each gain as a whole, by a factor of 100 up
+    and down. Which gain symbols of the observer depend on an entry of the spec is found by doubling the entry.
 
     Args:
         observer: of the spec, with its free gains at mid-range.
@@ -78,14 +81,14 @@ def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
     """
     nominal = at_middle(spec)
     free = free_entries(spec)
-    groups = [(e,) for e in free] if free else _by_gain(nominal)
+    groups = [(entry,) for entry in free] if free else _by_gain(nominal)
     axes = []
     for group in groups:
-        numbers = {(e.gain, e.path): _number(nominal, e) for e in group}
-        changed = build_observer(with_gains(nominal, {at: 2 * value for at, value in numbers.items()}), observer.system)
-        moved = {s: float(v) for s, v in observer.gains.items() if changed.gains[s] != v}
-        if moved:
-            axes.append(_axis(group, numbers, moved, observer))
+        numbers = {(entry.gain, entry.path): _number(nominal, entry) for entry in group}
+        doubled = build_observer(with_gains(nominal, {at: 2 * value for at, value in numbers.items()}), observer.system)
+        dependent = {s: float(v) for s, v in observer.gains.items() if doubled.gains[s] != v}
+        if dependent:  # none where the entry is zero
+            axes.append(_axis(group, numbers, dependent, observer))
     if not axes:
         raise BadInput(
             spec.place("observer.gains"), "no gain that could be varied", "a gain that is not zero", code="SPEC023"
@@ -119,11 +122,13 @@ def chosen_axes(names: Sequence[str], axes: Sequence[GainAxis], observer: Observ
 
 
 def _by_gain(spec: Spec) -> list[tuple[GainEntry, ...]]:
+    """The entries of each gain of the spec together."""
     gains = spec.required_observer.gains
     return [tuple(e for e in gain_entries(gains) if e.gain == name) for name in gains]
 
 
 def _number(spec: Spec, entry: GainEntry) -> Any:
+    """The exact number that the spec has for an entry."""
     raw = spec.required_observer.gains[entry.gain]
     for k in entry.path:
         raw = raw[k]
@@ -133,24 +138,31 @@ def _number(spec: Spec, entry: GainEntry) -> Any:
 def _axis(
     group: Sequence[GainEntry],
     numbers: Mapping[tuple[str, tuple[int, ...]], Any],
-    moved: Mapping[sympy.Symbol, float],
+    dependent: Mapping[sympy.Symbol, float],
     observer: Observer,
 ) -> GainAxis:
-    name = group[0].gain if len(moved) > 1 else next(iter(moved)).name
-    unit = " or ".join(dict.fromkeys(observer.gain_units[s] for s in moved))
+    """One axis.
+
+    Args:
+        group: the entries of the spec that are varied together: one free gain, or all entries of a chosen gain.
+        numbers: their values. dependent: the gain symbols that depend on them, with theirs.
+    """
+    name = group[0].gain if len(dependent) > 1 else next(iter(dependent)).name
+    unit = " or ".join(dict.fromkeys(observer.gain_units[s] for s in dependent))
     if isinstance(group[0].value, FreeGain):
         low, high = float(group[0].value.low), float(group[0].value.high)
         sign = -1.0 if high <= 0 else 1.0
         low, high = (low, high) if sign > 0 else (-high, -low)
-        weights, entries = dict.fromkeys(moved, sign), dict.fromkeys(numbers, sign)
+        weights, entries = dict.fromkeys(dependent, sign), dict.fromkeys(numbers, sign)
         return GainAxis(name, unit, weights, entries, low, high, None, low > 0)
-    sizes = list(moved.values())
-    equal = all(v == sizes[0] for v in sizes)
-    size = abs(sizes[0]) if equal else 1.0
+    # Equal values (a scalar gain): the number is the gain. Different ones: it is a common factor, now 1.
+    values = list(dependent.values())
+    equal = all(v == values[0] for v in values)
+    size = abs(values[0]) if equal else 1.0
     return GainAxis(
         name=name,
         unit=unit if equal else "1",
-        weights={s: v / size for s, v in moved.items()},
+        weights={s: v / size for s, v in dependent.items()},
         entries={at: float(value) / size for at, value in numbers.items()},
         low=size / AROUND,
         high=size * AROUND,

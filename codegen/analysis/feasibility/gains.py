@@ -26,6 +26,8 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
 Intervals = tuple[tuple[float, float], ...]
+SEED, SPREAD = 4, 60
+"""Random gain sets of the whole range, with which the deciding operating points are first found, and their seed."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class GainSet:
         noise: output → RMS of the friction estimate's noise at the worst operating point; None where unstable.
         noise_shares: output → the largest RMS over friction level; None where unstable.
         margins: of each axis, of all gains together and of the sample time; () where unstable.
-        failure: where unstable.
+        failure: what is unstable, Ψ or the sampled error; None where both are stable.
     """
 
     numbers: Mapping[str, float]
@@ -115,7 +117,8 @@ def assess(
     Args:
         observer: of the spec, with its free gains at mid-range.
         over: names of the two axes of the map; by default the first two gains, or the gain and the sample time.
-        divisor: by what all gains that the rule chose are to be divided.
+        divisor: (axes, suggestion) → by what all suggested gains are to be divided, such as for a tighter certified
+            bound on the error.
 
     Raises:
         BadInput: for an observer that cannot be built in the range, unknown axes, or an envelope in which the error
@@ -136,17 +139,17 @@ def assess(
             code="SPEC033",
         )
     noise = NoiseModel(observer, spec, position_noise(spec))
-    shares = np.random.default_rng(4).uniform(0, 1, (60, len(axes)))
+    shares = np.random.default_rng(SEED).uniform(0, 1, (SPREAD, len(axes)))
     spread = nominal
     for k, axis in enumerate(axes):
         spread = spread.along(axis, axis.at(shares[:, k]))
     family.start(spread)
     free = any(axis.chosen is None for axis in axes)
-    found_set = suggest(family, noise, nominal, axes)
-    first = suggestion = found_set if isinstance(found_set, Suggestion) else None
+    searched = suggest(family, noise, nominal, axes)
+    first = suggestion = searched if isinstance(searched, Suggestion) else None
     if first is not None and (by := divisor(axes, first)) != 1:
         suggestion = divided(family, axes, first, by)
-    base = found_set.settings if suggestion is None else suggestion.settings
+    base = searched.settings if suggestion is None else suggestion.settings
     region = map_region(family, base, *pair)
     return Feasibility(
         spec=spec,
@@ -161,8 +164,8 @@ def assess(
         suggestion=suggestion,
         before_division=first,
         suggested=judge(family, noise, base, axes) if suggestion else None,
-        infeasible=explain_failure(family, base) if isinstance(found_set, NothingStable) else None,
-        tried=found_set.tried,
+        infeasible=explain_failure(family, base) if isinstance(searched, NothingStable) else None,
+        tried=searched.tried,
         sampled={a.name: intervals(family, "sampled", base, a) for a in axes},
         continuous={a.name: intervals(family, "continuous", base, a) for a in axes},
         region=region,
@@ -194,6 +197,8 @@ def judge(family: Family, noise: NoiseModel, settings: Settings, axes: Sequence[
 def _margins(
     family: Family, settings: Settings, axes: Sequence[GainAxis], numbers: Mapping[str, float]
 ) -> tuple[Margin, ...]:
+    """Margins of each axis alone, of all gains by one factor, and of the sample time."""
+
     def one(axis: GainAxis, factors: Array) -> Settings:
         return settings.along(axis, numbers[axis.name] * factors)
 
