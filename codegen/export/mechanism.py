@@ -25,7 +25,11 @@ Direction = tuple[float, ...]
 SPEED = sympy.Symbol("s", positive=True)
 """The speed along a line, in the expressions of its friction."""
 HIGHEST = 3
-"""Powers of the position of a spring, and of the velocity of a damper."""
+"""Highest power of the position of a spring, and of the velocity of a damper."""
+SYMMETRIC = 1e-12
+"""Largest relative difference of k_ij and k_ji that count as equal."""
+NO_JUMP = 1e-9
+"""Relative difference of two levels up to which they count as equal."""
 
 
 @dataclass(frozen=True)
@@ -149,11 +153,12 @@ class Mechanism:
 
 
 def unit_direction(index: int, n: int) -> Direction:
+    """The direction of one coordinate alone."""
     return tuple(float(i == index) for i in range(n))
 
 
 def coordinate_of(direction: Direction) -> int | None:
-    """The coordinate of a line along it alone, else None."""
+    """The coordinate whose own direction this is, else None."""
     n = len(direction)
     return next((i for i in range(n) if direction == unit_direction(i, n)), None)
 
@@ -177,25 +182,29 @@ def mechanism_of(spec: Spec, system: System) -> Mechanism:
         if system.transmissions:
             found = "a load behind a spring on a joint of a robot file"
             raise BadInput(spec.place("effects"), found, "a joint of its own for it in the robot file", code="SPEC036")
-        rigid = build_system(spec)
-        own = Matrix(system.force - rigid.force + Matrix(spec.force))
-        system = replace(system, force=own, mass_matrix=Matrix(system.mass_matrix - rigid.mass_matrix))
+        # The simulator computes the dynamics of the tree itself: only what the spec and its effects add is left.
+        without_effects = build_system(spec)
+        added_force = Matrix(system.force - without_effects.force + Matrix(spec.force))
+        system = replace(
+            system, force=added_force, mass_matrix=Matrix(system.mass_matrix - without_effects.mass_matrix)
+        )
+    # Play is taken out, so that the spring to a load is a linear term of g, and noted on the line of the spring.
     gaps = [float(t.gap.subs(system.values)) for t in system.transmissions]
-    springs = [t.coordinate for t in system.transmissions]
+    motors = [t.coordinate for t in system.transmissions]
     n = len(system.positions)
     without_play = tuple(replace(t, gap=sympy.S.Zero) for t in system.transmissions)
     system = with_loads(replace(system, transmissions=without_play))
     elements = _Elements(spec, system)
-    for k, (coordinate, gap) in enumerate(zip(springs, gaps, strict=True)):
+    for k, (motor, gap) in enumerate(zip(motors, gaps, strict=True)):
         if gap:
-            ends = {coordinate: 1.0, n + k: -1.0}
+            ends = {motor: 1.0, n + k: -1.0}  # with_loads puts the loads after the n coordinates
             elements.line(tuple(ends.get(i, 0.0) for i in range(len(system.positions)))).gap = gap
     lines, drives, other_forces = elements.lines.values(), elements.drives, elements.other_forces
     return Mechanism(system, tree, elements.inertias, tuple(lines), tuple(drives), tuple(other_forces))
 
 
 class _Elements:
-    """The sorting of a system's forces."""
+    """The forces of a system sorted into elements along lines, drives and other forces."""
 
     def __init__(self, spec: Spec, system: System) -> None:
         self.spec, self.system = spec, system
@@ -210,12 +219,15 @@ class _Elements:
             self._contact(index, contact)
 
     def line(self, direction: Direction) -> Line:
+        """The line of a direction, made where there is none yet."""
         return self.lines.setdefault(direction, Line(direction))
 
     def _numeric(self, expression: Any) -> Any:
+        """An expression with the parameters' values, multiplied out."""
         return sympy.expand(sympy.sympify(expression).subs(self._values))
 
     def _inertias(self) -> tuple[float, ...]:
+        """The diagonal of M, which must be constant and diagonal."""
         mass = self.system.mass_matrix.applyfunc(self._numeric)
         if mass.free_symbols or not mass.is_diagonal():
             shape = "one that depends on the position" if mass.free_symbols else "one with couplings"
@@ -228,7 +240,10 @@ class _Elements:
         return tuple(float(mass[i, i]) for i in range(self.n))
 
     def _smooth_forces(self) -> None:
-        """Sort g: each term of each row once."""
+        """Sort the terms of g: gains of inputs, springs, dampers, elements along one coordinate, and other forces.
+
+        A term is a constant factor times a shape, which is what depends on x, v, w or t.
+        """
         x, v, w = self.system.positions, self.system.velocities, self.system.inputs
         gains = sympy.zeros(self.n, len(w))
         springs, dampers = sympy.zeros(self.n, self.n), sympy.zeros(self.n, self.n)
@@ -242,10 +257,10 @@ class _Elements:
                     springs[i, x.index(shape)] += factor
                 elif shape in v:
                     dampers[i, v.index(shape)] += factor
-                elif not self._own(i, float(factor), shape):
+                elif not self._along_coordinate(i, float(factor), shape):
                     rest[i] += term
-        self._pairs(springs, x, "stiffness", rest)
-        self._pairs(dampers, v, "damping", rest)
+        self._linear_elements(springs, x, "stiffness", rest)
+        self._linear_elements(dampers, v, "damping", rest)
         for j in range(len(w)):
             self._drive(j, gains[:, j])
         for i in range(self.n):
@@ -253,8 +268,11 @@ class _Elements:
                 where = f"the force on {x[i].name}"
                 self.other_forces.append(OtherForce(unit_direction(i, self.n), where, rest[i]))
 
-    def _own(self, i: int, factor: float, shape: sympy.Expr) -> bool:
-        """Put a term that depends on one coordinate alone where it belongs; False for one that belongs nowhere."""
+    def _along_coordinate(self, i: int, factor: float, shape: sympy.Expr) -> bool:
+        """Add a term of row i to the line of coordinate i; False where it is none of the line's elements.
+
+        These are a constant force, nonlinear springs and dampers, and periodic forces.
+        """
         x, v = self.system.positions[i], self.system.velocities[i]
         springs = {x**power: power - 1 for power in range(2, HIGHEST + 1)}
         dampers = {v * Magnitude(v): 1, v**2 * Sgn(v): 1, v**3: 2, v * Magnitude(v) ** 2: 2}
@@ -272,16 +290,24 @@ class _Elements:
             line.damping[dampers[shape]] -= factor
         return True
 
-    def _pairs(self, matrix: Any, symbols: tuple[sympy.Symbol, ...], kind: str, rest: list[sympy.Expr]) -> None:
-        """Linear forces −K y as elements: a symmetric pair as one between two coordinates, the remainder on each alone.
+    def _linear_elements(
+        self, matrix: Any, symbols: tuple[sympy.Symbol, ...], kind: str, rest: list[sympy.Expr]
+    ) -> None:
+        """Linear forces of x or v as springs or dampers: each symmetric pair between two coordinates, the rest on each.
 
-        A pair of +k acts along x_i − x_j, one of −k along x_i + x_j, so that no element is negative.
+        A pair of +k acts along x_i − x_j, one of −k along x_i + x_j, so that no element between two is negative. It
+        also puts |k| on the diagonal of each, which is taken off there.
+
+        Args:
+            matrix: (n, n) of the force matrix·symbols.
+            kind: the attribute of ``Line``.
+            rest: (n,) the forces that no element represents, to which pairs without symmetry are added.
         """
         own = [-matrix[i, i] for i in range(self.n)]
         for i in range(self.n):
             for j in range(i):
                 k = matrix[i, j]
-                if abs(float(k - matrix[j, i])) > 1e-12 * abs(float(k)):
+                if abs(float(k - matrix[j, i])) > SYMMETRIC * abs(float(k)):
                     rest[i] += matrix[i, j] * symbols[j]
                     rest[j] += matrix[j, i] * symbols[i]
                 elif k != 0:
@@ -294,6 +320,10 @@ class _Elements:
                 getattr(self.line(unit_direction(i, self.n)), kind)[0] += float(k)
 
     def _drive(self, index: int, gains: Any) -> None:
+        """The drive of an input whose effective value has these gains on the coordinates, (n, 1).
+
+        The actuator's own gain goes into the direction, so its limit and dead zone are divided by it.
+        """
         chain = self.system.actuator(index)
         lost = chain.dead_zone + sum(chain.thresholds)
         delay, gain, dead = (float(e.subs(self.system.values)) for e in (chain.delay, chain.gain, lost))
@@ -305,6 +335,13 @@ class _Elements:
         self.drives.append(Drive(index, direction, limit, delay, lag, dead / gain, rounded, chain.order))
 
     def _contact(self, index: int, contact: ContactFriction) -> None:
+        """The friction of a contact along its line.
+
+        Its force is split into λ = odd + even in the direction of slip. The odd part changes sign with the slip: it is
+        a friction level. The even part does not: it is another force. On a line along one coordinate y the slip is
+        c y' with c the entry of U, and the force on it −c λ: the level gets the factor ``scale`` = |c|, and its
+        argument too, and other forces get ``sign`` as well.
+        """
         column = [self._numeric(e) for e in self.system.distribution[:, index]]
         if any(e.free_symbols for e in column):
             place = self.spec.place("friction.distribution")
@@ -320,6 +357,7 @@ class _Elements:
         speed = scale * SPEED if scale != 1 else SPEED
 
         def at(side: int) -> sympy.Expr:
+            """λ at SPEED along the line, for slip in the positive or the negative direction."""
             exact = contact.force.xreplace({Magnitude(slip): speed, Sgn(slip): sympy.Integer(side), slip: side * speed})
             return self._numeric(exact.xreplace({Sgn(speed): sympy.S.One, Magnitude(speed): speed}))
 
@@ -350,11 +388,11 @@ class _Elements:
         rest = scale * float(self._numeric(resting))
         own = sympy.expand(scale * self._numeric(contact.law_level.xreplace({Magnitude(contact.slip): SPEED})))
         slow = float(own.xreplace({Sgn(SPEED): sympy.S.One}).subs(SPEED, 0))
-        return rest if abs(rest - slow) > 1e-9 * max(abs(rest), abs(slow)) else None
+        return rest if abs(rest - slow) > NO_JUMP * max(abs(rest), abs(slow)) else None
 
 
 def wave_of(factor: float, shape: sympy.Expr, x: sympy.Symbol) -> Wave | None:
-    """A sine or cosine of a linear function of x."""
+    """factor·shape as a wave of positive rate, where shape is a sine or cosine of a linear function of x; else None."""
     if not isinstance(shape, (sympy.sin, sympy.cos)):
         return None
     angle = sympy.expand(shape.args[0])
