@@ -19,15 +19,18 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
 POINTS, FOR_RANKS = 64, 12
+"""Random points of the envelope, for the shares; the first of them also for ranks of matrices without an exact form."""
 LONGEST = 3000
+"""Operations in a matrix up to which its rank is computed exactly: elimination in rational functions grows fast."""
 
 
 @dataclass(frozen=True)
 class Ranks:
-    """Generic ranks of matrices of one system.
+    """Generic ranks of matrices of one system: those at almost every position, lower ones at isolated positions apart.
 
     Attributes:
-        points: of the envelope, for entries that have no exact form.
+        values: of the parameters, exact.
+        points: of the envelope, for matrices that have no exact form.
     """
 
     values: dict[sympy.Symbol, Any]
@@ -54,11 +57,15 @@ class Ranks:
             return None
         form = DomainMatrix.from_Matrix(algebraic).to_field()
         domain = form.domain
+        # Rational numbers, or rational functions over these; floats and roots would be no exact coefficients.
         return form if domain.is_QQ or (domain.is_Composite and domain.domain in (sympy.QQ, sympy.ZZ)) else None
 
 
 def _algebraic(entry: Any) -> Any:
-    """sin and cos of an angle by the tangent of half the angle, which makes them algebraically independent."""
+    """An entry with sin q = 2t/(1 + t²), cos q = (1 − t²)/(1 + t²), t = tan(q/2): a rational function.
+
+    sin² + cos² = 1 then holds by itself, which a rank over two independent symbols would miss.
+    """
     if not entry.has(sympy.sin, sympy.cos, sympy.tan):
         return entry
     expanded = sympy.expand_trig(entry.rewrite(sympy.tan, sympy.sin) if entry.has(sympy.tan) else entry)
@@ -163,22 +170,23 @@ def reach(spec: Spec, system: System, weight: str) -> Reach:
     variables = tuple(sorted((B.free_symbols | U.free_symbols | M.free_symbols) - set(system.values), key=str))
     units = {x: (x.name, unit) for x, unit in zip(system.positions, system.position_units, strict=True)}
     ranges = tuple(position_range(spec, *units[x]) for x in variables)
-    points = [
-        dict(system.values) | dict(zip(variables, at, strict=True))
-        for at in _points(ranges)[: 1 + FOR_RANKS][-FOR_RANKS:]
-    ]
+    # Without the centre, often a special position (q = 0) at which a rank is lower; if nothing varies, the one point.
+    generic = _points(ranges)[: 1 + FOR_RANKS][-FOR_RANKS:]
+    points = [dict(system.values) | dict(zip(variables, at, strict=True)) for at in generic]
     ranks = Ranks(dict(system.values), points)
     rank = ranks.rank(B)
-    asked = Matrix(sympy.Matrix.hstack(sympy.Matrix(B), sympy.Matrix(U)))
+    joined = Matrix(sympy.Matrix.hstack(sympy.Matrix(B), sympy.Matrix(U)))  # [B U]
     full = rank == B.rows
+    # U F̄ is in the range of B for an F̄ in a space of dimension (columns of U) − (rank [B U] − rank B).
+    unreachable = 0 if full else ranks.rank(joined) - rank
     result = Reach(
         system=system,
         weight=weight,
         input_matrix=B,
         rank=rank,
-        exact=ranks.is_exact([B] if full else [asked, M]),
+        exact=ranks.is_exact([B] if full else [joined, M]),
         constant=not variables,
-        together=U.cols - (0 if full else ranks.rank(asked) - rank),
+        together=U.cols - unreachable,
         contacts=(),
         coordinates=(),
         reduction=reduce(system, B),
@@ -186,15 +194,20 @@ def reach(spec: Spec, system: System, weight: str) -> Reach:
         ranges=ranges,
     )
     at_points = result.numbers(B), result.numbers(M)
-    names = [c.name for c in system.contacts], [x.name for x in system.positions]
-    of_contacts = _verdicts(result, ranks, U, names[0], at_points)
-    of_coordinates = _verdicts(result, ranks, Matrix(sympy.eye(B.rows)), names[1], at_points)
+    contacts, coordinates = [c.name for c in system.contacts], [x.name for x in system.positions]
+    of_contacts = _verdicts(result, ranks, U, contacts, at_points)
+    of_coordinates = _verdicts(result, ranks, Matrix(sympy.eye(B.rows)), coordinates, at_points)
     return replace(result, contacts=of_contacts, coordinates=of_coordinates)
 
 
 def _verdicts(
     found: Reach, ranks: Ranks, directions: Any, names: list[str], at_points: tuple[Any, Any]
 ) -> tuple[Verdict, ...]:
+    """The verdict on a force along each column of ``directions``.
+
+    Args:
+        at_points: B and M in numbers at the points of the envelope, (points, n, inputs) and (points, n, n).
+    """
     B, M, n = found.input_matrix, found.system.mass_matrix, found.input_matrix.rows
     forces = found.numbers(directions)
     shares = np.array([removed_share(b, m, f, found.weight) for b, m, f in zip(*at_points, forces, strict=True)])
@@ -207,16 +220,18 @@ def _verdicts(
             joined = ranks.rank(sympy.Matrix.hstack(sympy.Matrix(B), sympy.Matrix(direction)))
         kind: Literal["perfect", "partial", "none"] = "perfect"
         if joined > found.rank:
-            form, without = weighted_rank_form(found.weight, sympy.Matrix(M), sympy.Matrix(B), sympy.Matrix(direction))
-            kind = "none" if B.cols == 0 or ranks.rank(form) == without else "partial"
-        on = {positions[i] for i in range(n) if direction[i] != 0}
-        undriven = tuple(x for x in found.reduction.undriven if x in on)
+            # B'W d = 0 if this matrix, which has no inverse in it, has the least rank that it can have.
+            form, least = weighted_rank_form(found.weight, sympy.Matrix(M), sympy.Matrix(B), sympy.Matrix(direction))
+            kind = "none" if B.cols == 0 or ranks.rank(form) == least else "partial"
+        acts_on = {positions[i] for i in range(n) if direction[i] != 0}
+        undriven = tuple(x for x in found.reduction.undriven if x in acts_on)
         share = np.clip(shares[:, j], 0, 1)
         result.append(Verdict(name, kind, joined, undriven, (float(share.min()), float(share.max()))))
     return tuple(result)
 
 
 def _points(ranges: tuple[tuple[float, float], ...]) -> Any:
+    """The centre of the ranges and random points in them, (points, variables); one empty point without variables."""
     bounds = np.array(ranges).reshape(-1, 2)
     spread = np.random.default_rng(1).uniform(bounds[:, 0], bounds[:, 1], (POINTS, len(bounds)))
     return np.vstack([bounds.mean(axis=1), spread]) if ranges else np.zeros((1, 0))
