@@ -11,7 +11,10 @@ import numpy as np
 from codegen.program.graph import Node, out_of_range
 
 ATOM, UNARY, PRODUCT, SUM = 4, 3, 2, 1
+"""Binding strength of a text: how tightly its outermost operator binds. A weaker operand is put in parentheses."""
 WIDTH = 112
+DEEPEST_BREAK = 6
+"""Parentheses inside which no line is broken."""
 
 
 @dataclass(frozen=True)
@@ -44,15 +47,20 @@ class Language:
             rounded = np.float32(value) if self.single else np.float64(value)
         if not math.isfinite(rounded) or (value != 0) != (rounded != 0):
             raise out_of_range(f"the constant {value}", "single" if self.single else "double")
-        wide = not self.single or (self.narrows and float(rounded) != value)
-        digits = repr(float(value)) if wide else str(rounded)
+        as_double = not self.single or (self.narrows and float(rounded) != value)
+        digits = repr(float(value)) if as_double else str(rounded)
         return self.number.format(digits=digits)
 
 
 class Expressions:
-    """Writes nodes in a language.
+    """Writes nodes in a language, with the parentheses that its operators need.
 
-    ``words`` is the text of a symbol, ``names`` of a node with a name, ``place`` of an array element or a local.
+    Sums and products associate to the left in every language, so their first operand may bind as loosely as they do and
+    the others need more: a − (b − c), a / (b * c).
+
+    Args:
+        words: name of a symbol → its text. names: node → the name under which its value is stored.
+        place: the text of an array element or a local.
     """
 
     def __init__(
@@ -100,12 +108,13 @@ class Expressions:
         return " ".join(parts), SUM
 
     def _bound(self, node: Node, least: int) -> str:
+        """The text of an operand, in parentheses where it binds less than ``least``."""
         text, strength = self._write(node)
         return text if strength >= least else f"({text})"
 
 
 def wrapped(text: str, start: int, language: Language, indent: int = 8) -> str:
-    """An expression that starts at a column, in lines that end before column 112, broken before the loosest operators.
+    """An expression that starts at a column, in lines of at most ``WIDTH``, broken before binary operators.
 
     The lines after the first are indented by ``indent``.
     """
@@ -114,7 +123,7 @@ def wrapped(text: str, start: int, language: Language, indent: int = 8) -> str:
     lines = [""]
     for piece, depth in _pieces(text):
         used = len(lines[-1]) + (start if len(lines) == 1 and not language.opening else indent)
-        if lines[-1] and used + len(piece) > WIDTH and depth < 6:
+        if lines[-1] and used + len(piece) > WIDTH and depth < DEEPEST_BREAK:
             lines.append("")
         lines[-1] += piece
     inner = ("\n" + " " * indent).join(line.strip() for line in lines)
@@ -124,12 +133,12 @@ def wrapped(text: str, start: int, language: Language, indent: int = 8) -> str:
 
 
 def _pieces(text: str) -> list[tuple[str, int]]:
-    """The text cut before its binary operators, with the depth of parentheses at each cut."""
+    """The text cut before its binary operators, each piece with the depth of parentheses at its beginning."""
     pieces: list[tuple[str, int]] = []
-    depth = begin = cut = 0
+    depth = begin = depth_at_begin = 0
     for k, c in enumerate(text):
         if c == " " and text[k + 1 : k + 3] in {"+ ", "- ", "* ", "/ "}:
-            pieces.append((text[begin:k], cut))
-            begin, cut = k, depth
+            pieces.append((text[begin:k], depth_at_begin))
+            begin, depth_at_begin = k, depth
         depth += (c == "(") - (c == ")")
-    return [*pieces, (text[begin:], cut)]
+    return [*pieces, (text[begin:], depth_at_begin)]
