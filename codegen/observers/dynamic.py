@@ -1,4 +1,4 @@
-"""DFO and GDFO: friction follows a law with a state; the state and its multiplying level are both estimated."""
+"""DFO and GDFO, the dynamic friction observers: they estimate the state of a friction law and the level it scales."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ class AssumedLaw:
     """The one-state law that the observer assumes at a contact: λ = a φ(u, f), f' = ξ₁(u, f).
 
     Attributes:
+        parameters: name → symbol, or exact value of an exponent.
         level: nominal a: the law's scale, or 1 where the law has none and a is a factor of the whole force.
         values, units: of the law's parameter symbols, where the observer assumes a law other than the plant's.
     """
@@ -37,6 +38,7 @@ class AssumedLaw:
 
     @property
     def state_unit(self) -> str:
+        """The unit of f."""
         return self.law.states[0].unit.format(F=self.contact.unit, q=self.contact.slip_unit)
 
     def force(self, level: Any, slip: Any, state: Any) -> Any:
@@ -151,10 +153,16 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
 
 
 def _law_functions(label: str, names: list[str], slip: Matrix, state: Matrix) -> tuple[LawFunction, ...]:
+    """One function of (u, f) for each contact, whose slopes stay symbols in Ψ."""
     return tuple(LawFunction(f"{label}_{n}", {"u": u, "f": f}) for n, u, f in zip(names, slip, state, strict=True))
 
 
 def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> AssumedLaw:
+    """The law of ``observer: laws:`` for this contact, else the plant's own.
+
+    Raises:
+        BadInput: for a law without state, or with more than one.
+    """
     choice = spec.required_observer
     place = spec.place(f"friction.contacts[{system.contact_index(contact.name)}].law")
     law: FrictionLaw = contact.law
@@ -190,25 +198,31 @@ def _declared(law: AssumedLaw) -> Any:
 def _range(spec: Spec, system: System, law: AssumedLaw) -> tuple[Any, Any] | None:
     """Exact range of the law's state within the envelope's slip speeds; None where these are unknown."""
     column = system.distribution.col(system.contact_index(law.contact.name)).subs(system.values)
-    top: Any = sympy.Integer(0)
+    top_speed: Any = sympy.Integer(0)  # |u| ≤ Σ |U_i| max|v_i|; None where U varies or a velocity has no range
     for entry, v in zip(column, system.velocities, strict=True):
         if entry == 0:
             continue
         if entry.free_symbols or v.name not in spec.envelope:
-            top = None
+            top_speed = None
             break
-        top += abs(entry) * max(abs(end) for end in spec.envelope[v.name])
+        top_speed += abs(entry) * max(abs(end) for end in spec.envelope[v.name])
     known = {**system.values, **law.values}
     numbers = {name: known.get(s, s) for name, s in law.parameters.items()}
-    marker = symbol("top_speed_")
-    low, high = law.law.state_range(marker, numbers)[0]
-    if top is None:
-        return None if low.has(marker) or high.has(marker) else (_rational(low, -1), _rational(high, 1))
-    return _rational(low.subs(marker, top), -1), _rational(high.subs(marker, top), 1)
+    # With a symbol for the top speed, since the range of many laws, such as Dahl's, does not depend on it.
+    speed_symbol = symbol("top_speed_")
+    low, high = law.law.state_range(speed_symbol, numbers)[0]
+    if top_speed is None:
+        independent = not (low.has(speed_symbol) or high.has(speed_symbol))
+        return (_rational(low, -1), _rational(high, 1)) if independent else None
+    return _rational(low.subs(speed_symbol, top_speed), -1), _rational(high.subs(speed_symbol, top_speed), 1)
 
 
 def _rational(value: Any, outward: int) -> Any:
-    """An exact rational, or else a decimal of 15 digits rounded outwards."""
+    """An end of a range as an exact rational: itself, or an irrational one rounded outwards by 10⁻¹⁵ of it.
+
+    Args:
+        outward: -1 for a lower end, 1 for an upper one.
+    """
     if value.is_Rational:
         return value
     number = sympy.Rational(str(sympy.N(value, 20)))
@@ -218,6 +232,7 @@ def _rational(value: Any, outward: int) -> Any:
 def _gain_units(
     laws: list[AssumedLaw], system: System, level: GainMatrix, first: GainMatrix, second: GainMatrix
 ) -> dict[sympy.Symbol, str]:
+    """Gain symbol → unit: that of the estimate over that of what the gain multiplies, f̂ û, x or v̂."""
     states, positions = [law.state_unit for law in laws], [f"/{q}" for q in system.position_units]
     return (
         level.units(

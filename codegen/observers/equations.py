@@ -54,11 +54,13 @@ class LawFunction:
     arguments: Mapping[str, sympy.Symbol]
 
     def slope_label(self, letter: str) -> str:
+        """The name of the partial derivative by an argument."""
         head, _, tail = self.label.partition("_")
         return f"{head}_{letter}_{tail}"
 
     @property
     def labels(self) -> tuple[str, ...]:
+        """The names of the value and of all its partial derivatives."""
         return (self.label, *(self.slope_label(letter) for letter in self.arguments))
 
 
@@ -141,13 +143,14 @@ class Observer:
         signs: the slip signs s = ±1, one a contact, constant between reversals.
         gains: exact values of the gain symbols; ``gain_units`` their units.
         sample_time: exact, seconds.
-        level_errors: whether the friction error is in levels (a − â), whose force form carries the slip sign.
+        level_errors: whether the friction error is in levels, a − â; the force error of a contact is s (a − â).
         assumed: exact values of other constants in Ψ than gains and the system's parameters: parameters of the law that
             the observer assumes, and true levels without a range in the envelope; ``assumed_units`` their units.
         truth_ranges: ranges of true values that vary, such as a friction state, from their law.
         level_ranges: of a DFO, ranges of true levels that are variables of Ψ: the envelope's, or about the declared.
         cascade: form of Ψ for this kind where g does not depend on v; None if there is none.
-        exact: whether e = 0 is an equilibrium: the observer assumes the plant's own laws and parameters (ξ₁ = ξ).
+        exact: whether e = 0 is an equilibrium: true where the observer assumes the plant's own laws and parameters
+            (ξ₁ = ξ).
         integration: method by which rates become a step; it also changes the velocity equations.
         euler: the observer with explicit Euler, whose equations are the differential ones; None: it is this one.
         domain: region in which the code updates the level estimate; None: everywhere.
