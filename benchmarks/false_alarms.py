@@ -15,11 +15,11 @@ import numpy as np
 from scipy.signal import lfilter
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.credit import ALPHA, LEAST_SHARE, SIGNED
-from codegen.diagnosis.force_evidence import ForceGain
-from codegen.diagnosis.ranking import FORCE_SHARE, FORCE_SHARE_OF_FEW
-from codegen.diagnosis.score_test import t_of_scores
-from codegen.diagnosis.slow_noise import slow_noise_likelihood
+from codegen.diagnosis.evidence.force_evidence import ForceGain
+from codegen.diagnosis.evidence.score_test import t_of_scores
+from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
+from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, SIGNED
+from codegen.diagnosis.selection.ranking import FORCE_SHARE, FORCE_SHARE_OF_FEW
 
 Candidate = tuple[int, float, list[Array]]
 RESIDUALS = ("white", "neighbours' correlation 0.6", "white and a slow force")

@@ -12,8 +12,8 @@ from benchmarks.emps.choice import candidates
 from benchmarks.emps.models import BY_DIRECTION, Model
 from benchmarks.emps.records import DATA, RECORDS, ROOT, read
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.fit.trial import with_effects, with_values
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.trial import with_effects, with_values
 from codegen.logs import read_log
 from codegen.mechanics import System, build_system
 from codegen.simulate.plant import Plant

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from benchmarks.emps.records import FREE_SAMPLES, Measured
-from codegen.diagnosis.record import Record
+from codegen.diagnosis.fit.record import Record
+from codegen.diagnosis.fit.shooting import Shooter
+from codegen.diagnosis.fit.trial import Runner, Trial, part_of, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.shooting import Shooter
-from codegen.diagnosis.trial import Runner, Trial, part_of, with_effects, with_values
 from codegen.effects import CATALOGUE
 from codegen.mechanics import System
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.record import Record
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.fit.record import Record
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import read_log
 from codegen.spec import Spec
 

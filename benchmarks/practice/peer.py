@@ -15,16 +15,16 @@ from pydantic import TypeAdapter
 from benchmarks.practice.cases import Case
 from benchmarks.practice.runs import code_version
 from codegen.base.files import write_atomically
-from codegen.diagnosis.credit import LEAST_SHARE, LEAST_SIZE
-from codegen.diagnosis.estimate import estimate
-from codegen.diagnosis.measure import Drive
-from codegen.diagnosis.proposal import OVER_ANGLE, OVER_POSITION, OVER_VELOCITY, propose_terms
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.evidence.estimate import estimate
+from codegen.diagnosis.fit.credit import LEAST_SHARE, LEAST_SIZE
+from codegen.diagnosis.fit.measure import Drive
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import ProposedTerms
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import with_values
+from codegen.diagnosis.verdict.proposal import OVER_ANGLE, OVER_POSITION, OVER_VELOCITY, propose_terms
 from codegen.effects.declare import system_of
 from codegen.logs import read_log
 from codegen.mechanics.system import System

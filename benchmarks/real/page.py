@@ -10,7 +10,7 @@ from benchmarks.real.runs import kept, result
 from benchmarks.real.sets import PAGE_NAMES, PAGES, SETS, Diagnosed
 from codegen.base.errors import BadInput
 from codegen.base.files import write_atomically
-from codegen.diagnosis.measure import RESTART_S
+from codegen.diagnosis.fit.measure import RESTART_S
 
 BEGIN, END = "<!-- python -m benchmarks.real: begin -->", "<!-- python -m benchmarks.real: end -->"
 MODELS = ("declared", "refit", "augmented")

@@ -9,9 +9,9 @@ import numpy as np
 
 import stiction
 from benchmarks.real.sets import DATA, SPECS, Diagnosed, spec_of
-from codegen.diagnosis.residual import inverse_dynamics_residual
-from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
-from codegen.diagnosis.trial import with_values
+from codegen.diagnosis.fit.residual import inverse_dynamics_residual
+from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, Motion, smooth_motion
+from codegen.diagnosis.fit.trial import with_values
 from codegen.logs import Log, read_logs
 from codegen.mechanics import System
 

@@ -18,10 +18,10 @@ from benchmarks.rivals.axis import axis_of
 from benchmarks.rivals.logs import Pair
 from codegen.base.files import write_atomically
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.measure import measure
-from codegen.diagnosis.proposal import propose_terms
-from codegen.diagnosis.signals import Motion
-from codegen.diagnosis.trial import with_values
+from codegen.diagnosis.fit.measure import measure
+from codegen.diagnosis.fit.signals import Motion
+from codegen.diagnosis.fit.trial import with_values
+from codegen.diagnosis.verdict.proposal import propose_terms
 from codegen.mechanics import System
 
 HERE = Path(__file__).parent

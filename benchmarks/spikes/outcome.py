@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.rates import Rate, rate
-from codegen.diagnosis.credit import LEAST_SHARE
+from codegen.diagnosis.fit.credit import LEAST_SHARE
 from codegen.effects import CATALOGUE
 
 NEAR = 0.3

@@ -20,7 +20,7 @@ from benchmarks.surrogates.surrogate import BLOCK_S, WAYS
 from codegen.base.errors import BadInput
 from codegen.base.files import write_all
 from codegen.base.text import render
-from codegen.diagnosis.credit import ALPHA
+from codegen.diagnosis.fit.credit import ALPHA
 
 PAGE, PICTURE = "calibration.md", "calibration.svg"
 REAL = "real sets"

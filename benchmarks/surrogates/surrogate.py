@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.diagnosis.residual import Problem, evaluate_forces, inverse_dynamics_residual
-from codegen.diagnosis.signals import SHORTEST_TEST_S, smooth_motion
+from codegen.diagnosis.fit.residual import Problem, evaluate_forces, inverse_dynamics_residual
+from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, smooth_motion
 from codegen.logs import Log
 from codegen.mechanics.system import Matrix, System
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from codegen.base.user_text import shown
 from codegen.logs.binding import time_columns
 from codegen.logs.column_names import COMMANDED, words_of
-from codegen.logs.series import TIME
-from codegen.logs.source import listing
+from codegen.logs.formats.series import TIME
+from codegen.logs.formats.source import listing
 from codegen.logs.term import identifier
 
 QUANTITIES: Mapping[str, frozenset[str]] = {

@@ -12,10 +12,10 @@ from functools import cached_property
 
 import sympy
 
-from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.signals import SHORTEST_TEST_S, Motion, smooth_motion
-from codegen.diagnosis.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
+from codegen.diagnosis.evidence.input_timing import acting_between_rows, measured_inputs
+from codegen.diagnosis.evidence.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, Motion, smooth_motion
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.logs.motion import steady_speeds

@@ -16,38 +16,20 @@ from typing import Any
 import numpy as np
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.answer import Answer
-from codegen.diagnosis.augment import augmented_text
-from codegen.diagnosis.candidate_fits import start_compiling
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
-from codegen.diagnosis.conclusion import (
-    TABLE_SIZE,
-    candidates,
-    interval_in_words,
-    is_small,
-    rivals_of,
-    rounds,
-    sentence,
-    standing,
-    verdict_of,
-)
-from codegen.diagnosis.credit import ALPHA, LEAST_SHARE, NEAR_NOISE, noise_ratio, share_far
-from codegen.diagnosis.examination import examine, settled
-from codegen.diagnosis.force_led import credited_by_force
-from codegen.diagnosis.forward_selection import Outcome, common_effects, find_effects, within_reach
-from codegen.diagnosis.harmonics import with_harmonics
-from codegen.diagnosis.held_out import HeldOut, only
-from codegen.diagnosis.measure import RESTART_S, force_errors, measure, restart_within_reach
-from codegen.diagnosis.output_error import BLOCKS, Fit, levels_at_zero
-from codegen.diagnosis.proposal import propose_terms, refuse_without_pysindy
-from codegen.diagnosis.record import position_noise, record_of
+from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders, rms
+from codegen.diagnosis.experiments.separation import separate, tied_fits
+from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, NEAR_NOISE, noise_ratio, share_far
+from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure, restart_within_reach
+from codegen.diagnosis.fit.output_error import BLOCKS, Fit, levels_at_zero
+from codegen.diagnosis.fit.record import position_noise, record_of
+from codegen.diagnosis.fit.residual import Problem, residual_at_drive
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.reliability import reliability_of
-from codegen.diagnosis.replay import compare_residuals
-from codegen.diagnosis.residual import Problem, residual_at_drive
-from codegen.diagnosis.residual_regression import acting_force, half_of_squares, remainders, rms
 from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round, Separation
-from codegen.diagnosis.search import Search, search_on
-from codegen.diagnosis.separation import separate, tied_fits
+from codegen.diagnosis.selection.candidate_fits import start_compiling
+from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.steady_runs import (
     Means,
     SteadySearch,
@@ -58,8 +40,26 @@ from codegen.diagnosis.steady_runs import (
     means_of,
     remainders_of,
 )
-from codegen.diagnosis.trial import Part
-from codegen.diagnosis.wrong_values import (
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.augment import augmented_text
+from codegen.diagnosis.verdict.conclusion import (
+    TABLE_SIZE,
+    candidates,
+    interval_in_words,
+    is_small,
+    rivals_of,
+    rounds,
+    sentence,
+    standing,
+    verdict_of,
+)
+from codegen.diagnosis.verdict.examination import examine, settled
+from codegen.diagnosis.verdict.force_led import credited_by_force
+from codegen.diagnosis.verdict.harmonics import with_harmonics
+from codegen.diagnosis.verdict.held_out import HeldOut, only
+from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
+from codegen.diagnosis.verdict.replay import compare_residuals
+from codegen.diagnosis.verdict.wrong_values import (
     equal_parameters,
     explaining_values,
     is_better,

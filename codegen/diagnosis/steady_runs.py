@@ -22,15 +22,15 @@ from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from codegen.base.arrays import Array
-from codegen.diagnosis import credit
-from codegen.diagnosis.answer import Answer, Measured, admitted
-from codegen.diagnosis.conclusion import effect_of
-from codegen.diagnosis.coverage import Survey, survey
-from codegen.diagnosis.estimate import CONFIDENCE, Interval
-from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.evidence.coverage import Survey, survey
+from codegen.diagnosis.evidence.estimate import CONFIDENCE, Interval
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.shooting import hidden_states
+from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Remainder, Verdict
-from codegen.diagnosis.shooting import hidden_states
-from codegen.diagnosis.trial import Part, Trial, model_of, part_of
+from codegen.diagnosis.verdict.answer import Answer, Measured, admitted
+from codegen.diagnosis.verdict.conclusion import effect_of
 from codegen.effects.register import candidates, is_own
 from codegen.logs import Log
 from codegen.logs.motion import measured_motion, steady_speeds

@@ -1,11 +1,11 @@
 """Measured logs: read into SI on a uniform grid, and audited before anything is concluded from them."""
 
+from codegen.logs.audit.preflight import preflight
 from codegen.logs.description import LogDescription, read_description
 from codegen.logs.excerpt import excerpt
+from codegen.logs.formats.source import Allowance
 from codegen.logs.log import Finding, Intake, Log
-from codegen.logs.preflight import preflight
 from codegen.logs.readers import FORMATS, read_log, read_logs
-from codegen.logs.source import Allowance
 
 __all__ = [
     "FORMATS",

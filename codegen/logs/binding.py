@@ -21,8 +21,8 @@ from codegen.logs.column_names import (
     unit_of,
 )
 from codegen.logs.description import LogDescription
+from codegen.logs.formats.source import LogFile, listing
 from codegen.logs.log import Finding
-from codegen.logs.source import LogFile, listing
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.model import Spec
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor

@@ -11,7 +11,7 @@ from codegen.base.arrays import Array, Flags
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
-from codegen.logs.source import Columns
+from codegen.logs.formats.source import Columns
 
 LARGEST_VALUE = 1e30
 SHARE_NOT_FINITE = 0.01

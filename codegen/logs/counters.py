@@ -14,8 +14,8 @@ from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, nearest_name
 from codegen.base.user_text import shown
 from codegen.logs.description import LogDescription
+from codegen.logs.formats.source import Columns, listing
 from codegen.logs.log import Finding
-from codegen.logs.source import Columns, listing
 from codegen.logs.term import Term
 
 WIDTHS = (16, 32)

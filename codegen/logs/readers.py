@@ -14,28 +14,28 @@ import numpy as np
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import identity, is_there, opened
 from codegen.base.user_text import shown
-from codegen.logs.bag_file import BagFolder, Db3Storage, is_bag
-from codegen.logs.beside import SideBySide
 from codegen.logs.binding import Binding, bind, column_of, time_of
 from codegen.logs.cleaning import Clean, clean
 from codegen.logs.counters import corrected, counter_findings, repeats, require_columns, smallest_step
-from codegen.logs.csv_file import CsvSource, CsvStream, LongTable, open_csv
 from codegen.logs.description import SAYS_NOTHING, ZERO_ORDER, Lengths, LogDescription, read_description
-from codegen.logs.hdf5_file import Hdf5File
+from codegen.logs.formats.bag_file import BagFolder, Db3Storage, is_bag
+from codegen.logs.formats.beside import SideBySide
+from codegen.logs.formats.csv_file import CsvSource, CsvStream, LongTable, open_csv
+from codegen.logs.formats.hdf5_file import Hdf5File
+from codegen.logs.formats.json_file import JsonFile
+from codegen.logs.formats.mat_file import open_mat
+from codegen.logs.formats.mcap_file import McapStorage
+from codegen.logs.formats.mdf_file import MdfFile
+from codegen.logs.formats.numpy_file import NpyFile, NpzFile
+from codegen.logs.formats.parquet_file import ParquetFile
+from codegen.logs.formats.ros_log import RosFile, Storage
+from codegen.logs.formats.series import at_rates_of_their_own
+from codegen.logs.formats.source import LARGEST_STREAM, Allowance, BlockFile, Columns, LogFile, NotStreamed
+from codegen.logs.formats.tdms_file import TdmsFile
+from codegen.logs.formats.ulog_file import UlogFile
 from codegen.logs.joined import join_logs
-from codegen.logs.json_file import JsonFile
 from codegen.logs.log import Finding, Intake, Log
-from codegen.logs.mat_file import open_mat
-from codegen.logs.mcap_file import McapStorage
-from codegen.logs.mdf_file import MdfFile
-from codegen.logs.numpy_file import NpyFile, NpzFile
-from codegen.logs.parquet_file import ParquetFile
-from codegen.logs.ros_log import RosFile, Storage
-from codegen.logs.series import at_rates_of_their_own
-from codegen.logs.source import LARGEST_STREAM, Allowance, BlockFile, Columns, LogFile, NotStreamed
-from codegen.logs.tdms_file import TdmsFile
 from codegen.logs.term import columns_of, compute
-from codegen.logs.ulog_file import UlogFile
 from codegen.logs.uniform import Uniform, uniform
 from codegen.spec.model import Spec
 from codegen.spec.quantity import refuse_other_unit

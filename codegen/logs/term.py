@@ -12,7 +12,7 @@ import numpy as np
 import sympy
 
 from codegen.base.errors import BadInput, Place
-from codegen.logs.source import Columns
+from codegen.logs.formats.source import Columns
 from codegen.mechanics.casadi_form import to_casadi
 from codegen.spec.expression import Expression, parse_expression
 

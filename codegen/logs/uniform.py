@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.logs.source import Columns
+from codegen.logs.formats.source import Columns
 
 JITTER = 0.01
 GAP_STEPS = 5.0

@@ -9,10 +9,10 @@ from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.certify.bound.friction_bounds import largest_friction
 from codegen.logs import read_log
-from codegen.logs.envelope import Span
+from codegen.logs.audit.envelope import Span
+from codegen.logs.audit.preflight import force_problems
 from codegen.logs.excerpt import excerpt
 from codegen.logs.log import Log
-from codegen.logs.preflight import force_problems
 from codegen.observers.equations import Observer
 from codegen.program import Program
 from codegen.replay.samples import Block

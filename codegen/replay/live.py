@@ -14,16 +14,16 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.input_files import opened
-from codegen.logs.bag_file import is_bag
 from codegen.logs.binding import bind
 from codegen.logs.counters import corrected
-from codegen.logs.csv_file import CsvSource, open_csv, open_lines
 from codegen.logs.description import SAYS_NOTHING, LogDescription
+from codegen.logs.formats.bag_file import is_bag
+from codegen.logs.formats.csv_file import CsvSource, open_csv, open_lines
+from codegen.logs.formats.source import LARGEST_STREAM, Columns
+from codegen.logs.formats.table import COMMENT, ROWS_ALIKE
+from codegen.logs.formats.text_lines import EXPECTED, lines_of
 from codegen.logs.readers import FORMATS, log_description, since_epoch
-from codegen.logs.source import LARGEST_STREAM, Columns
-from codegen.logs.table import COMMENT, ROWS_ALIKE
 from codegen.logs.term import columns_of, compute
-from codegen.logs.text_lines import EXPECTED, lines_of
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
 from codegen.replay.samples import Block, blocks_between

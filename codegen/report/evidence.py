@@ -12,13 +12,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from codegen.base.arrays import Array, Flags
-from codegen.diagnosis.conclusion import acts_on
 from codegen.diagnosis.diagnose import Models
-from codegen.diagnosis.force_evidence import VARIABLES
-from codegen.diagnosis.residual import Problem, residual_at_drive, without_levels
-from codegen.diagnosis.residual_regression import explained_over, remainder_columns, sliding, smooth_curve, variables_of
+from codegen.diagnosis.evidence.force_evidence import VARIABLES
+from codegen.diagnosis.evidence.residual_regression import (
+    explained_over,
+    remainder_columns,
+    sliding,
+    smooth_curve,
+    variables_of,
+)
+from codegen.diagnosis.fit.residual import Problem, residual_at_drive, without_levels
+from codegen.diagnosis.fit.trial import with_effects, with_values
 from codegen.diagnosis.results import Diagnosis, FoundEffect
-from codegen.diagnosis.trial import with_effects, with_values
+from codegen.diagnosis.verdict.conclusion import acts_on
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 from codegen.report.series import Curve, bin_means, thin

@@ -16,10 +16,10 @@ from benchmarks.practice.declared import candidates, clopper_pearson, row, tally
 from benchmarks.practice.peer import Reading, Term, is_right, kinds_of, readings, table, totals
 from benchmarks.practice.runs import Run, diagnosed, result_in, times, typical
 from benchmarks.practice.score import coverage, right, within
-from codegen.diagnosis.proposal import propose_terms
-from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.results import ProposedTerms
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.verdict.proposal import propose_terms
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import TEST, TRAIN, log_of, stage, system_of
 from tests.in_part import in_part

@@ -14,8 +14,8 @@ from benchmarks.surrogates.__main__ import PAGE, PICTURE, page
 from benchmarks.surrogates.picture import LEAST, picture, steps
 from benchmarks.surrogates.runs import Trial, Trials, table
 from benchmarks.surrogates.surrogate import WAYS, Way, scrambled, surrogate
-from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.fit.signals import smooth_motion
 from tests.diagnosis.stage import log_of, stage, system_of
 
 MADE = 8

@@ -7,12 +7,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from unittest.mock import patch
 
-from codegen.diagnosis import force_led, forward_selection
-from codegen.diagnosis.candidate_fits import every_part
 from codegen.diagnosis.diagnose import Models, diagnose_log
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Diagnosis
-from codegen.diagnosis.search import Search
-from codegen.diagnosis.trial import Part
+from codegen.diagnosis.selection import forward_selection
+from codegen.diagnosis.selection.candidate_fits import every_part
+from codegen.diagnosis.verdict import force_led
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log, read_log
 from codegen.mechanics import System, build_system

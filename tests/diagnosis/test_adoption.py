@@ -12,8 +12,20 @@ import pytest
 import sympy
 from scipy.signal import butter, sosfiltfilt
 
-from codegen.diagnosis import diagnose, examination
-from codegen.diagnosis.adoption import (
+from codegen.diagnosis import diagnose
+from codegen.diagnosis.diagnose import Models, diagnose_log
+from codegen.diagnosis.evidence.estimate import Estimate, covariance, estimate
+from codegen.diagnosis.fit.measure import force_errors, free_run_errors, measure
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem, force_rows, independent_samples
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import with_values
+from codegen.diagnosis.results import Diagnosis, ErrorFigures
+from codegen.diagnosis.selection.forward_selection import find_effects
+from codegen.diagnosis.verdict import examination
+from codegen.diagnosis.verdict.adoption import (
     BLOCKS,
     DOUBTFUL,
     CrossValidation,
@@ -23,18 +35,7 @@ from codegen.diagnosis.adoption import (
     adopt_values,
     settled_values,
 )
-from codegen.diagnosis.answer import FORCE, RUN, Answer, admitted, worsened
-from codegen.diagnosis.diagnose import Models, diagnose_log
-from codegen.diagnosis.estimate import Estimate, covariance, estimate
-from codegen.diagnosis.forward_selection import find_effects
-from codegen.diagnosis.measure import force_errors, free_run_errors, measure
-from codegen.diagnosis.output_error import Fit
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem, force_rows, independent_samples
-from codegen.diagnosis.results import Diagnosis, ErrorFigures
-from codegen.diagnosis.search import Search, search_on
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import with_values
+from codegen.diagnosis.verdict.answer import FORCE, RUN, Answer, admitted, worsened
 from codegen.logs import Log, read_log
 from codegen.report import render_report
 from codegen.spec import Spec, parse_spec, read_spec

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.diagnosis.conclusion import against_regression
-from codegen.diagnosis.force_evidence import force_evidence
-from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.evidence.force_evidence import force_evidence
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import with_effects
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import with_effects
+from codegen.diagnosis.verdict.conclusion import against_regression
 from codegen.logs import Log, read_log
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from codegen.diagnosis.candidate_fits import fit_candidates
-from codegen.diagnosis.credit import noise_ratio
-from codegen.diagnosis.forward_selection import within_reach
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection.candidate_fits import fit_candidates
+from codegen.diagnosis.selection.forward_selection import within_reach
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import log_of, stage, system_of
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.candidate_fits import CandidateFits
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection.candidate_fits import CandidateFits
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import log_of, stage
 from tests.diagnosis.test_adoption import search_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from codegen.diagnosis.residual import unfiltered_residual
-from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.fit.residual import unfiltered_residual
+from codegen.diagnosis.fit.signals import Motion
 from tests.diagnosis.stage import stage, system_of
 
 H = 1e-3

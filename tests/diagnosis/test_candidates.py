@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.adoption import Refit
-from codegen.diagnosis.candidate_fits import every_part, start_compiling
-from codegen.diagnosis.examination import _options
-from codegen.diagnosis.record import MOST_STEPS, PLENTY, record_of
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.search import Search, search_on
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.fit.record import MOST_STEPS, PLENTY, record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.selection.candidate_fits import every_part, start_compiling
+from codegen.diagnosis.verdict.adoption import Refit
+from codegen.diagnosis.verdict.examination import _options
 from codegen.logs import Log
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.changes_in_time import changes_in_time
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.residual_regression import half_of_squares
-from codegen.diagnosis.signals import low_pass
+from codegen.diagnosis.evidence.changes_in_time import changes_in_time
+from codegen.diagnosis.evidence.residual_regression import half_of_squares
+from codegen.diagnosis.fit.signals import low_pass
 from codegen.spec import parse_spec
 from tests.diagnosis.own_stage import simulated
 from tests.diagnosis.stage import STAGE, among, log_of, stage, system_of

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from codegen.diagnosis.forward_selection import Outcome, common_effects
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection.forward_selection import Outcome, common_effects
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import log_of, stage
 from tests.diagnosis.test_adoption import loose, search_of

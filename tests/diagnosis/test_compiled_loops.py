@@ -11,10 +11,10 @@ import casadi
 import numpy as np
 import pytest
 
-from codegen.diagnosis import parallel as both
-from codegen.diagnosis.record import Record
-from codegen.diagnosis.replay import tracked_friction, tracking_choice
-from codegen.diagnosis.signals import Motion
+from codegen.diagnosis.fit import parallel as both
+from codegen.diagnosis.fit.record import Record
+from codegen.diagnosis.fit.signals import Motion
+from codegen.diagnosis.verdict.replay import tracked_friction, tracking_choice
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import build_system
 from codegen.mechanics.casadi_form import over_rows

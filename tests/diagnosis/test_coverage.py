@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from codegen.diagnosis.coverage import _periods
-from codegen.diagnosis.signals import is_resolved
+from codegen.diagnosis.evidence.coverage import _periods
+from codegen.diagnosis.fit.signals import is_resolved
 
 
 @pytest.mark.parametrize("orders", [(7,), (72, 18), (36, 12)])

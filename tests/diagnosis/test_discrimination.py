@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.discrimination import Discrimination, Model
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.experiments.discrimination import Discrimination, Model
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import Trial, part_of
 from codegen.diagnosis.results import Separation, SetupTried
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import Trial, part_of
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of

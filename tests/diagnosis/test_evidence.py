@@ -13,8 +13,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import binom, norm, ttest_1samp
 
-from codegen.diagnosis import ranking
-from codegen.diagnosis.credit import by_random_signs, evidence
+from codegen.diagnosis.fit.credit import by_random_signs, evidence
+from codegen.diagnosis.selection import ranking
 
 KEPT, SEGMENTS = 40, 48
 FLOOR = 0.5 * KEPT * np.log(2.0)

@@ -9,9 +9,9 @@ import pytest
 from codegen.base.resources import resource_folder
 from codegen.diagnosis.case import values_of_zero
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.wrong_values import explaining_values
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.verdict.wrong_values import explaining_values
 from codegen.effects.declare import system_of
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec

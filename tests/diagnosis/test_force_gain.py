@@ -14,18 +14,10 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from codegen.diagnosis.credit import ALPHA, Evidence
-from codegen.diagnosis.force_evidence import ForceGain, force_gain
-from codegen.diagnosis.ranking import (
-    ForceCriterion,
-    absorbed_by_refit,
-    combined_p,
-    contradicted_by_force,
-    credible,
-    only_reduces_drive,
-)
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import (
+from codegen.diagnosis.evidence.force_evidence import ForceGain, force_gain
+from codegen.diagnosis.fit.credit import ALPHA, Evidence
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import (
     Masks,
     Problem,
     bounded_least_squares,
@@ -34,9 +26,17 @@ from codegen.diagnosis.residual import (
     masks,
     residual_at_drive,
 )
-from codegen.diagnosis.search import Search, search_on
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import part_of, with_values
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import part_of, with_values
+from codegen.diagnosis.selection.ranking import (
+    ForceCriterion,
+    absorbed_by_refit,
+    combined_p,
+    contradicted_by_force,
+    credible,
+    only_reduces_drive,
+)
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics import System

@@ -11,10 +11,18 @@ import pytest
 from scipy.optimize import least_squares
 
 from benchmarks.real.sets import DATA
-from codegen.diagnosis import force_led
-from codegen.diagnosis.credit import evidence, random_signs
-from codegen.diagnosis.estimate import estimate
-from codegen.diagnosis.force_led import (
+from codegen.diagnosis.evidence.estimate import estimate
+from codegen.diagnosis.fit.credit import evidence, random_signs
+from codegen.diagnosis.fit.measure import measure
+from codegen.diagnosis.fit.output_error import Fit, segment_losses
+from codegen.diagnosis.fit.record import position_noise, record_of
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import Part, model_of, part_of
+from codegen.diagnosis.selection.forward_selection import LaterRound
+from codegen.diagnosis.verdict import force_led
+from codegen.diagnosis.verdict.force_led import (
     LEVEL,
     ForceFits,
     ForceSelection,
@@ -27,15 +35,7 @@ from codegen.diagnosis.force_led import (
     selected_by_force,
     told_by_held_out,
 )
-from codegen.diagnosis.forward_selection import LaterRound
-from codegen.diagnosis.held_out import HeldOut
-from codegen.diagnosis.measure import measure
-from codegen.diagnosis.output_error import Fit, segment_losses
-from codegen.diagnosis.record import position_noise, record_of
-from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
-from codegen.diagnosis.search import Search, search_on
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import Part, model_of, part_of
+from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log
 from tests.diagnosis.stage import log_of, stage, system_of

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from codegen.diagnosis.candidate_fits import CandidateFits
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.search import Search, search_on
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.starting_values import ForceStart
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.starting_values import ForceStart
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection.candidate_fits import CandidateFits
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from tests.diagnosis.stage import log_of, stage, system_of

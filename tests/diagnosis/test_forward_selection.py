@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.diagnosis import candidate_fits, forward_selection, ranking
-from codegen.diagnosis.forward_selection import still_credited
-from codegen.diagnosis.search import Search
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection import candidate_fits, forward_selection, ranking
+from codegen.diagnosis.selection.forward_selection import still_credited
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates
 from tests.diagnosis.stage import stage, system_of

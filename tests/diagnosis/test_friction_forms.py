@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from codegen.app.diagnose import diagnose
 from codegen.diagnosis.diagnose import Models, diagnose_log
-from codegen.diagnosis.reservations import shows_no_bend
+from codegen.diagnosis.evidence.reservations import shows_no_bend
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Diagnosis
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import part_of
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, stage, system_of

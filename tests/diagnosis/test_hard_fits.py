@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.estimate import estimate
-from codegen.diagnosis.forward_selection import find_effects
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.evidence.estimate import estimate
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection.forward_selection import find_effects
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, diagnosed, log_of, stage, system_of

@@ -9,13 +9,13 @@ import pytest
 
 import stiction
 from codegen.base.resources import resource_folder
-from codegen.diagnosis.forward_selection import Outcome
-from codegen.diagnosis.harmonics import regress, with_harmonics
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.verdict.harmonics import regress, with_harmonics
 from codegen.effects import CATALOGUE
 from codegen.effects.periodic import CoggingHarmonics
 from codegen.spec import read_spec

@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.diagnosis import examination, separation
-from codegen.diagnosis import held_out as rules
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.forward_selection import Outcome
-from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.experiments import separation
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import TRIM_S, smooth_motion
+from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.results import Diagnosis
-from codegen.diagnosis.signals import TRIM_S, smooth_motion
-from codegen.diagnosis.trial import with_values
+from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.verdict import examination
+from codegen.diagnosis.verdict import held_out as rules
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
 

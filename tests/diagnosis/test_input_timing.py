@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from codegen.diagnosis.input_timing import acting_between_rows, measured_inputs
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.evidence.input_timing import acting_between_rows, measured_inputs
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import Log
 from codegen.logs.description import LogDescription
 from tests.diagnosis.stage import log_of, stage, system_of

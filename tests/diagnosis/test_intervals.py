@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from codegen.diagnosis.estimate import BLOCKS, covariance, wave_intervals
-from codegen.diagnosis.examination import in_simpler_form
-from codegen.diagnosis.output_error import Fit, Prior
+from codegen.diagnosis.evidence.estimate import BLOCKS, covariance, wave_intervals
+from codegen.diagnosis.fit.output_error import Fit, Prior
+from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.verdict.examination import in_simpler_form
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of

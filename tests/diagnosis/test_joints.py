@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from mechanics.robots import TWO_LINKS
 
-from codegen.diagnosis.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.case import uncertain_values
-from codegen.diagnosis.credit import noise_ratio
-from codegen.diagnosis.joints import is_separable
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.search import Search, search_on
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.joints import is_separable
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of

@@ -10,9 +10,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.record import Record
-from codegen.diagnosis.shooting import Shooter
-from codegen.diagnosis.trial import Runner, Trial
+from codegen.diagnosis.fit.record import Record
+from codegen.diagnosis.fit.shooting import Shooter
+from codegen.diagnosis.fit.trial import Runner, Trial
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import read_log
 from codegen.mechanics import System, build_system

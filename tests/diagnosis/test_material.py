@@ -11,8 +11,8 @@ import pytest
 from codegen.app import diagnose
 from codegen.base.errors import BadInput
 from codegen.base.text import render
-from codegen.diagnosis.conclusion import main_variables, worst
 from codegen.diagnosis.results import FoundEffect, MotionTried, Remainder, Separation, SetupTried
+from codegen.diagnosis.verdict.conclusion import main_variables, worst
 from tests.app.command import is_one_message, stiction
 from tests.diagnosis.stage import log_of, stage
 

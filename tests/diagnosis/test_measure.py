@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.measure import Drive, force_errors, restart_within_reach
-from codegen.diagnosis.residual import Masks
-from codegen.diagnosis.signals import Motion, smooth_motion
+from codegen.diagnosis.fit.measure import Drive, force_errors, restart_within_reach
+from codegen.diagnosis.fit.residual import Masks
+from codegen.diagnosis.fit.signals import Motion, smooth_motion
 from codegen.logs import Log
 from codegen.mechanics import System, build_system
 from codegen.spec import parse_spec

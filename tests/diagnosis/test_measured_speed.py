@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.case import unknown_starts
-from codegen.diagnosis.credit import noise_ratio
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.residual_regression import remainders
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.signals import derivative_noise, quiet_cutoff, smooth_motion, white_noise
+from codegen.diagnosis.evidence.residual_regression import remainders
+from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import derivative_noise, quiet_cutoff, smooth_motion, white_noise
 from codegen.logs import Log, read_log
 from tests.diagnosis.stage import among, log_of, stage, system_of
 

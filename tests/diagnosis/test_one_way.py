@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from codegen.base.arrays import Array
-from codegen.diagnosis import force_led
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.force_led import ForceFits, force_round
-from codegen.diagnosis.output_error import Fit, shooting_fit
-from codegen.diagnosis.ranking import is_possible
-from codegen.diagnosis.reservations import takes_the_level
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import Trial, part_of, with_values
-from codegen.diagnosis.unseen_inertia import unseen_inertias
+from codegen.diagnosis.evidence.reservations import takes_the_level
+from codegen.diagnosis.evidence.unseen_inertia import unseen_inertias
+from codegen.diagnosis.fit.output_error import Fit, shooting_fit
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import Trial, part_of, with_values
+from codegen.diagnosis.selection.ranking import is_possible
+from codegen.diagnosis.verdict import force_led
+from codegen.diagnosis.verdict.force_led import ForceFits, force_round
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log
 from codegen.mechanics.system import System

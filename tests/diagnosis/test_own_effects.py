@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from codegen.base.text import render
-from codegen.diagnosis import candidate_fits
 from codegen.diagnosis.diagnose import diagnose_log
+from codegen.diagnosis.selection import candidate_fits
 from codegen.effects import CATALOGUE
 from codegen.effects.register import is_own, load_effects
 from tests.diagnosis.stage import log_of, stage, system_of

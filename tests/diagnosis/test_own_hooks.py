@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.credit import noise_ratio
-from codegen.diagnosis.record import Record, record_of
-from codegen.diagnosis.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.record import Record, record_of
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.shooting import Shooter
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import Part, Runner, Trial, part_of, with_effects
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.shooting import Shooter
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import Part, Runner, Trial, part_of, with_effects
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects, places_of
 from codegen.effects.register import load_effects

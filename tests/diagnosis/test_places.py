@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.candidate_fits import every_part
-from codegen.diagnosis.ranking import run_round
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.selection.candidate_fits import every_part
+from codegen.diagnosis.selection.ranking import run_round
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen.diagnosis.output_error import WITHIN
+from codegen.diagnosis.fit.output_error import WITHIN
 from tests.diagnosis.stage import log_of, stage
 from tests.diagnosis.test_adoption import loose, search_of
 

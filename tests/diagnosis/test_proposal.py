@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import stiction
-from codegen.diagnosis import proposal
-from codegen.diagnosis.proposal import propose_terms
-from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.results import ProposedTerms
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.verdict import proposal
+from codegen.diagnosis.verdict.proposal import propose_terms
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, log_of, stage, system_of
 from tests.told import refused

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from codegen.diagnosis.recent import recent
+from codegen.diagnosis.fit.recent import recent
 
 
 def test_the_same_objects_are_asked_once_and_equal_ones_again() -> None:

@@ -8,16 +8,16 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from codegen.diagnosis import examination
-from codegen.diagnosis.conclusion import named_effects
 from codegen.diagnosis.diagnose import Models, diagnose_log
-from codegen.diagnosis.estimate import Estimate
-from codegen.diagnosis.output_error import Fit, at_limit
-from codegen.diagnosis.reservations import objections, remarks
-from codegen.diagnosis.residual import Problem
+from codegen.diagnosis.evidence.estimate import Estimate
+from codegen.diagnosis.evidence.reservations import objections, remarks
+from codegen.diagnosis.fit.output_error import Fit, at_limit
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Diagnosis, FoundEffect
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.verdict import examination
+from codegen.diagnosis.verdict.conclusion import named_effects
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.report import render_report

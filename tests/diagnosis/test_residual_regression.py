@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.base.resources import resource_folder
-from codegen.diagnosis.conclusion import is_small, main_variables
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.residual_regression import (
+from codegen.diagnosis.evidence.residual_regression import (
     explained_over,
     remainders,
     repeated_share,
@@ -18,8 +16,10 @@ from codegen.diagnosis.residual_regression import (
     sliding,
     splines,
 )
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.results import Remainder
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.verdict.conclusion import is_small, main_variables
 from codegen.logs import read_log
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log

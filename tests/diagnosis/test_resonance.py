@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.signal import cont2discrete, lfilter
 
-from codegen.diagnosis.candidate_fits import fit_candidates
-from codegen.diagnosis.coverage import survey
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.residual_regression import ringing
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.evidence.coverage import survey
+from codegen.diagnosis.evidence.residual_regression import ringing
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection.candidate_fits import fit_candidates
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.diagnosis.test_force_start import search_in
@@ -44,7 +44,7 @@ def test_a_load_that_explains_the_force_residual_is_fitted_whatever_its_rank_by_
     log = log_of(stage(lacking), tmp_path, "train.csv")
     search = search_in(log)
     parts = [part_of(CATALOGUE[kind], 0, search.system) for kind in ("compliance", "offset", "stribeck")]
-    monkeypatch.setattr("codegen.diagnosis.candidate_fits.FITTED", 0)
+    monkeypatch.setattr("codegen.diagnosis.selection.candidate_fits.FITTED", 0)
     found = fit_candidates(search, search.refit(), parts, lambda share: None)
     assert [fit.part.kind for fit in found] == ["compliance"]
     assert found[0].parameters == pytest.approx({"k": 2500, "c": 4, "load_fraction": 0.3}, rel=0.1)

@@ -8,8 +8,8 @@ import pytest
 from mechanics.robots import TWO_LINKS
 
 import stiction
-from codegen.diagnosis.augment import augmented_text
 from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.verdict.augment import augmented_text
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec, read_spec

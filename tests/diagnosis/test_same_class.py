@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 
 import codegen.diagnosis
-from codegen.diagnosis.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.ranking import admissible, relative_size
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.starting_values import starting_points
-from codegen.diagnosis.trial import Part, part_of
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.starting_values import starting_points
+from codegen.diagnosis.fit.trial import Part, part_of
+from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
+from codegen.diagnosis.selection.ranking import admissible, relative_size
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects, places_of
 from codegen.effects.register import load_effects

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from codegen.diagnosis import wrong_values
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.wrong_values import scaled_position
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.verdict import wrong_values
+from codegen.diagnosis.verdict.wrong_values import scaled_position
 from codegen.effects import CATALOGUE
 from codegen.logs.description import SAYS_NOTHING
 from codegen.spec import parse_spec

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from codegen.diagnosis.credit import Evidence, evidence_of
-from codegen.diagnosis.output_error import Fit, Prior, Starts, segment_weights
-from codegen.diagnosis.score_test import added_parameters, along_best, contains, nested_evidence_of, score_test
+from codegen.diagnosis.evidence.score_test import added_parameters, along_best, contains, nested_evidence_of, score_test
+from codegen.diagnosis.fit.credit import Evidence, evidence_of
+from codegen.diagnosis.fit.output_error import Fit, Prior, Starts, segment_weights
 
 Array = NDArray[np.float64]
 

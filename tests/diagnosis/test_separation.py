@@ -12,18 +12,18 @@ import numpy as np
 import pytest
 
 import stiction
-from codegen.diagnosis import separation
-from codegen.diagnosis.candidate_fits import fit_candidates
-from codegen.diagnosis.credit import Evidence
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.forward_selection import Outcome
-from codegen.diagnosis.ranking import Ranked
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.separation import Reach, library, reach_of, separate, tied_fits
-from codegen.diagnosis.signals import smooth_motion
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.experiments import separation
+from codegen.diagnosis.experiments.separation import Reach, library, reach_of, separate, tied_fits
+from codegen.diagnosis.fit.credit import Evidence
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection.candidate_fits import fit_candidates
+from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.selection.ranking import Ranked
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, log_of, stage, system_of

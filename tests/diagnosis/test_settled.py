@@ -9,9 +9,9 @@ from typing import cast
 import numpy as np
 import pytest
 
-from codegen.diagnosis.credit import free_runs_settle
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.output_error import Fit
+from codegen.diagnosis.fit.credit import free_runs_settle
+from codegen.diagnosis.fit.output_error import Fit
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, system_of
 from tests.in_part import in_part

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, filtfilt, lfilter
 
-from codegen.diagnosis.shift_test import by_shifts
+from codegen.diagnosis.evidence.shift_test import by_shifts
 
 Array = NDArray[np.float64]
 SAMPLES, LOGS, SLOW = 4800, 200, 0.9975

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen.diagnosis.measure import free_run_errors
-from codegen.diagnosis.signals import SHORTEST_TEST_S, low_pass, quiet_cutoff, smooth_motion
+from codegen.diagnosis.fit.measure import free_run_errors
+from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, low_pass, quiet_cutoff, smooth_motion
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.told import refused
 

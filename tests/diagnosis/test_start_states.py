@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from codegen.diagnosis.credit import noise_ratio
-from codegen.diagnosis.output_error import _restarted, polish, shooting_fit
-from codegen.diagnosis.record import Record, record_of
-from codegen.diagnosis.residual import Problem
-from codegen.diagnosis.search import search_on
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.output_error import _restarted, polish, shooting_fit
+from codegen.diagnosis.fit.record import Record, record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
 from tests.diagnosis.stage import TRAIN, log_of, stage, system_of
 
 

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 import stiction
+from codegen.diagnosis.fit.trial import Trial, part_of
 from codegen.diagnosis.steady_runs import is_seen, is_static, means_of
-from codegen.diagnosis.trial import Trial, part_of
 from codegen.effects import CATALOGUE
 from codegen.logs import read_logs
 from tests.in_part import in_part

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.diagnosis import credit, examination, ranking
-from codegen.diagnosis.candidate_fits import is_simpler_form
-from codegen.diagnosis.examination import examine
-from codegen.diagnosis.forward_selection import _reconsidered
-from codegen.diagnosis.ranking import acts_as_its_limit
-from codegen.diagnosis.trial import part_of
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection import ranking
+from codegen.diagnosis.selection.candidate_fits import is_simpler_form
+from codegen.diagnosis.selection.forward_selection import _reconsidered
+from codegen.diagnosis.selection.ranking import acts_as_its_limit
+from codegen.diagnosis.verdict import examination
+from codegen.diagnosis.verdict.examination import examine
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, log_of, stage, system_of

@@ -10,9 +10,8 @@ import pytest
 
 from codegen.app.diagnose import Diagnosed
 from codegen.base.text import render
-from codegen.diagnosis.answer import Admitted
-from codegen.diagnosis.conclusion import _best_refused, changes_in_words
 from codegen.diagnosis.diagnose import _is_far_off
+from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import (
     Candidate,
     Change,
@@ -24,7 +23,8 @@ from codegen.diagnosis.results import (
     Separation,
     TiedPair,
 )
-from codegen.diagnosis.trial import Part
+from codegen.diagnosis.verdict.answer import Admitted
+from codegen.diagnosis.verdict.conclusion import _best_refused, changes_in_words
 from codegen.logs import read_logs
 from tests.diagnosis.stage import log_of, stage, system_of
 

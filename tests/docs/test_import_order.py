@@ -35,9 +35,9 @@ def graph_of(package: Path) -> Graph:
     return {name: imported(path.read_text("utf-8"), files) - {name} for name, path in files.items()}
 
 
-def folder(module: str) -> str:
-    """The folder of ``codegen/`` that a module lies in."""
-    return module.split(".")[1] if "." in module else ""
+def folder(module: str, inside: str = "codegen") -> str:
+    """The folder (or file) of a package that a module lies in; "" outside the package."""
+    return module.removeprefix(f"{inside}.").split(".")[0] if module.startswith(f"{inside}.") else ""
 
 
 def between_folders(graph: Graph) -> Graph:
@@ -57,11 +57,18 @@ def cycle(graph: Graph) -> list[str]:
     return []
 
 
-def stated_order() -> list[str]:
-    """The folders as docs/architecture.md lists them, the first of the line first."""
-    line = re.search(r"^A folder imports only those before it: (.*)\.$", ARCHITECTURE.read_text("utf-8"), re.MULTILINE)
+def stated_order(begin: str) -> list[str]:
+    """The folders as a line of docs/architecture.md that begins so lists them, the first of the line first."""
+    line = re.search(rf"^{re.escape(begin)}(.*)\.$", ARCHITECTURE.read_text("utf-8"), re.MULTILINE)
     assert line is not None
     return re.findall(r"`(\w+)/`", line[1])
+
+
+def backward(graph: Graph, order: list[str], inside: str = "codegen") -> set[str]:
+    """The imports by a module in one of these folders of a module in a later one."""
+    places = {name: place for place, name in enumerate(order)}
+    at = {module: places.get(folder(module, inside), -1) for module in graph}
+    return {f"{a} -> {b}" for a, into in graph.items() for b in into if 0 <= at[a] < at[b]}
 
 
 @pytest.fixture(scope="module")
@@ -78,15 +85,18 @@ def test_no_folder_imports_itself_by_others(graph: Graph) -> None:
 
 
 def test_no_folder_imports_one_later_in_the_line(graph: Graph) -> None:
-    order, folders = stated_order(), between_folders(graph)
+    order, folders = stated_order("A folder imports only those before it: "), between_folders(graph)
     assert sorted(order) == sorted(folders), "docs/architecture.md lists other folders than there are"
-    backward = {
-        f"{a} -> {b}"
-        for a, into in graph.items()
-        for b in into
-        if "" not in (folder(a), folder(b)) and order.index(folder(b)) > order.index(folder(a))
-    }
-    assert backward == set()
+    assert backward(graph, order) == set()
+
+
+def test_no_stage_of_the_diagnosis_imports_a_later_one(graph: Graph) -> None:
+    """Files beside the stages hold what all of them use, or use all of them."""
+    order, inside = stated_order("Inside `diagnosis/` likewise: "), "codegen.diagnosis"
+    stages = (ROOT / "codegen" / "diagnosis").glob("*/__init__.py")
+    assert sorted(order) == sorted(path.parent.name for path in stages)
+    assert backward(graph, order, inside) == set()
+    assert backward(graph, order[::-1], inside) != set()
 
 
 def test_the_thesis_is_imported_by_the_app_alone(graph: Graph) -> None:

@@ -15,7 +15,7 @@ from codegen.base.input_files import LARGEST_GENERATED, LARGEST_TEXT
 from codegen.checker import files, verify
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
-from codegen.logs import csv_file, mat_file, numpy_file, source, text_lines
+from codegen.logs.formats import csv_file, mat_file, numpy_file, source, text_lines
 from codegen.observers import OBSERVERS
 from codegen.report.effect_examples import effect_picture
 from codegen.report.effects import effects_page

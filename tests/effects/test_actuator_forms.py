@@ -11,8 +11,8 @@ import sympy
 from numpy.typing import NDArray
 from scipy.signal import cont2discrete
 
-from codegen.diagnosis.residual import inverse_dynamics_residual, masks
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.fit.residual import inverse_dynamics_residual, masks
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
 from codegen.simulate.drive import Chains, HeldInput, drive_columns

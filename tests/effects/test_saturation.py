@@ -10,8 +10,8 @@ import pytest
 import sympy
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.residual import evaluate_forces, inverse_dynamics_residual
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.fit.residual import evaluate_forces, inverse_dynamics_residual
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
 from codegen.mechanics.actuator import Actuator, Limit

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.logs import preflight, read_log
-from codegen.logs.bag_file import DEFINITIONS
+from codegen.logs.formats.bag_file import DEFINITIONS
 
 from .case import Case, Stage
 from .log_cases import damaged_bytes, good, observed

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from slider_log import rows
 
-from codegen.logs.bag_file import DEFINITIONS
+from codegen.logs.formats.bag_file import DEFINITIONS
 
 EPOCH = 1_700_000_000_000_000_000
 """ns; a double holds stamps of today to 256 ns only."""

@@ -20,8 +20,8 @@ from slider_log import rows
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log, read_logs
-from codegen.logs import source as log_source
-from codegen.logs.numpy_file import LONGEST_HEADER, read_member
+from codegen.logs.formats import source as log_source
+from codegen.logs.formats.numpy_file import LONGEST_HEADER, read_member
 from tests.told import refused
 
 FIELDS = "[('t', '<f8'), ('x', '<f8'), ('w', '<f8')]"
@@ -170,7 +170,7 @@ import sys
 from pathlib import Path
 from codegen.base.errors import BadInput
 from codegen.logs import Allowance, LogDescription
-from codegen.logs.mat_file import open_mat
+from codegen.logs.formats.mat_file import open_mat
 try:
     open_mat(Path(sys.argv[1]), Allowance(), LogDescription())
 except BadInput as error:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from slider_log import write_csv
 
-from codegen.diagnosis.record import record_of
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import excerpt, joined, preflight, read_log, read_logs
 from tests.told import refused
 

@@ -11,9 +11,10 @@ import pytest
 from slider_log import rows
 
 from codegen.base.errors import BadInput
-from codegen.logs import hdf5_file, read_log
-from codegen.logs import library as extras
-from codegen.logs import source as log_source
+from codegen.logs import read_log
+from codegen.logs.formats import hdf5_file
+from codegen.logs.formats import library as extras
+from codegen.logs.formats import source as log_source
 from tests.told import refused
 
 h5py = pytest.importorskip("h5py", reason="needs the extra hdf5")

@@ -17,7 +17,7 @@ from slider_log import rows
 
 from codegen.base.errors import BadInput
 from codegen.logs import FORMATS, read_log
-from codegen.logs import source as log_source
+from codegen.logs.formats import source as log_source
 from tests.told import refused, tells
 
 MADE = {name: values[:200] for name, values in rows().items()}

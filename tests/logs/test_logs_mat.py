@@ -13,7 +13,7 @@ from slider_log import rows
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
-from codegen.logs.mat_file import variables
+from codegen.logs.formats.mat_file import variables
 from tests.told import refused, tells
 
 

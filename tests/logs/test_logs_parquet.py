@@ -11,9 +11,10 @@ import pytest
 from slider_log import rows
 
 from codegen.base.errors import BadInput
-from codegen.logs import parquet_file, read_log
-from codegen.logs import source as log_source
+from codegen.logs import read_log
 from codegen.logs.description import LogDescription
+from codegen.logs.formats import parquet_file
+from codegen.logs.formats import source as log_source
 from codegen.logs.readers import open_stream
 from tests.told import refused
 

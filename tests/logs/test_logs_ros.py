@@ -13,10 +13,11 @@ from ros_bags import COLUMNS, EPOCH, JOINTS, joint_states, stamp, write_folder, 
 from slider_log import rows
 
 from codegen.base.errors import BadInput
-from codegen.logs import LogDescription, mcap_file, read_log
-from codegen.logs import source as extras
-from codegen.logs import source as log_source
-from codegen.logs.ros_log import RosFile
+from codegen.logs import LogDescription, read_log
+from codegen.logs.formats import mcap_file
+from codegen.logs.formats import source as extras
+from codegen.logs.formats import source as log_source
+from codegen.logs.formats.ros_log import RosFile
 from codegen.logs.term import identifier
 
 pytest.importorskip("mcap_ros2", reason="needs the extra mcap")

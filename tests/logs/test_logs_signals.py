@@ -17,8 +17,8 @@ from slider_log import rows
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
-from codegen.logs import source as extras
-from codegen.logs import source as log_source
+from codegen.logs.formats import source as extras
+from codegen.logs.formats import source as log_source
 from tests.told import refused
 
 MADE = {name: values[:2500] for name, values in rows().items()}

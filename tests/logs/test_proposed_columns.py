@@ -10,9 +10,9 @@ import pytest
 from slider_log import rows
 
 from codegen.base.errors import BadInput
-from codegen.diagnosis.signals import smooth_motion
+from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import read_log
-from codegen.logs.preflight import preflight
+from codegen.logs.audit.preflight import preflight
 from codegen.spec.reader import parse_spec
 from tests.told import refused, tells
 

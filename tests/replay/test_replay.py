@@ -13,7 +13,8 @@ import pytest
 
 from codegen.base.errors import BadInput
 from codegen.emit.package import emit_sources, make_header
-from codegen.logs import csv_file, preflight, read_log
+from codegen.logs import preflight, read_log
+from codegen.logs.formats import csv_file
 from codegen.logs.readers import open_stream
 from codegen.observers import observer_of
 from codegen.program import build_program
@@ -94,7 +95,7 @@ def test_a_log_in_blocks_gives_the_bits_of_the_twin(
 ) -> None:
     """10⁴ samples in many blocks, comments and blank lines between the rows."""
     monkeypatch.setattr(csv_file, "PIECE", 5000)
-    monkeypatch.setattr("codegen.logs.numpy_file.ROWS", 777)
+    monkeypatch.setattr("codegen.logs.formats.numpy_file.ROWS", 777)
     table = record(10_000)
     if ending == ".csv":
         log = write_csv(tmp_path / "log.csv", table)

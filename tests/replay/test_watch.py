@@ -18,7 +18,7 @@ from codegen.app.derived import derived_from
 from codegen.app.machine import Machine, load
 from codegen.app.watch import Watched, alarm_text, watch
 from codegen.base.errors import BadInput
-from codegen.logs.bag_file import DEFINITIONS
+from codegen.logs.formats.bag_file import DEFINITIONS
 from codegen.replay.samples import Block
 from codegen.replay.watch import Watch
 from tests.app.command import SPECS, is_one_message, stiction

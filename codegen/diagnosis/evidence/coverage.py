@@ -1,0 +1,184 @@
+"""The ranges that a log covers at the place of a candidate, and the main spatial periods of the force residual."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import islice
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.measure import drive_force
+from codegen.diagnosis.fit.residual import inverse_dynamics_residual
+from codegen.diagnosis.fit.signals import Motion, is_resolved
+from codegen.diagnosis.fit.starting_values import resonances
+from codegen.diagnosis.fit.trial import Part
+from codegen.effects import CATALOGUE
+from codegen.effects.start import Covered
+from codegen.mechanics.system import Matrix, System
+
+Result = TypeVar("Result")
+
+BINS = 16384
+PADDING = 16
+"""Zero padding: the frequencies of the periodogram are 1/16 of a turn over the whole span apart."""
+LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
+KEPT_PERIODS = 3
+RIDGE = 1e-9
+"""Ridge on the scaled normal equations, which are singular where the direction of motion never changes."""
+KEPT_RESONANCES = 2
+SMALL_INPUTS = (0.005, 0.01, 0.02, 0.035, 0.05, 0.08, 0.12, 0.18, 0.25, 0.35, 0.5)
+"""Shares of the samples for ``Covered.small_inputs``."""
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """The data from which the ranges of all candidates are computed.
+
+    Attributes:
+        residual: (N, n) force residual of the refitted model. drive: (N, n) low-passed drive force.
+        mass, distribution: M and U at the mean position.
+    """
+
+    system: System
+    motion: Motion
+    residual: Array
+    drive: Array
+    mass: Array
+    distribution: Array
+    _found: dict[Hashable, Any] = field(default_factory=dict)
+
+    def covered(
+        self, part: Part, levels: Sequence[float], noise: Array, coupling: Mapping[str, float] | None = None
+    ) -> Covered:
+        """The range that the log covers at the place of ``part``.
+
+        Args:
+            levels: of the contacts, as refitted. noise: of the positions.
+            coupling: of the compliance that was fitted there.
+        """
+        m = self.motion
+        contact = part.place if _sits_on(part) == "contact" else None
+        i = CATALOGUE[part.kind].coordinate(self.system, part.place)
+        if contact is None:
+            x, v, y = m.positions[:, i], m.velocities[:, i], self.residual[:, i]
+        else:
+            column = self.distribution[:, contact]
+            x, v = m.positions @ column, m.velocities @ column
+            y = self.residual @ column / (column @ column)
+        span = max(float(np.ptp(x)), 1e-12)
+        command = m.commands[:, part.place if _sits_on(part) == "input" else 0]
+        return Covered(
+            force=max(float(self.drive[:, i].std()), self.mass[i, i] * float(m.accelerations[:, i].std()), 1e-12),
+            span=span,
+            top_speed=max(float(np.quantile(np.abs(v), 0.95)), 1e-12),
+            top_input=max(float(np.quantile(np.abs(command), 0.98)), 1e-12),
+            peak_input=float(np.max(np.abs(command[m.usable]), initial=1e-12)),
+            small_inputs=tuple(map(float, np.quantile(np.abs(command), SMALL_INPUTS))),
+            inertia=float(self.mass[i, i]),
+            level=max(levels[contact], 1e-9) if contact is not None and contact < len(levels) else 1.0,
+            noise=float(noise[i]),
+            sample_time=m.sample_time,
+            duration=float(m.time[-1] - m.time[0]),
+            cutoff_hz=m.cutoff_hz,
+            periods=self._once(
+                ("periods", _sits_on(part), i, contact), _periods, _sits_on(part), x, v, y, m.usable, span, m.cutoff_hz
+            ),
+            coupling=coupling,
+            resonances=self._once(("resonances", i), _resonances, self.residual[:, i], m, i, float(self.mass[i, i])),
+        )
+
+    def _once(self, key: Hashable, function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
+        """The function of these arguments, computed once for all effects that ask for it."""
+
+        def found() -> Result:
+            if key not in self._found:
+                self._found[key] = function(*arguments)
+            result: Result = self._found[key]
+            return result
+
+        return found
+
+
+def survey(system: System, motion: Motion) -> Survey:
+    """The survey of a system with refitted values."""
+    middle = dict(zip(system.positions, motion.positions[motion.usable].mean(axis=0), strict=True))
+
+    def numbers(matrix: Matrix) -> Array:
+        return np.array(matrix.subs(middle).subs(system.values).evalf(), dtype=float)
+
+    return Survey(
+        system,
+        motion,
+        inverse_dynamics_residual(system, motion),
+        motion.low_pass(drive_force(system, motion)),
+        numbers(system.mass_matrix),
+        numbers(system.distribution),
+    )
+
+
+def _sits_on(part: Part) -> str:
+    return CATALOGUE[part.kind].sits_on
+
+
+def _resonances(y: Array, motion: Motion, i: int, inertia: float) -> tuple[dict[str, float], ...]:
+    """Stiffness, damping and load fraction of the main resonances of coordinate ``i``."""
+    found = resonances(y, motion.accelerations[:, i], inertia, motion, KEPT_RESONANCES)
+    loads = [(r, r.share * inertia) for r in found]
+    return tuple(
+        {"k": load * r.frequency**2, "c": 2 * r.damping_ratio * r.frequency * load, "load_fraction": r.share}
+        for r, load in loads
+    )
+
+
+def _periods(
+    sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float, cutoff_hz: float
+) -> tuple[float, ...]:
+    """Periods of the waves that explain most of a residual y(x): least-squares (Lomb–Scargle) periodogram.
+
+    y = a + b q + q (c cos 2πx/p + d sin 2πx/p), with q the factor of a wave at that place: the direction of slip, the
+    squared speed, or 1. The normal equations account for how long the motion stays at each position. A period that is
+    passed above the cutoff everywhere (``is_resolved``) is left out.
+    """
+    carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))[used]
+    if not carrier.any():
+        return ()
+    carrier = carrier / np.abs(carrier).max()
+    place = np.clip(((x[used] - x.min()) / span * BINS).astype(int), 0, BINS - 1)
+    count = round(PADDING * min(MOST_TURNS, used.sum() / 8)) + 1
+    turns = np.arange(count) / PADDING
+
+    def waves(weights: Array) -> Array:
+        """Σ weight exp(2πi f x) at every frequency, up to twice the last."""
+        density = np.bincount(place, weights=weights, minlength=BINS)
+        return np.asarray(np.conj(np.fft.rfft(density, PADDING * BINS)))
+
+    once, square, data = (waves(w) for w in (carrier, carrier**2, carrier * y[used]))
+    twice, once, wave, data = square[: 2 * count - 1 : 2], once[:count], square[:count], data[:count]
+    total = square[0].real
+    matrix = np.empty((count, 4, 4))
+    matrix[:, 0, 0], matrix[:, 0, 1], matrix[:, 1, 1] = len(carrier), carrier.sum(), total
+    matrix[:, 0, 2], matrix[:, 0, 3], matrix[:, 1, 2], matrix[:, 1, 3] = once.real, once.imag, wave.real, wave.imag
+    matrix[:, 2, 2], matrix[:, 3, 3], matrix[:, 2, 3] = (
+        (total + twice.real) / 2,
+        (total - twice.real) / 2,
+        twice.imag / 2,
+    )
+    rows, columns = np.tril_indices(4, -1)
+    matrix[:, rows, columns] = matrix[:, columns, rows]
+    size = np.sqrt(np.maximum(np.einsum("kii->ki", matrix), 1e-12 * total))
+    matrix /= size[:, :, None] * size[:, None, :]
+    matrix += RIDGE * np.eye(4)
+    right = np.column_stack([np.full(count, y[used].sum()), np.full(count, data[0].real), data.real, data.imag]) / size
+    power = np.einsum("ki,ki->k", right, np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
+    power[turns < LEAST_TURNS] = 0.0
+    peaks = [
+        k
+        for k in np.argsort(-power)[:200]
+        if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()
+    ]
+    seen = (p for p in (float(span / turns[k]) for k in peaks) if is_resolved(p, x, v, used, cutoff_hz))
+    return tuple(islice(seen, KEPT_PERIODS))

@@ -1,0 +1,146 @@
+"""Parameter estimates of the final fit with 95 % confidence intervals by the sandwich covariance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import f as fisher
+from scipy.stats import t as student
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.output_error import Fit, scales, segment_weights
+
+CONFIDENCE = 0.95
+BLOCKS = 16
+"""Consecutive parts of the log, each with the same number of segments, whose gradients are summed."""
+
+ELLIPSE = 720
+"""Points of an ellipse over which a range is taken."""
+
+Interval = tuple[float, float]
+Values = dict[str, tuple[float, Interval]]
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Estimates in SI with 95 % intervals.
+
+    Attributes:
+        moved: symbol name → value, interval, of friction levels and parameters with a tolerance.
+        effects: for each part: parameter → value, interval.
+    """
+
+    moved: Values
+    effects: tuple[Values, ...]
+
+
+def estimate(fit: Fit, other: Fit | None = None) -> Estimate:
+    """Estimates and intervals of a fit; the sandwich covariance over segments is valid for coloured noise.
+
+    Errors of the model differ between parts of the log but hardly between neighbouring segments, which then are not
+    independent. So the interval is the larger of that over segments and that over ``BLOCKS`` parts of the log.
+
+    Args:
+        other: the same fit on segments of another length; the difference between the two is added to the deviation.
+    """
+    moved_by = np.zeros(len(fit.theta)) if other is None else other.theta - fit.theta
+    segments, count = len(fit.residual), len(fit.theta)
+    clusters = [(0, segments - count), *([(BLOCKS, BLOCKS - 1)] if segments > BLOCKS else [])]
+    found = [
+        _with_intervals(
+            fit,
+            covariance(fit, number) + np.outer(moved_by, moved_by),
+            max(freedom, 3),
+        )
+        for number, freedom in clusters
+    ]
+    return found[0] if len(found) == 1 else _widest(*found)
+
+
+def _widest(one: Estimate, other: Estimate) -> Estimate:
+    """The same values, each with the hull of its two intervals."""
+
+    def hull(some: Values, others: Values) -> Values:
+        return {
+            name: (value, (min(low, others[name][1][0]), max(high, others[name][1][1])))
+            for name, (value, (low, high)) in some.items()
+        }
+
+    return Estimate(hull(one.moved, other.moved), tuple(map(hull, one.effects, other.effects)))
+
+
+def _with_intervals(fit: Fit, covariance: Array, freedom: int) -> Estimate:
+    """Estimates with intervals by Student's distribution of so many degrees of freedom."""
+    trial = fit.runner.trial
+    half_widths = float(student.ppf(0.5 + CONFIDENCE / 2, freedom)) * np.sqrt(np.diag(covariance))
+    low, high = fit.theta - half_widths, fit.theta + half_widths
+    k = len(trial.moved)
+    ends_of = zip(trial.moved, fit.theta[:k], low[:k], high[:k], strict=True)
+    levels = {s.name: (float(v), (float(a), float(b))) for s, v, a, b in ends_of}
+    effects = []
+    for part, values in zip(trial.parts, trial.split(fit.theta)[1], strict=True):
+        intervals = {}
+        for j, (name, coordinate) in enumerate(zip(part.names, part.coordinates, strict=True), k):
+            value, half = values[name], float(half_widths[j])
+            ends = (coordinate.outward(float(low[j])), coordinate.outward(float(high[j])))
+            intervals[name] = (value, ends if coordinate.curved else (value - half, value + half))
+        for size, phase in part.effect.waves:
+            place = [k + part.names.index(name) for name in (size, phase)]
+            ends_of_both = wave_intervals(float(fit.theta[place[0]]), covariance[np.ix_(place, place)], freedom)
+            for name, (first, last) in zip((size, phase), ends_of_both, strict=True):
+                value, (least, most) = intervals[name]
+                turned = value if name == phase else 0.0
+                intervals[name] = (value, (min(least, turned + first), max(most, turned + last)))
+        k += len(part.names)
+        effects.append(intervals)
+    return Estimate(levels, tuple(effects))
+
+
+def wave_intervals(size: float, covariance: Array, freedom: int) -> tuple[Interval, Interval]:
+    """Profile-likelihood intervals of the size of a wave, and of its phase less the estimate.
+
+    An effect is linear in the weights (size·cos(phase), size·sin(phase)). The intervals are the range of the radius and
+    of the angle over the ellipse that an interval of one parameter has in these weights. Where a declared weight takes
+    the place of one of the two, the other one may still be far from zero. That both are zero is a question about two
+    parameters: where the joint region of the weights, by the F distribution, holds the origin, the size may be zero and
+    the phase anything. An estimate has the hull of these intervals and of the symmetric ones: what is
+    told from zero only because a declared weight has a wide tolerance is not claimed.
+
+    Args:
+        covariance: (2, 2) of size and phase. freedom: degrees of freedom.
+    """
+    along = np.diag([np.sign(size) or 1.0, abs(size)])
+    variances, axes = np.linalg.eigh(along @ covariance @ along)
+    deviations = np.sqrt(np.maximum(variances, 0.0))
+    factor = float(student.ppf(0.5 + CONFIDENCE / 2, freedom))
+    turn = np.linspace(0.0, 2 * np.pi, ELLIPSE, endpoint=False)
+    x, y = axes @ (factor * deviations[:, None] * np.stack([np.cos(turn), np.sin(turn)]))
+    radius, angle = np.hypot(abs(size) + x, y), np.arctan2(y, abs(size) + x)
+    origin = axes.T @ np.array([-abs(size), 0.0]) / np.maximum(deviations, 1e-300)
+    if float(origin @ origin) <= 2 * float(fisher.ppf(CONFIDENCE, 2, freedom)):
+        return (0.0, float(radius.max())), (-np.pi, np.pi)
+    return (float(radius.min()), float(radius.max())), (float(angle.min()), float(angle.max()))
+
+
+def covariance(fit: Fit, clusters: int = 0) -> Array:
+    """(p, p) cluster-robust sandwich covariance in the coordinates of the fit.
+
+    Args:
+        clusters: number of groups of consecutive segments, 0 for each segment by itself; errors of different groups
+            are taken as independent.
+    """
+    clusters = clusters or len(fit.residual)
+    weights = segment_weights(fit.residual)
+    weighted = fit.slopes * weights[:, None]
+    bread = np.einsum("ask,bsk->ab", weighted, fit.slopes, optimize=True) + np.diag(fit.prior.precision)
+    by_segment = np.einsum("ask,sk->sa", weighted, fit.residual)
+    gradients = np.array([part.sum(axis=0) for part in np.array_split(by_segment, clusters)])
+    segments, count = len(fit.residual), len(fit.theta)
+    small_sample = segments / max(segments - count, 1) * (1.0 if clusters == segments else clusters / (clusters - 1))
+    meat = gradients.T @ gradients * small_sample
+    # The prior's gradient has the variance of the tolerances, whatever the tempering of the likelihood.
+    meat += np.diag(fit.prior.precision / fit.prior.tempering)
+    size = scales(bread)
+    inverse = np.linalg.pinv(bread / np.outer(size, size), rcond=1e-12) / np.outer(size, size)
+    return np.asarray(inverse @ meat @ inverse)

@@ -1,0 +1,280 @@
+"""Evidence from the force residual, the second criterion: comparison of models, and with a flexible regression."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import exp, log1p
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from codegen.diagnosis.evidence.residual_regression import (
+    LEAST_ROWS,
+    explained_over,
+    peak_hz,
+    remainder_columns,
+    sliding,
+)
+from codegen.diagnosis.evidence.score_test import along_best, t_of_scores
+from codegen.diagnosis.evidence.shift_test import by_shifts
+from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
+from codegen.diagnosis.fit.credit import SIGNED, are_large, by_random_signs, of_logarithms
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.residual import (
+    Problem,
+    inverse_dynamics_residual,
+    residual_at_drive,
+    residual_slopes,
+    residual_without_levels,
+    residual_without_values,
+    without_levels,
+)
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import with_values
+from codegen.effects import CATALOGUE
+from codegen.mechanics.system import System
+
+Array = NDArray[np.float64]
+
+VARIABLES = {
+    "velocity": "speed",
+    "position": "position",
+    "load": "load",
+    "acceleration": "acceleration",
+    "input": "load",
+    "input rate": "input rate",
+    "time": "time",
+}
+"""Variable over which an effect is seen best → variable of the flexible regression."""
+
+OF_THE_MOTION = 0.02
+"""Share of the squared velocity at a line of the spectrum above which the machine is moved with this frequency."""
+
+
+@dataclass(frozen=True)
+class ForceGain:
+    """Comparison of two models by their force residuals.
+
+    Attributes:
+        left: squared residual over the other model's, on the coordinate where they differ most.
+        nats: gain in log-likelihood for the number of independent residuals.
+        t: sum of the gains of blocks of the log over the root of the sum of their squares.
+        score: t of the sums over blocks of r'(r − r₁), with r the other model's residual and r₁ this one's, and the
+            number of blocks that it rests on (``t_of_scores``).
+        nats_added: gain in log-likelihood where either residual may be slow noise in part (``slow_noise_likelihood``).
+        ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
+        values: number of independent residuals in those blocks.
+        where_apart: probability of the shift test (``by_shifts``).
+        by_signs: probability of such a sum of the gains of blocks if their signs are random (``by_random_signs``).
+    """
+
+    left: float
+    nats: float
+    t: float
+    score: tuple[float, float] = (0.0, 0.0)
+    nats_added: float = 0.0
+    ratios: tuple[float, ...] = ()
+    values: float = 0.0
+    where_apart: float = 1.0
+    by_signs: float = 1.0
+
+    @property
+    def p(self) -> float:
+        """One-sided probability of such a gain where the model is no better: by blocks, or by likelihood if larger.
+
+        The likelihood ratio is valid where the other model is true, the two tests on blocks where both lack something.
+        """
+        return max(min(1.0, 2 * min(self.by_signs, self.where_large())), exp(-max(self.nats, 0.0)))
+
+    def p_of_rivals(self, fitted: int = 0) -> float:
+        """As ``p``, of two models of which one at most is true, by the shift test too.
+
+        They may differ at so few times that no test on blocks tells them apart.
+
+        Args:
+            fitted: parameters that this model has, fitted to the same residuals, and the other one has not.
+        """
+        by_blocks = min(self.by_signs, self.where_large(fitted), self.where_apart)
+        return max(min(1.0, 3 * by_blocks), exp(-max(self.nats - fitted, 0.0)))
+
+    def p_added(self, parameters: int) -> float:
+        """Probability of such a gain where the other model is true and this one has so many parameters more.
+
+        As ``p``, but of nested models: by a score test on the blocks, and by the likelihood-ratio test of Wilks. A
+        block's gain r² − r₁² is smaller than 2 r'(r − r₁) by (r − r₁)², what the added force itself amounts to. Where
+        it is not there, the products with a fixed force have the mean zero and the gains are negative; so gains compare
+        any two models, but show an added force only with about half the standard deviations that its coefficient is
+        from zero.
+
+        The force is fitted to this log, along the direction of its k parameters that explains most (``along_best``).
+        The likelihood ratio holds for noise slower than a block as well. What
+        is fitted to both must be taken out of both residuals (``ForceCriterion.added_to``).
+        """
+        k = max(parameters, 1)
+        by_blocks = min(1.0, 2 * min(along_best(*self.score, k), self.where_large(k)))
+        return max(by_blocks, float(chi2.sf(2 * max(self.nats_added, 0.0), k)))
+
+    def where_large(self, fitted: int = 0) -> float:
+        """Probability, by a t test, of such ratios in the blocks with most to explain.
+
+        Args:
+            fitted: parameters that were fitted to the same residuals. Of n values they take the share fitted/n by
+                chance where the fit rests on these blocks alone: only ratios above that count.
+        """
+        if not self.ratios or fitted >= self.values:
+            return 1.0
+        return of_logarithms(np.array(self.ratios) + log1p(-fitted / self.values))
+
+
+def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
+    """The gain of residuals ``after`` over ``before``, both (N, n) less what levels, or more, explain.
+
+    The residual is low-passed at f, so a log of T seconds holds 2 f T values, fewer where these are correlated. Blocks
+    hold as many samples that some coordinate uses each: a block without any would count as one without a gain.
+    """
+    motion, rows = problem.motion, problem.masks.rows
+    moving = np.flatnonzero(rows[:, rows.sum(axis=0) >= LEAST_ROWS].any(axis=1))
+    blocks_of = np.array_split(moving, SIGNED)
+    rate = 2 * motion.cutoff_hz * motion.sample_time
+    left, nats, added, blocks, scores = 1.0, 0.0, 0.0, np.zeros(SIGNED), np.zeros((2, SIGNED))
+    squares, values = np.zeros((2, SIGNED)), np.zeros(SIGNED)
+    pairs: list[tuple[Array, Array]] = []
+    for i in range(rows.shape[1]):
+        if rows[:, i].sum() < LEAST_ROWS:
+            continue
+        b, a = (np.where(rows[:, i], r[:, i], 0.0) for r in (before, after))
+        pairs.append((b[moving], a[moving]))
+        whole = max(float(b @ b), float(a @ a), 1e-300)
+        ratio = max(float(a @ a), 1e-12 * whole) / max(float(b @ b), 1e-12 * whole)
+        share = independent(a[:: max(1, round(1 / rate))])
+        nats -= 0.5 * share * min(rate, 1.0) * float(rows[:, i].sum()) * float(np.log(ratio))
+        with_effect, without = (slow_noise_likelihood(r[rows[:, i]] / np.sqrt(whole), rate) for r in (a, b))
+        added += with_effect - without
+        by_block = np.array([_sums(r**2, blocks_of) for r in (b, a)]) / whole
+        blocks += by_block[0] - by_block[1]
+        squares += by_block
+        values += share * min(rate, 1.0) * _sums(rows[:, i], blocks_of)
+        scores += np.array([_sums(r * (b - a), blocks_of) for r in (b, b - a)]) / whole
+        if abs(np.log(ratio)) > abs(np.log(left)):
+            left = ratio
+    some = squares.min(axis=0) > 0
+    one, other = squares[:, some]
+    large = are_large(one, other) if some.any() else np.zeros(0, dtype=bool)
+    ratios = tuple(np.log(one[large] / other[large]).tolist())
+    spread = float(np.sqrt((blocks**2).sum()))
+    t = float(blocks.sum()) / spread if spread > 0 else 0.0
+    many = float(values[some][large].sum())
+    return ForceGain(
+        left, nats, t, t_of_scores(*scores), added, ratios, many, by_shifts(pairs), by_random_signs(blocks)
+    )
+
+
+def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]]) -> Array:
+    """Sums over blocks, given by the indices of their samples."""
+    return np.array([values[block].sum() for block in blocks], dtype=float)
+
+
+def independent(values: Array) -> float:
+    """Share of independent values, (1 − φ)/(1 + φ), with φ the correlation of neighbours."""
+    power = float(values @ values)
+    phi = min(max(float(values[1:] @ values[:-1]) / power, 0.0), 0.99) if power > 0 else 0.0
+    return (1 - phi) / (1 + phi)
+
+
+@dataclass(frozen=True, eq=False)
+class ForceCriterion:
+    """The force residual of a fit, computed when it is needed."""
+
+    search: Search
+    fit: Fit
+
+    @cached_property
+    def residual(self) -> Array:
+        """(N, n) with the friction levels of the fit."""
+        return inverse_dynamics_residual(self.fit.model, self.search.motion)
+
+    @cached_property
+    def without_levels(self) -> Array:
+        """(N, n) less what friction levels explain."""
+        return residual_without_levels(self.search.problem, self.fit.model)
+
+    def over(self, other: ForceCriterion) -> ForceGain:
+        """The gain of this fit over another by force residual."""
+        return force_gain(self.search.problem, other.without_levels, self.without_levels)
+
+    def added_to(self, other: ForceCriterion) -> ForceGain:
+        """The gain of this fit over another that has effects less, both less what levels and toleranced values explain.
+
+        A refit by free runs, held by its tolerances, may leave a value some standard errors of the force off. What a
+        refit with a worthless effect corrects of it is no evidence for the effect; what no value within the tolerances
+        corrects is. The slopes by the values are those at the other fit's.
+        """
+        if len(self.search.moved) == len(self.search.problem.levels):
+            return self.over(other)
+        return force_gain(self.search.problem, other.without_own_values, self.without_values(other.slopes))
+
+    @cached_property
+    def slopes(self) -> Array:
+        """(N, n, p) of the residual by the toleranced values, at those of the fit and without its effects."""
+        search, moved = self.search, self.fit.values[0].tolist()
+        values = dict(zip((s.name for s in search.moved), moved, strict=True))
+        toleranced = search.moved[len(search.problem.levels) :]
+        return residual_slopes(with_values(search.system, values), search.motion, toleranced)
+
+    @cached_property
+    def without_own_values(self) -> Array:
+        return self.without_values(self.slopes)
+
+    def without_values(self, slopes: Array) -> Array:
+        """(N, n) less what friction levels explain and, on each coordinate, toleranced values within their limits."""
+        prior, first, count = self.fit.prior, len(self.search.problem.levels), len(self.search.moved)
+        there = self.fit.theta[first:count] - prior.centre[first:count]
+        bound = prior.bound[first:count]
+        return residual_without_values(self.search.problem, self.fit.model, slopes, (-bound - there, bound - there))
+
+
+@dataclass(frozen=True)
+class ForceEvidence:
+    """Share of the force residual on one coordinate that effects explain.
+
+    Attributes:
+        coordinate: index.
+        removed: share of the refit's squared residual that the augmented model removes.
+        own: share that a flexible regression on the effects' own variables explains on held-out parts.
+        alone, line, with_line: shares that a regression explains on held-out parts: on the force of the effects, on the
+            highest line of the residual's spectrum, at ``line_hz``, and on both; zero where the motion has that line.
+    """
+
+    coordinate: int
+    removed: float
+    own: float
+    alone: float
+    line: float
+    with_line: float
+    line_hz: float
+
+
+def force_evidence(
+    problem: Problem, refit: System, augmented: System, kinds: Sequence[str], acting: Collection[int]
+) -> list[ForceEvidence]:
+    """The evidence for effects of these kinds, on each coordinate on which they act."""
+    motion = problem.motion
+    before, after = (residual_at_drive(s, motion) for s in (refit, augmented))
+    own = {VARIABLES[CATALOGUE[kind].seen_over] for kind in kinds}
+    found = []
+    for i in sorted(set(acting)):
+        variables = remainder_columns(refit, motion, before, i)
+        used = sliding(refit, motion, problem.masks, i)
+        r, left = (without_levels(refit, motion, used, y[:, i], i) for y in (before, after))
+        removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
+        together = explained_over(r, used, [variables[name] for name in sorted(own)])
+        wave, force = variables["frequency"], (r - left)[:, None]
+        moves = explained_over(motion.velocities[:, i], used, [wave]) > OF_THE_MOTION
+        alone, line, both = (
+            0.0 if moves else explained_over(r, used, columns) for columns in ([force], [wave], [wave, force])
+        )
+        found.append(ForceEvidence(i, removed, together, alone, line, both, peak_hz(before[:, i], motion)))
+    return found

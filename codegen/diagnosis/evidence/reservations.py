@@ -1,0 +1,180 @@
+"""Objections to an effect that forward selection credits, and remarks that must accompany it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.diagnosis.fit.output_error import levels_at_zero
+from codegen.diagnosis.fit.residual import Problem, slip_velocities
+from codegen.diagnosis.fit.signals import Motion, is_resolved
+from codegen.diagnosis.fit.trial import Part
+from codegen.diagnosis.results import FoundEffect
+from codegen.effects import CATALOGUE
+from codegen.mechanics.system import System
+
+WHOLE_TURN = 2 * np.pi
+MOST_SPEED = 0.95
+PERIODS_TRIED, SHORTEST_PERIOD = 48, 1e-3
+"""Periods between the stroke and this share of it at which ``resolvable_periods`` asks whether the log shows them."""
+LEAST_PERIOD = 0.95
+"""Share of a period that a log must cover; less does not show that it repeats."""
+
+
+def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
+    """Why an effect is not credited: its interval includes its absence, or the log covers less than its period."""
+    words = []
+    sizes = _intervals_of_size(found)
+    if sizes and all(low <= neutral <= high for low, high, neutral in sizes.values()):
+        listed = ", ".join(f"{name} ({low:.3g} to {high:.3g})" for name, (low, high, _) in list(sizes.items())[:3])
+        words.append(f"the 95 % interval of {listed} contains the value at which {found.kind} is absent")
+    for name, (low, high), least in _below_sight(problem, part, found):
+        words.append(
+            f"the 95 % interval of {name} ({low:.3g} to {high:.3g}) of {found.kind} reaches below {least:.3g} "
+            f"{found.units[name]}: a curve that bends there is a level on this log"
+        )
+    if never_passed(problem.system, problem.motion, part, found.parameters):
+        stroke, period = _stroke(problem.system, problem.motion, part), found.parameters["period"]
+        unit = found.units["period"]
+        words.append(
+            f"{found.kind} has a period of {period:.3g} {unit}, but the log covers only {stroke:.3g} {unit} there: "
+            "less than one period does not show that it repeats"
+        )
+    elif passed_too_fast(problem.system, problem.motion, part, found.parameters):
+        period, unit = found.parameters["period"], found.units["period"]
+        words.append(
+            f"{found.kind} has a period of {period:.3g} {unit}, and the log nowhere covers one slowly enough for its "
+            f"force to be below the cutoff of {problem.motion.cutoff_hz:.3g} Hz"
+        )
+    return words
+
+
+def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
+    """Whether a log covers clearly less than an effect's period, which is not a known turn."""
+    period = parameters.get("period", 0.0)
+    return _stroke(system, motion, part) < LEAST_PERIOD * period and not _known_turn(system, part, period)
+
+
+def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
+    """Whether an effect's period is nowhere covered at a speed at which its force is below the filter's cutoff."""
+    period = parameters.get("period", np.inf)
+    direction = _direction(system, part)
+    return period <= _stroke(system, motion, part) and not is_resolved(
+        period, motion.positions @ direction, motion.velocities @ direction, motion.usable, motion.cutoff_hz
+    )
+
+
+def resolvable_periods(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> float:
+    """Number of periods among which that of an effect was searched for: stroke over shortest; 1 without a search.
+
+    Waves whose numbers of turns in the stroke differ by less than one cannot be told apart. The largest of as many
+    squared amplitudes is judged as so many hypotheses (R. B. Davies, Biometrika 74, 1987, to first order). In a test by
+    χ² the period counts as a parameter too, which is not twice: M times the probability that χ² of three degrees of
+    freedom is above 2z is 1.1 times Davies's bound for uniform motion, M √(πz/3) exp(−z) + exp(−z), and with two
+    degrees it would be a third of it.
+    """
+    stroke, period = _stroke(system, motion, part), parameters.get("period")
+    if period is None or stroke <= 0 or _known_turn(system, part, period):
+        return 1.0
+    direction = _direction(system, part)
+    x, v = motion.positions @ direction, motion.velocities @ direction
+    shares = np.geomspace(SHORTEST_PERIOD, 1.0, PERIODS_TRIED)
+    seen = (q for q in shares if is_resolved(q * stroke, x, v, motion.usable, motion.cutoff_hz))
+    return float(1 / next(seen, 1.0))
+
+
+def shows_no_bend(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
+    """Whether a curve bends at so small a speed that this log shows a level, or at so large a one that it is a line."""
+    shares = {p.name: p.seen_at for p in part.effect.parameters if p.seen_at is not None}
+    if not shares:
+        return False
+    top = _top_speed(system, motion, part)
+    return any(not low * top <= parameters[name] <= high * top for name, (low, high) in shares.items())
+
+
+def _below_sight(problem: Problem, part: Part, found: FoundEffect) -> list[tuple[str, tuple[float, float], float]]:
+    """Speeds at which a curve bends, with intervals that reach below the least one that the log shows; see above."""
+    top = _top_speed(problem.system, problem.motion, part)
+    form = part.effect.parameters
+    least = {p.name: p.seen_at[0] * top for p in form if p.seen_at is not None and p.name in found.intervals}
+    return [(name, found.intervals[name], one) for name, one in least.items() if found.intervals[name][0] < one]
+
+
+def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
+    """The objection to effects with which a friction level is fitted as zero, if its contact never reverses in the log.
+
+    In one direction a friction level is a constant force, which cannot be identified apart from a gain of the drive: at
+    constant speed, a fit with both small has a small residual whatever their true values.
+    """
+    gone = set(levels_at_zero(problem.system, [augmented], problem.levels))
+    gone -= set(levels_at_zero(problem.system, [refit], problem.levels))
+    slip = slip_velocities(problem.system, problem.motion)[problem.motion.usable]
+    for k, contact in enumerate(problem.system.contacts):
+        lost = sorted(gone & {s.name for s in contact.law_parameters.values()})
+        if lost and (np.all(slip[:, k] > 0) or np.all(slip[:, k] < 0)):
+            return (
+                f"with it the friction level {lost[0]} would be zero, which a log that moves one way only cannot show"
+            )
+    return ""
+
+
+def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
+    """Parts of a credited effect's curve that the log does not cover, and intervals that it has not, in words."""
+    words = []
+    if CATALOGUE[found.kind].with_parameters(list(found.parameters)).rough:
+        words.append(
+            f"the values of {found.kind} have no interval: its loss is not smooth, so slopes do not bound them"
+        )
+    stroke, period = _stroke(problem.system, problem.motion, part), found.parameters.get("period", 0.0)
+    if period > stroke and not never_passed(problem.system, problem.motion, part, found.parameters):
+        unit = found.units["period"]
+        words.append(f"{found.kind} on {found.on} is seen over {stroke:.3g} of {period:.3g} {unit} of its period only")
+    covered = {"{q}/s": _top_speed(problem.system, problem.motion, part), "s": float(np.ptp(problem.motion.time))}
+    for p in CATALOGUE[found.kind].with_parameters(list(found.parameters)).parameters:
+        most = covered.get(p.unit)
+        if most is None or p.neutral is not None or not found.parameters[p.name] > most:
+            continue
+        unit = found.units[p.name]
+        words.append(
+            f"{p.name} = {found.parameters[p.name]:.3g} {unit} of {found.kind} on {found.on} lies beyond what the log "
+            f"covers ({most:.3g} {unit}): only the start of its shape is seen"
+        )
+    return words
+
+
+def _intervals_of_size(found: FoundEffect) -> dict[str, tuple[float, float, float]]:
+    """Interval and neutral value of each parameter that scales an effect."""
+    effect = CATALOGUE[found.kind].with_parameters(list(found.parameters))
+    return {
+        p.name: (*found.intervals[p.name], p.neutral)
+        for p in effect.parameters
+        if p.neutral is not None and p.name in found.intervals
+    }
+
+
+def _known_turn(system: System, part: Part, period: float) -> bool:
+    """Whether a period is a whole turn of an angle, which is known without a log."""
+    on_angle = CATALOGUE[part.kind].sits_on in ("coordinate", "sensor") and system.position_units[part.place] == "rad"
+    return on_angle and abs(period - WHOLE_TURN) <= 1e-9 * WHOLE_TURN
+
+
+def _stroke(system: System, motion: Motion, part: Part) -> float:
+    if not motion.usable.any():
+        return 0.0
+    return float(np.ptp((motion.positions @ _direction(system, part))[motion.usable]))
+
+
+def _top_speed(system: System, motion: Motion, part: Part) -> float:
+    return float(np.quantile(np.abs(motion.velocities @ _direction(system, part)), MOST_SPEED))
+
+
+def _direction(system: System, part: Part) -> NDArray[np.float64]:
+    """(n,) the place of an effect as a combination of coordinates; a contact's slip where U is constant."""
+    if CATALOGUE[part.kind].sits_on == "contact":
+        column = system.distribution[:, part.place].subs(system.values)
+        return np.array([float(c) if c.is_number else 1.0 for c in column])
+    direction = np.zeros(system.degrees_of_freedom)
+    direction[part.place if CATALOGUE[part.kind].sits_on in ("coordinate", "sensor", "axis") else 0] = 1.0
+    return direction

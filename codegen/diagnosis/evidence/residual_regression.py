@@ -1,0 +1,393 @@
+"""How much of a force residual a flexible regression explains over each variable, without any law: penalised B-splines.
+
+For each coordinate the low-passed residual r of a model is regressed on cubic B-splines of one variable at a time
+(speed, position, load, acceleration, rate of the input, time, distance since the last reversal), on a line of its
+spectrum, on all of them together, and on the ringing of a load behind a spring. The penalty on second differences of
+the weights (P-splines) is chosen by cross-validation; every share is 1 − Σ(r − r̂)²/Σr² on held-out parts of the log. A
+friction law should explain most of what a regression on its own variable can; what no variable explains is noise. The
+share of a constant is reported separately, since every variable includes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.evidence.changes_in_time import ChangesInTime, changes_in_time
+from codegen.diagnosis.fit.measure import drive_force
+from codegen.diagnosis.fit.recent import OF_MODELS, recent
+from codegen.diagnosis.fit.residual import Masks, evaluate_forces, residual_at_drive, slip_velocities
+from codegen.diagnosis.fit.signals import Motion, central_difference
+from codegen.diagnosis.fit.starting_values import resonances, resonant
+from codegen.diagnosis.results import Remainder, Term
+from codegen.mechanics.system import Matrix, System
+
+CHUNKS, FOLDS = 48, 8
+"""Pieces of equal length of the log; every eighth piece is held out together."""
+KNOTS = 14
+POSITION_KNOTS = 40
+"""Knots of the splines over the position, and over any other variable (``KNOTS``)."""
+MOST_ROWS = 6000
+"""Samples of a regression at most, evenly spread over the log."""
+PENALTIES = (1e-6, 1e-3, 1e-1, 1e1)
+"""Penalties tried, on squared second differences of the weights, over the mean diagonal of the normal matrix."""
+DEGREE = 3
+LEAST_ROWS = 200
+"""With fewer samples nothing is explained."""
+NEIGHBOURS, LEAST_PERIODS = 2, 6
+"""For a spectral line: neighbouring bins on each side, which allow its amplitude to vary; least number of periods in
+the log."""
+STATE = ("speed", "position", "load", "acceleration", "distance since reversal")
+"""Variables of the motion: what they predict is no change in time."""
+REPEATED = 2.0
+"""Least z-score of the held-out gains by sign: their sum over the root of the sum of their squares."""
+SURELY_RINGS = 6.0
+"""Least standard deviations of the weight of a resonance, the best of 120: 1 % of false alarms asks for 4."""
+AT_ONCE = 0.1
+"""Largest share of the samples within which half of a squared residual is one event."""
+SLIDING = 0.03
+"""Share of a contact's 95 % speed above which it surely slides; below, friction may balance any load."""
+
+
+def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, ...]:
+    """The remainder of a model along a motion, one a coordinate.
+
+    Args:
+        used: samples away from standstill, ends and gaps.
+    """
+    residual = residual_at_drive(system, motion)
+    acting = acting_force(system, motion)
+    found = []
+    for i in range(system.degrees_of_freedom):
+        rows = sliding(system, motion, used, i)
+        variables = remainder_columns(system, motion, residual, i)
+        left = _remainder(residual[:, i], acting[:, i], rows, variables)
+        if not left.over:
+            found.append(left)
+            continue
+        acceleration = variables_of(system, motion, residual, i)["acceleration"]
+        inertia = float(np.mean(_inertia(system, motion, i)))
+        rings = ringing(residual[:, i], rows, acceleration, inertia, motion)
+        left = replace(left, structured=max(rings, left.structured), over={**left.over, "ringing": rings})
+        terms = varying_terms(system, motion, i)
+        changed = _changed(residual[:, i], rows, motion, terms, variables, inertia_noise(system, motion, i))
+        share, over = changed.share, left.over
+        if changed.changes:
+            over = {**over, "time": max(share, over["time"])}
+        structured = max(share, left.structured)
+        found.append(replace(left, structured=structured, over=over, changes=changed.changes, changed=share))
+    return tuple(found)
+
+
+def varying_terms(system: System, motion: Motion, i: int) -> dict[Term, Array]:
+    """(N,) low-passed terms of one coordinate's force balance whose coefficients may change in time."""
+    row = Matrix(system.mass_matrix * Matrix(list(system.accelerations)))
+    inertia = motion.low_pass(evaluate_forces(system, [row], motion)[0])[:, i]
+    terms: dict[Term, Array] = {"force": np.ones(len(inertia)), "inertia": inertia}
+    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+    if touching:
+        slip = slip_velocities(system, motion)[:, touching[0]]
+        slip = -slip if system.distribution[i, touching[0]].could_extract_minus_sign() else slip
+        terms |= {"friction level": motion.low_pass(np.sign(slip)), "viscous friction": motion.low_pass(slip)}
+    return terms
+
+
+def inertia_noise(system: System, motion: Motion, i: int) -> float:
+    """Mean square of what white noise of the measured positions or speeds makes in the low-passed row of M a."""
+    row = evaluate_forces(system, [Matrix(list(system.mass_matrix[i, :]))], motion)[0]
+    return float(np.sum(np.mean(row**2, axis=0) * motion.noise_after(motion.cutoff_hz, 2) ** 2))
+
+
+def _changed(
+    r: Array,
+    rows: NDArray[np.bool_],
+    motion: Motion,
+    terms: Mapping[Term, Array],
+    variables: Mapping[str, Array],
+    noise: float,
+) -> ChangesInTime:
+    """Changes in time of a residual; of what state variables leave where these predict more of it.
+
+    Args:
+        noise: mean square in the row of M a.
+    """
+    in_terms: dict[Term, float] = {"inertia": noise}
+    about = motion.time, motion.cutoff_hz, in_terms
+    plain = changes_in_time(r, rows, terms, *about)
+    states = [variables[name] for name in STATE]
+    groups = [states, *([one] for one in states)]
+    shares = [repeated_share(r, rows, group) for group in groups] if plain.changes else [0.0]
+    best = int(np.argmax(shares))
+    if plain.whole >= shares[best]:
+        return plain
+    curve = smooth_curve(r, rows, np.column_stack(groups[best]))
+    left = changes_in_time(r - curve, rows, terms, *about)
+    share = float(np.sum((r - curve)[rows] ** 2) / np.sum(r[rows] ** 2))
+    return ChangesInTime(left.changes, share * left.share, share * left.whole)
+
+
+@recent(OF_MODELS)
+def acting_force(system: System, motion: Motion) -> Array:
+    """(N, n) low-passed force of the inputs on each coordinate; where no input acts, the row of M a."""
+    drive = motion.low_pass(drive_force(system, motion))
+    idle = ~np.any(drive != 0, axis=0)
+    if idle.any():
+        row = Matrix(system.mass_matrix * Matrix(list(system.accelerations)))
+        drive[:, idle] = motion.low_pass(evaluate_forces(system, [row], motion)[0])[:, idle]
+    return drive
+
+
+def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
+    """(N, n) the acting force less the share of the residual that is not noise of the measured acceleration.
+
+    The residual is the noise of the input less that in the row of M a. The acting force holds the former, less the
+    residual the latter; with this share the noise is not correlated with that of the residual and does not explain
+    itself. Where no input acts, the acting force itself.
+    """
+    reached = np.any(drive_force(system, motion) != 0, axis=0)
+    shares = [1 - noise_share(system, motion, residual, i) for i in range(system.degrees_of_freedom)]
+    return np.asarray(acting_force(system, motion) - np.where(reached, shares * residual, 0.0))
+
+
+def noise_share(system: System, motion: Motion, residual: Array, i: int) -> float:
+    """Share of the squared residual of one coordinate that is noise of the measured acceleration; at most 1."""
+    whole = float(np.mean(residual[motion.usable, i] ** 2))
+    return min(1.0, inertia_noise(system, motion, i) / whole) if whole > 0 else 0.0
+
+
+def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.bool_]:
+    """(N,) samples at which every contact on a coordinate surely slides."""
+    slip = np.abs(slip_velocities(system, motion))
+    touching = [c for c in range(slip.shape[1]) if system.distribution[i, c] != 0]
+    fast = [slip[:, c] >= SLIDING * float(np.quantile(slip[:, c], 0.95)) for c in touching]
+    return np.asarray(np.logical_and.reduce([used.rows[:, i], *fast]))
+
+
+def half_of_squares(residual: Array, rows: NDArray[np.bool_]) -> tuple[int, int] | None:
+    """First and last sample of the shortest stretch that holds half of a squared residual (N,).
+
+    None where it is longer than ``AT_ONCE`` of the samples that count, as where nothing happens once.
+    """
+    places = np.flatnonzero(rows)
+    if len(places) < LEAST_ROWS or not np.any(residual[places]):
+        return None
+    sums = np.concatenate([[0.0], np.cumsum(residual[places] ** 2)])
+    last = np.searchsorted(sums, sums[:-1] + 0.5 * sums[-1])  # of each first sample, one behind the last
+    lengths = np.where(last < len(sums), last - np.arange(len(places)), len(places) + 1)
+    k = int(np.argmin(lengths))
+    return (int(places[k]), int(places[last[k] - 1])) if lengths[k] <= AT_ONCE * len(places) else None
+
+
+def rms(values: Array) -> float:
+    """The root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
+    """Share of the squared residual that these columns, (N, m) each, explain on held-out parts; at least 0."""
+    return max(0.0, float(_gains(residual, rows, columns).sum()))
+
+
+def repeated_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
+    """The explained share where the held-out parts agree that it is positive; else 0."""
+    gains = _gains(residual, rows, columns)
+    share, spread = float(gains.sum()), float(np.sqrt((gains**2).sum()))
+    return share if share > 0 and share >= REPEATED * spread else 0.0
+
+
+def _gains(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> Array:
+    """(CHUNKS,) share of the squared residual that is explained on each held-out piece."""
+    kept = _thinned(rows)
+    if kept.sum() < LEAST_ROWS:
+        return np.zeros(CHUNKS)
+    return _cross_validated(residual[kept], [c[kept] for c in columns], _pieces(kept))[0]
+
+
+def smooth_curve(residual: Array, rows: NDArray[np.bool_], columns: Array) -> Array:
+    """(N,) the regression curve over one variable's columns, fitted to all rows with the cross-validated penalty."""
+    kept = _thinned(rows)
+    if kept.sum() < LEAST_ROWS:
+        return np.full(len(residual), np.nan)
+    weights = _cross_validated(residual[kept], [columns[kept]], _pieces(kept))[1]
+    return np.asarray(np.column_stack([columns, np.ones(len(columns))]) @ weights)
+
+
+def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mapping[str, Array]) -> Remainder:
+    if rows.sum() < LEAST_ROWS:
+        return Remainder(float("nan"), float("nan"), 0.0)
+    rms, driven = (float(np.sqrt(np.mean(y[rows] ** 2))) for y in (r, drive))
+    constant = repeated_share(r, rows, [np.ones((len(r), 1))])
+    over = {name: repeated_share(r, rows, [columns]) for name, columns in variables.items()}
+    together = max(repeated_share(r, rows, list(variables.values())), *over.values(), constant)
+    beyond = {name: max(0.0, share - constant) for name, share in over.items()}
+    share = rms / driven if driven > 0 else float("inf")
+    return Remainder(rms, share, together, {"constant": constant} | beyond)
+
+
+def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
+    """(N,) variables of one coordinate over which a residual may have a shape; the load is ``predicted_load``."""
+    x, v = motion.positions[:, i], motion.velocities[:, i]
+    rate = central_difference(acting_force(system, motion)[:, [i]], motion.sample_time)
+    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+    noise = noise_share(system, motion, residual, i) * residual[:, i] / _inertia(system, motion, i)
+    return {
+        "speed": slip_velocities(system, motion)[:, touching[0]] if touching else v,
+        "position": x,
+        "load": predicted_load(system, motion, residual)[:, i],
+        "acceleration": motion.accelerations[:, i] + noise,  # uncorrelated as in ``predicted_load``
+        "input rate": motion.low_pass(rate)[:, 0],
+        "time": motion.time,
+        "distance since reversal": since_reversal(x, v),
+    }
+
+
+def _inertia(system: System, motion: Motion, i: int) -> Array:
+    """(N,) M_ii along the motion."""
+    column = Matrix([system.mass_matrix[i, i], *[0] * (system.degrees_of_freedom - 1)])
+    return np.asarray(evaluate_forces(system, [column], motion)[0][:, 0])
+
+
+def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inertia: float, motion: Motion) -> float:
+    """Share of a squared residual (N,) that one resonance explains on held-out pieces; 0 where it is not significant.
+
+    A load behind a spring leaves a residual that is the acceleration, filtered by a resonance, times a weight
+    (``resonances``). A few moves may excite nearly all of it, so the test does not ask that most pieces agree: the
+    weight must differ from zero by ``SURELY_RINGS`` standard deviations. The deviation is estimated from the sums over
+    pieces of column times remainder, each with the weight that is fitted to the other folds.
+
+    Args:
+        acceleration: (N,) without noise that is in the residual too. inertia: of the coordinate.
+    """
+    kept = _thinned(rows)
+    found = resonances(residual, acceleration, inertia, motion, 1) if kept.sum() >= LEAST_ROWS else ()
+    if not found:
+        return 0.0
+    column = resonant(found[0].frequency, found[0].damping_ratio, acceleration, motion)[kept]
+    y, piece, fold = residual[kept], _pieces(kept), np.arange(CHUNKS) % FOLDS
+    power, along = (np.bincount(piece, weights=z, minlength=CHUNKS) for z in (column**2, column * y))
+    rest_power, rest_along = (z.sum() - np.bincount(fold, weights=z)[fold] for z in (power, along))
+    weight = rest_along / np.maximum(rest_power, 1e-300)
+    deviation = float(np.sqrt(((along - weight * power) ** 2).sum()))
+    if -float(along.sum()) < SURELY_RINGS * deviation:
+        return 0.0
+    return max(0.0, float((2 * weight * along - weight**2 * power).sum()) / max(float(y @ y), 1e-300))
+
+
+def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
+    """(N, m) regression columns by variable of one coordinate."""
+    over = variables_of(system, motion, residual, i)
+    sign = motion.low_pass(np.sign(over["speed"])[:, None])[:, 0]
+    along, load = splines(over["position"], POSITION_KNOTS), over["load"]
+    return {
+        "speed": np.column_stack([splines(over["speed"], KNOTS), splines(motion.velocities[:, i], KNOTS), sign]),
+        "position": np.column_stack([along, along * sign[:, None]]),
+        "load": np.column_stack([splines(load, KNOTS), splines(np.abs(load), KNOTS) * sign[:, None]]),
+        "acceleration": splines(over["acceleration"], KNOTS),
+        "input rate": splines(over["input rate"], KNOTS),
+        "time": splines(over["time"], KNOTS),
+        "distance since reversal": splines(over["distance since reversal"], KNOTS) * sign[:, None],
+        "frequency": line(residual[:, i], motion),
+    }
+
+
+def line(residual: Array, motion: Motion) -> Array:
+    """(N, m) sines and cosines at the highest peak of the spectrum below the cutoff, and at neighbouring bins."""
+    resolution, peak = 1 / (len(residual) * motion.sample_time), _peak(residual, motion)
+    if peak is None:
+        return np.ones((len(residual), 1))
+    bins = range(max(1, peak - NEIGHBOURS), peak + NEIGHBOURS + 1)
+    turns = [2 * np.pi * k * resolution * motion.time for k in bins]
+    return np.column_stack([f(turn) for turn in turns for f in (np.sin, np.cos)])
+
+
+def peak_hz(residual: Array, motion: Motion) -> float:
+    """Frequency of the highest peak of the spectrum below the cutoff; NaN for a log too short to have one."""
+    peak = _peak(residual, motion)
+    return float("nan") if peak is None else peak / (len(residual) * motion.sample_time)
+
+
+def _peak(residual: Array, motion: Motion) -> int | None:
+    """The bin of the highest peak of the spectrum, of those with ``LEAST_PERIODS`` in the log and below the cutoff."""
+    count, h = len(residual), motion.sample_time
+    power = np.abs(np.fft.rfft(np.where(motion.usable, residual, 0.0))) ** 2
+    frequencies = np.fft.rfftfreq(count, h)
+    seen = (frequencies > LEAST_PERIODS / (count * h)) & (frequencies < motion.cutoff_hz)
+    return int(np.argmax(np.where(seen, power, 0.0))) if seen.any() else None
+
+
+def since_reversal(x: Array, v: Array) -> Array:
+    """(N,) square root of the distance moved since the velocity last changed its sign."""
+    turned = np.concatenate([[0], np.flatnonzero(np.diff(np.sign(v)) != 0) + 1])
+    last = turned[np.searchsorted(turned, np.arange(len(x)), side="right") - 1]
+    return np.asarray(np.sqrt(np.abs(x - x[last])))
+
+
+def splines(z: Array, knots: int) -> Array:
+    """(N, m) cubic B-splines of a signal, their knots at its quantiles."""
+    inner = np.unique(np.quantile(z, np.linspace(0, 1, knots)))
+    if len(inner) < 3 or inner[-1] - inner[0] <= 1e-12 * max(abs(inner[0]), abs(inner[-1]), 1e-300):
+        return np.ones((len(z), 1))
+    wide = inner[-1] - inner[0]
+    inner = inner[np.concatenate([[True], np.diff(inner) > 1e-6 * wide])]
+    inner[-1] = max(inner[-1], float(z.max()))
+    t = np.concatenate([[inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE])
+    return np.asarray(BSpline.design_matrix(np.clip(z, inner[0], inner[-1]), t, DEGREE).toarray())
+
+
+def _thinned(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """At most ``MOST_ROWS`` of the true entries, evenly spread."""
+    places = np.flatnonzero(rows)
+    kept = np.zeros_like(rows)
+    kept[places[:: max(1, len(places) // MOST_ROWS)]] = True
+    return kept
+
+
+def _pieces(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The piece of the log in which each kept row lies."""
+    places = np.flatnonzero(kept)
+    return np.asarray((places - places[0]) * CHUNKS // max(1, places[-1] - places[0] + 1))
+
+
+def _cross_validated(y: Array, groups: Sequence[Array], piece: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Ridge regression with the cross-validated penalty of ``PENALTIES``.
+
+    Returns:
+        (CHUNKS,) share of y'y that is removed on each piece while its fold is held out, and the weights fitted to all
+            rows; the last is of a constant.
+    """
+    fold = piece % FOLDS
+    a = np.hstack([*groups, np.ones((len(y), 1))])
+    roughness = _roughness([g.shape[1] for g in groups])
+    held_out = [(a[fold == f], y[fold == f], piece[fold == f]) for f in range(FOLDS)]
+    grams = np.array([rows.T @ rows for rows, _, _ in held_out])
+    rights = np.array([rows.T @ own for rows, own, _ in held_out])
+    gram, right = grams.sum(axis=0), rights.sum(axis=0)
+    size = float(np.trace(gram)) / len(gram)
+    before = np.bincount(piece, weights=y**2, minlength=CHUNKS)
+    total, best, chosen = float(before.sum()), np.full(CHUNKS, np.inf), PENALTIES[0]
+    small = 1e-9 * size * np.eye(len(gram))
+    for penalty in PENALTIES:
+        after = np.zeros(CHUNKS)
+        for f, (rows, own, place) in enumerate(held_out):
+            weights = np.linalg.solve(gram - grams[f] + penalty * size * roughness + small, right - rights[f])
+            after += np.bincount(place, weights=(own - rows @ weights) ** 2, minlength=CHUNKS)
+        if after.sum() < best.sum():
+            best, chosen = after, penalty
+    weights = np.linalg.solve(gram + chosen * size * roughness + small, right)
+    return ((before - best) / total if total > 0 else np.zeros(CHUNKS)), weights
+
+
+def _roughness(widths: Sequence[int]) -> Array:
+    """Penalty matrix: squared second differences of the weights of each group, and a small ridge."""
+    total = np.zeros((sum(widths) + 1, sum(widths) + 1))
+    start = 0
+    for width in widths:
+        second = np.diff(np.eye(width), 2, axis=0) if width > 2 else np.zeros((0, width))
+        total[start : start + width, start : start + width] = second.T @ second + 1e-3 * np.eye(width)
+        start += width
+    return total

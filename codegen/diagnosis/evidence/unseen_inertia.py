@@ -1,0 +1,70 @@
+"""Inertia parameters that a log hardly determines, as at constant speed or in motion in one direction: not refitted."""
+
+from __future__ import annotations
+
+import numpy as np
+import sympy
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.residual import Problem, force_rows, independent_samples, scales, slip_velocities
+from codegen.logs import Finding
+
+KNOWN = 0.1
+"""Share of its declared variance to which a log must reduce that of a parameter for it to be refitted: a third of the
+tolerance. Where inertia is seen no better, free runs err by more than the tolerance."""
+
+
+def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:
+    """The uncertain parameters that act through inertia alone and that the force residual hardly determines.
+
+    At constant speed the motion is accelerated by waves and noise alone. Free runs change an inertia there all the
+    same: the noise of a logged input moves the model and not the machine, and a heavier model follows it less (errors
+    in variables). The force residual has no such error, so it is asked, by its information on all refitted values
+
+        H = Σ s s'/σ² + diag(1/tolerance²),
+
+    with the slopes s and the RMS residual σ, over independent samples. A parameter is unseen where its variance, the
+    diagonal of H⁻¹, is above ``KNOWN`` of its tolerance's.
+    """
+    still = problem.system.equation_error.subs(dict.fromkeys(problem.system.accelerations, 0))
+    inertias = [s for s in problem.uncertain if s not in still.free_symbols]
+    if not inertias:
+        return []
+    symbols = [*problem.levels, *problem.uncertain]
+    prior = np.array([0.0] * len(problem.levels) + [problem.deviation[s] ** -2.0 for s in problem.uncertain])
+    variance = np.diag(np.linalg.pinv(_information(problem, symbols, prior), hermitian=True))
+    kept = dict(zip(symbols, variance * prior, strict=True))
+    return [s for s in inertias if kept[s] > KNOWN]
+
+
+def moves_one_way(problem: Problem) -> bool:
+    """Whether some contact slips and none ever reverses."""
+    slip = slip_velocities(problem.system, problem.motion)[problem.motion.usable]
+    return slip.shape[1] > 0 and bool(np.all(np.all(slip > 0, axis=0) | np.all(slip < 0, axis=0)))
+
+
+def _information(problem: Problem, symbols: list[sympy.Symbol], prior: Array) -> Array:
+    """H, (p, p), of the symbols."""
+    rows = force_rows(problem.system, problem, symbols)
+    left = scales(rows, prior, np.ones(len(symbols), dtype=bool), np.zeros(len(symbols)))
+    matrix = np.diag(prior)
+    for one, size in zip(rows, left, strict=True):
+        share = independent_samples(one.residual) / len(one.residual)
+        matrix = matrix + share * one.slopes.T @ one.slopes / size**2
+    return matrix
+
+
+def not_refitted(problem: Problem, symbols: list[sympy.Symbol]) -> tuple[Finding, ...]:
+    """The warning that these stay as declared; none where there are none."""
+    if not symbols:
+        return ()
+    listed = " and ".join(
+        f"{s.name} at {float(problem.system.values[s]):.6g}"
+        + (f" {unit}" if (unit := problem.system.units.get(s, "1")) != "1" else "")
+        for s in symbols
+    )
+    words = (
+        f"The motion of this log hardly shows {' and '.join(s.name for s in symbols)}, on which only inertia depends: "
+        f"the diagnosis keeps {listed}. A log with accelerations both ways tells more."
+    )
+    return (Finding("warning", "unseen inertia", words),)

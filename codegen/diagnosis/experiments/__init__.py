@@ -1,0 +1,1 @@
+"""Experiments that discriminate between effects that one log cannot tell apart."""

@@ -1,0 +1,226 @@
+"""Discriminating experiments: the change of the machine that separates two tied models most (T-optimality).
+
+Model A follows the log's path in simulation after a change of the machine. Model B is then fitted to this log and the
+simulated one together, and what remains is the separation:
+
+    d² = min over θ_B of  Σ_logs Σ w (r_B(θ_B) − r_A)² + (θ_B − θ̂_B)′ P (θ_B − θ̂_B)
+
+with r the low-passed force residual, w the share of independent samples over the variance of A's residual on this log,
+and P the prior precision of the tolerances. The smaller value of both orders (A, B) and (B, A) counts. A friction level
+that explains an effect under one load must then also fit under the other. After Atkinson and Fedorov, with the present
+log as data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from codegen.base.arrays import Array
+from codegen.base.errors import BadInput
+from codegen.diagnosis.evidence.residual_regression import acting_force
+from codegen.diagnosis.experiments.follow import follow
+from codegen.diagnosis.experiments.setups import Setup, setups
+from codegen.diagnosis.fit.residual import Problem, independent_samples, inverse_dynamics_residual
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.shooting import hidden_states
+from codegen.diagnosis.fit.signals import Motion, smooth_motion
+from codegen.diagnosis.fit.trial import Trial, with_effects, with_values
+from codegen.diagnosis.results import FoundEffect, SetupTried
+from codegen.logs import Log
+from codegen.mechanics.system import System
+
+STEP = 1e-4
+"""Relative step of a parameter, for its slope."""
+ROUNDS = 2
+"""Gauss–Newton steps of a fit to both logs."""
+MOST_SAMPLES = 6_000
+"""Samples of the log's path that are followed again."""
+UNCHANGED = Setup("none", "as it was logged")
+FLOOR = 1e-3
+"""Noise floor over the RMS drive force: a simulated log has no noise, a measured one always has."""
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A fitted model as a function of its parameters.
+
+    Attributes:
+        trial: the declared system with effects. theta: (p,) refitted values, then the effects' own, SI.
+        prior_precision: (p,) diagonal of P.
+    """
+
+    trial: Trial
+    theta: Array
+    prior_precision: Array
+
+    def system(self, theta: Array, setup: Setup, factor: float = 1.0) -> System:
+        """The machine after a change, with friction multiplied by ``factor`` where the change affects it."""
+        k, effects = len(self.trial.moved), []
+        values = {s.name: float(v) for s, v in zip(self.trial.moved, theta[:k], strict=True)}
+        if setup.friction is not None:
+            levels = {s.name for c in self.trial.system.contacts for s in c.law_parameters.values()}
+            values = {name: factor * v if name in levels else v for name, v in values.items()}
+        for part in self.trial.parts:
+            own = dict(zip(part.names, map(float, theta[k : k + len(part.names)]), strict=True))
+            effects.append(FoundEffect(part.kind, part.on, setup.values(part, own, factor), {}))
+            k += len(part.names)
+        return with_effects(with_values(setup.base(self.trial.system), values), effects)
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """A log of the machine after a change, and the weights of its force residuals.
+
+    Attributes:
+        problem: with the mask of sliding samples. weights: (n,) of a sample on each coordinate.
+    """
+
+    setup: Setup
+    problem: Problem
+    weights: Array
+
+    def residual(self, model: Model, theta: Array) -> Array:
+        """(R,) weighted low-passed force residual on all coordinates; theta may end with the friction factor."""
+        numbers, factor = (theta, 1.0) if self.setup.friction is None else (theta[:-1], float(theta[-1]))
+        left = inverse_dynamics_residual(model.system(numbers, self.setup, factor), self.problem.motion)
+        rows = self.problem.masks.rows
+        return np.concatenate([np.sqrt(w) * left[rows[:, i], i] for i, w in enumerate(self.weights)])
+
+    def slopes(self, model: Model, theta: Array, at: Array) -> Array:
+        """(R, p) slopes of the residual, by forward differences from ``at``, the residual at theta."""
+        columns = []
+        for k in range(len(theta)):
+            step = STEP * max(abs(float(theta[k])), 1e-6)
+            moved = theta.copy()
+            moved[k] += step
+            columns.append((self.residual(model, moved) - at) / step)
+        return np.column_stack(columns)
+
+
+@dataclass(frozen=True, eq=False)
+class Discrimination:
+    """Separation of tied fits by changes of the machine.
+
+    Attributes:
+        search: of the log. models: two at least, the best first.
+    """
+
+    search: Search
+    log: Log
+    models: Sequence[Model]
+
+    @cached_property
+    def problem(self) -> Problem:
+        return Problem(self.search.system, self.search.motion, {})
+
+    def tried(self, progress: Callable[[str, float], None] | None = None) -> list[SetupTried]:
+        """Every change with its smallest separation over the pairs with the best model, largest first.
+
+        Args:
+            progress: called with the change that is computed, and the share of all that is done.
+        """
+        parts = [p for model in self.models for p in model.trial.parts]
+        if any(_keeps_states(model.trial.changed) for model in self.models):
+            return []
+        found = []
+        every = list(setups(self.search.system, self.search.motion, parts))
+        for k, setup in enumerate(every):
+            if progress is not None:
+                progress(f"change {k + 1} of {len(every)} of the machine", k / len(every))
+            separation = self._separation(setup)
+            if separation is not None:
+                found.append(SetupTried(setup.kind, setup.words, *separation))
+        return sorted(found, key=lambda tried: -tried.separation)
+
+    def _separation(self, setup: Setup) -> tuple[float, float] | None:
+        """(smallest separation over the pairs, largest input); None where the path cannot be followed."""
+        least, most = float("inf"), 0.0
+        followed: dict[int, tuple[Motion, float] | None] = {}
+        for one, other in ((a, b) for b in range(1, len(self.models)) for a in (0, b)):
+            rival = other if one == 0 else 0
+            if one not in followed:
+                followed[one] = self._follow(self.models[one], setup)
+            path = followed[one]
+            if path is None:
+                return None
+            least = min(least, self._distance(self.models[one], self.models[rival], setup, path[0]))
+            most = max(most, path[1])
+        return least, most
+
+    def _distance(self, truth: Model, rival: Model, setup: Setup, motion: Motion) -> float:
+        again = Problem(self.search.system, motion, {})
+        weights = self._weights(truth)
+        logs = [Weighed(UNCHANGED, self.problem, weights), Weighed(setup, again, weights)]
+        extra = [] if setup.friction is None else [setup.friction]
+        targets = [log.residual(truth, np.append(truth.theta, extra if log.setup is setup else [])) for log in logs]
+        theta, best = np.append(rival.theta, extra), float("inf")
+        centre, prior_precision = theta.copy(), np.append(rival.prior_precision, np.zeros(len(extra)))
+        count = len(rival.theta)
+        for turn in range(ROUNDS + 1):
+            matrix, vector = np.diag(prior_precision), prior_precision * (centre - theta)
+            cost = float(prior_precision @ (theta - centre) ** 2)
+            for log, target in zip(logs, targets, strict=True):
+                own = theta if log.setup.friction is not None else theta[:count]
+                at = log.residual(rival, own)
+                if not np.isfinite(at).all():
+                    return float(np.sqrt(best)) if np.isfinite(best) else 0.0
+                error = at - target
+                cost += float(error @ error)
+                if turn < ROUNDS:
+                    slopes = log.slopes(rival, own, at)
+                    matrix[: len(own), : len(own)] += slopes.T @ slopes
+                    vector[: len(own)] -= slopes.T @ error
+            best = min(best, cost)
+            if turn < ROUNDS:
+                size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+                theta = theta + np.linalg.lstsq(matrix / np.outer(size, size), vector / size, rcond=1e-10)[0] / size
+        return float(np.sqrt(best))
+
+    def _weights(self, truth: Model) -> Array:
+        motion, rows = self.problem.motion, self.problem.masks.rows
+        system = truth.system(truth.theta, UNCHANGED)
+        left = inverse_dynamics_residual(system, motion)
+        acting = acting_force(system, motion)
+        weights = np.zeros(left.shape[1])
+        for i in range(left.shape[1]):
+            own = left[rows[:, i], i]
+            if len(own):
+                floor = FLOOR * float(np.sqrt(np.mean(acting[rows[:, i], i] ** 2)))
+                power = float(np.mean(own**2)) + floor**2
+                weights[i] = independent_samples(own) / len(own) / max(power, 1e-300)
+        return weights
+
+    def _follow(self, truth: Model, setup: Setup) -> tuple[Motion, float] | None:
+        """The log's path as a model's machine follows it after a change, and the largest input; None where it fails."""
+        motion, h = self.search.motion, self.search.motion.sample_time
+        samples = min(len(motion.time), MOST_SAMPLES)
+        count = round(samples / setup.pace)
+        at = np.linspace(0, samples - 1, count)
+        path = np.column_stack([np.interp(at, np.arange(samples), x[:samples]) for x in motion.positions.T])
+        rate = np.gradient(path, h, axis=0)
+        machine = truth.system(truth.theta, setup, setup.friction or 1.0)
+        run = follow(self.search, machine, path, rate, path.mean(axis=0), h)
+        if run is None:
+            return None
+        made = replace(
+            self.log,
+            time=h * np.arange(count, dtype=np.float64),
+            positions=run.positions,
+            velocities=None,
+            inputs=run.inputs,
+            gaps=(),
+        )
+        try:
+            return smooth_motion(made, motion.cutoff_hz), float(np.abs(run.inputs).max())
+        except BadInput:
+            return None
+
+
+def _keeps_states(system: System) -> bool:
+    """Whether the force residual of a system needs states that are not logged; its separation is not computed here."""
+    bristles = (c.law.bristle_stiffness(c.law_parameters) for c in system.contacts)
+    return hidden_states(system) > 0 or any(stiffness != 0 for stiffness in bristles)

@@ -1,0 +1,50 @@
+"""Simulation of a machine that follows a path under a position loop."""
+
+from __future__ import annotations
+
+import numpy as np
+import sympy
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.search import Search
+from codegen.mechanics.system import System
+from codegen.simulate.controller import Feedback, sampled
+from codegen.simulate.loop_run import LoopRun
+from codegen.simulate.observed_loop import run_loop
+
+LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
+"""Bandwidth of the loop over the coarse cutoff; least number of samples in its period."""
+
+
+def follow(
+    search: Search, machine: System, target: Array, rate: Array, centre: Array, h: float, limit: Array | None = None
+) -> LoopRun | None:
+    """The simulated run along (N, n) positions and their rates; None where it diverges.
+
+    Args:
+        centre: (n,) positions at which the loop is critically damped. limit: (m,) of the inputs.
+    """
+    position_gain, velocity_gain = loop_gains(search, centre, h)
+    controller = Feedback(
+        len(machine.inputs),
+        machine.degrees_of_freedom,
+        reference=sampled(target, h),
+        velocity_reference=sampled(rate, h),
+        position_gain=position_gain,
+        velocity_gain=velocity_gain,
+    )
+    start = (target[0], np.zeros_like(target[0]))
+    run = run_loop(machine, h, len(target), controller, limit=limit, start=start)
+    return run if np.isfinite(run.positions).all() and np.isfinite(run.inputs).all() else None
+
+
+def loop_gains(search: Search, centre: Array, h: float) -> tuple[Array, Array]:
+    """(m, n) gains of a critically damped loop, from M and ∂g/∂w at ``centre``."""
+    system = search.system
+    at = dict(system.values) | dict(zip(system.positions, map(float, centre), strict=True))
+    at |= dict.fromkeys((*system.velocities, *system.inputs), 0)
+    mass = np.array(system.mass_matrix.subs(at), dtype=float)
+    reached = np.array(sympy.Matrix(system.force).jacobian(list(system.inputs)).subs(at), dtype=float)
+    frequency = 2 * np.pi * min(LOOP_SHARE * search.motion.cutoff_hz, 1 / (LOOP_SAMPLES * h))
+    inward = np.linalg.pinv(reached) @ mass
+    return frequency**2 * inward, 2 * frequency * inward

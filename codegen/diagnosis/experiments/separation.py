@@ -1,0 +1,416 @@
+"""Candidates that tie on one log: how similar they are, and the cheapest extra motion that discriminates them.
+
+Extra motions are of a library, within the ranges of the log or of the spec's envelope.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+import sympy
+
+from codegen.base.arrays import Array
+from codegen.base.errors import BadInput
+from codegen.diagnosis.experiments.discrimination import Discrimination, Model
+from codegen.diagnosis.experiments.follow import follow
+from codegen.diagnosis.fit.credit import independent_share
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.record import LEAST_SEGMENTS, PERIODS, Record, record_of
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.signals import Motion, smooth_motion
+from codegen.diagnosis.fit.trial import model_of
+from codegen.diagnosis.results import MotionTried, Separation, TiedPair
+from codegen.diagnosis.selection.forward_selection import Outcome, explained_share
+from codegen.diagnosis.selection.ranking import Ranked, twins
+from codegen.effects import CATALOGUE
+from codegen.effects.register import kinds_of
+from codegen.logs import Log
+from codegen.mechanics.system import TIME, System
+from codegen.simulate.loop_run import LoopRun
+from codegen.simulate.sensors import Sensors
+
+SEPARATED = 10.0
+"""Separation asked for, in standard deviations of the noise, between the truth and the other candidate's best fit:
+25 nats; the verdict itself needs about five."""
+TRAINED = 0.7
+"""Share of the motion that is used for fits: a diagnosis without a second log holds the rest out."""
+SEGMENTS = 3 * LEAST_SEGMENTS
+"""Segments in the shortest motion: enough for a diagnosis that holds the last part out."""
+LENGTHS = (1, 2)
+LEAST_PERIODS = 4.0
+MARGIN = 0.95
+"""Share of a range that is used."""
+PACES = 0.87
+"""Ratio of the pace of one coordinate to the one before, so that several are not in phase."""
+CENTRED = 0.02
+"""A range whose middle is this near to zero, over its half width, is centred at zero."""
+SLOW, SLOW_TURNS = 0.06, 3
+DIGITS = 4
+MOST_RIVALS, MOST_CONFUSABLE = 2, 1
+MOST_SIMULATED = 5_000_000
+"""Samples of all motions that are tried, times the cube of the number of coordinates: an arm takes so much longer that
+only short motions are tried, or none."""
+
+
+def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:
+    """The best fit, and the fits with each rival in place of its first effect."""
+    return [outcome.final, *(in_place(search, outcome, r) for r in outcome.rivals[:MOST_RIVALS])]
+
+
+def without_leader(search: Search, outcome: Outcome) -> Iterator[Outcome]:
+    """The outcome with each rival in turn in place of its first effect; those that come after it are its rivals."""
+    for k, rival in enumerate(outcome.rivals[:MOST_RIVALS]):
+        yield led_by_rival(search, outcome, in_place(search, outcome, rival), outcome.rivals[k + 1 :])
+
+
+def led_by_rival(search: Search, outcome: Outcome, final: Fit, rivals: Sequence[Ranked]) -> Outcome:
+    """The outcome with a fit in which a rival has the place of the first effect, and what that fit explains."""
+    explained = explained_share(search, outcome.base, final)
+    return replace(outcome, final=final, rivals=tuple(rivals), explained=explained)
+
+
+def separate(
+    search: Search,
+    outcome: Outcome,
+    tied: Sequence[Fit],
+    log: Log,
+    envelope: Mapping[str, tuple[Any, Any]],
+    progress: Callable[[str, float], None] | None = None,
+) -> tuple[Separation, str | None]:
+    """Measure how similar tied candidates are, and find the cheapest motion that discriminates each pair.
+
+    A motion is simulated under a position loop with each candidate in turn as the truth, with the log's noise on the
+    positions; every candidate is refitted to it, as a diagnosis would, and must fit worse than the truth by
+    ``SEPARATED``. Shorter motions are cheaper; among equals, the one with the least ∫|w|² dt. Changes of the machine on
+    the log's own path are listed too; see ``discrimination``.
+
+    Args:
+        outcome: with rivals. tied: its fits, see ``tied_fits``.
+        envelope: of the spec; the motions stay inside it or inside what the log has shown.
+        progress: called with what is tried, and the share of all that may be.
+
+    Returns:
+        The figures, and the excitation file's text: None where no motion separates them.
+    """
+    fits = [*tied, *(in_place(search, outcome, r) for r in _confusable(outcome))]
+    pairs = tuple(_tied_pair(search, outcome, fits[0], other) for other in tied[1:])
+    reach = reach_of(search.system, search.motion, envelope)
+    machines = [model_of(fit.runner.trial, fit.theta) for fit in tied]
+    report = progress or (lambda what, share: None)
+    models = [_model(fit) for fit in tied]
+    changes = tuple(Discrimination(search, log, models).tried(lambda what, share: report(what, 0.5 * share)))
+    tried: list[MotionTried] = []
+    count = len(library(reach, search.motion))
+    report(f"{count} motions", 0.5)
+    for motion, simulated in _cheapest_first(search, machines[0], reach, log.sample_time):
+        report(f"motion {len(tried) + 1} of {count}", 0.5 + 0.5 * len(tried) / count)
+        figures = _try(search, log, fits, machines, reach, motion, simulated)
+        tried.append(figures)
+        if figures.separation >= SEPARATED:
+            names = [x.name for x in search.system.positions]
+            texts = {name: reference_text(r) for name, r in zip(names, motion.references, strict=True)}
+            text = _csv(search.system, motion, simulated, log.sample_time)
+            return Separation(pairs, tuple(tried), figures, texts, SEPARATED, changes), text
+    return Separation(pairs, tuple(tried), None, {}, SEPARATED, changes), None
+
+
+def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> Iterator[tuple[ExtraMotion, LoopRun]]:
+    """The library's motions that do not diverge: shorter ones first, among equals the one with less energy; as many
+    as ``MOST_SIMULATED`` allows.
+    """
+    simulated = 0.0
+    for duration, same in groupby(library(reach, search.motion), key=lambda motion: motion.duration):
+        motions = list(same)
+        simulated += len(motions) * duration / h * search.system.degrees_of_freedom**3
+        if simulated > MOST_SIMULATED:
+            return
+        followed = [(motion, _simulated(search, machine, reach, motion, h)) for motion in motions]
+        whole = [(motion, run) for motion, run in followed if run is not None]
+        yield from sorted(whole, key=lambda pair: _energy(pair[1], h))
+
+
+def _confusable(outcome: Outcome) -> list[Ranked]:
+    """The best candidate that this log ruled out although it resembles one that ties: the motion must do so too."""
+    tied = [outcome.final.runner.trial.parts[0], *(r.found.part for r in outcome.rivals)]
+    confusable = {c.other for part in tied for c in CATALOGUE[part.kind].confused_with}
+    named = {(p.kind, p.on) for p in (*tied, *outcome.final.runner.trial.parts)}
+    named |= {same for r in outcome.first if (r.found.part.kind, r.found.part.on) in named for same in _twins(r)}
+    possible = (r for r in outcome.first if not r.why_not and kinds_of(r.found.part.kind) & confusable)
+    return [r for r in possible if (r.found.part.kind, r.found.part.on) not in named][:MOST_CONFUSABLE]
+
+
+def _twins(ranked: Ranked) -> list[tuple[str, str]]:
+    return twins(ranked.found.part, ranked.found)
+
+
+def in_place(search: Search, outcome: Outcome, ranked: Ranked) -> Fit:
+    """The fit with another candidate in place of the first effect."""
+    rival, final = ranked.found, outcome.final
+    moved, found = final.runner.trial.split(final.theta)
+    others = final.runner.trial.parts[1:]
+    return search.with_parts(final, moved, [rival.part, *others], [rival.parameters, *found[1:]])
+
+
+def _tied_pair(search: Search, outcome: Outcome, first: Fit, other: Fit) -> TiedPair:
+    """The angle between the parts of the residual that two fits explain, and their distance on this log."""
+    base = outcome.base if len(first.runner.trial.parts) == 1 else search.without(first, 0)
+    one, two = ((base.residual - fit.residual).ravel() for fit in (first, other))
+    size = float(np.linalg.norm(one) * np.linalg.norm(two))
+    cosine = float(np.clip(one @ two / size, -1.0, 1.0)) if size > 0 else 1.0
+    parts = [fit.runner.trial.parts[0] for fit in (first, other)]
+    return TiedPair(
+        (parts[0].kind, parts[0].on),
+        (parts[1].kind, parts[1].on),
+        float(np.degrees(np.arccos(cosine))),
+        _distance(first, other),
+        next(
+            (c.separated_by for c in CATALOGUE[parts[0].kind].confused_with if c.other in kinds_of(parts[1].kind)), ""
+        ),
+    )
+
+
+def _distance(truth: Fit, other: Fit) -> float:
+    """How much better one fit is than the other, in standard deviations of the noise; negative where it is worse.
+
+    Near the noise a segment's loss is a quarter of its squared residual, so this is the norm of the difference of the
+    two predictions over the noise, for the number of independent residuals.
+    """
+    gain = float(other.held_out_losses.sum() - truth.held_out_losses.sum())
+    return float(np.copysign(2 * np.sqrt(independent_share(truth) * abs(gain)), gain))
+
+
+def _model(fit: Fit) -> Model:
+    """A fit with its parameters in SI."""
+    trial = fit.runner.trial
+    theta, count = trial.numbers(fit.theta), len(trial.moved)
+    return Model(trial, theta, np.append(fit.prior.precision[:count], np.zeros(len(theta) - count)))
+
+
+def _try(
+    search: Search,
+    log: Log,
+    fits: Sequence[Fit],
+    machines: Sequence[System],
+    reach: Reach,
+    motion: ExtraMotion,
+    first: LoopRun,
+) -> MotionTried:
+    """The smallest separation over all pairs of truth and other candidate.
+
+    Args:
+        machines: of the first ``fits``: only candidates that tie are taken as the truth.
+        first: the motion as the first machine follows it.
+    """
+    h, least = log.sample_time, float("inf")
+    energy = _energy(first, h)
+    for k, machine in enumerate(machines):
+        simulated = first if k == 0 else _simulated(search, machine, reach, motion, h)
+        there = None if simulated is None else _search_there(search, log, simulated, k)
+        if there is None:
+            return MotionTried(motion.name, motion.duration, energy, 0.0)
+        refitted = [there.on_another_record(fit) for fit in fits]
+        least = min(least, *(_distance(refitted[k], one) for j, one in enumerate(refitted) if j != k))
+        if least <= 0:
+            break
+    return MotionTried(motion.name, motion.duration, energy, max(0.0, least))
+
+
+def _simulated(search: Search, machine: System, reach: Reach, motion: ExtraMotion, h: float) -> LoopRun | None:
+    """A motion under a position loop; None where it diverges."""
+    samples = round(motion.duration / h)
+    return follow(search, machine, *motion.at(h * np.arange(samples, dtype=np.float64)), reach.centre, h, reach.inputs)
+
+
+def _energy(run: LoopRun, h: float) -> float:
+    """∫|w|² dt."""
+    return float((run.inputs**2).sum() * h)
+
+
+def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
+    """Positions as this log's sensors would read them: with its resolution and noise."""
+    n = positions.shape[1]
+    step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * n)
+    stated = np.array(log.description.position_noise_rms or (0.0,) * n)
+    noise = np.where((step > 0) | (stated > 0), stated, search.record.noise)
+    sensors = Sensors(np.broadcast_to(noise, n), np.broadcast_to(step, n))
+    noises = sensors.noise(len(positions), n, seed)[0]
+    if any(log.intake.integrated):
+        noises = np.where(log.intake.integrated, np.cumsum(noises, axis=0), noises)
+    return sensors.encoded(positions, noises)
+
+
+def _search_there(search: Search, log: Log, simulated: LoopRun, seed: int) -> Search | None:
+    """The search on the first part of a simulated motion, as if logged; None where it holds too little motion."""
+    measured, commands = _measured(search, log, simulated.positions, seed), simulated.inputs
+    kept = round(TRAINED * len(measured))
+    made = replace(
+        log,
+        time=log.sample_time * np.arange(kept, dtype=np.float64),
+        positions=measured[:kept],
+        velocities=None,
+        inputs=commands[:kept],
+        gaps=(),
+    )
+    try:
+        motion = smooth_motion(made, search.motion.cutoff_hz)
+        record = replace(record_of(motion, made), noise=search.record.noise, joints=search.record.joints)
+    except BadInput:
+        return None
+
+    def shorter(share: float) -> Record:
+        return replace(record_of(motion, made, share), joints=search.record.joints)
+
+    return replace(search, motion=motion, record=record, shorter=shorter)
+
+
+def _csv(system: System, motion: ExtraMotion, run: LoopRun, h: float) -> str:
+    """The excitation file: t, references and commands, one row a sample, SI. It is simulated, not a log."""
+    names = ["t", *(f"{x.name}_reference" for x in system.positions), *(w.name for w in system.inputs)]
+    time = h * np.arange(len(run.inputs), dtype=np.float64)
+    rows = np.hstack([time[:, None], motion.at(time)[0], run.inputs])
+    lines = [",".join(f"{v:.9g}" for v in row) for row in (rows + 0.0).tolist()]
+    return "\n".join([",".join(names), *lines]) + "\n"
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """The ranges in which the machine may be moved.
+
+    Attributes:
+        centre, half: (n,) of the positions. speed: (n,) largest. inputs: (m,) largest magnitudes.
+    """
+
+    centre: Array
+    half: Array
+    speed: Array
+    inputs: Array
+
+
+@dataclass(frozen=True, eq=False)
+class ExtraMotion:
+    """A reference motion.
+
+    Attributes:
+        name: in words.
+        duration: s, a whole number of samples.
+        references: of each coordinate, over t in s, with plain decimals.
+    """
+
+    name: str
+    duration: float
+    references: tuple[sympy.Expr, ...]
+
+    def at(self, time: Array) -> tuple[Array, Array]:
+        """References and their rates at (N,) times, both (N, n)."""
+        rows = []
+        for expressions in (self.references, [r.diff(TIME) for r in self.references]):
+            columns = [np.broadcast_to(sympy.lambdify(TIME, e, "numpy")(time), time.shape) for e in expressions]
+            rows.append(np.column_stack(columns).astype(np.float64))
+        return rows[0], rows[1]
+
+
+def reach_of(system: System, motion: Motion, envelope: Mapping[str, tuple[Any, Any]]) -> Reach:
+    """The ranges of a log, extended to the spec's envelope where that is larger."""
+    low, high = motion.positions.min(axis=0), motion.positions.max(axis=0)
+    speed = np.quantile(np.abs(motion.velocities), 0.99, axis=0)
+    inputs = np.abs(motion.commands).max(axis=0)
+    for i, (x, v) in enumerate(zip(system.positions, system.velocities, strict=True)):
+        if x.name in envelope:
+            bounds = [float(b) for b in envelope[x.name]]
+            low[i], high[i] = min(low[i], bounds[0]), max(high[i], bounds[1])
+        speed[i] = max(speed[i], _both_ways(envelope, v))
+    for j, w in enumerate(system.inputs):
+        inputs[j] = max(inputs[j], _both_ways(envelope, w))
+    centre, half = (low + high) / 2, (high - low) / 2
+    return Reach(np.where(np.abs(centre) > CENTRED * half, centre, 0.0), MARGIN * half, MARGIN * speed, inputs)
+
+
+def _both_ways(envelope: Mapping[str, tuple[Any, Any]], symbol: sympy.Symbol) -> float:
+    """The magnitude allowed in both directions; 0 where the envelope gives none."""
+    return min((abs(float(b)) for b in envelope.get(symbol.name, ())), default=0.0)
+
+
+def library(reach: Reach, motion: Motion) -> list[ExtraMotion]:
+    """Reference motions of two lengths, shortest first; deterministic for a log."""
+    shortest = SEGMENTS * PERIODS / motion.cutoff_hz
+    moves = []
+    for factor in LENGTHS:
+        samples = round(factor * shortest / motion.sample_time)
+        duration = samples * motion.sample_time
+        for name, shape in SHAPES.items():
+            references = tuple(
+                _plain(reach.centre[i] + shape(*_size(reach, i, duration), duration)) for i in range(len(reach.centre))
+            )
+            moves.append(ExtraMotion(name, duration, references))
+    return moves
+
+
+def _size(reach: Reach, i: int, duration: float) -> tuple[float, float]:
+    """Amplitude a and frequency Ω = speed/a in rad/s of one coordinate."""
+    half, speed = float(reach.half[i]), float(reach.speed[i])
+    pace = max(speed / half if half > 0 else 0.0, LEAST_PERIODS * 2 * np.pi / duration) * PACES ** (i % 4)
+    return min(half, speed / pace), pace
+
+
+Shape = Callable[[float, float, float], sympy.Expr]
+"""(a, Ω, duration) → a motion about zero that stays within ±a and ±aΩ."""
+
+
+def _two_tones(a: float, pace: float, duration: float) -> sympy.Expr:
+    return 0.6 * a * sympy.sin(0.8 * pace * TIME) + 0.35 * a * sympy.sin(1.3 * pace * TIME)
+
+
+def _slow_sweep(a: float, pace: float, duration: float) -> sympy.Expr:
+    turn = 2 * np.pi * SLOW_TURNS / duration
+    return min(a, SLOW * a * pace / turn) * sympy.sin(turn * TIME)
+
+
+def _fast_reversals(a: float, pace: float, duration: float) -> sympy.Expr:
+    return a / 6 * sympy.sin(6 * pace * TIME)
+
+
+def _sweep_and_reversals(a: float, pace: float, duration: float) -> sympy.Expr:
+    turn = 2 * np.pi * SLOW_TURNS / duration
+    return min(0.7 * a, 0.3 * a * pace / turn) * sympy.sin(turn * TIME) + 0.1 * a * sympy.sin(7 * pace * TIME)
+
+
+def _chirp(a: float, pace: float, duration: float) -> sympy.Expr:
+    """Up and down twice between Ω and 8 Ω, at a nearly constant top speed."""
+    turn = 4 * np.pi / duration
+    phase = 4.5 * pace * TIME - 3.5 * pace / turn * sympy.sin(turn * TIME)
+    return 0.8 * a / (4.5 - 3.5 * sympy.cos(turn * TIME)) * sympy.sin(phase)
+
+
+def _dwells(a: float, pace: float, duration: float) -> sympy.Expr:
+    return a * sympy.tanh(4 * sympy.sin(pace / 4 * TIME))
+
+
+def _other_range(a: float, pace: float, duration: float) -> sympy.Expr:
+    turn = 2 * np.pi / duration
+    return 0.5 * a * sympy.tanh(3 * sympy.sin(turn * TIME)) + 0.45 * a * sympy.sin(pace * TIME)
+
+
+SHAPES: dict[str, Shape] = {
+    "two tones over the whole range": _two_tones,
+    "slow sweep both ways": _slow_sweep,
+    "fast reversals": _fast_reversals,
+    "sweep with fast reversals on it": _sweep_and_reversals,
+    "chirp up and down": _chirp,
+    "quick moves with rests at both ends": _dwells,
+    "one half of the range, then the other": _other_range,
+}
+
+
+def _plain(expression: sympy.Expr) -> sympy.Expr:
+    """The expression with rounded numbers, so that its short text is exactly what was simulated."""
+    rounded = {n: sympy.Float(f"{float(n):.{DIGITS}g}") for n in expression.atoms(sympy.Float)}
+    return expression.xreplace(rounded)
+
+
+def reference_text(expression: sympy.Expr) -> str:
+    """As a spec's ``simulation.reference`` takes it."""
+    return str(sympy.sstr(expression, full_prec=False))

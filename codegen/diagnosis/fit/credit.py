@@ -1,0 +1,319 @@
+"""Cross-validated evidence for a candidate model: log-likelihood gained on held-out segments, and its significance.
+
+A segment's loss is its negative log-likelihood, K/2 log(1 + RSS/K), with RSS the sum of its K squared residuals in
+units of the noise. At the noise, where RSS is K, it changes with RSS half as much as that of least squares. A model
+"removes" a share of the squared residual if its own residual is smaller by that share.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import erfc, exp, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from codegen.diagnosis.fit.output_error import BLOCKS, Fit, mean_residuals
+
+Array = NDArray[np.float64]
+
+ALPHA = 0.01
+"""False-alarm rate of one round over all its candidates (Bonferroni); up to three rounds may credit something."""
+LEAST_SHARE = 0.05
+"""Least share of the squared residual that a candidate must remove (``Evidence.share``)."""
+LEAST_SIZE = 5e-3
+"""Least RMS force of an effect over the RMS drive force; of an effect that is no force, least change of the prediction
+over the change by the drive force (``size_of``)."""
+LEAST_NET = 1e-3
+"""Least RMS force difference between the model with the effect and the refit without it, over the RMS drive force: the
+refitted friction levels may already reproduce nearly all of a large effect. For an effect that adds states, ``size_of``
+is compared instead."""
+NEAR_NOISE = 3.0
+"""Largest RMS residual, in units of the noise, at which the Gaussian likelihood is used."""
+FAR, FEW = 10.0, 0.05
+"""A refit is incomplete if its RMS residual exceeds ``FAR`` times the noise in more than a share ``FEW`` of the
+segments, however well it fits the others. No practice log without an effect exceeds this."""
+SETTLED = 1 / 3
+"""Bound on (ratio of squared free-run residuals) · (ratio of squared force residuals), each with the effect over
+without it, below which free-run simulation overrules the force residual (``free_runs_settle``)."""
+FURTHER = 0.4
+"""Least share of the remaining loss that a second or third effect must remove; less can be a misfit of the first
+effect's functional form."""
+SIGNED = 48
+"""Number of blocks of consecutive segments in the sign test; segments alone are dependent, since a disturbance may last
+longer than one."""
+SIGN_STEPS = 2000
+"""Steps of the grid on which gains with random signs are added, in the sum of their magnitudes."""
+LEAST_FAR = 5
+"""Fewest blocks for a t test on the blocks with large residuals only."""
+LARGE = 4.0
+"""Threshold of ``where_large``: a block is used if either model's squared residual exceeds this multiple of the median
+over blocks of the smaller of the two."""
+AT_NOISE = 0.05
+"""Relative excess of the loss over that of pure noise below which the search for effects ends."""
+TIE_LEVEL = 0.05
+TIE_RATIO = 2.0
+"""A rival ties with the best candidate if p > ``TIE_LEVEL`` and its squared residual is at most ``TIE_RATIO`` times the
+best one's."""
+GAIN_STEP = 1e-3
+"""Relative step of the drive force in the finite difference of ``_over_drive``."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Comparison of a fit with the one before it, on held-out segments.
+
+    Attributes:
+        gain: log-likelihood gained, summed over segments, nats.
+        share: share of the squared residual that is removed, of its geometric mean over segments or of its sum,
+            whichever is larger: an effect that acts in few segments removes most of the sum and little of the mean.
+        t: Σ g_b / √Σ g_b² over the gains g_b of blocks of segments; a z-score if their signs are random.
+        won, blocks: number of blocks with a gain, and of all.
+        where_far: one-sided p of Student's t test on the log ratios of squared residuals, over the blocks in which
+            either model is more than ``FAR`` times the noise off; 1 where these are too few.
+        where_large: the same over the blocks chosen by ``LARGE``.
+        signed: number of the blocks of ``t``.
+        by_score: one-sided p of ``score_test``, where the fit contains the one before it; else None.
+    """
+
+    gain: float
+    share: float
+    t: float
+    won: int
+    blocks: int
+    where_far: float = 1.0
+    where_large: float = 1.0
+    signed: int = 0
+    by_score: float | None = None
+
+    def p(self, whiteness: float, alone: bool = True) -> float:
+        """One-sided p-value of the gain under "no effect": the smallest of p-values times their number (Bonferroni).
+
+        The tests are the sign test on all blocks; the likelihood ratio, which is valid near the noise; the two t tests
+        on blocks with large residuals, for an effect that acts in few of them; and, of a model that contains the other,
+        the score test. That one replaces none: it says nothing of few segments, or of an effect in few of them. The
+        likelihood ratio holds for a model that contains the other. Of two that are wrong alike in some segments, a few
+        of these decide it.
+
+        Args:
+            whiteness: share of the candidate's residuals that are independent.
+            alone: whether the candidate leaves nothing but noise. Else errors of the model may last from one segment to
+                the next, and the likelihood ratio counts only as far as a t test on the gains of blocks agrees.
+        """
+        likelihood = exp(-max(whiteness * self.gain, 0.0))
+        if not alone:
+            likelihood = max(likelihood, self.by_blocks)
+        tests = [random_signs(self.t), likelihood, self.where_far, self.where_large]
+        tests += [] if self.by_score is None else [self.by_score]
+        return min(1.0, len(tests) * min(tests))
+
+    @property
+    def by_blocks(self) -> float:
+        """One-sided p-value of Student's t test on the gains of blocks.
+
+        Student's t follows from ``t``: t √((B − 1)/(B − t²)) of B blocks. Unlike the sign test it has no least value on
+        few blocks, but it assumes that the gains are normally distributed.
+        """
+        spread = self.signed - self.t**2
+        if self.signed < 2:
+            return 1.0
+        return float(student.sf(self.t * sqrt((self.signed - 1) / max(spread, 1e-12)), self.signed - 1))
+
+
+def random_signs(t: float) -> float:
+    """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), Φ the normal CDF.
+
+    A normal approximation. Of B equal gains all are positive with the probability 2^−B: 3 times 1 − Φ(√B) for B = 3,
+    1.7 times for 8, and less than that from 12 on. For t above 3.5 it is at most 1.4 times too small with equal gains.
+    """
+    return 0.5 * erfc(t / sqrt(2))
+
+
+def by_random_signs(gains: Array) -> float:
+    """As ``random_signs`` of the gains g_b of blocks, or P(Σ ±|g_b| ≥ Σ g_b) where that is larger: at a level of some
+    per cent, where few blocks decide, the approximation is too small.
+
+    The sum has the characteristic function Π cos(ω |g_b|), which is inverted on a grid of the gains.
+    """
+    sizes = np.abs(gains)
+    whole = float(sizes.sum())
+    if not 0 < whole < np.inf:
+        return 1.0
+    steps = np.rint(sizes * (SIGN_STEPS / whole)).astype(np.int64)
+    most, reached = int(steps.sum()), int((np.sign(gains) * steps).sum())
+    length = 2 * (most + 1)  # sums lie from −most to most
+    turns = np.arange(length // 2 + 1)[:, None] * steps % length
+    probabilities = np.fft.irfft(np.cos(2 * np.pi / length * turns).prod(axis=1), length)
+    exact = float(probabilities[np.arange(reached, most + 1)].sum())
+    return min(1.0, max(exact, random_signs(float(gains.sum() / np.linalg.norm(gains)))))
+
+
+def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
+    """Evidence for ``after`` over ``before`` by their held-out losses.
+
+    Args:
+        floored: whether losses below that of pure noise are raised to it, so that fitting noise gains nothing.
+    """
+    losses = before.held_out_losses
+    floor = noise_loss(before) / len(losses) if floored else 0.0
+    return evidence(losses, after.held_out_losses, before.residual.shape[1], floor)
+
+
+def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Evidence:
+    """Evidence for ``other`` over ``base``, both (S,) held-out losses of segments with ``kept`` residuals each.
+
+    Args:
+        floor: loss of a segment whose residual is pure noise; smaller losses are raised to it.
+    """
+    gains = np.maximum(base, floor) - np.maximum(other, floor)
+    total = float(gains.sum())
+    spread = float(np.sqrt((_in_blocks(gains) ** 2).sum()))
+    wins = [block.sum() > 0 for block in np.array_split(gains, BLOCKS)]
+    before, after, noise = (_squares(losses, kept) for losses in (base, other, np.full(len(base), floor)))
+    of_mean = float(1 - np.exp(-2 * total / (len(gains) * kept)))
+    sum_before, sum_after, sum_noise = float(before.sum()), float(after.sum()), len(gains) * float(noise[0])
+    of_sum = 1 - max(sum_after, sum_noise) / sum_before if sum_before > sum_noise else 0.0
+    far = large = 1.0
+    if floor:
+        block_before, block_after, block_noise = (_in_blocks(squares) for squares in (before, after, noise))
+        bound = FAR**2 * block_noise
+        far = _of_ratios(np.maximum(block_before, block_noise), np.maximum(block_after, block_noise), bound)
+        large = where_large(*(_in_blocks(np.maximum(squares, noise)) for squares in (before, after)))
+    return Evidence(
+        gain=total,
+        share=max(of_mean, of_sum),
+        t=total / spread if spread > 0 else 0.0,
+        won=int(sum(wins)),
+        blocks=len(wins),
+        where_far=far,
+        where_large=large,
+        signed=min(SIGNED, len(gains)),
+    )
+
+
+def _in_blocks(values: Array) -> Array:
+    """Sums over ``SIGNED`` blocks of consecutive segments."""
+    return np.array([b.sum() for b in np.array_split(values, min(SIGNED, len(values)))])
+
+
+def where_large(before: Array, after: Array) -> float:
+    """One-sided p-value of ``of_logarithms`` over the blocks chosen by ``LARGE``."""
+    chosen = are_large(before, after)
+    return of_logarithms(np.log(before[chosen] / after[chosen]))
+
+
+def are_large(before: Array, after: Array) -> NDArray[np.bool_]:
+    """The blocks chosen by ``LARGE``."""
+    return np.asarray(np.maximum(before, after) > LARGE * float(np.median(np.minimum(before, after))))
+
+
+def _of_ratios(before: Array, after: Array, above: Array) -> float:
+    """One-sided p-value of ``of_logarithms`` over the blocks where either square is above a bound.
+
+    Blocks chosen by ``before`` alone would favour any other model, by regression to the mean.
+    """
+    chosen = np.maximum(before, after) > above
+    return of_logarithms(np.log(before[chosen] / after[chosen]))
+
+
+def of_logarithms(ratios: Array) -> float:
+    """One-sided p-value of Student's t test that logarithms of before/after have a positive mean; 1 if these are fewer
+    than ``LEAST_FAR``.
+
+    It assumes that they are normally distributed, and is far too small where a ratio has one of two values: of runs
+    that leave the motion under one of two equal models, five in a row do so under the same one once in 32 times.
+    """
+    if len(ratios) < LEAST_FAR or not ratios.std() > 0:
+        return 1.0
+    return float(student.sf(t_of_mean(ratios), len(ratios) - 1))
+
+
+def t_of_mean(values: Array) -> float:
+    """Student's t of the mean of values; 0 where they are all the same."""
+    spread = float(values.std(ddof=1)) / sqrt(len(values))
+    return float(values.mean()) / spread if spread > 0 else 0.0
+
+
+def _squares(losses: Array, kept: int) -> Array:
+    """RSS = K (exp(2 loss/K) − 1), the inverse of ``segment_losses``; K = ``kept``."""
+    return np.asarray(kept * np.expm1(np.minimum(2 * losses / kept, 600.0)))
+
+
+def independent_share(fit: Fit) -> float:
+    """Effective share of independent residuals, (1 − φ)/(1 + φ), with φ their autocorrelation at lag 1.
+
+    φ is the median over segments, limited to [0, 0.99].
+    """
+    n = fit.offsets.shape[1] // 2
+    residual = fit.residual.reshape(len(fit.residual), -1, n)
+    power = (residual**2).sum(axis=(1, 2))
+    phi = float(np.median((residual[:, 1:] * residual[:, :-1]).sum(axis=(1, 2)) / np.maximum(power, 1e-300)))
+    phi = min(max(phi, 0.0), 0.99)
+    return float((1 - phi) / (1 + phi))
+
+
+def noise_loss(fit: Fit) -> float:
+    """Expected loss of a model whose residual is measurement noise alone: RSS = K − (free start-state components)."""
+    segments, kept = fit.residual.shape
+    free = fit.starts.slopes.shape[2]
+    return float(0.5 * segments * kept * float(np.log1p((kept - free) / kept)))
+
+
+def size_of(fit: Fit, base: Fit) -> float:
+    """RMS change of the prediction by the candidate, over the RMS change by the whole drive force."""
+    residual = mean_residuals(fit.runner, fit.runner.run(fit.theta, base.offsets))
+    return _over_drive(base.starts.project(residual - base.unprojected, slope=True), base)
+
+
+def misfit(base: Fit) -> float:
+    """RMS residual over the RMS change of the prediction by the whole drive force."""
+    return _over_drive(base.residual, base)
+
+
+def _over_drive(change: Array, base: Fit) -> float:
+    """RMS of a change over the RMS change by the drive force, without the 3 % of segments with the largest change.
+
+    The change by the drive force is the derivative of the residual by a gain on it, by a finite difference.
+    """
+    runner = base.runner
+    reduced = mean_residuals(runner, runner.run(base.theta, base.offsets, 1 - GAIN_STEP))
+    by_drive = base.starts.project((base.unprojected - reduced) / GAIN_STEP, slope=True)
+    power, drive_power = (change**2).sum(axis=1), (by_drive**2).sum(axis=1)
+    kept = power <= np.quantile(power, 0.97)
+    return float(np.sqrt(power[kept].sum() / max(float(drive_power[kept].sum()), 1e-300)))
+
+
+def share_far(fit: Fit) -> float:
+    """Share of the segments whose RMS residual is above ``FAR`` times the noise."""
+    return float((fit.by_segment > FAR**2 * fit.residual.shape[1]).mean())
+
+
+def noise_ratio(fit: Fit) -> float:
+    """Median over segments of the RMS residual, in units of the noise."""
+    return float(np.sqrt(np.median(fit.by_segment) / fit.residual.shape[1]))
+
+
+def near_noise(fit: Fit, times: float = 1.0) -> bool:
+    """Whether the residual is near the noise in the median and in all but a share ``FEW`` of the segments.
+
+    The Gaussian likelihood is then used.
+
+    Args:
+        times: noise that the fit assumes over the measurement's noise; scales the median.
+    """
+    return noise_ratio(fit) * times <= NEAR_NOISE and share_far(fit) <= FEW
+
+
+def free_runs_settle(fit: Fit, share: float, times: float) -> bool:
+    """Whether free-run simulation credits a model although the model increases the force residual.
+
+    The free runs must end near the noise in nearly all segments, which no wrong model does, and improve by far more
+    than the force residual gets worse. The force residual may be wrong because it is low-passed: it shows neither a
+    narrow Stribeck peak at a reversal nor a load behind a spring.
+
+    Args:
+        share: share of the squared free-run residual that the model removes.
+        times: squared force residual with the model over that without it.
+    """
+    return near_noise(fit) and (1 - share) * times < SETTLED

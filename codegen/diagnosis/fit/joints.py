@@ -1,0 +1,342 @@
+"""Free-run simulation of an arm joint by joint, with the measured motion of all other joints imposed.
+
+The rigid-body forces of an arm are smooth and expensive. Along the measured motion they are computed once at every
+sample; a free run of one joint stays near that motion, so a linearisation in the joint's own position and speed
+suffices:
+
+    M_ii x_i'' = f_i(t) + k_i(t) (x_i − x̂_i) + d_i(t) (v_i − v̂_i) + e_i
+
+with e_i the inputs, effects and friction of joint i without approximation, and f_i the row's force less Σ_j M_ij
+x̂_j''. M_ii does not depend on x_i in a tree of joints. An unexplained force stays at its joint, and a log that moves
+one joint is a log of that joint alone.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from threading import Lock
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.recent import recent
+from codegen.diagnosis.fit.record import Record
+from codegen.diagnosis.fit.shooting import Shooter, Structure, owners, terms_of
+from codegen.diagnosis.fit.signals import central_difference
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.computed import ComputedEntry
+from codegen.mechanics.system import Matrix, System
+
+_NAMES = ("mass", "force", "stiffness", "damping", "position", "speed")
+SIGNALS = tuple(sympy.Symbol(f"imposed_{name}", real=True) for name in _NAMES)
+MASS, FORCE, STIFFNESS, DAMPING, POSITION, SPEED = SIGNALS
+KEPT = 4
+"""Records whose terms are kept in memory."""
+REMEMBERED = 120_000_000
+"""Bytes of runs that are kept in memory: most changes in a fit need a new run of one joint only."""
+
+
+def is_separable(system: System) -> bool:
+    """Whether joints can be run one at a time: computed rigid-body terms, and equally many contacts on each joint."""
+    n = system.degrees_of_freedom
+    touched = [[i for i in range(n) if system.distribution[i, c] != 0] for c in range(len(system.contacts))]
+    counts = [touched.count([i]) for i in range(n)]
+    alone = all(len(rows) == 1 for rows in touched) and len(set(counts)) == 1
+    return n > 1 and alone and not system.sensor_errors and bool(system.mass_matrix.atoms(ComputedEntry))
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One joint as a system with one coordinate.
+
+    Attributes:
+        index: of its coordinate. contacts: indices of its contacts.
+        inputs: those of the arm that act here; others: positions and speeds of other joints that its effects use.
+        system: its inputs are ``inputs``, SIGNALS and ``others``, in this order.
+    """
+
+    index: int
+    contacts: tuple[int, ...]
+    inputs: tuple[sympy.Symbol, ...]
+    others: tuple[sympy.Symbol, ...]
+    system: System
+
+
+def joint_of(system: System, index: int) -> Joint:
+    """One joint of a separable system, with the system's effects there."""
+    contacts = tuple(c for c in range(len(system.contacts)) if system.distribution[index, c] != 0)
+    x, v = system.positions[index], system.velocities[index]
+    force = _computed(system.force[index], False) + FORCE + STIFFNESS * (x - POSITION) + DAMPING * (v - SPEED)
+    mass = _computed(system.mass_matrix[index, index], False) + MASS
+    own = [system.contacts[c] for c in contacts]
+    used = set().union(force.free_symbols, mass.free_symbols)
+    used |= set().union(*(c.extra_level.free_symbols | c.extra_force.free_symbols for c in own))
+    inputs = tuple(w for w in system.inputs if w in used)
+    others = tuple(s for s in (*system.positions, *system.velocities) if s in used - {x, v})
+    return Joint(
+        index,
+        contacts,
+        inputs,
+        others,
+        replace(
+            system,
+            positions=(x,),
+            velocities=(v,),
+            inputs=(*inputs, *SIGNALS, *others),
+            position_units=(system.position_units[index],),
+            input_units=("1",) * (len(inputs) + len(SIGNALS) + len(others)),
+            mass_matrix=Matrix([[mass]]),
+            force=Matrix([force]),
+            distribution=Matrix([[system.distribution[index, c] for c in contacts]]),
+            contacts=tuple(own),
+            actuators={},
+            transmissions=(),
+        ),
+    )
+
+
+def _computed(expression: sympy.Expr, computed: bool = True) -> sympy.Expr:
+    """The terms of a sum that are computed from the arm's bodies, or those that the spec states."""
+    return sympy.Add(*[term for term in sympy.Add.make_args(expression) if bool(term.has(ComputedEntry)) is computed])
+
+
+@dataclass(frozen=True, eq=False)
+class MotionTerms:
+    """Rigid-body terms along one measured motion, all (N, n) over samples and joints.
+
+    Attributes:
+        force, mass: at the declared values; force_slopes, mass_slopes: (N, n, P) by the free parameters.
+        stiffness, damping: slopes of the force by the joint's own position and speed.
+    """
+
+    positions: Array
+    velocities: Array
+    force: Array
+    mass: Array
+    force_slopes: Array
+    mass_slopes: Array
+    stiffness: Array
+    damping: Array
+
+    def loads(self, joint: int, off: Array) -> tuple[Array, Array]:
+        """(N,) mass and force of a joint, with the free parameters ``off`` their declared values."""
+        mass, force = self.mass[:, joint], self.force[:, joint]
+        if not off.any():
+            return mass, force
+        return mass + self.mass_slopes[:, joint] @ off, force + self.force_slopes[:, joint] @ off
+
+    def held(self, joint: int) -> list[Array]:
+        """Signals that no parameter changes: stiffness, damping, position and speed."""
+        return [r[:, joint] for r in (self.stiffness, self.damping, self.positions, self.velocities)]
+
+    @cached_property
+    def felt(self) -> NDArray[np.bool_]:
+        """(n, P) whether a free parameter changes a joint's mass or force."""
+        return np.asarray((self.force_slopes != 0).any(axis=0) | (self.mass_slopes != 0).any(axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class RigidTerms:
+    """The computed rigid-body terms of a system, evaluated along records.
+
+    Attributes:
+        parameters: free symbols in the computed terms.
+    """
+
+    system: System
+    parameters: tuple[sympy.Symbol, ...]
+
+    @cached_property
+    def declared(self) -> Array:
+        return np.array([float(self.system.values[s]) for s in self.parameters])
+
+    @recent(KEPT)
+    def along(self, positions: Array, velocities: Array, sample_time: float) -> MotionTerms:
+        """The terms along a smoothed motion, positions and velocities (N, n)."""
+        system, n = self.system, self.system.degrees_of_freedom
+        acceleration = central_difference(velocities, sample_time)
+        x, v, a = (casadi.SX.sym(name, n) for name in "xva")
+        p = casadi.SX.sym("p", len(self.parameters))
+        columns = (system.positions, x), (system.velocities, v), (system.accelerations, a), (self.parameters, p)
+        terms = to_casadi(_computed_terms(system), symbol_values(system.values, *columns))
+        force, mass = casadi.densify(terms[:n]), casadi.densify(terms[n:])
+        slopes = [casadi.densify(casadi.vec(casadi.jacobian(value, p))) for value in (force, mass)]
+        own = [casadi.vertcat(*[casadi.jacobian(force[i], s[i]) for i in range(n)]) for s in (x, v)]
+        outputs = [force, mass, *(casadi.densify(o) for o in own), *slopes]
+        function = casadi.Function("along", [x, v, a, p], outputs)
+        count, free = len(positions), len(self.parameters)
+        at = np.repeat(self.declared[:, None], count, axis=1)
+        raw = function.map(count)(positions.T, velocities.T, acceleration.T, at)
+        plain = [np.ascontiguousarray(np.array(r).T) for r in raw]
+        by_parameter = [np.ascontiguousarray(r.reshape(count, free, n).transpose(0, 2, 1)) for r in plain[4:]]
+        return MotionTerms(positions, velocities, *plain[:2], *by_parameter, *plain[2:4])
+
+
+def _computed_terms(system: System) -> Matrix:
+    """(2n, 1) the computed force on each joint less the inertia coupling of the others' accelerations, and its mass."""
+    mass = system.mass_matrix
+    forces = []
+    for i in range(system.degrees_of_freedom):
+        taken = [mass[i, j] * a for j, a in enumerate(system.accelerations) if j != i and mass[i, j] != 0]
+        forces.append(_computed(system.force[i]) - sympy.Add(*taken))
+    return Matrix([*forces, *(_computed(mass[i, i]) for i in range(system.degrees_of_freedom))])
+
+
+def rigid_terms(system: System, moved: Sequence[sympy.Symbol]) -> RigidTerms:
+    """The rigid-body terms of a separable system, with those of ``moved`` on which they depend."""
+    own = _computed_terms(system)
+    return RigidTerms(system, tuple(s for s in moved if own.has(s)))
+
+
+def between(values: Array, substeps: int) -> Array:
+    """(N substeps,) values (N,) interpolated linearly to the middle of each substep, constant after the last sample."""
+    share = (np.arange(substeps) + 0.5) / substeps
+    rise = np.diff(values, append=values[-1:])
+    return np.asarray((values[:, None] + rise[:, None] * share).ravel())
+
+
+@dataclass(eq=False)
+class Memory:
+    """Cache of results by their arguments; the oldest are dropped first."""
+
+    size: int = 0
+    _found: OrderedDict[Hashable, Array] = field(default_factory=OrderedDict)
+    _lock: Lock = field(default_factory=Lock)
+
+    def get(self, key: Hashable) -> Array | None:
+        with self._lock:
+            if key in self._found:
+                self._found.move_to_end(key)
+                return self._found[key]
+        return None
+
+    def put(self, key: Hashable, value: Array) -> None:
+        with self._lock:
+            if key not in self._found:
+                self.size += value.nbytes
+            self._found[key] = value
+            while self.size > REMEMBERED and len(self._found) > 1:
+                self.size -= self._found.popitem(last=False)[1].nbytes
+
+
+@dataclass(frozen=True, eq=False)
+class _Compiled:
+    """One joint of one model: its code in the library, and the indices of its arguments and states in the model's.
+
+    Attributes:
+        key: of the equations from which that code was made.
+    """
+
+    joint: Joint
+    place: int
+    key: Hashable
+    arguments: list[int]
+    states: list[int]
+
+    def structure(self, of: Structure) -> Structure:
+        """The part of a model's structure that belongs to this joint."""
+        sigma = tuple(of.sigma[c] for c in self.joint.contacts)
+        loads = [k for k, i in enumerate(of.split) if i == self.joint.index]
+        limits, rest = of.limits[:, self.states], of.rest[self.states]
+        return Structure(sigma, (0,) * len(loads), of.coupling[loads], limits, rest)
+
+
+class JointShooter:
+    """Compiled free runs, joint by joint, of several systems that differ in their effects, as by ``Shooter``."""
+
+    def __init__(
+        self,
+        systems: Sequence[System],
+        free: Sequence[Sequence[sympy.Symbol]],
+        terms: RigidTerms,
+        memory: Memory,
+        loads: int = 0,
+        jumps: bool | None = None,
+    ) -> None:
+        """Compile; joints with the same equations share their code.
+
+        Args:
+            terms: of the system without effects.
+            loads: most loads behind springs in any run.
+            jumps: as of ``Shooter``.
+        """
+        self.terms, self.memory, self.loads = terms, memory, loads
+        distinct: dict[Hashable, tuple[Joint, list[sympy.Symbol]]] = {}
+        self._models: list[list[_Compiled]] = []
+        self._rigid: list[list[int]] = []
+        for system, symbols in zip(systems, free, strict=True):
+            model = []
+            for i in range(system.degrees_of_freedom):
+                joint = joint_of(system, i)
+                terms_here = terms_of(joint.system)
+                used = set().union(*(term.free_symbols for term in terms_here))
+                own = [k for k, s in enumerate(symbols) if s in used]
+                arguments = [symbols[k] for k in own]
+                key = (i, terms_here, *arguments)
+                distinct.setdefault(key, (joint, arguments))
+                states = [k for k, contact in enumerate(owners(system)) if contact in joint.contacts]
+                model.append(_Compiled(joint, list(distinct).index(key), key, own, states))
+            self._models.append(model)
+            self._rigid.append([list(symbols).index(s) for s in terms.parameters])
+        joints, called = zip(*distinct.values(), strict=True)
+        driven = [len(j.inputs) for j in joints]
+        self._shooter = Shooter([j.system for j in joints], called, loads, driven, jumps=jumps)
+
+    def at(
+        self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int
+    ) -> Callable[[Array], Array]:
+        """Positions (S, L, n) of every segment, as by ``Shooter.at``; as measured for joints that are not compared."""
+        return lambda states: self._run(model, p, structure, record, drive, substeps, states)
+
+    def _run(
+        self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int, states: Array
+    ) -> Array:
+        n, along = len(self._models[model]), self.terms.along(record.positions, record.velocities, record.sample_time)
+        p = np.asarray(p, dtype=float)
+        off = p[self._rigid[model]] - self.terms.declared
+        out = np.asarray(record.measured[record.start[:, None] + np.arange(record.length)])
+        for one in self._models[model]:
+            i = one.joint.index
+            if record.joints is not None and i not in record.joints:
+                continue
+            here, there = one.structure(structure), np.ascontiguousarray(states[:, [i, n + i]])
+            inputs = drive[:, [self.terms.system.inputs.index(w) for w in one.joint.inputs]]
+            arrays = p[one.arguments], off[along.felt[i]], here.coupling, here.limits, here.rest, record.start, there
+            where = (along, record.length, substeps, here.sigma, here.split, hash(inputs.tobytes()))
+            key = (one.key, *where, *(array.tobytes() for array in arrays))
+            found = self.memory.get(key)
+            if found is None:
+                alone = _record_of(record, i)
+                columns = self._columns(one.joint, inputs, along, off, substeps)
+                found = self._shooter.at(one.place, p[one.arguments], here, alone, columns, substeps)(there)[..., 0]
+                self.memory.put(key, found)
+            out[..., i] = found
+        return out
+
+    def _columns(self, joint: Joint, inputs: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
+        """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step."""
+        system = self.terms.system
+        motion = dict(zip(system.positions, along.positions.T, strict=True))
+        motion |= dict(zip(system.velocities, along.velocities.T, strict=True))
+        signals = [*along.loads(joint.index, off), *along.held(joint.index), *(motion[s] for s in joint.others)]
+        columns = np.column_stack([inputs, *(between(signal, substeps) for signal in signals)])
+        return np.pad(columns, ((0, 0), (0, self._shooter.inputs - columns.shape[1])))
+
+
+def _record_of(record: Record, i: int) -> Record:
+    """The record of one coordinate."""
+    return replace(
+        record,
+        measured=record.measured[:, [i]],
+        positions=record.positions[:, [i]],
+        velocities=record.velocities[:, [i]],
+        noise=record.noise[[i]],
+        joints=None,
+        integrated=record.integrated[i : i + 1],
+    )

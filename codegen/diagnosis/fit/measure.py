@@ -1,0 +1,202 @@
+"""Errors of a model on held-out data: RMS force residual, and RMS position error of a free-run simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.credit import SIGNED
+from codegen.diagnosis.fit.recent import OF_MODELS, recent
+from codegen.diagnosis.fit.residual import (
+    Masks,
+    effective_inputs,
+    evaluate_forces,
+    inverse_dynamics_residual,
+    residual_at_drive,
+)
+from codegen.diagnosis.fit.signals import TRIM_S, Motion, central_difference
+from codegen.diagnosis.fit.trial import free_run
+from codegen.diagnosis.results import ErrorFigures
+from codegen.mechanics.system import Matrix, System
+
+RESTART_S = 0.5
+WHOLE = slice(None)
+SHORTEST_PERIODS = 5.0
+"""Shortest free run between two restarts, in periods of the coarse cutoff."""
+
+
+def measure(system: System, motion: Motion, used: Masks, window: slice, restart_s: float = RESTART_S) -> ErrorFigures:
+    """Error figures of a system on one window of a motion.
+
+    Args:
+        used: samples away from standstill, the same for every model that is compared.
+        window: of samples.
+        restart_s: between two restarts of the free run.
+    """
+    per_row, rms, relative = force_errors(system, motion, used, window)
+    positions, parts = free_run_errors(system, motion, window, restart_s)
+    total = float(np.sqrt(np.mean(np.square(positions))))
+    return ErrorFigures(rms, per_row, relative, total, tuple(positions), parts)
+
+
+def force_errors(
+    system: System, motion: Motion, used: Masks, window: slice = WHOLE
+) -> tuple[tuple[float, ...], float, float]:
+    """RMS low-passed residual by coordinate and over all, and its norm over that of the drive force.
+
+    Both are scaled by ``residual_at_drive``, so that friction which follows the drive force is not favoured. The norm
+    is that of ``power``; samples at standstill count as zero in both.
+    """
+    residual = residual_at_drive(system, motion)
+    inside = np.zeros(len(motion.time), dtype=bool)
+    inside[window] = True
+    rows = used.rows & inside[:, None]
+    squares = [residual[rows[:, i], i] ** 2 for i in range(residual.shape[1])]
+    per_row = tuple(float(np.sqrt(s.mean())) if len(s) else float("nan") for s in squares)
+    pooled = np.concatenate(squares)
+    drive = motion.low_pass(drive_force(system, motion))
+    inverse = inverse_mass(system, motion)
+    left, driven = (float(power(inverse, np.where(rows, r, 0.0)).sum()) for r in (residual, drive))
+    relative = float(np.sqrt(left / driven)) if driven > 0 else float("inf")
+    return per_row, float(np.sqrt(pooled.mean())) if len(pooled) else float("nan"), relative
+
+
+def restart_within_reach(system: System, motion: Motion, window: slice) -> float:
+    """Seconds between restarts after which free runs are still near the motion: ``RESTART_S``, halved while necessary.
+
+    A run has left the motion when its error exceeds the distance that the machine moved since the restart; it then no
+    longer discriminates models, as with a rotor that falls into another cogging minimum.
+    """
+    restart, least = RESTART_S, SHORTEST_PERIODS / motion.cutoff_hz
+    while restart / 2 >= least:
+        error = free_run_errors(system, motion, window, restart)[0]
+        way = np.sqrt(np.mean(_way_since_restart(motion, restart)[window] ** 2, axis=0))
+        if np.all(np.asarray(error) <= way):
+            break
+        restart /= 2
+    return restart
+
+
+def _way_since_restart(motion: Motion, restart_s: float) -> Array:
+    """(N, n) measured position less that at the last restart."""
+    h, count = motion.sample_time, len(motion.time)
+    cut, length = round(TRIM_S / h), max(2, round(restart_s / h))
+    places = np.arange(count)
+    last = np.where(places < cut, places, cut + (places - cut) // length * length)
+    return np.asarray(motion.measured - motion.measured[last])
+
+
+def free_run_errors(
+    system: System, motion: Motion, window: slice, restart_s: float = RESTART_S
+) -> tuple[list[float], tuple[tuple[float, ...], ...]]:
+    """RMS of predicted less raw position on each coordinate, restarted from the low-passed measured state.
+
+    And the mean squares in ``SIGNED`` parts, or as many as there are restarts.
+    """
+    error = free_run_series(system, motion, restart_s)[window]
+    usable = motion.usable[window] & ~np.isnan(error).any(axis=1)
+    if motion.counted is not None:
+        usable &= motion.counted[window]
+    if not usable.any() or not np.isfinite(error[usable]).all():
+        return [float("inf")] * error.shape[1], ()
+    squares = error[usable] ** 2
+    runs = max(1, round(len(squares) * motion.sample_time / restart_s))
+    parts = tuple(tuple(map(float, part.mean(axis=0))) for part in np.array_split(squares, min(SIGNED, runs)))
+    return [float(e) for e in np.sqrt(np.mean(squares, axis=0))], parts
+
+
+@recent(OF_MODELS)
+def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S) -> Array:
+    """Predicted less raw position in free-run simulation, (N, n); inf where the run diverges.
+
+    NaN at the trimmed ends, and from a gap until the next restart, where the state is not known.
+    """
+    h = motion.sample_time
+    start = motion.low_pass(motion.measured)
+    predicted = free_run(
+        system,
+        h,
+        start,
+        central_difference(start, h),
+        motion.commands,
+        restart_s,
+        substeps=_substeps(h),
+        trim_s=TRIM_S,
+    )
+    predicted[_behind_a_gap(motion.usable, round(TRIM_S / h), max(2, round(restart_s / h)))] = np.nan
+    return np.asarray(predicted - motion.measured)
+
+
+def _behind_a_gap(usable: NDArray[np.bool_], cut: int, length: int) -> NDArray[np.bool_]:
+    """(N,) samples with an unusable one before them in their run of ``length`` samples; the first starts at ``cut``."""
+    behind = np.zeros(len(usable), dtype=bool)
+    for start in range(cut, len(usable) - cut, length):
+        run = slice(start, min(start + length, len(usable) - cut))
+        behind[run] = np.cumsum(~usable[run]) > 0
+    return behind
+
+
+@recent(OF_MODELS)
+def drive_force(system: System, motion: Motion) -> Array:
+    """(N, n) the part of g due to the inputs: g(x, v, w) − g(x, v, 0)."""
+    still = system.force.subs(dict.fromkeys(system.inputs, 0))
+    forces = evaluate_forces(system, [Matrix(system.force - still)], motion, effective_inputs(system, motion))
+    return np.asarray(forces[0])
+
+
+@recent(OF_MODELS)
+def inverse_mass(system: System, motion: Motion) -> Array:
+    """(N, n, n) M(x)⁻¹ along a motion."""
+    columns = [Matrix(system.mass_matrix[:, j]) for j in range(system.degrees_of_freedom)]
+    mass = evaluate_forces(system, columns, motion).transpose(1, 2, 0)
+    if (mass == mass[:1]).all():  # one inverse serves all samples
+        return np.broadcast_to(np.linalg.pinv(mass[:1], hermitian=True), mass.shape)
+    return np.asarray(np.linalg.pinv(mass, hermitian=True))
+
+
+def power(inverse: Array, forces: Array) -> Array:
+    """(N,) r' M(x)⁻¹ r of generalised forces r, (N, n): a norm by the acceleration that a force causes.
+
+    It does not depend on the side of a gear on which a coordinate is, and adds no newtons to newton metres.
+
+    Args:
+        inverse: as by ``inverse_mass``.
+    """
+    return np.asarray((forces * (inverse @ forces[:, :, None])[:, :, 0]).sum(axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """The drive force along a motion as the reference for other forces."""
+
+    system: System
+    motion: Motion
+
+    def share(self, forces: Array) -> float:
+        """Forces, (N, n), over the drive force, in the norm of ``power`` over the usable samples."""
+        return float(np.sqrt(self._acting(forces) / max(self._driven, 1e-300)))
+
+    @cached_property
+    def residual(self) -> Array:
+        """(N, n) force residual of the system along the motion."""
+        return inverse_dynamics_residual(self.system, self.motion)
+
+    @cached_property
+    def _inverse(self) -> Array:
+        return inverse_mass(self.system, self.motion)[self.motion.usable]
+
+    @cached_property
+    def _driven(self) -> float:
+        return self._acting(self.motion.low_pass(drive_force(self.system, self.motion)))
+
+    def _acting(self, forces: Array) -> float:
+        return float(power(self._inverse, forces[self.motion.usable]).sum())
+
+
+def _substeps(h: float) -> int:
+    """Number of steps a sample, at most half a millisecond each."""
+    return int(min(20, max(2, np.ceil(h / 5e-4))))

@@ -1,0 +1,420 @@
+"""Output-error fits by multiple shooting: Gauss–Newton over the parameters, segment start states eliminated.
+
+Measured positions are compared with free-run simulations of short segments (simulation error, output error).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.parallel import in_parallel
+from codegen.diagnosis.fit.trial import Part, Runner, Trial
+from codegen.mechanics.system import System
+
+STEP, FINE_STEP = 1e-4, 1e-6
+"""Steps for slopes, over the size of a parameter: of a fit, and of a covariance."""
+HUGE = 1e6
+BLOCKS = 8
+"""Of neighbouring segments, each held out in turn."""
+WITHIN = 3.0
+"""Prior standard deviations that a toleranced parameter may move at most; a larger deviation is an effect."""
+FAR_START = 3.0
+"""RMS residual of a segment, in noise, above which its measured start state is tried again."""
+AT_END = 0.999
+"""Share of the distance to a limit from which on a parameter counts as limited."""
+WIDE = 20.0
+MANY = 12
+"""With more toleranced parameters than this, as for an arm, their slopes are computed once a fit: forces are linear
+in masses and inertias, which change little."""
+SPEED_SHARE = 0.005
+"""Prior standard deviations of a start state: ``WIDE`` times the noise of the position, and in velocity at least
+this share of the 95 % speed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """Gaussian prior and limits of a fit's parameters, all (p,).
+
+    Attributes:
+        precision: inverse prior variances, tempered: divided by ``tempering``, the share of independent residuals.
+        size: of each parameter, for differences and for the longest step. reach: largest change in a fit.
+        within: prior standard deviations that a parameter may move.
+    """
+
+    precision: Array
+    centre: Array
+    size: Array
+    reach: Array
+    tempering: float = 1.0
+    within: float = WITHIN
+
+    @cached_property
+    def bound(self) -> Array:
+        """Largest distance from the centre."""
+        untempered = np.sqrt(np.maximum(self.tempering * self.precision, 1e-300))
+        return np.where(self.precision > 0, self.within / untempered, np.inf)
+
+    def clip(self, theta: Array) -> Array:
+        return np.clip(theta, self.centre - self.bound, self.centre + self.bound)
+
+    def limited(self, theta: Array, first: Array) -> NDArray[np.bool_]:
+        """Whether parameters are at a limit: of the prior, or of their reach from the fit's start."""
+        at_reach = np.abs(theta - first) >= AT_END * self.reach
+        return np.asarray(at_reach | (np.abs(theta - self.centre) >= AT_END * self.bound))
+
+    def cost(self, theta: Array) -> float:
+        return 0.5 * float((self.precision * (theta - self.centre) ** 2).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """An output-error fit.
+
+    Attributes:
+        theta: (p,) the trial's vector. offsets: (S, 2n) of the segments' start states.
+        unprojected: (S, K n) averages of measured less predicted over their noise. residual: the same, projected on the
+            complement of the start states.
+        slopes: (p, S, K n) of the prediction by theta, projected alike.
+        limited: (p,) whether the fit ended at a limit of the parameter.
+    """
+
+    runner: Runner
+    theta: Array
+    offsets: Array
+    unprojected: Array
+    residual: Array
+    slopes: Array
+    starts: Starts
+    prior: Prior
+    limited: NDArray[np.bool_]
+
+    @property
+    def trial(self) -> Trial:
+        return self.runner.trial
+
+    @property
+    def values(self) -> tuple[Array, list[dict[str, float]]]:
+        """Refitted values, and the parameters of each effect."""
+        return self.trial.split(self.theta)
+
+    @property
+    def part(self) -> Part:
+        """The effect that was added last."""
+        return self.trial.parts[-1]
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Of the effect that was added last."""
+        return self.values[1][-1]
+
+    @cached_property
+    def model(self) -> System:
+        """The system with the values of the fit."""
+        return self.trial.model(*self.values)
+
+    @property
+    def by_segment(self) -> Array:
+        """(S,) sum of squared residuals."""
+        return np.asarray((self.residual**2).sum(axis=1))
+
+    @property
+    def cost(self) -> float:
+        return segment_cost(self.residual) + self.prior.cost(self.theta)
+
+    @cached_property
+    def held_out_losses(self) -> Array:
+        """(S,) cross-validated loss of each segment, under the fit to the other blocks by one Gauss–Newton step."""
+        residual, slopes, prior = self.residual, self.slopes, self.prior
+        segments = np.arange(len(residual))
+        if not len(slopes):
+            return segment_losses(residual)
+        weighted = slopes * segment_weights(residual)[:, None]
+        normal = np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
+        right = np.einsum("ask,sk->sa", weighted, residual)
+        losses = np.empty(len(residual))
+        for block in np.array_split(segments, BLOCKS):
+            rest = np.setdiff1d(segments, block)
+            matrix = normal[rest].sum(axis=0) + np.diag(prior.precision)
+            size = scales(matrix)
+            pull = right[rest].sum(axis=0) - prior.precision * (self.theta - prior.centre)
+            step = np.linalg.lstsq(matrix / np.outer(size, size), pull / size, rcond=1e-10)[0] / size
+            losses[block] = segment_losses(residual[block] - np.tensordot(step, slopes[:, block], axes=1))
+        return losses
+
+    @cached_property
+    def raw_slopes(self) -> list[Array]:
+        """Slopes (S, K n) of the prediction by every parameter, before projection."""
+        steps = STEP * np.maximum(np.abs(self.theta), 1e-3)
+        return _slopes(self.runner, self.theta, self.offsets, self.unprojected, steps, {})
+
+    def rows_of(self, joint: int) -> slice:
+        """The rows of a joint, where an arm is run joint by joint."""
+        joints = self.runner.record.joints
+        assert joints is not None
+        return slice(joints.index(joint), None, len(joints))
+
+    def of_joint(self, joint: int) -> Fit:
+        """The fit restricted to the rows of one joint; its theta is unchanged."""
+        rows, starts = self.rows_of(joint), self.starts
+        return replace(
+            self,
+            runner=replace(self.runner, record=replace(self.runner.record, joints=(joint,))),
+            offsets=self.offsets[rows],
+            unprojected=self.unprojected[rows],
+            residual=self.residual[rows],
+            slopes=self.slopes[:, rows],
+            starts=Starts(starts.slopes[rows], starts.solver[rows], starts.width[rows]),
+        )
+
+    def started_as(self, other: Fit, joint: int) -> Fit:
+        """The fit with the start states of one joint taken from another fit of that joint."""
+        rows, own, new = self.rows_of(joint), self.starts, other.starts
+        offsets, slopes, solver, width = (a.copy() for a in (self.offsets, own.slopes, own.solver, own.width))
+        offsets[rows], slopes[rows], solver[rows], width[rows] = other.offsets, new.slopes, new.solver, new.width
+        return replace(self, offsets=offsets, starts=Starts(slopes, solver, width))
+
+
+def scales(matrix: Array) -> Array:
+    """(p,) roots of the diagonal of a normal matrix; 1 for a parameter without influence, which then does not move."""
+    diagonal = np.diag(matrix)
+    return np.where(diagonal > 0, np.sqrt(np.maximum(diagonal, 0.0)), 1.0)
+
+
+def segment_losses(residual: Array) -> Array:
+    """(S,) robust loss of each segment, K/2·log(1 + RSS/K): −log-likelihood with a scale of its own above the noise."""
+    count = residual.shape[1]
+    return np.asarray(0.5 * count * np.log1p((residual**2).sum(axis=1) / count))
+
+
+def segment_weights(residual: Array) -> Array:
+    """(S,) weights with which least squares has the gradient of ``segment_losses``."""
+    return np.asarray(1 / (1 + (residual**2).mean(axis=1)))
+
+
+def segment_cost(residual: Array) -> float:
+    return float(segment_losses(residual).sum())
+
+
+def mean_residuals(runner: Runner, predicted: Array) -> Array:
+    """Measured less predicted, averaged over groups of samples and divided by the noise of the average: (S, K n)."""
+    record = runner.record
+    with np.errstate(over="ignore", invalid="ignore"):
+        scale = np.sqrt(record.group) / record.of_starts(record.noise)[:, None]
+        error = (record.mean_targets - record.means(predicted)) * scale
+    flat = error.reshape(len(error), -1)
+    return np.asarray(np.clip(np.nan_to_num(flat, nan=HUGE, posinf=HUGE, neginf=-HUGE), -HUGE, HUGE))
+
+
+def state_slopes(runner: Runner, predict: Callable[[Array], Array], offsets: Array, base: Array) -> Starts:
+    """Slopes of each segment's prediction by its start state.
+
+    Args:
+        predict: ``runner.at`` some values.
+        base: residual at ``offsets``, before projection.
+    """
+    n = offsets.shape[1] // 2
+    record = runner.record
+    noise = record.of_starts(record.noise)
+    duration = runner.record.length * runner.record.sample_time
+
+    def slope(k: int) -> Array:
+        size = 3 * noise[:, k % n] / (1.0 if k < n else duration)
+        moved = offsets.copy()
+        moved[:, k] += size
+        return np.asarray((base - mean_residuals(runner, predict(moved))) / size[:, None])
+
+    slopes = np.stack(in_parallel(slope, range(2 * n)), axis=2)
+    least = record.of_starts(SPEED_SHARE * record.top_speed)
+    width = np.hstack([WIDE * noise, np.maximum(WIDE * noise / duration, least)])
+    if any(record.integrated):  # a random walk over the log, from white noise of the speed
+        walks = record.of_starts(np.array(record.integrated, dtype=float)) > 0
+        wide = noise * np.sqrt(len(record.measured)), np.maximum(noise / record.sample_time, least)
+        width = np.where(np.hstack([walks, walks]), np.hstack(wide), width)
+    normal = np.einsum("skp,skq->spq", slopes, slopes) + width[:, :, None] ** -2.0 * np.eye(2 * n)
+    return Starts(slopes, np.linalg.solve(normal, slopes.transpose(0, 2, 1)), width)
+
+
+@dataclass(frozen=True, eq=False)
+class Starts:
+    """Elimination of the segments' start states, which have a wide Gaussian prior.
+
+    Attributes:
+        slopes: (S, K n, 2n) of the prediction by them.
+        solver: (S, 2n, K n) from a residual to the least-squares shift of the start state.
+        width: (S, 2n) prior standard deviations.
+    """
+
+    slopes: Array
+    solver: Array
+    width: Array
+
+    def shift(self, residual: Array) -> Array:
+        return np.asarray(np.clip(np.matmul(self.solver, residual[..., None])[..., 0], -3 * self.width, 3 * self.width))
+
+    def project(self, values: Array, slope: bool = False) -> Array:
+        """Values (S, K n) less their part that a shift of the start states explains."""
+        shift = np.matmul(self.solver, values[..., None]) if slope else self.shift(values)[..., None]
+        return np.asarray(values - np.matmul(self.slopes, shift)[..., 0])
+
+
+def shooting_fit(
+    runner: Runner,
+    theta: Array,
+    offsets: Array,
+    prior: Prior,
+    rounds: int,
+    residual: Array | None = None,
+    difference: float = STEP,
+) -> Fit:
+    """Output-error fit with the slopes by the start states computed at ``theta``; arguments as of ``gauss_newton``."""
+    predict = runner.at(theta)
+    if residual is None:
+        residual = mean_residuals(runner, predict(offsets))
+    starts = state_slopes(runner, predict, offsets, residual)
+    return gauss_newton(runner, theta, offsets, starts, prior, rounds, (), residual, difference)
+
+
+def gauss_newton(
+    runner: Runner,
+    theta: Array,
+    offsets: Array,
+    starts: Starts,
+    prior: Prior,
+    rounds: int,
+    known: Sequence[Array] = (),
+    residual: Array | None = None,
+    difference: float = STEP,
+) -> Fit:
+    """Output-error fit by Gauss–Newton steps with Levenberg–Marquardt damping.
+
+    Args:
+        offsets, starts: of the segments and their slopes, as by ``state_slopes``.
+        rounds: most steps.
+        known: unprojected slopes of the first parameters, used in place of differences.
+        residual: at theta and offsets, before projection, where it is known.
+        difference: step of a parameter for its slope, over its size.
+    """
+    first, theta = theta, prior.clip(theta)
+    if residual is None or not np.array_equal(theta, first):
+        residual = mean_residuals(runner, runner.run(theta, offsets))
+    now, damping = residual, 1e-6
+    slopes: list[Array] = []
+    for turn in range(rounds + 1):
+        flat = starts.project(now)
+        cost = segment_cost(flat) + prior.cost(theta)
+        taken: dict[int, Array] = dict(enumerate(known))
+        if turn and (prior.precision > 0).sum() > MANY:
+            taken |= {int(k): slopes[k] for k in np.flatnonzero(prior.precision > 0)}
+        slopes = _slopes(runner, theta, offsets, now, difference * np.maximum(prior.size, 1e-12), taken)
+        columns = np.stack([starts.project(s, slope=True) for s in slopes]) if slopes else np.zeros((0, *flat.shape))
+        if turn == rounds or not slopes:
+            break
+        weighted = columns * segment_weights(flat)[:, None]
+        matrix = weighted.reshape(len(weighted), -1) @ columns.reshape(len(columns), -1).T + np.diag(prior.precision)
+        right = np.einsum("ask,sk->a", weighted, flat) - prior.precision * (theta - prior.centre)
+        longest = 2.0 * np.maximum(prior.size, np.abs(theta))
+        for _ in range(6):
+            step = np.clip(damped_step(matrix, right, damping), -longest, longest)
+            moved = prior.clip(np.clip(theta + step, first - prior.reach, first + prior.reach))
+            left = now - np.einsum("a,ask->sk", moved - theta, np.stack(slopes))
+            shift = starts.shift(left)
+            trial = mean_residuals(runner, runner.run(moved, offsets + shift))
+            new = segment_cost(starts.project(trial)) + prior.cost(moved)
+            if new < cost:
+                break
+            damping = max(damping, 1e-4) * 10
+        else:
+            break
+        damping = max(damping / 10, 1e-6)
+        theta, offsets, now = moved, offsets + shift, trial
+        if cost - new < 1e-2 + 1e-4 * cost:
+            break
+    return Fit(runner, theta, offsets, now, starts.project(now), columns, starts, prior, prior.limited(theta, first))
+
+
+def damped_step(matrix: Array, right: Array, damping: float) -> Array:
+    """The Levenberg–Marquardt step from normal equations, scaled to a unit diagonal."""
+    size = scales(matrix)
+    return np.asarray(np.linalg.solve(matrix / np.outer(size, size) + damping * np.eye(len(size)), right / size) / size)
+
+
+def _slopes(
+    runner: Runner, theta: Array, offsets: Array, now: Array, steps: Array, taken: Mapping[int, Array]
+) -> list[Array]:
+    """Slopes by every parameter, by differences of these steps; those in ``taken`` are known."""
+
+    def slope(k: int) -> Array:
+        moved = theta.copy()
+        moved[k] += steps[k]
+        return np.asarray((now - mean_residuals(runner, runner.run(moved, offsets))) / steps[k])
+
+    missing = [k for k in range(len(theta)) if k not in taken]
+    known = {**taken, **dict(zip(missing, in_parallel(slope, missing), strict=True))}
+    return [known[k] for k in range(len(theta))]
+
+
+def polish(fit: Fit, rounds: int, prior: Prior | None = None) -> Fit:
+    """The fit with the slopes by the start states computed again; the old fit where that is no better."""
+    offsets = _restarted(fit)
+    known = fit.unprojected if offsets is fit.offsets else None
+    new = shooting_fit(fit.runner, fit.theta, offsets, prior or fit.prior, rounds, known)
+    return new if new.cost < fit.cost else fit
+
+
+def _restarted(fit: Fit) -> Array:
+    """The start states, those of segments far above the noise as measured where that fits better."""
+    far = np.flatnonzero(fit.by_segment > FAR_START**2 * fit.residual.shape[1])
+    if not len(far):
+        return fit.offsets
+    record, runner = fit.runner.record, fit.runner
+    joints = len(record.joints or (0,))  # rows of a segment
+    segments = np.unique(far // joints)
+    if runner.trial.changed.transmissions:  # simulated only a short time before a segment where few are run
+        segments = np.arange(len(record.start))
+    rows = (segments[:, None] * joints + np.arange(joints)).ravel()
+    part = replace(runner, record=replace(record, start=np.ascontiguousarray(record.start[segments])))
+    measured = np.zeros_like(fit.offsets[rows])
+    predict = part.at(fit.theta)
+    residual = mean_residuals(part, predict(measured))
+    left = segment_losses(state_slopes(part, predict, measured, residual).project(residual))
+    better = np.intersect1d(far, rows[left < segment_losses(fit.residual[rows])])
+    offsets = fit.offsets.copy()
+    offsets[better] = 0.0
+    return offsets
+
+
+NEAR_BOUND = 1e-3
+"""Distance that counts as at the bound: share of the range between two bounds, or of a single bound."""
+
+
+def at_limit(fit: Fit) -> list[tuple[str, ...]]:
+    """For each effect of a fit, its parameters at a bound of the catalogue or of the fit's reach."""
+    marks, k = [], len(fit.trial.moved)
+    for part, values in zip(fit.trial.parts, fit.values[1], strict=True):
+        bounds = {p.name: (p.low, p.high) for p in part.effect.parameters}
+        marked = [
+            name
+            for j, name in enumerate(part.names)
+            if fit.limited[k + j] or _at_bound(values[name], *bounds.get(name, (None, None)))
+        ]
+        marks.append(tuple(marked))
+        k += len(part.names)
+    return marks
+
+
+def levels_at_zero(declared: System, models: Sequence[System], levels: Sequence[sympy.Symbol]) -> tuple[str, ...]:
+    """Friction levels that a fit has reduced to zero, the lowest value allowed."""
+    return tuple(s.name for s in levels if float(declared.values[s]) and not all(float(m.values[s]) for m in models))
+
+
+def _at_bound(value: float, low: float | None, high: float | None) -> bool:
+    if low is not None and high is not None:
+        return min(value - low, high - value) <= NEAR_BOUND * (high - low)
+    return any(abs(value - end) <= NEAR_BOUND * abs(end) for end in (low, high) if end is not None)

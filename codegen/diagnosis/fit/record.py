@@ -1,0 +1,244 @@
+"""A motion divided into short segments for free-run simulation, and the noise of its positions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import find_objects, label
+from scipy.signal import butter, filtfilt
+
+from codegen.base.arrays import Array
+from codegen.base.errors import BadInput
+from codegen.diagnosis.fit.signals import Motion
+from codegen.logs import Log
+
+Indices = NDArray[np.int32]
+
+STEPS_PER_PERIOD = 50
+"""Time steps in a period of the coarse cutoff."""
+KEPT = 40
+"""Averages of the residual that are kept for each segment."""
+PERIODS = 5.0
+"""Length of a segment in periods of the coarse cutoff: long enough to show a wrong force, short enough to correct a
+wrong start."""
+LEAST_SAMPLES = 12
+EDGE_S = 0.2
+STILL = 0.02
+"""A segment whose speed stays below this share of the 95 % speed is not used."""
+LEAST_SEGMENTS = 12
+SHORTENED = (1.0, 0.8, 0.64, 0.5)
+"""Shares of the usual segment length, tried in turn where a short log has too few segments."""
+MOST_STEPS, PLENTY = 40_000, 120
+"""Most time steps of all segments, unless there are fewer segments than ``PLENTY``; the kept segments are spread
+over the log."""
+NOISE_WINDOWS, LEAST_WINDOW = 40, 100
+"""Windows in which the noise near the Nyquist frequency is looked at, and the fewest samples of one."""
+JITTERS = 10.0
+"""Noise near the Nyquist frequency over the stated one from which on it is jitter and no fast motion."""
+A_RECORD = 3
+"""Segments in a record of usual length, where an experiment consists of several."""
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The data of a log that free-run simulation needs.
+
+    Attributes:
+        measured: (N, n) raw positions. positions, velocities: (N, n) smoothed, for start states.
+        commands: (N, m), held from t_k to t_(k+1).
+        sample_time: s.
+        noise: (n,) standard deviation of the noise of what is compared, ``compared``.
+        start: (S,) first samples of the segments. length: samples of each.
+        joints: for an arm that is run joint by joint, the joints that are compared; each segment of each joint is then
+            a row of its own, the joints of a segment in turn. None where the coordinates of a segment are compared
+            together.
+        integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
+    """
+
+    measured: Array
+    positions: Array
+    velocities: Array
+    commands: Array
+    sample_time: float
+    noise: Array
+    start: Indices
+    length: int
+    joints: tuple[int, ...] | None = None
+    integrated: tuple[bool, ...] = ()
+
+    @cached_property
+    def targets(self) -> Array:
+        """(S, L, n) measured positions of each segment, or (S joints, L, 1)."""
+        return self.by_row(np.asarray(self.measured[self.start[:, None] + np.arange(self.length)]))
+
+    def by_row(self, positions: Array) -> Array:
+        """Positions (S, L, n) in the rows that are compared."""
+        if self.joints is None:
+            return positions
+        chosen = positions[..., list(self.joints)].transpose(0, 2, 1)
+        return np.ascontiguousarray(chosen.reshape(-1, chosen.shape[2], 1))
+
+    def of_segments(self, offsets: Array) -> Array:
+        """Start-state offsets of the rows as (S, 2n)."""
+        if self.joints is None:
+            return offsets
+        n, at = self.measured.shape[1], list(self.joints)
+        rows = offsets.reshape(len(self.start), len(at), 2)
+        states = np.zeros((len(self.start), 2 * n))
+        states[:, at], states[:, [n + i for i in at]] = rows[..., 0], rows[..., 1]
+        return states
+
+    def of_starts(self, values: Array) -> Array:
+        """(n,) values for the rows, (1, n) or (S joints, 1)."""
+        return values[None] if self.joints is None else np.tile(values[list(self.joints)], len(self.start))[:, None]
+
+    @cached_property
+    def top_speed(self) -> Array:
+        """(n,) 95 % speeds."""
+        return np.asarray(np.quantile(np.abs(self.velocities), 0.95, axis=0))
+
+    def compared(self, positions: Array) -> Array:
+        """Of positions (S, L, n), what has white noise where measured: themselves, or their steps from row to row.
+
+        The noise of a position that is the integral of a measured speed is a random walk, that of its steps is white.
+        """
+        if not any(self.integrated):
+            return positions
+        rows = self.of_starts(np.array(self.integrated, dtype=float))[:, None] > 0
+        return np.where(rows, np.diff(positions, axis=1, prepend=positions[:, :1]), positions)
+
+    @property
+    def group(self) -> int:
+        """Samples whose mean error is one residual of a fit."""
+        return max(1, self.length // KEPT)
+
+    @cached_property
+    def mean_targets(self) -> Array:
+        """The targets as by ``means``."""
+        return self.means(self.targets)
+
+    def means(self, positions: Array) -> Array:
+        """Means of what is compared of positions (S, L, n) over groups of samples, (S, L // group, n)."""
+        group, (rows, length, n) = self.group, positions.shape
+        kept = length // group
+        with np.errstate(over="ignore", invalid="ignore"):  # a run may diverge
+            cut = self.compared(positions)[:, : kept * group]
+            # A product of matrices takes a tenth of the time of numpy's mean over an axis inside, but spreads a NaN.
+            found = cut.reshape(rows * kept, group * n) @ np.tile(np.eye(n) / group, (group, 1))
+            if not np.isfinite(found).all():
+                return np.asarray(cut.reshape(rows, kept, group, n).mean(axis=2))
+        return np.asarray(found.reshape(rows, kept, n))
+
+    @property
+    def at_rest(self) -> Array:
+        """Offsets of zero for all rows."""
+        segments, n = len(self.start), self.measured.shape[1]
+        return np.zeros((segments, 2 * n) if self.joints is None else (segments * len(self.joints), 2))
+
+    @cached_property
+    def states(self) -> Array:
+        """(S, 2n) smoothed states at the starts."""
+        return np.hstack([self.positions[self.start], self.velocities[self.start]])
+
+
+def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
+    """Segments of a motion, each starting at a fast sample nearby, since a run that starts at rest may stay stuck.
+
+    Args:
+        shorter: factor on the length of the segments.
+
+    Raises:
+        BadInput: if fewer than twelve segments move, of half the usual length too.
+    """
+    h, count = motion.sample_time, len(motion.time)
+    usable = np.ones(count, dtype=bool)
+    reach = round(1 / (motion.cutoff_hz * h))
+    for start, stop in log.gaps:
+        usable[max(0, start - reach) : stop + reach] = False
+    length = max(LEAST_SAMPLES, round(shorter * PERIODS / (motion.cutoff_hz * h)))
+    stretches = [(0, count)]
+    if log.joints:  # records that may each be short: segments lie within them
+        stretches = _runs(usable)
+        usual = round(float(np.median([stop - start for start, stop in stretches]))) if stretches else length
+        length = max(LEAST_SAMPLES, min(length, usual // A_RECORD))
+    found = ""
+    for share in SHORTENED:
+        tried = max(LEAST_SAMPLES, round(share * length))
+        starts = _starts(motion, usable, stretches, tried)
+        if len(starts) >= LEAST_SEGMENTS:
+            break
+        found = found or f"{len(starts)} stretch{'es' * (len(starts) != 1)} of {tried * h:.2g} s in motion"
+    else:
+        expected = (
+            f"at least {LEAST_SEGMENTS}, so that friction in slip can be seen: more motion, or, as a stretch is "
+            f"{PERIODS:g} periods of the cutoff of {motion.cutoff_hz:.3g} Hz, a higher `cutoff_hz` in its description"
+        )
+        raise BadInput(log.where, found, expected, code="LOG009")
+    steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
+    starts = _evenly(starts, max(PLENTY, MOST_STEPS // steps))
+    along = motion.measured, motion.positions, motion.velocities, motion.commands
+    return Record(
+        *along, h, position_noise(motion, log), np.array(starts, dtype=np.int32), tried, integrated=motion.integrated
+    )
+
+
+def _evenly(starts: list[int], most: int) -> list[int]:
+    """At most so many of them, evenly spread."""
+    if len(starts) <= most:
+        return starts
+    return [starts[k] for k in np.linspace(0, len(starts) - 1, most).round().astype(int)]
+
+
+def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:
+    """Start samples of segments within one stretch each, no more than a log resampled on a finer grid fills."""
+    h, count = motion.sample_time, len(motion.time)
+    speed = np.abs(motion.velocities)
+    top = np.quantile(speed, 0.95, axis=0)
+    share = speed / np.where(top > 0, top, 1.0)
+    edge = min(round(EDGE_S / h), count // 20)
+    reach, starts = length // 4, []
+    own = np.arange(count + 1) if motion.counted is None else np.concatenate([[0], np.cumsum(motion.counted)])
+    for first, last in stretches:
+        taken = own[first]
+        for k in range(max(first, edge) + reach, min(last, count - edge) - length - reach, length):
+            if own[k + length] - taken < length:
+                continue
+            taken = own[k + length]
+            start = k - reach + int(np.argmax(share[k - reach : k + reach + 1].min(axis=1)))
+            if usable[start : start + length].all() and share[start : start + length].max() > STILL:
+                starts.append(start)
+    return starts
+
+
+def position_noise(motion: Motion, log: Log) -> Array:
+    """(n,) standard deviation of the positions: from the log's description, else estimated above the fine filter.
+
+    Of a position that is the integral of a measured speed, the standard deviation of its steps from row to row. Where
+    stamps jitter, positions scatter by speed times jitter; what is seen near the Nyquist frequency then counts.
+    """
+    walks = np.array(motion.integrated or (False,) * motion.measured.shape[1])
+    seen = motion.noise * np.where(walks, motion.sample_time, 1.0)
+    step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * len(seen)) / np.sqrt(12)
+    stated = np.hypot(step, np.array(log.description.position_noise_rms or (0.0,) * len(seen)))
+    fastest = _fastest_noise(motion.measured)
+    stated = np.where(fastest > JITTERS * stated, fastest, stated) * ((stated > 0) & ~walks)
+    size = np.ptp(motion.measured, axis=0)
+    return np.asarray(np.where(stated > 0, stated, np.maximum(seen, 1e-9 * np.where(size > 0, size, 1.0))))
+
+
+def _fastest_noise(measured: Array) -> Array:
+    """(n,) deviation of white noise above two fifths of the sample rate: the median over windows, without impacts."""
+    windows = min(NOISE_WINDOWS, max(1, len(measured) // LEAST_WINDOW))
+    b, a = butter(4, 0.8, "high")
+    above = filtfilt(b, a, measured, axis=0)
+    deviations = [np.std(part, axis=0) for part in np.array_split(above, windows)]
+    return np.asarray(np.median(deviations, axis=0) / np.sqrt(0.2))
+
+
+def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Half-open index ranges of true values in (N,) flags."""
+    labelled, _ = label(flags)
+    return [(one.start, one.stop) for (one,) in find_objects(labelled)]

@@ -1,0 +1,456 @@
+"""Force residual of a model on a log, g − M a − U λ, by inverse dynamics with zero-phase filters; its derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+from scipy.ndimage import binary_opening, maximum_filter1d
+from scipy.optimize import lsq_linear
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.recent import OF_MODELS, recent
+from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, Record
+from codegen.diagnosis.fit.shooting import all_law_terms, owners
+from codegen.diagnosis.fit.signals import Motion, central_difference, derivative_noise, white_noise
+from codegen.diagnosis.fit.trial import runner_of
+from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
+from codegen.mechanics.loads import with_loads
+from codegen.mechanics.numpy_form import numpy_function
+from codegen.mechanics.system import TIME, Matrix, System
+from codegen.simulate.drive import mean_about_samples
+from codegen.simulate.dynamic_contact import DIRECTION, STANDSTILL
+from codegen.simulate.sensors import SensorError
+from codegen.spec.functions import Sgn
+
+
+def evaluate_forces(system: System, columns: Sequence[Matrix], motion: Motion, inputs: Array | None = None) -> Array:
+    """Generalised forces at every sample, unfiltered, along the motion corrected for the declared sensor errors.
+
+    Args:
+        columns: n by 1 matrices over x, v, w, accelerations and parameters.
+        inputs: (N, m), in place of the motion's inputs if given.
+
+    Returns:
+        (len(columns), N, n).
+    """
+    at = points(system, motion, motion.inputs if inputs is None else inputs)
+    found = over_rows(force_function(system, columns), at).reshape(len(at), len(columns), -1)
+    return np.ascontiguousarray(found.transpose(1, 0, 2))
+
+
+def points(system: System, motion: Motion, inputs: Array) -> Array:
+    """(N, 3n + m + 1) true motion, inputs and time, the arguments of a ``force_function``."""
+    since = (motion.time - motion.time[0])[:, None]
+    return np.hstack([*true_motion(system, motion), inputs, since])
+
+
+def force_function(
+    system: System,
+    columns: Sequence[Matrix],
+    symbols: Sequence[sympy.Symbol] = (),
+    values: Mapping[sympy.Symbol, float] | None = None,
+    slopes: bool = False,
+) -> casadi.Function:
+    """Forces, or their derivatives by ``symbols``, as a function of a point of the motion followed by ``symbols``.
+
+    Args:
+        values: values of symbols that replace the system's.
+        slopes: whether to give the derivatives.
+    """
+    variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]
+    point, more = casadi.SX.sym("point", len(variables)), casadi.SX.sym("more", len(symbols))
+    names = symbol_values({**system.values, **(values or {})}, (variables, point), (symbols, more))
+    forces = casadi.vertcat(*[casadi.densify(to_casadi(column, names)) for column in columns])
+    found = casadi.vec(casadi.densify(casadi.jacobian(forces, more))) if slopes else forces
+    return casadi.Function("forces", [casadi.vertcat(point, more)], [found])
+
+
+@recent(OF_MODELS)
+def true_motion(system: System, motion: Motion) -> tuple[Array, Array, Array]:
+    """Positions, velocities and accelerations corrected for the declared sensor errors."""
+    if not system.sensor_errors:
+        return motion.positions, motion.velocities, motion.accelerations
+    sensor = SensorError(system)
+    positions = sensor.true(motion.positions)
+    velocities = sensor.true_velocities(positions, motion.velocities)
+    return positions, velocities, central_difference(velocities, motion.sample_time)
+
+
+def level_parameters(system: System) -> list[sympy.Symbol]:
+    """The friction levels: the parameters in which the friction laws are linear. A refit estimates them."""
+    found: list[sympy.Symbol] = []
+    for contact in system.contacts:
+        for s in contact.law_parameters.values():
+            slope = contact.law_level.diff(s)
+            if slope != 0 and not slope.has(s) and not any(slope.has(q) for q in found):
+                found.append(s)
+    return found
+
+
+@recent(OF_MODELS)
+def slip_velocities(system: System, motion: Motion) -> Array:
+    """Slip velocity of each contact, (N, contacts)."""
+    rest = [0] * (system.degrees_of_freedom - 1)
+    rows = [Matrix([speed, *rest]) for speed in system.slip_velocity]
+    return np.ascontiguousarray(evaluate_forces(system, rows, motion)[:, :, 0].T)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A declared System and the Motion of the log on which it is judged.
+
+    Attributes:
+        deviation: standard deviation, in SI, of each declared parameter that is uncertain.
+    """
+
+    system: System
+    motion: Motion
+    deviation: Mapping[sympy.Symbol, float]
+
+    @cached_property
+    def masks(self) -> Masks:
+        return masks(self.system, self.motion, self.noise_speed)
+
+    @cached_property
+    def noise_speed(self) -> float:
+        """Three standard deviations of the velocity noise after the fine filter."""
+        motion = self.motion
+        above = white_noise(motion.measured, motion.positions, 0.0, motion.sample_time)
+        speeds = derivative_noise(above, motion.fine_hz, motion.sample_time, 1)
+        if any(motion.integrated):
+            speeds = np.where(motion.integrated, motion.noise_after(motion.fine_hz, 1), speeds)
+        return 3 * float(np.max(speeds))
+
+    @cached_property
+    def levels(self) -> list[sympy.Symbol]:
+        """The friction levels that every fit re-estimates."""
+        return level_parameters(self.system)
+
+    @cached_property
+    def uncertain(self) -> list[sympy.Symbol]:
+        """Parameters with a tolerance that a fit may change, other than friction levels."""
+        error = self.system.equation_error
+        return [s for s, size in self.deviation.items() if size > 0 and error.has(s) and s not in self.levels]
+
+
+STICK_SHARE = 0.004
+"""A contact is at standstill if its slip is slower than this fraction of the 95 % quantile of its speed."""
+LEAST_LEFT = 1e-6
+"""Lower limit of ``drive_left``, to avoid a division by zero."""
+LONGEST_CROSSING_S = 0.03
+"""Longest time for which a reversal is at standstill; a longer standstill is stick."""
+
+
+@dataclass(frozen=True, eq=False)
+class Masks:
+    """Samples at which the force balance can be used.
+
+    Attributes:
+        rows: (N, n), for each coordinate.
+    """
+
+    rows: NDArray[np.bool_]
+
+
+@recent(OF_MODELS)
+def effective_inputs(system: System, motion: Motion) -> Array:
+    """Outputs of the declared actuators for the motion's inputs, (N, m), the inputs of ``System.equation_error``."""
+    inputs = motion.inputs.copy()
+    for k, w in enumerate(system.inputs):
+        if w in system.actuators:
+            inputs[:, k] = mean_about_samples(system, k, motion.sample_time, motion.commands[:, k])
+    return inputs
+
+
+def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
+    """Samples to use for the force balance of each coordinate: away from ends, gaps and standstill.
+
+    At standstill friction may have any value up to its level, so these samples are left out, and so are those around
+    them within the width of the filter. Samples of quick zero crossings are kept. If the log was resampled to a finer
+    grid, only as many samples are used as it had.
+    """
+    slip = slip_velocities(system, motion)
+    reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
+    longest = max(2, round(LONGEST_CROSSING_S / motion.sample_time))
+    rows = np.repeat(motion.usable[:, None], system.degrees_of_freedom, axis=1)
+    for c in range(slip.shape[1]):
+        threshold = max(STICK_SHARE * float(np.quantile(np.abs(slip[:, c]), 0.95)), noise_speed)
+        still = binary_opening(np.abs(slip[:, c]) <= threshold, np.ones(longest + 1))
+        widened = maximum_filter1d(still, 2 * reach + 1, mode="constant")
+        for i in range(system.degrees_of_freedom):
+            if system.distribution[i, c] != 0:
+                rows[:, i] &= ~widened
+    if motion.counted is not None:
+        rows &= motion.counted[:, None]
+    return Masks(rows)
+
+
+@recent(OF_MODELS)
+def inverse_dynamics_residual(system: System, motion: Motion) -> Array:
+    """Low-passed force residual g − M a − U λ at every sample, (N, n), with the system's friction levels."""
+    return motion.low_pass(unfiltered_residual(system, motion))
+
+
+@recent(OF_MODELS)
+def residual_at_drive(system: System, motion: Motion) -> Array:
+    """The low-passed residual divided by ``drive_left``, (N, n).
+
+    Friction in proportion to the drive force, or the gain of an actuator, scales the residual and the drive force that
+    is left by the same factor. The division makes residuals of models with and without it comparable.
+    """
+    return np.asarray(inverse_dynamics_residual(system, motion) / drive_left(system, motion))
+
+
+def residual_without_levels(problem: Problem, system: System) -> Array:
+    """(N, n) low-passed force residual of a system, less the least-squares contribution of its friction levels."""
+    motion, used = problem.motion, problem.masks.rows.T
+    by_coordinate = enumerate(zip(residual_at_drive(system, motion).T, used, strict=True))
+    return np.stack([without_levels(system, motion, rows, one, i) for i, (one, rows) in by_coordinate], axis=1)
+
+
+def residual_without_values(problem: Problem, system: System, slopes: Array, limits: tuple[Array, Array]) -> Array:
+    """(N, n) residual of a system less what friction levels explain and changes of values within limits.
+
+    Each coordinate by a linear least-squares fit of its own with bounds, on the samples that it uses: values that act
+    on several are not held to be the same on all, which leaves less for an effect to explain.
+
+    Args:
+        slopes: (N, n, p) by the values, as of ``residual_slopes``.
+        limits: (p,) least and largest change.
+    """
+    motion, found = problem.motion, residual_at_drive(system, problem.motion).copy()
+    for i, used in enumerate(problem.masks.rows.T):
+        touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+        levels = motion.low_pass(np.sign(slip_velocities(system, motion)[:, touching]))
+        columns = np.hstack([levels, -slopes[:, i] / drive_left(system, motion)[i]])
+        free = np.full(levels.shape[1], np.inf)
+        bounds = np.append(-free, limits[0]), np.append(free, limits[1])
+        found[:, i] -= columns @ bounded_least_squares(columns[used], found[used, i], bounds)
+    return found
+
+
+def bounded_least_squares(columns: Array, values: Array, bounds: tuple[Array, Array]) -> Array:
+    """(p,) weights of columns (N, p) within bounds; zero for a column without influence."""
+    weights, size = np.zeros(columns.shape[1]), np.sqrt((columns**2).sum(axis=0))
+    some = size > 0
+    if some.any():
+        q, r = np.linalg.qr(columns[:, some] / size[some])
+        low, high = (bound[some] * size[some] for bound in bounds)
+        weights[some] = lsq_linear(r, q.T @ values, (np.minimum(low, 0.0), np.maximum(high, 0.0))).x / size[some]
+    return weights
+
+
+def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], residual: Array, i: int) -> Array:
+    """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels.
+
+    Free runs weigh the samples differently and may give other levels. A residual that a level explains is no evidence
+    for an effect.
+    """
+    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+    if not touching or not used.any():
+        return residual
+    columns = motion.low_pass(np.sign(slip_velocities(system, motion)[:, touching]))
+    weights = np.linalg.lstsq(columns[used], residual[used], rcond=None)[0]
+    return np.asarray(residual - columns @ weights)
+
+
+def drive_left(system: System, motion: Motion) -> Array:
+    """Fraction of the logged drive force that remains after actuators and load-dependent friction, (n,).
+
+    It is the median over samples of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs, over that for f = g with
+    the logged inputs. Derivatives are used because a dead zone subtracts a constant and passes an error of the drive
+    unchanged. Samples at which a saturation passes nothing are not counted. The median is used because at very low
+    speed the sign of the speed is noise, and friction may then seem to add to the drive.
+    """
+    n = system.degrees_of_freedom
+    if not _changes_drive(system):
+        return np.ones(n)
+    inputs = Matrix(system.inputs)  # Σ w ∂f/∂w of f = g and f = g − M a − U λ
+    columns = [Matrix(f.jacobian(inputs) * inputs) for f in (system.force, Matrix(system.equation_error))]
+    drive, net = evaluate_forces(system, columns, motion, effective_inputs(system, motion))
+    used = motion.usable if motion.counted is None else motion.usable & motion.counted
+    left = np.ones(n)
+    for i in range(n):
+        passed = used & (drive[:, i] != 0) & (net[:, i] != 0)
+        if passed.any():
+            left[i] = np.median(np.abs(net[passed, i] / drive[passed, i]))
+    return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
+
+
+def drive_share(system: System, other: System, motion: Motion, rows: NDArray[np.bool_]) -> float:
+    """RMS of the effect of the inputs on g − U λ, divided by that of another system; the least over coordinates.
+
+    The same ratio is taken, while the machine moves, of what no friction level explains, and the smaller one counts.
+    A limit below the friction level turns the drive into the sign of the speed. A level then cancels it, and
+    nothing is left that moves the machine, although the RMS of the drive is still that of the limit.
+
+    Args:
+        rows: (N, n) samples in motion, as of ``Masks``.
+    """
+    if not _changes_drive(system):
+        return 1.0
+    drives = [_drive(s, motion) for s in (system, other)]
+    pairs = [tuple(np.sqrt(np.mean(d[motion.usable] ** 2, axis=0)) for d in drives)]
+    for i, used in enumerate(rows.T):
+        if used.any():
+            rest = (without_levels(other, motion, used, motion.low_pass(d)[:, i], i)[used] for d in drives)
+            pairs.append(tuple(np.array([np.sqrt(np.mean(r**2))]) for r in rest))
+    return min(float(np.min(a[b > 0] / b[b > 0], initial=1.0)) for a, b in pairs)
+
+
+def _changes_drive(system: System) -> bool:
+    """Whether actuators or friction change the drive force."""
+    return bool(system.actuators) or any(c.force.has(w) for c in system.contacts for w in system.inputs)
+
+
+def _drive(system: System, motion: Motion) -> Array:
+    """(N, n) change of g − U λ by the inputs, unfiltered."""
+    inputs = effective_inputs(system, motion)
+    forces = [evaluate_forces(system, [Matrix(system.equation_error)], motion, w) for w in (inputs, 0 * inputs)]
+    return np.asarray((forces[0] - forces[1])[0])
+
+
+def unfiltered_residual(system: System, motion: Motion) -> Array:
+    """Force residual g − M a − U λ, (N, n).
+
+    States that are not logged (bristles, states of laws, loads behind springs) are simulated along the measured motion.
+    """
+    inputs = effective_inputs(system, motion)
+    laws = dict(all_law_terms(system))
+    bristles = [k for k, c in enumerate(system.contacts) if c.law.bristle_stiffness(c.law_parameters) != 0]
+    if not bristles and not laws and not system.transmissions:
+        return np.asarray(evaluate_forces(system, [system.equation_error], motion, inputs)[0])
+    n, whole, hidden = system.degrees_of_freedom, with_loads(system), _hidden_states(system, motion)
+    loads, states = len(system.transmissions), len(owners(system))
+    behind = hidden[:, hidden.shape[1] - 2 * loads :]
+    followed = replace(
+        motion,
+        positions=np.hstack([motion.positions, behind[:, :loads]]),
+        velocities=np.hstack([motion.velocities, behind[:, loads:]]),
+        accelerations=np.hstack([motion.accelerations, np.zeros((len(behind), loads))]),
+    )
+    dynamic = [*bristles, *laws]
+    columns = [whole.equation_error]
+    for k in dynamic:
+        c, slip = system.contacts[k], system.slip_velocity[k]
+        by_level = c.force - c.extra_force if k in bristles else Sgn(c.slip) * c.law_level
+        columns += [Matrix(whole.distribution[:, k] * by_level.subs(c.slip, slip)), Matrix(whole.distribution[:, k])]
+    raw, *rest = evaluate_forces(whole, columns, followed, inputs)
+    slips, deflected = slip_velocities(system, motion), iter(hidden[:, len(system.contacts) :][:, :states].T)
+    for k, by_level, direction in zip(dynamic, rest[::2], rest[1::2], strict=True):
+        if k in bristles:
+            stiffness = system.contacts[k].law.bristle_stiffness(system.contacts[k].law_parameters)
+            force = float(stiffness.subs(system.values)) * hidden[:, k]
+        else:
+            slip, own = slips[:, k], [next(deflected) for _ in laws[k].states]
+            arguments = (system.contacts[k].slip, DIRECTION, *laws[k].states)
+            law = numpy_function([laws[k].force], arguments, system.values)
+            (found,) = law(slip, np.clip(slip / STANDSTILL, -1.0, 1.0), *own)
+            force = np.broadcast_to(np.asarray(found, dtype=float), slip.shape)
+        raw = raw + by_level - direction * force[:, None]
+    return np.asarray(raw[:, :n])
+
+
+def _hidden_states(system: System, motion: Motion) -> Array:
+    """Bristle deflections, states of laws, positions and velocities of loads, (N, contacts + states + 2 loads)."""
+    h, each = motion.sample_time, np.arange(len(motion.time), dtype=np.int32)
+    along = motion.measured, motion.positions, motion.velocities, motion.commands
+    record = Record(*along, h, np.ones(system.degrees_of_freedom), each, 1)
+    return runner_of(system, record, max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))).hidden()
+
+
+def friction_estimate(system: System, motion: Motion) -> Array:
+    """Total generalised friction force g − M a by inverse dynamics, unfiltered, (N, n)."""
+    bare = replace(
+        system,
+        contacts=tuple(replace(c, extra_level=sympy.Integer(0), extra_force=sympy.Integer(0)) for c in system.contacts),
+    )
+    force = Matrix(bare.commanded(bare.force - bare.mass_matrix * Matrix(list(bare.accelerations))))
+    return np.asarray(evaluate_forces(bare, [force], motion, effective_inputs(system, motion))[0])
+
+
+REWEIGHED = 2
+"""Iterations of reweighting each coordinate by its residual RMS (iteratively reweighted least squares)."""
+
+
+@dataclass(frozen=True, eq=False)
+class ForceRows:
+    """Linearised low-passed force residual of one coordinate, away from standstill.
+
+    Attributes:
+        sample: (R,) index of each row in the motion. residual: (R,) at the system's own values. slopes: (R, p).
+    """
+
+    sample: NDArray[np.int_]
+    residual: Array
+    slopes: Array
+
+    def left(self, change: Array) -> Array:
+        """(R,) residual after a parameter change (p,)."""
+        return np.asarray(self.residual + self.slopes @ change)
+
+
+def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
+    """Linearised force residual of each coordinate that has usable samples."""
+    motion = problem.motion
+    residual = inverse_dynamics_residual(system, motion)
+    slopes = residual_slopes(system, motion, symbols)
+    rows = []
+    for i in range(system.degrees_of_freedom):
+        used = np.flatnonzero(problem.masks.rows[:, i])
+        if len(used):
+            rows.append(ForceRows(used, residual[used, i], slopes[used, i]))
+    return rows
+
+
+def scales(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.bool_], pull: Array) -> Array:
+    """Residual RMS of each coordinate after a linear fit of the free parameters.
+
+    Args:
+        prior_precision: (p,), of the Gaussian prior. free: (p,) whether a parameter is fitted.
+        pull: (p,) centre of the prior minus the system's values.
+    """
+    size = np.array([_rms(r.residual) for r in rows])
+    for _ in range(REWEIGHED):
+        matrix, vector = np.diag(prior_precision), prior_precision * pull
+        for r, one in zip(rows, size, strict=True):
+            share = independent_samples(r.residual) / len(r.residual)
+            matrix = matrix + share * r.slopes.T @ r.slopes / one**2
+            vector = vector - share * r.slopes.T @ r.residual / one**2
+        change = np.zeros(len(prior_precision))
+        if free.any():
+            change[free] = np.linalg.lstsq(matrix[np.ix_(free, free)], vector[free], rcond=1e-10)[0]
+        size = np.array([_rms(r.left(change)) for r in rows])
+    return size
+
+
+def independent_samples(residual: Array) -> float:
+    """Effective number of independent samples: N over the two-sided sum of the autocorrelation up to its first zero."""
+    count = len(residual)
+    spectrum = np.abs(np.fft.rfft(residual, 2 * count)) ** 2
+    correlation = np.fft.irfft(spectrum)[:count]
+    if correlation[0] <= 0:
+        return float(count)
+    correlation = correlation / correlation[0]
+    ends = np.flatnonzero(correlation <= 0)
+    last = int(ends[0]) if len(ends) else count
+    return float(max(1.0, count / (1 + 2 * correlation[1:last].sum())))
+
+
+def _rms(values: Array) -> float:
+    return max(float(np.sqrt(np.mean(values**2))), 1e-300)
+
+
+def residual_slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> Array:
+    """(N, n, p) slopes of the low-passed residual g − M a − U λ by parameters."""
+    at = points(system, motion, effective_inputs(system, motion))
+    own = np.tile([float(system.values[s]) for s in symbols], (len(at), 1))
+    function = force_function(system, [Matrix(system.equation_error)], symbols, slopes=True)
+    flat = over_rows(function, np.hstack([at, own]))
+    return motion.low_pass(np.ascontiguousarray(flat.reshape(len(at), len(symbols), -1).transpose(0, 2, 1)))

@@ -1,0 +1,255 @@
+"""Output-error fits on one record: the refit of the declared model, and models with effects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.credit import independent_share, noise_ratio
+from codegen.diagnosis.fit.joints import JointShooter, Memory, RigidTerms, is_separable, rigid_terms
+from codegen.diagnosis.fit.measure import Drive
+from codegen.diagnosis.fit.output_error import FINE_STEP, WITHIN, Fit, Prior, gauss_newton, polish, shooting_fit
+from codegen.diagnosis.fit.recent import recent
+from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, STILL, Record
+from codegen.diagnosis.fit.residual import Problem, slip_velocities
+from codegen.diagnosis.fit.shooting import Shooter, level_jumps, terms_of
+from codegen.diagnosis.fit.signals import Motion
+from codegen.diagnosis.fit.trial import Part, Runner, Trial
+from codegen.mechanics.system import System
+
+LARGEST_RATIO = 50.0
+"""Largest ratio of the refit's error to the noise with which candidates are compared."""
+SECOND_LENGTH = 0.6
+"""Factor on the segment length for the second fit, whose difference widens the intervals."""
+BOTH_WAYS = 0.05
+ROUNDS = 10
+"""Most steps of a fit."""
+FITS = 6
+"""Repeated fits that are kept: tests of one effect after the other ask for the same ones."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """Output-error fits of trials on one record.
+
+    Attributes:
+        system: as declared. moved: friction levels and toleranced parameters.
+        shorter: the record with segments shorter by a factor.
+        declared, prior_precision: of ``moved``: value in the spec, and 1/variance by its tolerance, 0 for a level.
+        within: tolerances that a parameter may move.
+        rigid: of an arm whose joints are run one at a time; None where all coordinates run together.
+        memory: cache of its joints' runs. compiled: by equations, the library that has them, and their index in it.
+    """
+
+    system: System
+    motion: Motion
+    record: Record
+    moved: tuple[sympy.Symbol, ...]
+    declared: Array
+    prior_precision: Array
+    shorter: Callable[[float], Record]
+    within: float = WITHIN
+    rigid: RigidTerms | None = None
+    memory: Memory = field(default_factory=Memory)
+    compiled: dict[Hashable, tuple[Shooter | JointShooter, int]] = field(default_factory=dict)
+
+    @cached_property
+    def substeps(self) -> int:
+        return max(1, int(np.ceil(self.record.sample_time * STEPS_PER_PERIOD * self.motion.cutoff_hz)))
+
+    @cached_property
+    def reverses(self) -> NDArray[np.bool_]:
+        """(contacts,) whether each direction of slip has at least the share ``BOTH_WAYS`` of the samples in motion."""
+        slip = slip_velocities(self.system, self.motion)[self.motion.usable]
+        moving = np.where(np.abs(slip) > STILL * np.quantile(np.abs(slip), 0.95, axis=0), np.sign(slip), 0.0)
+        rarer = np.minimum((moving > 0).sum(axis=0), (moving < 0).sum(axis=0))
+        return np.asarray(rarer >= BOTH_WAYS * (moving != 0).sum(axis=0))
+
+    @cached_property
+    def drive(self) -> Drive:
+        return Drive(self.system, self.motion)
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The declared system on the motion of the record."""
+        return Problem(self.system, self.motion, {})
+
+    @property
+    def declared_trial(self) -> Trial:
+        return Trial(self.system, (), self.moved)
+
+    def refit(self) -> Fit:
+        """The declared structure, refitted: first with the noise floor, then against the noise."""
+        runner = self.runners([self.declared_trial])[0]
+        prior = self.prior(self.declared_trial, self.declared)
+        _, rough = self.with_noise_floor(shooting_fit(runner, self.declared, self.record.at_rest, prior, 0))
+        return self.fitted_again(rough)
+
+    def without_limits(self, fit: Fit) -> tuple[Search, Fit] | None:
+        """The search with the tolerances as Gaussian prior alone, and the fit repeated in it.
+
+        None where the fit did not end at a limit of a toleranced parameter. A parameter that changes its sign is no
+        explanation: None there too.
+        """
+        count = len(self.moved)
+        if not fit.limited[:count].any():
+            return None
+        free = replace(self, within=np.inf)
+        again = free.fitted_again(fit)
+        return (free, again) if np.all(again.theta[:count] * self.declared >= 0) else None
+
+    def polished(self, fit: Fit) -> tuple[Fit, Fit]:
+        """The fit with its own residual as noise level and slopes at its values, and the same on shorter segments.
+
+        Their difference is an error that the covariance of one fit does not include.
+        """
+        found = self._with_its_slopes(self._against_its_misfit(self._nearest_to_declared(fit)))
+        other = self.on_shorter(SECOND_LENGTH)
+        return found, other._against_its_misfit(other.on_another_record(found))
+
+    def on_shorter(self, share: float) -> Search:
+        """The search on segments shorter by a factor."""
+        return replace(self, record=self.shorter(share), shorter=lambda further: self.shorter(share * further))
+
+    def _with_its_slopes(self, fit: Fit) -> Fit:
+        """The fit with all slopes computed at its values.
+
+        Where an effect acts like a parameter, slopes that differ by their age alone would seem to tell the two apart.
+        """
+        prior = self.prior(fit.trial, fit.theta, fit.prior.tempering)
+        fresh = shooting_fit(fit.runner, fit.theta, fit.offsets, prior, 0, fit.unprojected, FINE_STEP)
+        return replace(fresh, limited=fit.limited)
+
+    def _nearest_to_declared(self, fit: Fit) -> Fit:
+        """The fit, or that from the declared values of toleranced parameters where it is better.
+
+        Where an effect acts like a parameter, the log leaves a curved valley along which Gauss–Newton steps are short.
+        """
+        toleranced = np.flatnonzero(self.prior_precision > 0)
+        if not len(toleranced) or not fit.trial.parts:
+            return fit
+        theta = fit.theta.copy()
+        theta[toleranced] = self.declared[toleranced]
+        here, there = self.fitted_again(fit), self.fitted_again(replace(fit, theta=theta))
+        return there if there.cost < here.cost else here
+
+    def _against_its_misfit(self, fit: Fit) -> Fit:
+        search = self
+        for _ in range(2):
+            search, fit = search.with_noise_floor(fit, 1.0)
+        return fit
+
+    @recent(FITS)
+    def with_noise_floor(self, base: Fit, largest_ratio: float = LARGEST_RATIO) -> tuple[Search, Fit]:
+        """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it.
+
+        With noise far below the misfit, the logarithmic loss would credit a candidate for the few segments that it
+        happens to fit.
+        """
+        factor = max(1.0, noise_ratio(base) / largest_ratio)
+        if factor == 1.0:
+            return self, base
+        noise = factor * self.record.noise
+        louder = replace(self.record, noise=noise)
+        search = replace(self, record=louder, shorter=lambda share: replace(self.shorter(share), noise=noise))
+        return search, search.fitted_again(base)
+
+    @recent(FITS)
+    def fitted_again(self, fit: Fit) -> Fit:
+        """The fit repeated on this search's record, with its prior tempered by the residual's correlation.
+
+        Correlated residuals count for fewer than they are: the prior precision is divided by the independent share.
+        """
+        runner = replace(fit.runner, record=self.record)
+        prior = self.prior(runner.trial, fit.theta, independent_share(fit))
+        return polish(shooting_fit(runner, fit.theta, fit.offsets, prior, ROUNDS), ROUNDS)
+
+    @recent(FITS)
+    def without(self, fit: Fit, index: int) -> Fit:
+        """The fit with one of its effects removed."""
+        trial, theta = fit.trial.without(fit.theta, index)
+        return self.fitted_again(replace(fit, runner=self.runners([trial])[0], theta=theta))
+
+    def with_parts(self, fit: Fit, moved: Array, parts: Sequence[Part], values: Sequence[Mapping[str, float]]) -> Fit:
+        """The fit with these effects in place of its own, from these starting values."""
+        trial = replace(fit.trial, parts=tuple(parts))
+        return self.fitted_again(replace(fit, runner=self.runners([trial])[0], theta=trial.theta(moved, values)))
+
+    def on_another_record(self, fit: Fit) -> Fit:
+        """The fit repeated on this search's record, where the fit is from another log."""
+        runner = replace(fit.runner, substeps=self.substeps)
+        return self.fitted_again(replace(fit, runner=runner, offsets=self.record.at_rest))
+
+    def fit_from(self, runner: Runner, theta: Array, base: Fit, rounds: int, raw: Sequence[Array] | None = None) -> Fit:
+        """The fit of a trial with one part more than the base's, from ``theta``, with the base's start states.
+
+        Args:
+            raw: slopes by the base's parameters, before projection; by default those of the base.
+        """
+        prior, known = self.prior(runner.trial, theta, base.prior.tempering), base.raw_slopes if raw is None else raw
+        return gauss_newton(runner, theta, base.offsets, base.starts, prior, rounds, known)
+
+    def prior(self, trial: Trial, theta: Array, tempering: float = 1.0) -> Prior:
+        """Of a trial's parameters, none for those of effects; a logarithm, a phase or a logit has the size 1."""
+        count, zeros = len(trial.moved), np.zeros(len(theta) - len(trial.moved))
+        size, reach = np.maximum(np.abs(theta), 1e-9), np.full(len(theta), np.inf)
+        # The size of a parameter with value zero is its tolerance.
+        tolerance = 1 / np.sqrt(np.maximum(self.prior_precision, 1e-300))
+        size[:count] = np.maximum(size[:count], np.where(self.prior_precision > 0, tolerance, 0.0))
+        for k, coordinate in enumerate((c for part in trial.parts for c in part.coordinates), count):
+            size[k] = 1.0 if coordinate.of_unit_size else size[k]
+            reach[k] = coordinate.reach
+        precision, centre = np.append(self.prior_precision / tempering, zeros), np.append(self.declared, zeros)
+        return Prior(precision, centre, size, reach, tempering, self.within)
+
+    def runners(self, trials: Sequence[Trial]) -> list[Runner]:
+        """Free-run simulators of trials; those with the same equations share code, which is compiled once."""
+        lacking: dict[int, dict[Hashable, Trial]] = {}
+        keys = []
+        for trial in trials:
+            loads = len(trial.changed.transmissions)
+            keys.append((self.rigid is None, loads, trial.free, terms_of(trial.changed)))
+            if keys[-1] not in self.compiled:
+                lacking.setdefault(loads, {}).setdefault(keys[-1], trial)
+        jumps = any(level_jumps(trial.changed) for group in lacking.values() for trial in group.values())
+        for loads, group in lacking.items():  # a library each: a load costs every run of its library half again as much
+            systems, free = [t.changed for t in group.values()], [t.free for t in group.values()]
+            if self.rigid:
+                shooter: Shooter | JointShooter = JointShooter(systems, free, self.rigid, self.memory, loads, jumps)
+            else:
+                shooter = Shooter(systems, free, loads, jumps=jumps)
+            self.compiled.update({key: (shooter, model) for model, key in enumerate(group)})
+        found = [self.compiled[key] for key in keys]
+        return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]
+
+
+def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:
+    """A search whose fits estimate friction levels freely and toleranced parameters with a prior."""
+    system, levels, uncertain = problem.system, problem.levels, problem.uncertain
+    moved = (*levels, *uncertain)
+    declared = np.array([float(system.values[s]) for s in moved])
+    held = [problem.deviation[s] ** -2.0 for s in uncertain]
+    prior_precision = np.array([0.0] * len(levels) + held)
+    if not is_separable(system):
+        return Search(system, problem.motion, shorter(1.0), moved, declared, prior_precision, shorter)
+    joints = tuple(range(system.degrees_of_freedom))
+
+    def by_joint(share: float) -> Record:
+        return replace(shorter(share), joints=joints)
+
+    return Search(
+        system,
+        problem.motion,
+        by_joint(1.0),
+        moved,
+        declared,
+        prior_precision,
+        by_joint,
+        rigid=rigid_terms(system, moved),
+    )

@@ -1,0 +1,365 @@
+"""Free-run simulation over short segments of a log in compiled C (multiple shooting), with parameters as arguments."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import zip_longest
+from typing import Any
+
+import casadi
+import numpy as np
+import sympy
+from numpy.ctypeslib import ndpointer
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.base.compiler import compile_shared, load_library
+from codegen.base.text import render
+from codegen.diagnosis.fit.parallel import in_background
+from codegen.diagnosis.fit.record import Record
+from codegen.friction import DynamicLaw
+from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.numpy_form import numpy_function
+from codegen.mechanics.solve import factorised
+from codegen.mechanics.system import TIME, ContactFriction, System
+from codegen.simulate.contact import REST, SWEEPS
+from codegen.simulate.dynamic_contact import DIRECTION, INSIDE, LawTerms, exponents, has_states, sign_of, state_terms
+from codegen.simulate.plant_contacts import set_valued_level
+from codegen.spec.functions import Sgn
+
+FAR = 1e300
+"""Limit of a state without limits."""
+
+
+def law_terms(contact: ContactFriction) -> LawTerms | None:
+    """The terms of a contact's law; None without states, or for Dahl's form."""
+    if not has_states(contact) or contact.law.bristle_stiffness(contact.law_parameters) != 0:
+        return None
+    return state_terms(contact)
+
+
+def all_law_terms(system: System) -> list[tuple[int, LawTerms]]:
+    """(contact, terms) of all contacts with terms."""
+    found = ((c, law_terms(contact)) for c, contact in enumerate(system.contacts))
+    return [(c, terms) for c, terms in found if terms is not None]
+
+
+def owners(system: System) -> list[int]:
+    """The contact of each state, in order."""
+    return [c for c, terms in all_law_terms(system) for _ in terms.states]
+
+
+def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states: int) -> Any:
+    """CasADi function (slip, y, p) → (force, ∂force/∂u, ∂force/∂y, rates, ∂rates/∂u, ∂rates/∂y), all dense.
+
+    The first two have one entry a contact, the others one a state: of its own contact's force, and of its own rate.
+
+    Args:
+        states: number of y; those that this system does not have are constant.
+    """
+    count = len(system.contacts)
+    slip, y, p = casadi.SX.sym("slip", count), casadi.SX.sym("y", states), casadi.SX.sym("p", len(free))
+    numbers = symbol_values(system.values, (free, p))
+    force, push, rate = casadi.SX(count, 1), casadi.SX(states, 1), casadi.SX(states, 1)
+    k = 0
+    for c, terms in all_law_terms(system):
+        contact = system.contacts[c]
+        plain = exponents(contact, {s: v for s, v in system.values.items() if s not in free})
+        own = {s: y[k + i] for i, s in enumerate(terms.states)}
+        at = numbers | own | {contact.slip: slip[c], DIRECTION: sign_of(slip[c])}
+        force[c] = to_casadi(terms.force.subs(plain), at)
+        for expression in terms.rates:
+            rate[k], push[k] = to_casadi(expression.subs(plain), at), force[c]
+            k += 1
+    by_slip = casadi.vertcat(*[casadi.jacobian(force[c], slip[c]) for c in range(count)])
+    by_state = casadi.vertcat(*[casadi.jacobian(push[i], y[i]) for i in range(states)])
+    driven = casadi.vertcat(*[casadi.sum2(casadi.jacobian(rate[i], slip)) for i in range(states)])
+    decay = casadi.vertcat(*[casadi.jacobian(rate[i], y[i]) for i in range(states)])
+    outputs = [force, by_slip, by_state, rate, driven, decay]
+    return casadi.Function(name, [slip, y, p], [casadi.densify(o) for o in outputs], {"cse": True})
+
+
+def hidden_states(system: System) -> int:
+    """Number of states of a free run besides positions and velocities."""
+    laws = (c.law for c in system.contacts)
+    return 2 * len(system.transmissions) + sum(len(law.states) for law in laws if isinstance(law, DynamicLaw))
+
+
+class Structures:
+    """Bristle stiffnesses, states of friction laws, and loads behind springs of a system."""
+
+    def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
+        """Args:
+        symbols: whose values ``at`` is given, in order.
+        """
+        laws = [terms for _, terms in all_law_terms(system)]
+        limits = [limit for terms in laws for limit in terms.limits]
+        rest = [value for terms in laws for value in terms.rest]
+        low = [-FAR if low is None else INSIDE * low for low, _ in limits]
+        high = [FAR if high is None else INSIDE * high for _, high in limits]
+        stiffness = [c.law.bristle_stiffness(c.law_parameters) for c in system.contacts]
+        loads = [(t.load_fraction, t.stiffness, t.damping, t.gap) for t in system.transmissions]
+        self._split = tuple(t.coordinate for t in system.transmissions)
+        self._sizes = np.cumsum([len(stiffness), len(rest), len(rest), len(rest)])
+        expressions = [*stiffness, *rest, *low, *high, *(e for load in loads for e in load)]
+        self._numbers = numpy_function(expressions, symbols, system.values)
+
+    def at(self, numbers: Array) -> Structure:
+        values = np.array([float(v) for v in self._numbers(*numbers)])
+        sigma, rest, low, high, coupling = np.split(values, self._sizes)
+        return Structure(tuple(sigma), self._split, coupling.reshape(-1, 4), np.stack([low, high]), rest)
+
+
+Indices = NDArray[np.int32]
+
+FLAGS = ("-fno-math-errno", "-fno-trapping-math")
+PLAIN, UNROLLED = ("-O1",), ("-O3", "-fno-tree-vectorize")
+"""Compiler flags: for one coordinate with one contact or a few runs, and for many runs of more, whose loops are worth
+unrolling in twice the time. The results are bit-identical at every level; with gcc 12, -O2 takes up to twice the time a
+step."""
+KEPT_LIBRARIES = 32
+_AT_REST = 1e-30
+_REST = 1e-12
+"""Slip speed that counts as standstill where no level jumps there, in slip unit/s."""
+WARM_S = 1.0
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Numeric structure of a model besides M, g and U λ.
+
+    Attributes:
+        sigma: one a contact; above 0 the stiffness of Dahl's law in place of the set-valued law.
+        split: the coordinates whose inertia is shared with a load.
+        coupling: (loads, 4) load's share of the inertia, stiffness, damping and gap of the spring.
+        limits: (2, states) lower and upper limits of the states of other laws. rest: (states,) without load.
+    """
+
+    sigma: tuple[float, ...]
+    split: tuple[int, ...]
+    coupling: Array
+    limits: Array
+    rest: Array
+
+
+class Shooter:
+    """Compiled free-run simulations of several systems.
+
+    Attributes:
+        inputs, contacts, coordinates: of any system. loads: most of any run. states: most of friction laws.
+    """
+
+    def __init__(
+        self,
+        systems: Sequence[System],
+        free: Sequence[Sequence[sympy.Symbol]],
+        loads: int | None = None,
+        driven: Sequence[int] | None = None,
+        seldom: bool = False,
+        jumps: bool | None = None,
+    ) -> None:
+        """Compile the systems into one library, in a thread: the first run waits for it.
+
+        Args:
+            free: for each system the symbols that are arguments, in order.
+            loads: most loads behind springs in any run; by default the most of ``systems``.
+            driven: how many of each system's inputs belong to actuators; the others are imposed signals. By default
+                all.
+            seldom: whether only a few runs follow, which take less time than unrolling the loops.
+            jumps: whether levels may jump at standstill; by default where they do in one of ``systems``.
+        """
+        self.inputs, self.contacts = max(len(s.inputs) for s in systems), len(systems[0].contacts)
+        self.coordinates = systems[0].degrees_of_freedom
+        self.loads = max(len(s.transmissions) for s in systems) if loads is None else loads
+        self.states = max(len(owners(s)) for s in systems)
+        inputs = driven or [len(s.inputs) for s in systems]
+        jumps = any(map(level_jumps, systems)) if jumps is None else jumps
+        source = shooting_source(systems, free, self.loads, self.states, inputs, jumps)
+        plain = seldom or (self.coordinates == 1 and self.contacts <= 1)
+        self._compiled = in_background(_library, source, PLAIN if plain else UNROLLED)
+
+    def at(
+        self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int
+    ) -> Callable[[Array], Array]:
+        """The free run of every segment, as a function of start states (S, 2n): positions (S, L, n).
+
+        Args:
+            p: values of the model's free symbols.
+            drive: (N substeps, m) effective inputs.
+
+        Raises:
+            BadInput: where there is no C compiler.
+        """
+        hidden, plant = self.hidden(model, p, structure, record, drive, substeps), self._plant(model, p, structure)
+
+        def run(states: Array) -> Array:
+            out = np.empty((len(record.start), record.length, self.coordinates))
+            self._compiled().shoot(
+                *plant, len(record.start), record.start, record.length, substeps,
+                record.sample_time, drive, np.ascontiguousarray(states), hidden, out,
+            )  # fmt: skip
+            return out
+
+        return run
+
+    def hidden(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> Array:
+        """States that are not logged, at the start of each segment, simulated along the measured motion.
+
+        Returns:
+            (S, contacts + states + 2 loads): bristle deflection of each contact, states of laws, positions of the
+                loads, their velocities.
+        """
+        hidden = np.zeros((len(record.start), self.contacts + self.states + 2 * self.loads))
+        if structure.split or len(structure.rest) or max(structure.sigma, default=0.0) > 0:
+            x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
+            self._compiled().follow(
+                *self._plant(model, p, structure), substeps, record.sample_time, x, v, drive, len(record.start),
+                record.start, self._warm(record, structure), hidden,
+            )  # fmt: skip
+        return hidden
+
+    def _warm(self, record: Record, structure: Structure) -> int:
+        """Samples of simulation before each start; −1: the whole log in one pass."""
+        warm = max(record.length, round(WARM_S / record.sample_time))
+        few = len(record.start) * warm < len(record.positions)
+        return warm if few and structure.split else -1
+
+    def _plant(self, model: int, p: Array, structure: Structure) -> tuple[Any, ...]:
+        """The first arguments of both C functions."""
+        idle = np.zeros(self.states - len(structure.rest))
+        states = np.concatenate([structure.rest, idle, structure.limits[0], idle, structure.limits[1], idle, [0.0]])
+        split = np.array([*structure.split, 0], dtype=np.int32)
+        coupling = np.append(structure.coupling.ravel(), 0.0)
+        p, sigma = np.append(np.asarray(p, dtype=float), 0.0), np.array([*structure.sigma, 0.0])
+        return model, len(structure.split), p, sigma, split, coupling, states
+
+
+@lru_cache(maxsize=KEPT_LIBRARIES)
+def _library(source: str, level: tuple[str, ...]) -> ctypes.CDLL:
+    """The compiled and loaded library; recent ones are cached."""
+    library = load_library(compile_shared({"shooting.c": source}, ["shooting.c"], (*level, *FLAGS)))
+    library.follow.restype = library.shoot.restype = None
+    whole, real = ctypes.c_int, ctypes.c_double
+    reals, indices = (ndpointer(kind, flags="C_CONTIGUOUS") for kind in (np.float64, np.int32))
+    plant: list[Any] = [whole, whole, reals, reals, indices, reals, reals]
+    library.follow.argtypes = [*plant, whole, real, reals, reals, reals, whole, indices, whole, reals]
+    library.shoot.argtypes = [*plant, whole, indices, whole, whole, real, reals, reals, reals, reals]
+    return library
+
+
+def shooting_source(
+    systems: Sequence[System],
+    free: Sequence[Sequence[sympy.Symbol]],
+    loads: int,
+    states: int,
+    driven: Sequence[int],
+    jumps: bool,
+) -> str:
+    """The C source of all systems' equations and the loops over segments."""
+    generator = casadi.CodeGenerator("models", {"with_header": False, "main": False})
+    kept = 0
+    for k, (system, symbols) in enumerate(zip(systems, free, strict=True)):
+        place, model, resting = terms_functions(str(k), system, symbols, loads > 0, jumps)
+        for function in (place, model, *([resting] if loads else [])):
+            generator.add(function)
+        kept = max(kept, model.size1_in(6))
+        if states:
+            generator.add(law_function(f"laws_{k}", system, symbols, states))
+    one = systems[0]
+    return render(
+        "diagnosis/shooting.c.j2",
+        coordinates=one.degrees_of_freedom,
+        inputs=max(len(s.inputs) for s in systems),
+        driven=driven,
+        contacts=len(one.contacts),
+        sweeps=SWEEPS,
+        rest=REST if jumps else _REST,
+        jumps=jumps,
+        models=generator.dump(),
+        names=range(len(systems)),
+        kept=kept,
+        loads=loads,
+        states=states,
+        owners=[owners(system) for system in systems],
+    )
+
+
+def terms_of(system: System) -> tuple[sympy.Expr, ...]:
+    """The compiled expressions of a system; systems with equal ones share code."""
+    contacts = [term for c in system.contacts for term in (_set_valued_level(c), c.extra_force)]
+    laws = [term for c, terms in all_law_terms(system) for term in (sympy.Integer(c), terms.force, *terms.rates)]
+    return (*system.mass_matrix, *system.force, *system.distribution, *contacts, *laws)
+
+
+def level_jumps(system: System) -> bool:
+    """Whether a friction level jumps at standstill."""
+    return any(_set_valued_level(contact).has(Sgn) for contact in system.contacts)
+
+
+def term_symbols(changed: System, system: System) -> set[sympy.Symbol]:
+    """Symbols in the compiled expressions of a changed system that differ from the original system's."""
+    pairs = zip_longest(terms_of(changed), terms_of(system), fillvalue=sympy.S.Zero)
+    return {s for term, own in pairs if term != own for s in term.free_symbols}
+
+
+def _set_valued_level(contact: ContactFriction) -> sympy.Expr:
+    """The level of the set-valued law; for a law with states only the part that effects add to it.
+
+    λ = force(u, y) + sgn(u) extra_level + extra_force
+    """
+    return contact.extra_level if law_terms(contact) is not None else set_valued_level(contact)
+
+
+def terms_functions(
+    name: str, system: System, free: Sequence[sympy.Symbol], loads: bool, jumps: bool
+) -> tuple[Any, Any, Any]:
+    """Three CasADi functions of a system, all results dense; M is factorised once a step.
+
+    Args:
+        loads: whether coordinates may share their inertia with loads; else ``share`` and ``push`` have no effect.
+        jumps: whether levels may jump at standstill; else those at rest are left out.
+
+    Returns:
+        place_NAME (x, w, t, p, share) → (U, M⁻¹U, U'M⁻¹U, inertia of the loads, kept) with M less that inertia;
+        model_NAME (x, v, w, t, p, share, kept, push, bristle) → (M⁻¹(g + push − U (smooth friction + bristle)), levels
+        forward and backward, the same at rest): ``kept`` are values independent of v, computed once for several
+        velocities; and
+        resting_NAME (x, w, t, p) → g at v = 0.
+    """
+    n = system.degrees_of_freedom
+    x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))
+    t, p = casadi.SX.sym("t"), casadi.SX.sym("p", len(free))
+    share, push = casadi.SX.sym("share", n), casadi.SX.sym("push", n)
+    bristle = casadi.SX.sym("bristle", len(system.contacts))
+    columns = (system.positions, x), (system.velocities, v), (system.inputs, w), (free, p)
+    names = symbol_values(system.values, *columns) | {TIME: t}
+    mass, distribution = (to_casadi(m, names) for m in (system.mass_matrix, system.distribution))
+    heavy = casadi.diag(mass) * share if loads else casadi.SX.zeros(n)
+    factors = factorised(mass - casadi.diag(heavy) if loads else mass, reciprocals=False)
+    carried = factors.solve_columns(distribution)
+    slip = casadi.mtimes(distribution.T, v)
+    levels: list[list[Any]] = [[], [], [], []]
+    smooth = []
+    for c, contact in enumerate(system.contacts):
+        level = _set_valued_level(contact)
+        speed = casadi.fabs(slip[c]) + _AT_REST
+        for column, u in zip(levels, (speed, -speed, casadi.SX(0), casadi.SX(0)), strict=True):
+            column.append(to_casadi(level, names | {contact.slip: u}))
+        smooth.append(to_casadi(contact.extra_force, names | {contact.slip: slip[c]}))
+    force = to_casadi(system.force, names, by_angle=True)
+    net = force + push if loads else force
+    for c, own in enumerate(smooth):
+        net = net - distribution[:, c] * (own + bristle[c])
+    outputs = [factors.solve(net), *(casadi.vertcat(*column) for column in (levels if jumps else levels[:2]))]
+    still = casadi.vertcat(x, w, t, p, share)
+    moving, pieces, values = casadi.extract_parametric([casadi.densify(o) for o in outputs], still, {})
+    kept = casadi.vertcat(*pieces) if pieces else casadi.SX.sym("kept", 0)
+    before = casadi.vertcat(*values) if values else casadi.SX(0, 1)
+    found = [distribution, carried, casadi.mtimes(distribution.T, carried), heavy, before]
+    place = casadi.Function(f"place_{name}", [x, w, t, p, share], [casadi.densify(f) for f in found], {"cse": True})
+    model = casadi.Function(f"model_{name}", [x, v, w, t, p, share, kept, push, bristle], moving)
+    rest = to_casadi(system.force, names | dict.fromkeys(system.velocities, casadi.SX(0)), by_angle=True)
+    return place, model, casadi.Function(f"resting_{name}", [x, w, t, p], [casadi.densify(rest)])

@@ -1,0 +1,398 @@
+"""Starting values of a candidate's fit, by free runs and by the force residual of the measured motion.
+
+By free runs: shapes on a grid, weights by one linear least-squares step. By the force residual, where free runs leave
+the measured motion: r = g − M a − U λ is linear in an effect's weights and in the friction levels, which are solved for
+together for each shape. A stage of an actuator (delay, lag, limit, dead zone, gain) has no weight; it changes r through
+the effective input w alone, r + (∂g/∂w) (w' − w), and its one parameter is found by a bounded search. A compliance has
+the frequency of the resonance that the force residual of a rigid model shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import product
+
+import casadi
+import numpy as np
+import sympy
+from scipy.optimize import minimize, minimize_scalar
+from scipy.signal import bilinear, lfilter
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.output_error import Fit, mean_residuals, scales, segment_cost, segment_weights
+from codegen.diagnosis.fit.residual import (
+    Problem,
+    effective_inputs,
+    evaluate_forces,
+    force_function,
+    force_rows,
+    inverse_dynamics_residual,
+    points,
+)
+from codegen.diagnosis.fit.signals import Motion, low_pass
+from codegen.diagnosis.fit.trial import Runner, Trial, model_of
+from codegen.effects.start import Covered
+from codegen.mechanics.casadi_form import over_rows
+from codegen.mechanics.system import Matrix, System
+
+TRIES, SIMPLEX = 120, 0.5
+"""Of a simplex search: most free runs, and its initial size in logarithms; Gauss–Newton steps follow."""
+
+
+def starting_points(runner: Runner, base: Fit, covered: Covered, most: int) -> list[tuple[float, Array]]:
+    """The best starting values, as (cost after one linear step, theta of the trial), best first.
+
+    Args:
+        runner: of the trial with the part last. base: the fit without it.
+        covered: by the log where the part acts.
+    """
+    part = runner.trial.parts[-1]
+    effect, moved, found = part.effect, _projected_slopes(base), []
+    for shape in effect.starts(covered):
+        if not effect.scaling:
+            found.append(_with_values(runner, base, moved, part.inward(shape)))
+            continue
+        columns = []
+        for probe, size in effect.probes(shape, covered):
+            theta = np.concatenate([base.theta, part.inward(probe)])
+            slope = (base.unprojected - mean_residuals(runner, runner.run(theta, base.offsets))) / size
+            columns.append(base.starts.project(slope, slope=True))
+        step, cost = _linear_step(base, base.unprojected, np.concatenate([moved, np.stack(columns)]))
+        values = effect.weighted(shape, step[len(base.theta) :].tolist())
+        theta = np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
+        found.append((cost, theta))
+    found.sort(key=lambda pair: pair[0])
+    return list({theta.tobytes(): (cost, theta) for cost, theta in found[:most]}.values())  # each once
+
+
+def simplex_search(runner: Runner, base: Fit, theta: Array) -> tuple[float, Array]:
+    """(cost, theta) by Nelder–Mead over the parameters of the last part, where the loss is not smooth.
+
+    Args:
+        theta: start; the other parameters follow by one linear step for each evaluation.
+    """
+    size, moved = len(runner.trial.parts[-1].names), _projected_slopes(base)
+    first = theta[-size:]
+    simplex = np.vstack([first, first + SIMPLEX * np.eye(size)])
+    best = minimize(
+        lambda inner: _with_values(runner, base, moved, inner)[0],
+        first,
+        method="Nelder-Mead",
+        options={"maxfev": TRIES, "initial_simplex": simplex},
+    )
+    return _with_values(runner, base, moved, best.x)
+
+
+def _projected_slopes(base: Fit) -> Array:
+    if not base.raw_slopes:
+        return np.zeros((0, *base.residual.shape))
+    return np.stack([base.starts.project(slope, slope=True) for slope in base.raw_slopes])
+
+
+def _with_values(runner: Runner, base: Fit, moved: Array, inner: Array) -> tuple[float, Array]:
+    """(cost, theta) with these values of the last part, all other parameters by one linear step from the base.
+
+    Args:
+        moved: projected slopes by the base's parameters.
+    """
+    theta = np.concatenate([base.theta, inner])
+    step, cost = _linear_step(base, mean_residuals(runner, runner.run(theta, base.offsets)), moved)
+    theta[: len(base.theta)] += step
+    return cost, theta
+
+
+def _linear_step(base: Fit, residual: Array, columns: Array) -> tuple[Array, float]:
+    """(step, cost) of one weighted least-squares step with the prior."""
+    flat = base.starts.project(residual)
+    if not len(columns):
+        return np.zeros(0), segment_cost(flat)
+    weights = np.sqrt(segment_weights(base.residual))[:, None]
+    scaled = (columns * weights).reshape(len(columns), -1)
+    rest = np.zeros(len(columns) - len(base.theta))
+    precision, away = np.append(base.prior.precision, rest), np.append(base.theta - base.prior.centre, rest)
+    matrix = scaled @ scaled.T + np.diag(precision)
+    size = scales(matrix)
+    right = scaled @ (flat * weights).ravel() - precision * away
+    step = np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=1e-9)[0] / size
+    left = flat - np.tensordot(step, columns, axes=1)
+    return step, segment_cost(left) + 0.5 * float((precision * (away + step) ** 2).sum())
+
+
+DENSE = 10.0
+"""Samples in a period of the cutoff: the residual has nothing above it, and a starting value needs no more."""
+STEP = 1e-4
+"""Step of a value for its slope, over its size."""
+SEARCHED, REACH = 16, 2.0
+"""Of the bounded search: most evaluations, and half its width about the best of the grid, in the fit's coordinate."""
+
+
+@dataclass(frozen=True, eq=False)
+class ForceStart:
+    """Starting values of candidates in addition to one fit.
+
+    Attributes:
+        problem: of the declared system on the log's motion. base: the fit without the candidate.
+        whole: whether all values of the base follow by linear least squares, with the prior of their tolerances and
+            within their limits; else friction levels.
+    """
+
+    problem: Problem
+    base: Fit
+    whole: bool = False
+
+    def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
+        """(share of the squared force residual that remains, theta) with starting values of the last part and levels.
+
+        None where the part adds states, or is neither a force with a weight nor an actuator stage with one parameter.
+        """
+        part = trial.parts[-1]
+        if trial.adds_states or self.base.trial.adds_states:
+            return None
+        if part.effect.scaling:
+            return self._weighted(trial, covered) if set(part.symbols) <= set(trial.free) else None
+        if len(part.names) != 1 or set(part.symbols) & set(trial.free):
+            return None
+        grid = [float(part.inward(shape)[0]) for shape in part.effect.starts(covered)]
+        tried = {inner: self._left(trial, inner) for inner in grid}
+        centre = min(tried, key=lambda inner: tried[inner][0])
+
+        def of(inner: float) -> float:
+            tried[inner] = self._left(trial, inner)
+            return tried[inner][0]
+
+        near = grid if part.effect.rough else []  # of a loss with steps, the neighbours of the grid
+        low = max((g for g in near if g < centre), default=centre - REACH)
+        bounds = low, min((g for g in near if g > centre), default=centre + REACH)
+        minimize_scalar(of, bounds=bounds, method="bounded", options={"maxiter": SEARCHED, "xatol": 0.01})
+        inner = min(tried, key=lambda inner: tried[inner][0])
+        theta = np.append(self.base.theta, inner)
+        theta[self._places] += tried[inner][1]
+        return (tried[inner][0], theta) if np.isfinite(theta).all() else None
+
+    def left(self, trial: Trial, theta: Array) -> float:
+        """Share of the squared force residual that remains with these values of a trial, with levels refitted."""
+        return self.with_levels(trial, theta)[0]
+
+    def with_levels(self, trial: Trial, theta: Array) -> tuple[float, Array]:
+        """(share of the squared force residual that remains, theta) with refitted levels."""
+        residual = self._rows(inverse_dynamics_residual(model_of(trial, theta), self.problem.motion)[:: self._every])
+        step, rest = self._least_squares(self._slopes, residual)
+        theta = theta.copy()
+        theta[self._places] += step
+        return self._share(rest), theta
+
+    def _share(self, rest: Array) -> float:
+        """The square of what remains over that of the base, whose rows have the mean square 1 on each coordinate.
+
+        Where all values follow, what their prior costs is a part of it.
+        """
+        return float(rest @ rest) / max(1, len(self._slopes))
+
+    def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
+        """The best of an effect's shapes, with its weights and the levels by linear least squares."""
+        part, effect = trial.parts[-1], trial.parts[-1].effect
+        motion, at = self.problem.motion, self._points
+        function, found = self._error(trial.changed, part.symbols), []
+        residual = self._rows(self._residual[:: self._every])
+
+        def change(values: Mapping[str, float]) -> Array:
+            numbers = np.array([values[name] for name in part.names])
+            forces = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))])) - self._forces
+            return self._rows(low_pass(forces, motion.cutoff_hz, self._every * motion.sample_time))
+
+        for shape in effect.starts(covered):
+            one = effect.probes(shape, covered)
+            columns = np.column_stack([*(change(values) / size for values, size in one), self._slopes])
+            step, rest = self._least_squares(columns, residual)
+            theta = np.append(self.base.theta, part.inward(effect.weighted(shape, step[: len(one)].tolist())))
+            theta[self._places] += step[len(one) :]
+            if np.isfinite(theta).all():
+                found.append((self._share(rest), theta))
+        return min(found, key=lambda pair: pair[0], default=None)
+
+    def _error(self, system: System, symbols: Sequence[sympy.Symbol] = ()) -> casadi.Function:
+        """g − M a − U λ of a system as a function of a point of the motion and of these symbols."""
+        trial = self.base.trial
+        own = dict(zip(trial.symbols, trial.numbers(self.base.theta), strict=True))
+        return force_function(system, [Matrix(system.equation_error)], symbols, own)
+
+    def _left(self, trial: Trial, inner: float) -> tuple[float, Array]:
+        """(squared residual that remains, steps of the base's values) with the part's parameter at this value."""
+        change = self._acting(trial, np.append(self.base.theta, inner)) - self._own
+        force = np.einsum("jni,nj->ni", self._by_input, change)
+        residual = self._rows((self._residual + self.problem.motion.low_pass(force))[:: self._every])
+        step, rest = self._least_squares(self._slopes, residual)
+        return self._share(rest), step
+
+    def _acting(self, trial: Trial, theta: Array) -> Array:
+        """(N, m) effective inputs at each sample: the mean of those before and after it."""
+        motion = self.problem.motion
+        after = trial.chains.act(motion.commands, trial.numbers(theta), motion.sample_time, 1)
+        return 0.5 * (after + np.vstack([after[:1], after[:-1]]))
+
+    def _rows(self, forces: Array) -> Array:
+        """(R,) forces at the points of all coordinates, away from standstill, over the RMS residual of the base."""
+        used = self.problem.masks.rows[:: self._every].T
+        return np.concatenate([f[u] / s for f, u, s in zip(forces.T, used, self._sizes, strict=True) if u.any()])
+
+    def _least_squares(self, columns: Array, residual: Array) -> tuple[Array, Array]:
+        """The steps that make a residual least, and what is left of it.
+
+        Where all values follow, rows below the residual hold how far they are from their prior's centre.
+
+        Args:
+            columns: (R, …) the last of them ``_slopes``.
+        """
+        if self.whole:
+            theta, prior = self.base.theta, self.base.prior
+            weights = np.sqrt(self._dense * prior.precision)
+            held = np.hstack([np.zeros((len(theta), columns.shape[1] - len(theta))), np.diag(weights)])
+            columns, residual = np.vstack([columns, held]), np.append(residual, weights * (theta - prior.centre))
+        step = _steps(columns, residual)
+        if self.whole:
+            own = slice(columns.shape[1] - len(theta), None)
+            within = prior.clip(theta + step[own]) - theta
+            fixed = np.append(np.zeros(own.start, dtype=bool), within != step[own])
+            step[own] = within
+            step[~fixed] = _steps(columns[:, ~fixed], residual + columns[:, fixed] @ step[fixed])
+        return step, residual + columns @ step
+
+    @cached_property
+    def _every(self) -> int:
+        """Distance of the samples that are used."""
+        return self.problem.motion.step(DENSE)
+
+    @property
+    def _dense(self) -> float:
+        """Samples that are used, for each value that the low-passed residual holds: two in a period of the cutoff."""
+        motion = self.problem.motion
+        return max(1.0, 1 / (2 * motion.cutoff_hz * motion.sample_time * self._every))
+
+    @cached_property
+    def _points(self) -> Array:
+        """(M, 3n + m + 1) the motion, its effective inputs and time, at every so many samples."""
+        inputs = effective_inputs(self.base.model, self.problem.motion)
+        return points(self.base.model, self.problem.motion, inputs)[:: self._every]
+
+    @cached_property
+    def _forces(self) -> Array:
+        """(M, n) g − M a − U λ of the base at these points, unfiltered."""
+        return over_rows(self._error(self.base.trial.changed), self._points)
+
+    @cached_property
+    def _residual(self) -> Array:
+        return inverse_dynamics_residual(self.base.model, self.problem.motion)
+
+    @cached_property
+    def _sizes(self) -> list[float]:
+        """RMS of the base's residual on each coordinate."""
+        used = self.problem.masks.rows.T
+        squares = [float(np.mean(r[u] ** 2)) if u.any() else 1.0 for r, u in zip(self._residual.T, used, strict=True)]
+        return [max(square, 1e-300) ** 0.5 for square in squares]
+
+    @cached_property
+    def _own(self) -> Array:
+        return self._acting(self.base.trial, self.base.theta)
+
+    @cached_property
+    def _by_input(self) -> Array:
+        """(m, N, n) slopes of g by each effective input."""
+        columns = [Matrix(self.base.model.force.diff(w)) for w in self.base.model.inputs]
+        return evaluate_forces(self.base.model, columns, self.problem.motion)
+
+    @cached_property
+    def _places(self) -> list[int]:
+        """Indices of the values that follow."""
+        if self.whole:
+            return list(range(len(self.base.theta)))
+        return [k for k, s in enumerate(self.base.trial.moved) if s in self.problem.levels]
+
+    @cached_property
+    def _slopes(self) -> Array:
+        """(R, p) slopes of the residual by the values that follow."""
+        if self.whole:
+            steps = STEP * np.diag(self.base.prior.size)
+            models = [model_of(self.base.trial, self.base.theta + step) for step in steps]
+            changes = [inverse_dynamics_residual(model, self.problem.motion) - self._residual for model in models]
+            return np.asarray(np.column_stack([self._rows(c[:: self._every]) for c in changes]) / steps.diagonal())
+        symbols = [self.base.trial.moved[k] for k in self._places]
+        rows = force_rows(self.base.model, self.problem, symbols)
+        sizes = [s for s, u in zip(self._sizes, self.problem.masks.rows.T, strict=True) if u.any()]
+        used = [r.slopes[r.sample % self._every == 0] for r in rows]
+        return np.concatenate([slopes / s for slopes, s in zip(used, sizes, strict=True)])
+
+
+def _steps(columns: Array, residual: Array) -> Array:
+    """The steps that make a residual least."""
+    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    step: Array = np.linalg.lstsq(columns / scale, -residual, rcond=1e-9)[0] / scale
+    return step
+
+
+FREQUENCIES = np.geomspace(0.03, 1.5, 40)
+"""Frequencies of the load with the motor held, in cutoffs of the log."""
+DAMPING_RATIOS = (0.03, 0.12, 0.4)
+LEAST_SHARE, MOST_SHARE = 0.03, 0.97
+"""Range of the load's share of the inertia."""
+APART = 1.3
+"""Least ratio between the frequencies of two starting values."""
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """A load behind a spring: ω in rad/s with the motor held, damping ratio ζ and share ρ of the inertia."""
+
+    frequency: float
+    damping_ratio: float
+    share: float
+
+
+def resonances(
+    residual: Array, acceleration: Array, inertia: float, motion: Motion, most: int
+) -> tuple[Resonance, ...]:
+    """The resonances that explain most of a residual (N,), best first, with distinct frequencies.
+
+    Let a share ρ of the inertia M hang behind a spring k and a damper c. The load follows the motor's acceleration a by
+    a_load = (c s + k)/(ρM s² + c s + k) a, and the residual of the rigid model is
+
+        r = ρM (a_load − a) = −ρM · s²/(s² + 2ζω s + ω²) a,   ω² = k/(ρM), 2ζω = c/(ρM),
+
+    so for each ω and ζ one regression of r on the filtered acceleration gives ρ. A lightly damped resonance is so
+    narrow that a free run with a frequency 10 % off gives no information; here a fine grid is cheap.
+
+    Args:
+        acceleration: (N,) of the coordinate. inertia: M.
+    """
+    used = motion.usable
+    y = residual[used] - residual[used].mean()
+    found: list[tuple[float, Resonance]] = []
+    for frequency, ratio in product(2 * np.pi * motion.cutoff_hz * FREQUENCIES, DAMPING_RATIOS):
+        column = resonant(float(frequency), ratio, acceleration, motion)[used]
+        power = float(column @ column)
+        share = -float(column @ y) / (power * inertia) if power > 0 else 0.0
+        if share > 0:
+            left = y + min(share, MOST_SHARE) * inertia * column
+            kept = min(max(share, LEAST_SHARE), MOST_SHARE)
+            found.append((float(left @ left), Resonance(float(frequency), ratio, kept)))
+    chosen: list[Resonance] = []
+    for _, one in sorted(found, key=lambda pair: pair[0]):
+        if all(max(one.frequency, r.frequency) > APART * min(one.frequency, r.frequency) for r in chosen):
+            chosen.append(one)
+        if len(chosen) == most:
+            break
+    return tuple(chosen)
+
+
+def resonant(frequency: float, damping_ratio: float, acceleration: Array, motion: Motion) -> Array:
+    """(N,) acceleration filtered by s²/(s² + 2ζω s + ω²), low-passed."""
+    b, a = _resonant_filter(frequency, damping_ratio, motion.sample_time)
+    return motion.low_pass(lfilter(b, a, acceleration)[:, None])[:, 0]
+
+
+@lru_cache(maxsize=2 * len(FREQUENCIES) * len(DAMPING_RATIOS))
+def _resonant_filter(frequency: float, damping_ratio: float, sample_time: float) -> tuple[Array, Array]:
+    """Numerator and denominator in z of s²/(s² + 2ζω s + ω²): all coordinates are searched by the same ones."""
+    b, a = bilinear([1.0, 0.0, 0.0], [1.0, 2 * damping_ratio * frequency, frequency**2], 1 / sample_time)
+    return b, a

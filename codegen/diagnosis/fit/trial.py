@@ -1,0 +1,349 @@
+"""A model under test: the declared system with effects at their places, its parameters, and its free runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import sympy
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.joints import JointShooter
+from codegen.diagnosis.fit.record import Record
+from codegen.diagnosis.fit.shooting import Shooter, Structures, hidden_states, term_symbols
+from codegen.diagnosis.results import FoundEffect
+from codegen.effects import CATALOGUE, Effect
+from codegen.effects.coordinate import Coordinate
+from codegen.effects.declare import added, effect_symbols, places_of, unit_words
+from codegen.effects.register import is_own
+from codegen.mechanics.numpy_form import numpy_function
+from codegen.mechanics.system import System
+from codegen.simulate.drive import Chains
+
+
+@dataclass(frozen=True)
+class Part:
+    """One effect at one place.
+
+    Attributes:
+        kind, place, on: as in the catalogue.
+        names: of its parameters, in order.
+        symbols: of its parameters in the changed System.
+        coordinates: transformations of its parameters in a fit.
+    """
+
+    kind: str
+    place: int
+    on: str
+    names: tuple[str, ...]
+    symbols: tuple[sympy.Symbol, ...]
+    coordinates: tuple[Coordinate, ...]
+
+    @cached_property
+    def effect(self) -> Effect:
+        return CATALOGUE[self.kind].with_parameters(self.names)
+
+    @property
+    def form(self) -> str:
+        """The parameters that the usual form of the effect does not have, as words; empty for the usual form."""
+        kind = CATALOGUE[self.kind]
+        usual = {p.name for p in kind.forms[0].parameters}
+        return ", ".join(name for name in self.names if name not in usual and len(kind.forms) > 1)
+
+    def inward(self, values: Mapping[str, float]) -> Array:
+        """Parameters → the unbounded coordinates of a fit."""
+        return np.array([c.inward(values[name]) for name, c in zip(self.names, self.coordinates, strict=True)])
+
+    def outward(self, inner: Array) -> dict[str, float]:
+        """The inverse of ``inward``, in the effect's normal form."""
+        named = zip(self.names, self.coordinates, inner, strict=True)
+        return self.effect.normal_form({name: c.outward(float(q)) for name, c, q in named})
+
+
+def part_of(effect: Effect, place: int, system: System) -> Part:
+    """The part that puts an effect of the catalogue at a place of a system."""
+    on = places_of(effect, system)[place]
+    names = tuple(p.name for p in effect.parameters)
+    symbols = effect_symbols(effect, on, system)
+    coordinates = tuple(p.coordinate for p in effect.parameters)
+    if is_own(effect.kind):
+        added(effect, system, place, symbols, f"{effect.kind} on {on}")
+    return Part(effect.kind, place, on, names, tuple(symbols[n] for n in names), coordinates)
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A system with parts.
+
+    Attributes:
+        parts: in the order in which they were found.
+        moved: friction levels and toleranced parameters, which every fit estimates.
+    """
+
+    system: System
+    parts: tuple[Part, ...]
+    moved: tuple[sympy.Symbol, ...]
+
+    @cached_property
+    def changed(self) -> System:
+        """The system with all parts; their symbols have placeholder values."""
+        system = self.system
+        for part in self.parts:
+            units = dict.fromkeys(part.symbols, "1")
+            system = system.with_parameters({s: sympy.Integer(1) for s in part.symbols}, units)
+            system = part.effect.add(system, part.place, dict(zip(part.names, part.symbols, strict=True)))
+        return system
+
+    @property
+    def symbols(self) -> tuple[sympy.Symbol, ...]:
+        """All estimated symbols: levels and toleranced parameters, then those of the parts."""
+        return (*self.moved, *(s for part in self.parts for s in part.symbols))
+
+    @cached_property
+    def free(self) -> tuple[sympy.Symbol, ...]:
+        """The symbols that are arguments of the compiled terms."""
+        within = term_symbols(self.changed, self.system)
+        return (*self.moved, *(s for part in self.parts for s in part.symbols if s in within))
+
+    @cached_property
+    def adds_states(self) -> bool:
+        """Whether the last part adds states to the free run; its force then cannot be computed from the log alone."""
+        return hidden_states(self.changed) > hidden_states(replace(self, parts=self.parts[:-1]).changed)
+
+    def with_part(self, part: Part) -> Trial:
+        return replace(self, parts=(*self.parts, part))
+
+    def without(self, theta: Array, index: int) -> tuple[Trial, Array]:
+        """The trial without one of its parts, and its vector."""
+        moved, found = self.split(theta)
+        kept = [k for k in range(len(found)) if k != index]
+        trial = replace(self, parts=tuple(self.parts[k] for k in kept))
+        return trial, trial.theta(moved, [found[k] for k in kept])
+
+    def split(self, theta: Array) -> tuple[Array, list[dict[str, float]]]:
+        """(values of ``moved``, parameters of each part) from a fit's vector."""
+        k, found = len(self.moved), []
+        for part in self.parts:
+            found.append(part.outward(theta[k : k + len(part.names)]))
+            k += len(part.names)
+        return theta[: len(self.moved)], found
+
+    def theta(self, moved: Array, parameters: Sequence[Mapping[str, float]]) -> Array:
+        """The inverse of ``split``."""
+        return np.concatenate([moved, *(p.inward(v) for p, v in zip(self.parts, parameters, strict=True))])
+
+    def model(self, moved: Array, found: Sequence[Mapping[str, float]]) -> System:
+        """The system with refitted values and each part with its own."""
+        values = dict(zip((s.name for s in self.moved), map(float, moved), strict=True))
+        effects = [FoundEffect(p.kind, p.on, one, {}) for p, one in zip(self.parts, found, strict=True)]
+        return with_effects(with_values(self.system, values), effects)
+
+    def numbers(self, theta: Array) -> Array:
+        """The values of ``symbols``."""
+        moved, found = self.split(theta)
+        return np.concatenate([moved, *([v[n] for n in p.names] for p, v in zip(self.parts, found, strict=True))])
+
+    @cached_property
+    def chains(self) -> Chains:
+        return Chains(self.changed, self.symbols)
+
+    @cached_property
+    def sensors(self) -> Sensors:
+        return Sensors(self.changed, self.symbols)
+
+    @cached_property
+    def structures(self) -> Structures:
+        return Structures(self.changed, self.symbols)
+
+
+@dataclass(frozen=True, eq=False)
+class Runner:
+    """Free-run simulation of one trial on one record.
+
+    Attributes:
+        model: index of the trial in ``shooter``.
+    """
+
+    trial: Trial
+    shooter: Shooter | JointShooter
+    model: int
+    record: Record
+    substeps: int
+
+    def run(self, theta: Array, offsets: Array, gain: float = 1.0) -> Array:
+        """Predicted measurements (S, L, n); each segment starts ``offsets`` (S, 2n) from the smoothed state.
+
+        For an arm whose joints are compared one by one: (S joints, L, 1), with offsets (S joints, 2).
+
+        Args:
+            gain: on all inputs.
+        """
+        return self.at(theta, gain)(offsets)
+
+    def at(self, theta: Array, gain: float = 1.0) -> Callable[[Array], Array]:
+        """``run`` as a function of the offsets; what these do not change is computed once."""
+        trial, record = self.trial, self.record
+        numbers = trial.numbers(theta)
+        drive = self._drive(numbers) if gain == 1.0 else gain * self._drive(numbers)
+        structure = trial.structures.at(numbers)
+        free_run = self.shooter.at(self.model, numbers[self._arguments], structure, record, drive, self.substeps)
+        states = trial.sensors.true(record.states, numbers)
+
+        def run(offsets: Array) -> Array:
+            found = free_run(states + record.of_segments(offsets))
+            return record.by_row(trial.sensors.measured(found, numbers))
+
+        return run
+
+    def hidden(self) -> Array:
+        """States that are not logged, as by ``Shooter.hidden``, for the trial without parts."""
+        trial, none = self.trial, np.zeros(0)
+        structure = trial.structures.at(none)
+        assert isinstance(self.shooter, Shooter)  # an arm is never separated here
+        return self.shooter.hidden(self.model, none, structure, self.record, self._drive(none), self.substeps)
+
+    @cached_property
+    def _arguments(self) -> list[int]:
+        """Indices of the compiled code's arguments among the trial's symbols."""
+        place = {s: k for k, s in enumerate(self.trial.symbols)}
+        return [place[s] for s in self.trial.free]
+
+    def _drive(self, numbers: Array) -> Array:
+        record = self.record
+        return self.trial.chains.act(record.commands, numbers, record.sample_time, self.substeps)
+
+
+ITERATIONS, POLISHES = 8, 3
+LEAST_SLOPE = 0.2
+"""Least slope of a reading over position; below it the reading does not determine the state and is not corrected."""
+
+
+class Sensors:
+    """The position sensors of a system with their declared errors; every method is given the values of ``symbols``."""
+
+    def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
+        positions = system.positions
+        self._wrong = [i for i, x in enumerate(positions) if system.sensor_errors.get(x, 0) != 0]
+        wrong = [(positions[i], system.sensor_errors[positions[i]]) for i in self._wrong]
+        arguments = (*positions, *symbols)
+        if wrong:
+            self._errors = numpy_function([error for _, error in wrong], arguments, system.values)
+            self._slopes = numpy_function([error.diff(x) for x, error in wrong], arguments, system.values)
+
+    def true(self, states: Array, numbers: Array) -> Array:
+        """(S, 2n) true states for readings ``states``, by fixed-point iteration and then Newton's method."""
+        if not self._wrong:
+            return states
+        n = states.shape[1] // 2
+        read, states = states, states.copy()
+        with np.errstate(invalid="ignore", over="ignore"):  # for too steep errors the reading is not invertible
+            for turn in range(ITERATIONS + POLISHES):
+                errors = _at(self._errors, states[:, :n], numbers)
+                slopes = self._slopes_at(states, numbers) if turn >= ITERATIONS else [1.0] * len(errors)
+                for i, error, slope in zip(self._wrong, errors, slopes, strict=True):
+                    states[:, i] += (read[:, i] - states[:, i] - error) / slope
+            for i, slope in zip(self._wrong, self._slopes_at(states, numbers), strict=True):
+                states[:, n + i] /= slope
+        return states
+
+    def _slopes_at(self, states: Array, numbers: Array) -> list[Any]:
+        """Slopes of the readings by position."""
+        slopes = _at(self._slopes, states[:, : states.shape[1] // 2], numbers)
+        return [np.where(np.abs(1 + slope) > LEAST_SLOPE, 1 + slope, 1.0) for slope in slopes]
+
+    def measured(self, positions: Array, numbers: Array) -> Array:
+        """Readings at positions (..., n)."""
+        if not self._wrong:
+            return positions
+        read = positions.copy()
+        with np.errstate(invalid="ignore", over="ignore"):  # mean_residuals handles diverged runs
+            for i, error in zip(self._wrong, _at(self._errors, positions, numbers), strict=True):
+                read[..., i] += error
+        return read
+
+
+def _at(function: Any, positions: Array, numbers: Array) -> list[Any]:
+    return list(function(*np.moveaxis(positions, -1, 0), *numbers))
+
+
+def free_run(
+    system: System,
+    sample_time: float,
+    positions: Array,
+    velocities: Array,
+    commands: Array,
+    restart_s: float = 0.5,
+    substeps: int = 10,
+    trim_s: float = 0.0,
+) -> Array:
+    """Predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
+
+    Pass the whole log and trim here, not before: delays reach back to earlier commands, and states that no log has are
+    run along the measured motion from the log's beginning. A law that cannot be run (see ``is_simulable``) is replaced
+    by its level of steady sliding.
+
+    Args:
+        positions, velocities: (N, n) measured state, filtered.
+        commands: (N, m), held from t_k to t_(k+1).
+        restart_s: at least two samples.
+        substeps: steps in one sample.
+        trim_s: seconds at each end that are not predicted, where filtered states are poor.
+
+    Returns:
+        (N, n); inf where the prediction is not finite; NaN in trimmed rows.
+
+    Raises:
+        BadInput: where there is no C compiler.
+        ValueError: if the shapes do not fit or nothing is left after trimming.
+    """
+    count, n = positions.shape
+    if velocities.shape != (count, n) or len(commands) != count or n != system.degrees_of_freedom:
+        raise ValueError(f"positions {positions.shape}, velocities {velocities.shape}, {len(commands)} commands")
+    cut = round(trim_s / sample_time)
+    kept = count - 2 * cut
+    if kept < 2:
+        raise ValueError(f"{count} samples, {cut} of them trimmed at each end; expected 2 or more left")
+    length = min(max(2, round(restart_s / sample_time)), kept)
+    start = np.arange(cut, cut + kept, length, dtype=np.int32)
+    # The last run goes on behind the log; what it predicts there is dropped.
+    commands = np.vstack([commands, np.repeat(commands[-1:], length, axis=0)])
+    record = Record(positions, positions, velocities, commands, sample_time, np.ones(n), start, length)
+    rows = runner_of(system, record, substeps).run(np.zeros(0), record.at_rest).reshape(-1, n)[:kept]
+    predicted = np.full((count, n), np.nan)
+    predicted[cut : cut + kept] = np.where(np.isfinite(rows), rows, np.inf)
+    return predicted
+
+
+def runner_of(system: System, record: Record, substeps: int) -> Runner:
+    """Free runs of a system as it is, with no parameter free."""
+    return Runner(Trial(system, (), ()), Shooter([system], [()], seldom=True), 0, record, substeps)
+
+
+def with_values(system: System, refitted: Mapping[str, float]) -> System:
+    """The system with refitted values; a negative friction level becomes zero."""
+    levels = {s.name for contact in system.contacts for s in contact.law_parameters.values()}
+    new = {s: refitted[s.name] for s in system.values if s.name in refitted}
+    return system.with_parameters({s: sympy.Float(max(v, 0.0) if s.name in levels else v) for s, v in new.items()}, {})
+
+
+def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
+    """The system with fitted effects added to it."""
+    for one in found:
+        effect = CATALOGUE[one.kind].with_parameters(list(one.parameters))
+        place = places_of(effect, system).index(one.on)
+        symbols = effect_symbols(effect, one.on, system)
+        units = unit_words(effect, place, system)
+        system = system.with_parameters(
+            {s: sympy.Float(one.parameters[name]) for name, s in symbols.items()},
+            {s: units[name] for name, s in symbols.items()},
+        )
+        system = effect.add(system, place, symbols)
+    return system
+
+
+def model_of(trial: Trial, theta: Array) -> System:
+    """The system with the values of a fit's vector."""
+    return trial.model(*trial.split(theta))

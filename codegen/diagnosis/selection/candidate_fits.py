@@ -1,0 +1,337 @@
+"""Fits of every candidate effect in one round of forward selection: on few segments first, the best then on all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+import numpy as np
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.evidence.coverage import survey
+from codegen.diagnosis.fit.credit import FAR, NEAR_NOISE, near_noise, noise_loss, noise_ratio
+from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
+from codegen.diagnosis.fit.parallel import in_parallel
+from codegen.diagnosis.fit.search import ROUNDS, Search
+from codegen.diagnosis.fit.starting_values import ForceStart, simplex_search, starting_points
+from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
+from codegen.effects.register import candidates, is_own
+from codegen.effects.start import Covered
+
+SCREENED_SAMPLES = 9000
+LEAST_SCREENED = 60
+"""Segments: candidates are first fitted on about ``SCREENED_SAMPLES`` samples, but at least this many segments."""
+RARE = 4
+"""To the segments taken at equal distances, at most about one in so many is added of those in which the base is far
+above the noise: an effect that acts rarely, such as saturation, could else be missed."""
+NEAR, SHORTEST = 30.0, 0.2
+"""Where the refit's error exceeds this many times the noise, candidates are first fitted on segments shortened down to
+this share, on which a free-run simulation stays near the measured motion (its error grows with the square of time)."""
+LEAST_EXCESS = 0.05
+"""Joints of an arm whose loss above the noise is less than this share of the worst joint's wait for a later round."""
+FIRST_ROUNDS = 4
+PROMISING, BY_FORCE = 8, 4
+"""How many scalable effects are fitted on few segments: those that gain most by one linear step of the free runs, and
+those that leave least of the force residual."""
+AS_GOOD = 0.5
+"""Share of the best start's gain from which on another start of the same effect is fitted too."""
+FITTED = 6
+FITTED_BY_FORCE, CLEAR_BY_FORCE = 2, 0.5
+"""How many candidates are fitted on all segments: those that gain most on few, and beside them those that explain most
+of the force residual, if this share of its square at least."""
+POLISHES, MOVING = 4, 0.01
+"""The slopes by the segments' start states are computed again at most so often, while the cost falls by this share."""
+FORM_GAIN = 10.0
+"""Nats by which a form with more parameters must fit better than a simpler one of the same effect, and a special form
+better than the usual form of another."""
+LEADING, AGAIN = 2, 3
+"""How many of the best candidates, beside those with values that no log can show, are fitted again from other starting
+values where they are far above the noise, and Gauss–Newton steps on few segments from each of these."""
+FOLLOWED = 2
+"""Starts of a load with play, of those along the measured motion that leave least of the force residual."""
+START_SHARE = 0.3
+"""Share of the gain of the last candidate that is fitted, which one whose loss is not smooth must have at its start."""
+LEAST_GAIN = 10.0
+"""Nats by which a candidate whose loss is not smooth must improve the base to be fitted again."""
+JOINED = 2
+"""Gauss–Newton steps on all joints of an arm after an effect was fitted on its own joint."""
+
+Progress = Callable[[float], None]
+
+
+def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
+    """Effects at their places that the log can show, less those already taken and refined forms of a kind."""
+    known, changed = {(p.kind, p.on) for p in taken}, replace(search.declared_trial, parts=tuple(taken)).changed
+    forms = [(form, place) for effect, place in candidates(changed) if not effect.refines for form in effect.forms]
+    parts = [part_of(form, place, search.system) for form, place in forms]
+    return [p for p in parts if (p.kind, p.on) not in known and (not p.effect.both_ways or search.reverses[p.place])]
+
+
+def start_compiling(search: Search) -> None:
+    """Start to compile the declared model and, while that is refitted, what the first round tries.
+
+    Of an arm that is run joint by joint the refit tells which joints are worth trying.
+    """
+    trial = search.declared_trial
+    search.runners([trial])
+    if search.rigid is None:
+        search.runners([trial.with_part(part) for part in every_part(search, ())])
+
+
+def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_progress: Progress) -> list[Fit]:
+    """Fit the base's trial with each part added, every form of an effect for itself; the best first."""
+    tried = CandidateFits(search, base, tuple(parts), report_progress)
+    parts = tried.parts
+    smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
+    screened = [s for s in in_parallel(tried.screened, tried.promising(smooth)) if s]
+    gains = sorted(map(tried.gain, screened), reverse=True)
+    tried.least_gain = START_SHARE * max([0.0, *gains[FITTED - 1 : FITTED]])
+    rough = [k for k in range(len(parts)) if k not in smooth]
+    screened += [s for s in in_parallel(tried.screened, rough) if s]
+    screened.sort(key=tried.gain, reverse=True)
+    by_force = tried.best_by_force([k for k, _ in screened])
+    kept = [s for rank, s in enumerate(screened) if rank < FITTED or s[0] in by_force or is_own(parts[s[0]].kind)]
+    found = sorted(in_parallel(tried.fitted, kept), key=lambda f: f.cost)
+    again = [k for k, one in enumerate(found) if k < LEADING or one.part.effect.rough or tried.is_degenerate(one)]
+    others = [one for k, one in enumerate(found) if k not in again]
+    return sorted([*in_parallel(tried.restarted, [found[k] for k in again]), *others], key=lambda f: f.cost)
+
+
+def in_simplest_forms(found: Sequence[Fit]) -> list[Fit]:
+    """Fits, all of which may be named, less those of which a simpler form fits as well."""
+    return [f for f in found if not any(other is not f and is_simpler_form(other, f) for other in found)]
+
+
+def is_simpler_form(other: Fit, found: Fit) -> bool:
+    """Whether a candidate is the same effect with fewer parameters, or one that the other extends, and fits as well.
+
+    A backlash is a compliance with a play: without evidence for the play it is a compliance.
+    """
+    same = other.part.on == found.part.on and other.part.kind in (found.part.kind, found.part.effect.extends)
+    simpler = same and len(other.part.names) < len(found.part.names)
+    return simpler and other.cost <= found.cost + FORM_GAIN
+
+
+@dataclass(eq=False)
+class CandidateFits:
+    """Candidates added to one base fit.
+
+    Attributes:
+        starts: by index of the part, starting points by free runs.
+        forced: by index of the part, starting points from the force residual, used where the base is far above the
+            noise, at least in some segments.
+        left: by index of the part, share of the base's squared force residual that remains with such a start.
+        along: by index of the part, starting points with states that were simulated along the measured motion.
+        couplings: by coordinate, parameters of the spring between motor and load that was fitted there.
+        few: the base on few segments, by joint for an arm that is run joint by joint, else under None.
+        least_gain: the cost of a part with a non-smooth loss must fall by this much at its start to be fitted.
+    """
+
+    search: Search
+    base: Fit
+    parts: tuple[Part, ...]
+    report_progress: Progress
+    done: int = 0
+    couplings: dict[int, dict[str, float]] = field(default_factory=dict)
+    starts: dict[int, list[tuple[float, Array]]] = field(default_factory=dict)
+    forced: dict[int, list[Array]] = field(default_factory=dict)
+    left: dict[int, float] = field(default_factory=dict)
+    along: dict[int, list[Array]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        joints = {self._joint(part) for part in self.parts}
+        self.few = {joint: _screening(self.search, self.base, joint) for joint in joints}
+        self.parts = tuple(part for part in self.parts if self._is_worth_trying(part))
+        self.trials = [self.base.trial.with_part(part) for part in self.parts]
+        self.runners = self.search.runners(self.trials)
+        self.levels = [float(v) for v in self.base.values[0]]
+        self.least_gain = 0.0
+        names = [s.name for s in self.search.moved]
+        refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
+        self.survey = survey(refit, self.search.motion)
+
+    def promising(self, indices: Sequence[int]) -> list[int]:
+        """Those of these parts that are fitted: the best by the gain of one linear step from their best start.
+
+        An effect without a scale starts from a coarse grid of values, which says too little: it is always fitted.
+        """
+        tasks: list[Callable[[], object]] = [self._start_by_force, *(partial(self._start_by_runs, k) for k in indices)]
+        in_parallel(lambda task: task(), tasks)
+        gains = {k: self._few(k).cost - min((cost for cost, _ in self.starts[k]), default=np.inf) for k in indices}
+        scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
+        by_force = sorted((k for k in scaled if k in self.left), key=self.left.__getitem__)[:BY_FORCE]
+        left_out = sorted(scaled, key=lambda k: -gains[k])[PROMISING:]
+        chosen = [k for k in indices if k not in left_out or k in by_force]
+        self.done += len(indices) - len(chosen)
+        return chosen
+
+    def _start_by_force(self) -> None:
+        """Starting points from the force residual, one after the other: CasADi builds expressions in one thread."""
+        if near_noise(self.base):
+            return
+        start, found = ForceStart(self.search.problem, self.base), self.forced
+        for k, part in enumerate(self.parts):
+            covered = self.covered(part)
+            stage = start.best(self.trials[k], covered)
+            others = part.effect.suggested(covered)
+            found[k] = [np.append(self.base.theta, part.inward(values)) for values in others]
+            if others:
+                self.left[k] = min(start.left(self.trials[k], theta) for theta in found[k])
+            if stage is not None:
+                self.left[k], theta = stage
+                found[k].append(theta)
+            grid = [np.append(self.base.theta, part.inward(values)) for values in part.effect.followed(covered)]
+            by_left = sorted((start.with_levels(self.trials[k], theta) for theta in grid), key=lambda one: one[0])
+            self.along[k] = [theta for left, theta in by_left[:FOLLOWED] if left < 1]
+
+    def best_by_force(self, indices: Sequence[int]) -> list[int]:
+        """Those of these parts that explain most of the force residual, of each kind at a place the best form.
+
+        Only those that explain ``CLEAR_BY_FORCE`` of its square. Few segments of free runs may gain less by the force
+        that the log lacks than by what changes their start: of an axis that rings, or one that friction holds back.
+        """
+        best: dict[tuple[str, str], int] = {}
+        for k in sorted((k for k in indices if k in self.left), key=self.left.__getitem__):
+            if self.left[k] < 1 - CLEAR_BY_FORCE:
+                best.setdefault((self.parts[k].kind, self.parts[k].on), k)
+        return list(best.values())[:FITTED_BY_FORCE]
+
+    def _start_by_runs(self, k: int) -> list[tuple[float, Array]]:
+        """(cost after one linear step, theta) of the best starting points of part ``k`` on few segments."""
+        if k not in self.starts:
+            few, part = self._few(k), self.parts[k]
+            runner = replace(self.runners[k], record=few.runner.record)
+            self.starts[k] = starting_points(runner, few, self.covered(part), 3 if len(part.names) > 2 else 2)
+        return self.starts[k]
+
+    def covered(self, part: Part) -> Covered:
+        """The range that the log covers at the place of a part."""
+        return self.survey.covered(part, self.levels, self.search.record.noise, self.couplings.get(part.place))
+
+    def screened(self, k: int) -> tuple[int, Fit] | None:
+        """Part ``k`` fitted on few segments from its best starting points; None where there is no promising one."""
+        few = self._few(k)
+        part, runner = self.parts[k], replace(self.runners[k], record=few.runner.record)
+        starts = self._start_by_runs(k)
+        if part.effect.rough:
+            near = [theta for cost, theta in starts if cost < few.cost - self.least_gain]
+            near += self.forced.get(k, [])[-1:] if k in self.left else []
+            starts = in_parallel(lambda theta: simplex_search(runner, few, theta), near)
+        elif part.effect.scaling and starts:
+            enough = few.cost - AS_GOOD * max(few.cost - starts[0][0], 0.0)
+            starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
+        thetas = [*(theta for _, theta in starts), *self.forced.get(k, [])]
+        fits = in_parallel(lambda theta: self.search.fit_from(runner, theta, few, FIRST_ROUNDS), thetas)
+        fits += in_parallel(lambda theta: self._from_measured_states(runner, theta), self.along.get(k, []))
+        self._count_one()
+        if not fits:
+            return None
+        best = min(fits, key=lambda fit: fit.cost)
+        coupling = part.effect.coupling(self.trials[k].split(best.theta)[1][-1])
+        if coupling is not None:
+            self.couplings[part.place] = coupling
+        return k, best
+
+    def fitted(self, screened: tuple[int, Fit]) -> Fit:
+        """The part fitted on all segments, the slopes of their start states computed again while that helps."""
+        k, start = screened
+        joint = self._joint(self.parts[k])
+        if joint is None:
+            fit = self._polished(k, start.theta, self.base)
+        else:
+            rows = self.base.rows_of(joint)
+            raw = [slope[rows] for slope in self.base.raw_slopes]
+            alone = self._polished(k, start.theta, self.base.of_joint(joint), raw)
+            base = self.base.started_as(alone, joint)
+            fit = self.search.fit_from(self.runners[k], alone.theta, base, JOINED, self.base.raw_slopes)
+        self._count_one()
+        return fit
+
+    def is_degenerate(self, found: Fit) -> bool:
+        """Whether a fit ended at values that the log cannot show, as a load of nearly no mass: a local minimum."""
+        effect = found.part.effect
+        here = effect.coordinate(self.search.system, found.part.place)
+        return bool(effect.unseen(found.parameters, float(self.search.record.noise[here])))
+
+    def restarted(self, found: Fit) -> Fit:
+        """A candidate as it is, or fitted from the best of its other starting values where that is better."""
+        k = self.parts.index(found.part)
+        few, part, count = self._few(k), self.parts[k], len(self.base.theta)
+        others = part.effect.restarts(found.parameters, self.covered(part))
+        at_its_best = noise_ratio(found) <= NEAR_NOISE
+        if part.effect.rough:  # local minima everywhere
+            at_its_best = found.cost > self.base.cost - LEAST_GAIN
+        if not others or at_its_best:
+            return found
+        runner = replace(self.runners[k], record=few.runner.record)
+
+        def again(values: Mapping[str, float]) -> Fit:
+            theta = np.append(found.theta[:count], part.inward(values))
+            fit = self.search.fit_from(runner, theta, few, 0)
+            for _ in range(AGAIN):  # the start states first: they were fitted without the effect
+                fit = self._polish(fit, 1)
+            return fit
+
+        best = self.fitted((k, min(in_parallel(again, others), key=lambda fit: fit.cost)))
+        return best if best.cost < found.cost else found
+
+    def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array] | None = None) -> Fit:
+        """Part ``k`` fitted in addition to a base, the slopes of the start states computed again while that helps."""
+        runner = replace(self.runners[k], record=base.runner.record)
+        fit, before = self.search.fit_from(runner, theta, base, ROUNDS, raw), np.inf
+        for _ in range(POLISHES):
+            if fit.cost > (1 - MOVING) * before:
+                break
+            before = fit.cost
+            fit = self._polish(fit, ROUNDS)
+        return fit
+
+    def _from_measured_states(self, runner: Runner, theta: Array) -> Fit:
+        """A fit whose segments start as measured: start states that were fitted without a load are far off with it."""
+        prior = self.search.prior(runner.trial, theta, self.base.prior.tempering)
+        return self._polish(shooting_fit(runner, theta, runner.record.at_rest, prior, FIRST_ROUNDS), FIRST_ROUNDS)
+
+    def _polish(self, fit: Fit, rounds: int) -> Fit:
+        return polish(fit, rounds, self.search.prior(fit.trial, fit.theta, fit.prior.tempering))
+
+    def _is_worth_trying(self, part: Part) -> bool:
+        """Whether the base leaves enough loss above the noise at the joint on which a part acts."""
+        excess = {joint: few.cost - noise_loss(few) for joint, few in self.few.items()}
+        return is_own(part.kind) or excess[self._joint(part)] >= LEAST_EXCESS * max(excess.values())
+
+    def gain(self, screened: tuple[int, Fit]) -> float:
+        """Reduction of the cost on the segments that the part was screened on."""
+        k, fit = screened
+        return self._few(k).cost - fit.cost
+
+    def _few(self, k: int) -> Fit:
+        return self.few[self._joint(self.parts[k])]
+
+    def _joint(self, part: Part) -> int | None:
+        """The joint on which a part acts, for an arm that is run joint by joint; else None."""
+        return part.effect.coordinate(self.search.system, part.place) if self.search.rigid else None
+
+    def _count_one(self) -> None:
+        self.done += 1
+        self.report_progress(min(1.0, self.done / (len(self.parts) + FITTED)))
+
+
+def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
+    """The base on fewer and, where it is far from the data, shorter segments; of one joint alone where one is given."""
+    left = base.by_segment
+    if joint is not None:
+        left = left[base.rows_of(joint)]
+    ratio = float(np.sqrt(np.median(left) / base.residual.shape[1]))
+    record = search.shorter(float(np.clip(np.sqrt(NEAR / max(ratio, NEAR)), SHORTEST, 1.0)))
+    segments = len(record.start)
+    every = max(1, min(segments * record.length // SCREENED_SAMPLES, segments // LEAST_SCREENED))
+    chosen = np.arange(0, segments, every)
+    if len(left) == segments:  # the base's own segments
+        far = np.setdiff1d(np.flatnonzero(left > FAR**2 * base.residual.shape[1]), chosen)
+        chosen = np.union1d(chosen, far[:: max(1, len(far) // max(1, len(chosen) // RARE))])
+    few = replace(record, start=np.ascontiguousarray(record.start[chosen]))
+    few = few if joint is None else replace(few, joints=(joint,))
+    runner = replace(base.runner, record=few)
+    prior = search.prior(runner.trial, base.theta, base.prior.tempering)
+    return shooting_fit(runner, base.theta, few.at_rest, prior, FIRST_ROUNDS)

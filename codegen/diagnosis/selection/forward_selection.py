@@ -1,0 +1,386 @@
+"""Forward selection of effects with cross-validation; each effect is tested again once the others are included."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations
+
+from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.evidence.score_test import nested_evidence_of
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import evidence_of, noise_loss, noise_ratio
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.shooting import hidden_states
+from codegen.diagnosis.fit.trial import Part, part_of
+from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, every_part, fit_candidates, in_simplest_forms
+from codegen.diagnosis.selection.ranking import (
+    Ranked,
+    contradicted_by_force,
+    corrects_a_form,
+    credible,
+    force_prefers,
+    force_share,
+    hypotheses,
+    is_possible,
+    leaves_as_little,
+    matters,
+    nearest_twin_first,
+    ordered_by_force,
+    refused_when_fitted_again,
+    run_round,
+    runs_prefer,
+    same_signature,
+    ties,
+    usual_form_first,
+)
+from codegen.effects import CATALOGUE
+from codegen.effects.register import kinds_of
+
+MOST_EFFECTS = 3
+DIVERGING, SHORTEST = 100.0, 0.25
+"""Error of the refit, in noise, above which segments are halved, down to this share of their length."""
+SWAPPED = 6
+BEAM = 3
+"""Candidates of the first round that get a second round of their own."""
+PAIRED = 5
+"""Best candidates of the first round that are tried in pairs, where the best leaves far more than the noise, at least
+in some segments."""
+BETTER = 10.0
+"""Nats by which another effect must fit better to replace one found earlier."""
+
+Progress = Callable[[int, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class LaterRound:
+    """A round after the first: the effects found before it, and its candidates, best first."""
+
+    found_before: tuple[Part, ...]
+    ranked: tuple[Ranked, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """The result of forward selection.
+
+    Attributes:
+        base: the refit of the declared structure. final: the fit with all effects (``base`` where there is none).
+        first: the first round, best first. rivals: of the first effect, which the data cannot tell from it.
+        explained: share of the squared residual, or of its excess over the noise, that the effects remove.
+        segments: number in the record.
+        unexplained: whether no effect is credited although the residual is material and far above the noise, at least
+            in some segments.
+        later: rounds after the first, whether or not they found an effect.
+    """
+
+    base: Fit
+    final: Fit
+    first: tuple[Ranked, ...]
+    rivals: tuple[Ranked, ...]
+    explained: float
+    segments: int
+    unexplained: bool = False
+    later: tuple[LaterRound, ...] = ()
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        return self.final.trial.parts
+
+
+def within_reach(search: Search) -> tuple[Search, Fit]:
+    """The search with segments so short that free runs stay near the measured motion, and its refit.
+
+    The error of a free run grows with the square of time, in a chaotic machine faster; the slopes of a run that has
+    left the motion are useless.
+    """
+    near, base, share = search, search.refit(), 1.0
+    while noise_ratio(base) > DIVERGING and share > SHORTEST:
+        share /= 2
+        near = search.on_shorter(share)
+        base = near.refit()
+    return near, base
+
+
+def find_effects(search: Search, base: Fit, report_progress: Progress, refit_only: bool = False) -> Outcome:
+    """Forward selection until no candidate is credited; no round at all where ``refit_only``."""
+    current = confirmed = base
+    first: list[Ranked] = []
+    rivals: list[Ranked] = []
+    paired = False
+    later: list[LaterRound] = []
+    for turn in range(0 if refit_only else MOST_EFFECTS):
+        if turn and at_noise(current):
+            break
+        parts = every_part(search, current.trial.parts)
+        ranked = run_round(search, current, parts, partial(report_progress, turn))
+        first = first or ranked
+        if turn:
+            later.append(LaterRound(current.trial.parts, tuple(ranked)))
+        possible = [r for r in ranked if not r.why_not or r.unsure]
+        if not possible:
+            break
+        possible = nearest_twin_first(search, ordered_by_force(search, usual_form_first(search, possible)))
+        tied = ties(search, possible)
+        current = search.fitted_again(possible[0].found)
+        rivals = rivals if turn else tied
+        if not credible(search, confirmed, current, hypotheses(parts)):
+            first = first if turn else refused_when_fitted_again(first, possible[0])
+            continue
+        if confirmed is not base and explained_share(search, confirmed, current) < credit.FURTHER:
+            break
+        rivals = tied or rivals
+        confirmed = current
+        if not turn and not credit.near_noise(current):
+            pair = _pair(search, possible[:PAIRED])
+            if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
+                current = confirmed = pair
+                rivals, paired = [], True
+    current, rivals = _in_seen_kinds(search, confirmed, rivals if confirmed.trial.parts else [])
+    if len(current.trial.parts) > 1:
+        current, rivals = _reconsidered(search, current, first, None if paired else rivals)
+        current, rivals = _pruned_with_rivals(search, current, rivals)
+        single = _merged(search, current)
+        current, rivals = (single, []) if single else (current, rivals)
+        current, rivals = still_credited(search, base, current, rivals, first_candidates(search, base))
+        current = current if rivals else _largest_first(search, current)
+    lost = current is base and not refit_only and not credit.near_noise(base)
+    unexplained = lost and credit.misfit(base) > credit.LEAST_SIZE
+    explained, segments = explained_share(search, base, current), len(search.record.start)
+    return Outcome(base, current, tuple(first), tuple(rivals), explained, segments, unexplained, tuple(later))
+
+
+def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
+    """The best fit with two effects, at least one of them among the best of the first round (a beam search).
+
+    Two missing effects bias each other's fit. Effects that leave nearly as little as the best get a second round of all
+    candidates; other pairs are of the best ones, of different signature.
+    """
+    found: list[Fit] = []
+    for k, one in enumerate(ranked):
+        if 0 < k < BEAM and leaves_as_little(one, ranked[0]):
+            others = every_part(search, [one.found.part])
+        else:
+            others = [r.found.part for r in ranked[k + 1 :] if not same_signature(one.found.part, r.found.part)]
+        if others:
+            both = run_round(search, search.fitted_again(one.found), others, lambda share: None)
+            found += [search.fitted_again(r.found) for r in both if not r.why_not][:1]
+    return min(found, key=lambda fit: fit.cost, default=None)
+
+
+def _merged(search: Search, current: Fit) -> Fit | None:
+    """The fit with one effect in place of two of the same signature, where it fits as well; None elsewhere.
+
+    Example: part of a long wave and a hardening spring found first can together imitate a linear spring.
+    """
+    parts = current.trial.parts
+    for j, k in combinations(range(len(parts)), 2):
+        if not same_signature(parts[j], parts[k]):
+            continue
+        rest = search.without(search.without(current, k), j)
+        others = [p for p in every_part(search, rest.trial.parts) if same_signature(p, parts[j])]
+        tried = fit_candidates(search, rest, others, lambda share: None)
+        good = in_simplest_forms([f for f in tried if is_possible(search, f)])
+        if good and not worth_it(search, good[0], current, hypotheses(others)):
+            simpler = search.fitted_again(good[0])
+            return _merged(search, simpler) or simpler
+    return None
+
+
+def _in_seen_kinds(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
+    """The fit with the kind that an effect extends in its place, where no log can show the values that it ended at and
+    that fits as well; that kind is then no rival of it.
+
+    Example: beside another effect a play may come out as 1e-15 rad, which is a spring without play.
+    """
+    trial, (moved, values) = current.trial, current.values
+    for k, part in enumerate(trial.parts):
+        here = part.effect.coordinate(search.system, part.place)
+        if not part.effect.extends or not part.effect.unseen(values[k], float(search.record.noise[here])):
+            continue
+        simpler = part_of(CATALOGUE[part.effect.extends], part.place, search.system)
+        parts = [simpler if p is part else p for p in trial.parts]
+        kept = {name: values[k][name] for name in simpler.names}
+        other = search.with_parts(current, moved, parts, [*values[:k], kept, *values[k + 1 :]])
+        if other.cost <= current.cost + FORM_GAIN:
+            return _in_seen_kinds(search, other, [r for r in rivals if not _same(r.found.part, simpler)])
+    return current, rivals
+
+
+def worth_it(search: Search, fit: Fit, richer: Fit, candidates: int) -> bool:
+    """Whether free runs credit the fit with more effects, which explains at least ``FURTHER`` of the remaining loss."""
+    much = explained_share(search, fit, richer) >= credit.FURTHER
+    return much and credible(search, fit, richer, candidates)
+
+
+def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
+    """Backward elimination: the fit without effects that are not worth it once the others are included.
+
+    Args:
+        spared: number of last effects that stay.
+    """
+    for k in range(len(fit.trial.parts) - 1 - spared, -1, -1):
+        if len(fit.trial.parts) > 1:
+            without = search.without(fit, k)
+            fit = fit if worth_it(search, without, fit, candidates) else without
+    return fit
+
+
+def _pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
+    """Backward elimination; where the first effect is dropped, so are its rivals."""
+    leader, kept = current.trial.parts[0], pruned(search, current, 1)
+    return kept, rivals if _same(leader, kept.trial.parts[0]) else []
+
+
+def still_credited(
+    search: Search, base: Fit, current: Fit, rivals: Sequence[Ranked], candidates: int
+) -> tuple[Fit, list[Ranked]]:
+    """A fit in which effects were replaced or dropped, with its rivals; the refit where what is left is not credited.
+
+    Each of its effects may be needed beside the others though all together predict no better than the refit. A rival
+    that was tried in addition to an effect is no rival of a single one.
+    """
+    if not credible(search, base, current, candidates):
+        return base, []
+    alone = len(current.trial.parts) == 1
+    return current, [r for r in rivals if not alone or len(r.found.trial.parts) == 1]
+
+
+def first_candidates(search: Search, base: Fit) -> int:
+    """Number of candidates of the first round, also those that were not fitted on all segments."""
+    return hypotheses(every_part(search, base.trial.parts))
+
+
+def at_noise(fit: Fit) -> bool:
+    """Whether a model leaves nothing but the noise of the positions."""
+    return bool(fit.held_out_losses.sum() <= (1 + credit.AT_NOISE) * noise_loss(fit))
+
+
+def _reconsidered(
+    search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked] | None
+) -> tuple[Fit, list[Ranked]]:
+    """Each effect compared with replacements: the best of the first round, and effects confused with it.
+
+    Args:
+        rivals: of the first effect by the first round; None where that round does not tell, as for a pair.
+
+    Returns:
+        The better fit, and the rivals that still tie with its first effect. Where a later effect has such rivals and
+        the first has none, the later one is put first.
+    """
+    for _ in range(MOST_EFFECTS):
+        leader = current.trial.parts[0]
+        better, tied = _swapped(search, current, first, rivals)
+        if better is None:
+            k = min(tied, default=0)
+            return (_put_first(search, current, k) if k else current), tied.get(k, [])
+        current = better
+        if rivals and not _same(leader, current.trial.parts[0]):
+            rivals = []
+    return current, []
+
+
+def _swapped(
+    search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked] | None
+) -> tuple[Fit | None, dict[int, list[Ranked]]]:
+    """The fit with one effect replaced (the new one is last), or None; and by index of an effect, rivals that tie.
+
+    Where the first round names rivals of the first effect, there are no others.
+    """
+    tied: dict[int, list[Ranked]] = {}
+    parts, here = current.trial.parts, ForceCriterion(search, current)
+    for k in range(len(parts)):
+        others = _others(search, parts, k, first)
+        if not others:
+            continue
+        without = search.without(current, k)
+        tried = fit_candidates(search, without, others, lambda share: None)
+        good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
+        good = in_simplest_forms([f for f in good if not _refused_by_force(search, without, f)])
+        if good and good[0].cost < current.cost - BETTER:
+            return search.fitted_again(good[0]), {}
+        own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
+        same = [f for f in own if not runs_prefer(search, current, f)]
+        if k or rivals is None:
+            alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f)))
+            tied[k] = [_ranked(f, without) for f in alike]
+        else:
+            tied[k] = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]
+    return None, {k: found for k, found in tied.items() if found}
+
+
+def _refused_by_force(search: Search, without: Fit, found: Fit) -> bool:
+    """Whether the force residual speaks against a replacement."""
+    before, after = ForceCriterion(search, without), ForceCriterion(search, found)
+    return bool(corrects_a_form(before, after) or contradicted_by_force(before, after))
+
+
+def _largest_first(search: Search, fit: Fit) -> Fit:
+    """The fit with the effect of the largest force first; as it is with none, or one that adds states."""
+    trial = fit.trial
+    if not trial.parts or hidden_states(trial.changed) > hidden_states(trial.system):
+        return fit
+    sizes = [force_share(search, p, v) for p, v in zip(trial.parts, fit.values[1], strict=True)]
+    k = max(range(len(sizes)), key=sizes.__getitem__)
+    return _put_first(search, fit, k) if k else fit
+
+
+def _put_first(search: Search, fit: Fit, k: int) -> Fit:
+    """The fit with its k-th effect before the others."""
+    moved, found = fit.values
+    order = sorted(range(len(found)), key=lambda j: j != k)
+    return search.with_parts(fit, moved, [fit.trial.parts[j] for j in order], [found[j] for j in order])
+
+
+def _ranked(found: Fit, without: Fit) -> Ranked:
+    """A replacement with its evidence over the fit without it."""
+    ratio = noise_ratio(found) / noise_ratio(without)
+    return Ranked(found, nested_evidence_of(without, found), ratio, float("nan"), "")
+
+
+def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranked]) -> list[Part]:
+    """Possible replacements of effect ``k``; the last effect was chosen with the others already included."""
+    rest = [p for j, p in enumerate(parts) if j != k]
+    alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
+    best = {(r.found.part.kind, r.found.part.on) for r in first[:SWAPPED]} if k < len(parts) - 1 else set()
+    same = {(parts[k].kind, parts[k].on), *parts[k].effect.twins(search.system, parts[k].place)}
+    possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]
+    return [p for p in possible if kinds_of(p.kind) & alike or (p.kind, p.on) in best]
+
+
+def _same(one: Part, other: Part) -> bool:
+    return (one.kind, one.on) == (other.kind, other.on)
+
+
+def common_effects(search: Search, outcome: Outcome) -> tuple[Search, Outcome] | None:
+    """The outcome with the effects that all tied models have in common; None where these are not credited alone.
+
+    Rivals may tie for what an effect leaves, as a delay or a lag of a fraction of a sample beside a dead zone, or for a
+    wrong parameter. Where the fit with the common effects ends at a limit, it and the refit are repeated without.
+
+    Returns:
+        The search in which the common effects were fitted, and the outcome.
+    """
+    if not outcome.rivals or len(outcome.parts) < 2:
+        return None
+    base, common = outcome.base, search.without(outcome.final, 0)
+    freed = search.without_limits(common)
+    if freed is not None:
+        search, common = freed
+        base = search.fitted_again(base)
+    if not credible(search, base, common, first_candidates(search, base)):
+        return None
+    return search, replace(outcome, base=base, final=common, rivals=(), explained=explained_share(search, base, common))
+
+
+def explained_share(search: Search, base: Fit, final: Fit) -> float:
+    """Share of the squared residual removed, or share of the loss above noise removed, whichever is larger."""
+    if final is base:
+        return 0.0
+    soft, before = search.with_noise_floor(base)
+    after = soft.fitted_again(final)
+    one = evidence_of(before, after, floored=False)
+    excess = float(before.held_out_losses.sum()) - noise_loss(before)
+    return max(one.share, one.gain / excess if excess > 0 else 0.0)

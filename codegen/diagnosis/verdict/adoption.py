@@ -1,0 +1,412 @@
+"""Which refitted parameter values are adopted, chosen by cross-validation on blocks of the training log.
+
+Free-run simulations alone are biased on a real machine: an unmodelled force acts like noise on the input, and the
+inertia estimate grows. So friction levels and toleranced parameters are estimated from three likelihoods: free runs,
+force residual, and both together. Each is tempered by its number of independent samples and has the tolerances as
+Gaussian prior. Every estimate is repeated with each block of the log left out, and its errors on that block are
+compared by both criteria, force residual and free run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from codegen.base.arrays import Array, Flags
+from codegen.diagnosis.evidence.estimate import CONFIDENCE, estimate
+from codegen.diagnosis.fit.credit import independent_share
+from codegen.diagnosis.fit.output_error import (
+    BLOCKS,
+    Fit,
+    mean_residuals,
+    segment_losses,
+    segment_weights,
+    shooting_fit,
+)
+from codegen.diagnosis.fit.residual import ForceRows, Problem, force_rows, independent_samples, scales
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.results import ParameterError
+from codegen.mechanics.system import System
+
+SAME = 0.01
+"""Relative change of an error that counts as no change."""
+DOUBTFUL = 2.0
+"""Deviation in tolerances above which a value must improve both criteria by itself, by more than ``SAME``."""
+AWAY = 3.0
+"""Deviation in tolerances above which a value is reported as a parameter error; 0.3 % of a Gaussian lies beyond."""
+ALIKE = 0.25
+"""Share of a parameter's deviation by which another grows, when the first is fixed, to count as its substitute."""
+AGAIN, SETTLED = 5, 0.1
+"""Most fits about values beyond a limit, and the change in standard errors at which they have settled."""
+HALF_WIDTH = float(norm.ppf(0.5 + CONFIDENCE / 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Information:
+    """Quadratic log-likelihood of the refitted values θ in information form, by block of the log: ½ θ'Mθ − m'θ.
+
+    Attributes:
+        matrix: (BLOCKS, p, p). vector: (BLOCKS, p).
+    """
+
+    matrix: Array
+    vector: Array
+
+    def __add__(self, other: Information) -> Information:
+        return Information(self.matrix + other.matrix, self.vector + other.vector)
+
+
+@dataclass(frozen=True)
+class Score:
+    """Cross-validated errors: each block with the values that were estimated without it.
+
+    Attributes:
+        force: (BLOCKS,) squared force residual, each coordinate in units of what the declared model leaves.
+        run: (BLOCKS,) loss of free runs. count: of residuals in the free runs.
+    """
+
+    force: Array
+    run: Array
+    count: int
+
+    def over(self, other: Score) -> tuple[float, float]:
+        """(force error, free-run error) relative to another model's."""
+        force = float(np.sqrt(self.force.sum() / max(other.force.sum(), 1e-300)))
+        return force, float(np.exp((self.run.sum() - other.run.sum()) / self.count))
+
+
+@dataclass(frozen=True, eq=False)
+class MapEstimate:
+    """Maximum a posteriori estimate of the refitted values from one likelihood.
+
+    Attributes:
+        values: (p,).
+        deviation: (p,) standard errors.
+        moves: (p,) which values are estimated; the others are as declared.
+        source: the likelihood.
+        score: its cross-validated errors.
+    """
+
+    values: Array
+    deviation: Array
+    moves: Flags
+    source: Information
+    score: Score
+
+
+@dataclass(frozen=True, eq=False)
+class Refit:
+    """The adopted values of a refit.
+
+    Attributes:
+        names: of the values; ``declared``, ``values``: (p,) and ``deviation``: (p,) standard errors.
+        levels: (p,) the best values with every toleranced parameter as declared.
+        errors: parameters that differ from their declared values by more than their tolerance explains, with evidence.
+        notes: changes that free runs alone would make and that are not adopted, in words.
+    """
+
+    names: tuple[str, ...]
+    declared: Array
+    values: Array
+    deviation: Array
+    levels: Array
+    errors: tuple[ParameterError, ...]
+    notes: tuple[str, ...]
+
+    def mapping(self, values: Array | None = None) -> dict[str, float]:
+        return dict(zip(self.names, map(float, self.values if values is None else values), strict=True))
+
+
+def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
+    """Choose the values of friction levels and toleranced parameters for a fit whose effects stay as they are.
+
+    Args:
+        fit: on the search's record.
+        system: declared values, with the effects of the fit.
+    """
+    return _adopted(CrossValidation(search, fit, problem, system))
+
+
+def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
+    """The values of ``adopt_values``, estimated about themselves where one lies beyond a limit of the fit.
+
+    The estimates are linear about the fit. Where one lies beyond a limit at which the fit ended, the fit is repeated
+    without limits from there, and so on: a motion is not linear in a mass over so long a way, and a residual that the
+    wrong mass has left made the tolerances look better than they are.
+    """
+    adopted = adopt_values(search, fit, problem, system)
+    if not _is_beyond(search, adopted) or not fit.limited[: len(search.moved)].any():
+        return adopted
+    free = replace(search, within=np.inf)
+    for _ in range(AGAIN):
+        theta = np.append(adopted.values, fit.theta[len(adopted.values) :])
+        prior = free.prior(fit.trial, theta, fit.prior.tempering)
+        fit = free.fitted_again(shooting_fit(fit.runner, theta, fit.offsets, prior, 0))
+        before, adopted = adopted, adopt_values(free, fit, problem, system)
+        if np.all(np.abs(adopted.values - before.values) <= SETTLED * adopted.deviation):
+            break
+    return adopted
+
+
+def _is_beyond(search: Search, adopted: Refit) -> bool:
+    """Whether an adopted value lies further from its declared one than a fit may move it."""
+    away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)
+    return bool((away > search.within).any())
+
+
+def _adopted(scoring: CrossValidation) -> Refit:
+    search = scoring.search
+    levels = scoring.best([scoring.unmoved, *(scoring.map_estimate(s, scoring.is_level) for s in scoring.sources)])
+    chosen = levels
+    if not scoring.is_level.all():
+        every = np.ones(scoring.count, dtype=bool)
+        chosen = scoring.best([levels, *(scoring.map_estimate(s, every) for s in scoring.sources)])
+    justified, errors = scoring.justified(chosen)
+    if justified is not chosen:  # the remaining changes may no longer be an improvement
+        chosen = scoring.best([levels, justified])
+        errors = errors if chosen is justified else ()
+    names = tuple(s.name for s in search.moved)
+    notes = tuple(scoring.refused(chosen))
+    return Refit(names, search.declared, chosen.values, chosen.deviation, levels.values, errors, notes)
+
+
+def _instead(taken: float, declared: float, unit: str) -> str:
+    """What a fit does with a value in place of what free runs ask for."""
+    same = f"{taken:.4g}" == f"{declared:.4g}"
+    return f"keeps {declared:.4g}{unit}" if same else f"takes {taken:.4g}{unit}"
+
+
+@dataclass(frozen=True, eq=False)
+class CrossValidation:
+    """Estimates of the refitted values, compared by cross-validated force and free-run errors, for one set of effects.
+
+    Attributes:
+        fit: whose effects stay. system: declared values with those effects.
+    """
+
+    search: Search
+    fit: Fit
+    problem: Problem
+    system: System
+
+    @property
+    def count(self) -> int:
+        return len(self.search.moved)
+
+    @property
+    def is_level(self) -> Flags:
+        return np.asarray(self.search.prior_precision == 0)
+
+    @cached_property
+    def here(self) -> Fit:
+        """The fit on the search's record, evaluated without a step, with the noise floor of the comparison."""
+        soft = self.search.with_noise_floor(self.fit)[0]
+        runner = replace(self.fit.runner, record=soft.record)
+        theta, offsets = self.fit.theta, self.fit.offsets
+        prior = replace(self.fit.prior, size=np.maximum(np.abs(theta), 1e-3), within=self.search.within)
+        return shooting_fit(runner, theta, offsets, prior, 0)
+
+    @cached_property
+    def sources(self) -> list[Information]:
+        return [self._by_run, self._by_force, self._by_run + self._by_force]
+
+    @cached_property
+    def unmoved(self) -> MapEstimate:
+        nothing = Information(np.zeros((BLOCKS, self.count, self.count)), np.zeros((BLOCKS, self.count)))
+        return self.map_estimate(nothing, np.zeros(self.count, dtype=bool))
+
+    def map_estimate(self, source: Information, moves: Flags) -> MapEstimate:
+        """The MAP estimate by one likelihood where only some values may move, with its cross-validated score."""
+        values = self._solved(source.matrix.sum(axis=0), source.vector.sum(axis=0), moves)
+        without = [
+            self._solved(np.delete(source.matrix, k, 0).sum(axis=0), np.delete(source.vector, k, 0).sum(axis=0), moves)
+            for k in range(BLOCKS)
+        ]
+        deviation = self._deviation(source, moves, self.search.prior_precision)
+        return MapEstimate(values, deviation, moves, source, self._score(values, without))
+
+    def _deviation(self, source: Information, moves: Flags, prior_precision: Array) -> Array:
+        """(p,) standard errors of the values that move."""
+        deviation = np.zeros(self.count)
+        matrix = (source.matrix.sum(axis=0) + np.diag(prior_precision))[np.ix_(moves, moves)]
+        if moves.any():
+            deviation[moves] = np.sqrt(np.maximum(np.diag(np.linalg.pinv(matrix, hermitian=True)), 0.0))
+        return deviation
+
+    def best(self, estimates: Sequence[MapEstimate]) -> MapEstimate:
+        """The estimate with the least product of both errors, among those no worse than the first in either error."""
+        fair = [w for w in estimates if all(r <= 1 + SAME for r in w.score.over(estimates[0].score))]
+        best = estimates[0]
+        for chosen in fair:
+            best = chosen if self.better(chosen, best) else best
+        return best
+
+    def better(self, chosen: MapEstimate, other: MapEstimate) -> bool:
+        force, run = chosen.score.over(other.score)
+        return force * run < 1 - SAME
+
+    def distance(self, chosen: MapEstimate) -> Array:
+        """(p,) deviation from the declared values in tolerances; zero for friction levels."""
+        return np.asarray(np.abs(chosen.values - self.search.declared) * np.sqrt(self.search.prior_precision))
+
+    def justified(self, chosen: MapEstimate) -> tuple[MapEstimate, tuple[ParameterError, ...]]:
+        """The estimate without deviations beyond ``DOUBTFUL`` that do not improve both criteria; and remaining ones."""
+        while True:
+            far, errors = self.distance(chosen), []
+            for k in (int(k) for k in np.argsort(far) if far[k] > DOUBTFUL):
+                group, fixed = self._with_declared(chosen, k)
+                if not all(r < 1 - SAME for r in chosen.score.over(fixed.score)):
+                    chosen = fixed
+                    break
+                if far[k] > AWAY:
+                    errors.append(self._error(chosen, fixed, k, [j for j in group if j != k]))
+            else:
+                return chosen, tuple(errors)
+
+    def _with_declared(self, chosen: MapEstimate, k: int) -> tuple[list[int], MapEstimate]:
+        """The estimate with parameter ``k`` as declared; others that would move in its place are fixed too."""
+        far, moves = self.distance(chosen), chosen.moves.copy()
+        moves[k] = False
+        alone = self.map_estimate(chosen.source, moves)
+        others = self.distance(alone) > far + ALIKE * far[k]
+        if not others.any():
+            return [k], alone
+        moves &= ~others
+        return [k, *(int(j) for j in np.flatnonzero(others))], self.map_estimate(chosen.source, moves)
+
+    def refused(self, adopted: MapEstimate) -> list[str]:
+        """Deviations beyond ``DOUBTFUL`` that free runs alone ask for and that are not adopted, in words."""
+        kept = self.distance(adopted)
+        alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
+        far, words = self.distance(alone), []
+        for k in np.flatnonzero((far > DOUBTFUL) & (kept <= DOUBTFUL)):
+            s, value, taken = self.search.moved[k], alone.values[k], adopted.values[k]
+            declared = self.search.declared[k]
+            unit = self.search.system.units.get(s, "1")
+            in_unit = f" {unit}" if unit != "1" else ""
+            words.append(
+                f"free runs alone would change {s.name} from {declared:.4g} to {value:.4g}{in_unit} "
+                f"({far[k]:.2g} tolerances); on held-out blocks of the training log that is not better by both force "
+                f"residual and free-run error, so it is not adopted: the fit {_instead(taken, declared, in_unit)}"
+            )
+        return words
+
+    def _error(self, chosen: MapEstimate, fixed: MapEstimate, k: int, others: Sequence[int]) -> ParameterError:
+        force, run = chosen.score.over(fixed.score)
+        symbol, declared = self.search.moved[k], float(self.search.declared[k])
+        return ParameterError(
+            name=symbol.name,
+            unit=str(self.search.system.units.get(symbol, "1")),
+            declared=declared,
+            tolerance=float(self.search.prior_precision[k] ** -0.5 / abs(declared)) if declared else float("nan"),
+            estimate=float(chosen.values[k]),
+            interval=self._interval(chosen, k),
+            away=float(self.distance(chosen)[k]),
+            alike=tuple(self.search.moved[j].name for j in others),
+            force=force,
+            free_run=run,
+            blocks_by_force=int((chosen.score.force < fixed.score.force).sum()),
+            blocks_by_free_run=int((chosen.score.run < fixed.score.run).sum()),
+            blocks=BLOCKS,
+        )
+
+    def _interval(self, chosen: MapEstimate, k: int) -> tuple[float, float]:
+        """95 % interval of a value that is wrong: the hull of that with its tolerance as prior and that without.
+
+        The tolerance pulls the estimate towards a value that the log shows to be wrong. Neither is narrower than by the
+        sandwich covariance of the fit, which holds for errors of the model as well.
+        """
+        without = self.search.prior_precision.copy()
+        without[k] = 0.0
+        matrix, vector = chosen.source.matrix.sum(axis=0), chosen.source.vector.sum(axis=0)
+        free = self._solved(matrix, vector, chosen.moves, without)
+        wide = self._deviation(chosen.source, chosen.moves, without)
+        least = self._sandwich[k]
+        ends = [
+            float(values[k]) + sign * max(HALF_WIDTH * float(deviation[k]), least)
+            for values, deviation in ((chosen.values, chosen.deviation), (free, wide))
+            for sign in (-1, 1)
+        ]
+        return min(ends), max(ends)
+
+    @cached_property
+    def _sandwich(self) -> list[float]:
+        """Half the interval of each value by the sandwich covariance of the fit."""
+        found = estimate(self.here).moved
+        return [0.5 * (found[s.name][1][1] - found[s.name][1][0]) for s in self.search.moved]
+
+    def _solved(self, matrix: Array, vector: Array, moves: Flags, prior: Array | None = None) -> Array:
+        """(p,) the values of the least quadratic loss with the prior, by default that of the tolerances."""
+        values = self.search.declared.copy()
+        if moves.any():
+            prior_precision = (self.search.prior_precision if prior is None else prior)[moves]
+            inner = matrix[np.ix_(moves, moves)] + np.diag(prior_precision)
+            fixed = matrix[np.ix_(moves, ~moves)] @ values[~moves]
+            right = vector[moves] - fixed + prior_precision * self.search.declared[moves]
+            size = np.sqrt(np.maximum(np.diag(inner), 1e-300))
+            values[moves] = np.linalg.lstsq(inner / np.outer(size, size), right / size, rcond=1e-10)[0] / size
+        return values
+
+    def _score(self, values: Array, without: Sequence[Array]) -> Score:
+        force = np.zeros(BLOCKS)
+        for block, one in enumerate(without):
+            change = one - self.search.declared
+            for rows, size, places in zip(self._rows, self._sizes, self._blocks, strict=True):
+                here = places == block
+                force[block] += float(((rows.residual[here] + rows.slopes[here] @ change) ** 2).sum()) / size**2
+        theta = np.concatenate([values, self.here.theta[self.count :]])
+        runner = self.here.runner
+        left = self.here.starts.project(mean_residuals(runner, runner.run(theta, self.here.offsets)))
+        run = np.zeros(BLOCKS)
+        for block, segments in enumerate(np.array_split(np.arange(len(left)), BLOCKS)):
+            moved = np.tensordot(without[block] - values, self.here.slopes[: self.count, segments], axes=1)
+            run[block] = float(segment_losses(left[segments] - moved).sum())
+        return Score(force, run, left.size)
+
+    @cached_property
+    def _rows(self) -> list[ForceRows]:
+        return force_rows(self.system, self.problem, self.search.moved)
+
+    @cached_property
+    def _sizes(self) -> Array:
+        """RMS force residual of the declared model on each coordinate."""
+        return np.array([max(float(np.sqrt(np.mean(r.residual**2))), 1e-300) for r in self._rows])
+
+    @cached_property
+    def _blocks(self) -> list[NDArray[np.int_]]:
+        """For each row, the block of segments in which it lies."""
+        record, rows = self.here.runner.record, np.arange(len(self.here.residual))
+        each = len(record.joints or (0,))  # rows of a segment: one a joint, where joints are run one at a time
+        starts = [record.start[block[0] // each] for block in np.array_split(rows, BLOCKS)]
+        return [np.maximum(np.searchsorted(starts, r.sample, side="right") - 1, 0) for r in self._rows]
+
+    @cached_property
+    def _by_run(self) -> Information:
+        fit, p = self.here, self.count
+        slopes, share = fit.slopes[:p], independent_share(fit)
+        weighted = slopes * segment_weights(fit.residual)[:, None]
+        matrix = share * np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
+        vector = share * np.einsum("ask,sk->sa", weighted, fit.residual) + matrix @ fit.theta[:p]
+        blocks = np.array_split(np.arange(len(matrix)), BLOCKS)
+        return Information(
+            np.stack([matrix[b].sum(axis=0) for b in blocks]), np.stack([vector[b].sum(axis=0) for b in blocks])
+        )
+
+    @cached_property
+    def _by_force(self) -> Information:
+        p, declared = self.count, self.search.declared
+        matrix, vector = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
+        free = np.ones(p, dtype=bool)
+        left = scales(self._rows, self.search.prior_precision, free, np.zeros(p))
+        for rows, size, places in zip(self._rows, left, self._blocks, strict=True):
+            weight = independent_samples(rows.residual) / len(rows.residual) / size**2
+            for block in range(BLOCKS):
+                slopes, residual = rows.slopes[places == block], rows.residual[places == block]
+                matrix[block] += weight * slopes.T @ slopes
+                vector[block] += weight * slopes.T @ (slopes @ declared - residual)
+        return Information(matrix, vector)

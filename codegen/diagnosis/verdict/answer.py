@@ -1,0 +1,164 @@
+"""The verdict of a diagnosis with its models, and the last check of a model: on held-out data.
+
+There it may be worse neither than the declared model nor than the refit. The held-out log does not choose; it can only
+refuse options, whose order the training log determined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen.diagnosis.fit.credit import LEAST_SHARE, TIE_LEVEL, random_signs
+from codegen.diagnosis.results import ErrorFigures, FoundEffect, ParameterError, Verdict
+from codegen.diagnosis.verdict.adoption import SAME
+from codegen.mechanics.system import System
+
+FORCE, RUN = "residual force", "error in free run"
+REFIT_WORSE = 0.05
+"""Share by which an effect may increase either error over the refit without it; noise can make that much."""
+FORCE_FALLS = float(np.sqrt(1 - LEAST_SHARE))
+"""Ratio of force errors up to which free runs that are worse by chance do not refuse an effect."""
+
+Measured = Callable[[System], ErrorFigures]
+"""Errors of a system on held-out data."""
+Option = tuple[str, System]
+"""A model that may be written, described for a reader."""
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A verdict and the systems that go with it.
+
+    Attributes:
+        effects: those that the verdict names, credited or not.
+        refit, augmented: the system with refitted values, and that with the effects added to it.
+        figures: errors of the declared, refit and augmented model on held-out data.
+        errors: parameter errors in the model that is written.
+        against: why the effects are not credited, in words.
+        remarks: further sentences for the report.
+    """
+
+    verdict: Verdict
+    effects: tuple[FoundEffect, ...]
+    refit: System
+    augmented: System
+    figures: tuple[ErrorFigures, ErrorFigures, ErrorFigures]
+    errors: tuple[ParameterError, ...] = ()
+    against: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def adopted(self) -> System | None:
+        """The system whose values are written into the spec; None where the spec stays as it is."""
+        if self.verdict == "unfit":
+            return None
+        return self.augmented if self.verdict == "effect" else self.refit
+
+
+@dataclass(frozen=True, eq=False)
+class Admitted:
+    """The first option that held-out data do not refuse.
+
+    Attributes:
+        option: None where all are refused; ``figures`` are then of the first.
+        refusals: of the options before it, in words.
+    """
+
+    option: Option | None
+    figures: ErrorFigures
+    refusals: tuple[str, ...]
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What held-out data refuse of the values, with what is written instead."""
+        instead = "" if self.option is None else f"; written instead: {self.option[0]}"
+        words = [f"{refusal}, so that is not adopted" for refusal in self.refusals]
+        return (*words[:-1], f"{words[-1]}{instead}") if words else ()
+
+
+def admitted(
+    options: Sequence[Option],
+    declared: ErrorFigures,
+    measured: Measured,
+    refit: ErrorFigures | None = None,
+    most: float = REFIT_WORSE,
+) -> Admitted:
+    """Check the options in their order on held-out data.
+
+    Args:
+        refit: errors of the model without the effects; an option may exceed them by at most the share ``most``;
+            where that is negative it must be better by so much. The sum over a few restarted runs also grows by
+            chance: where it may be that, and the force error falls, it refuses no effect.
+    """
+    refusals: list[str] = []
+    tried: list[ErrorFigures] = []
+    for option in options:
+        figures = measured(option[1])
+        tried.append(figures)
+        worse, model = worsened(figures, declared), "the declared model"
+        if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
+            worse = {}
+        if not worse and refit is not None:
+            worse, model = worsened(figures, refit, most), "the refit without the effect"
+            if most >= 0 and may_be_chance(worse, figures, refit):
+                worse = {}
+        if not worse:
+            return Admitted(option, figures, tuple(refusals))
+        refusals.append(f"on held-out data {option[0]} would make {_list(worse)} than with {model}")
+    return Admitted(None, tried[0], tuple(refusals))
+
+
+def worsened(figures: ErrorFigures, declared: ErrorFigures, most: float = SAME) -> dict[str, float]:
+    """Criterion → error over that of the declared model, where it is larger by more than a share ``most``."""
+    ratios = {
+        FORCE: _over(figures.force_rms_rows, declared.force_rms_rows),
+        RUN: _over(figures.free_run_rmse_rows, declared.free_run_rmse_rows),
+    }
+    return {name: ratio for name, ratio in ratios.items() if ratio > 1 + most}
+
+
+def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: ErrorFigures) -> bool:
+    """Whether only the free runs are worse than another model's, perhaps by chance, and the force error falls."""
+    falls = _over(figures.force_rms_rows, other.force_rms_rows) <= FORCE_FALLS
+    return set(worse) == {RUN} and falls and not is_shown_worse(figures, other)
+
+
+def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:
+    """Whether the free runs of a model are worse than another's by more than chance, by a sign test on their parts.
+
+    On so few parts that it could not show it, whatever the errors, nothing shows either that it is chance: it counts as
+    shown. Of three parts, the fewest on which it can by the normal approximation, all are worse by chance one time in
+    eight, of four one in sixteen.
+    """
+    parts, others = np.array(figures.free_run_parts), np.array(other.free_run_parts)
+    if min(len(parts), len(others)) == 0 or random_signs(np.sqrt(len(parts))) > TIE_LEVEL:
+        return True
+    more = ((parts - others) / np.maximum(others.mean(axis=0), 1e-300)).mean(axis=1)
+    spread = float(np.sqrt((more**2).sum()))
+    return spread > 0 and random_signs(float(more.sum()) / spread) <= TIE_LEVEL
+
+
+def _over(errors: Iterable[float], declared: Iterable[float]) -> float:
+    """RMS over coordinates of the ratio of errors, so that units do not matter; NaN where none was measured."""
+    ratios = [_ratio(a, b) for a, b in zip(errors, declared, strict=True) if not (np.isnan(a) or np.isnan(b))]
+    return float(np.sqrt(np.mean(np.square(ratios)))) if ratios else float("nan")
+
+
+def _ratio(error: float, declared: float) -> float:
+    if not np.isfinite(declared):
+        return 1.0 if not np.isfinite(error) else 0.0
+    return error / declared if declared > 0 else float(error > 0) + 1.0
+
+
+def _list(worse: Mapping[str, float]) -> str:
+    def words(ratio: float) -> str:
+        if not np.isfinite(ratio):
+            return "diverge"
+        if ratio > 2:
+            return f"larger by a factor of {ratio:.3g}"
+        return f"{100 * (ratio - 1):.2g} % larger" if ratio > 1 else f"only {100 * (1 - ratio):.2g} % smaller"
+
+    return " and ".join(f"the {name} {words(ratio)}" for name, ratio in worse.items())

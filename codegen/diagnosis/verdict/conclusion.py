@@ -1,0 +1,410 @@
+"""Results of a diagnosis from the outcome of forward selection: verdict, named effects, candidates, sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from math import floor, isfinite, log10, sqrt
+
+from codegen.base.text import render
+from codegen.diagnosis.evidence.estimate import Estimate, Interval
+from codegen.diagnosis.evidence.force_evidence import force_evidence, force_gain
+from codegen.diagnosis.evidence.score_test import nested_evidence_of
+from codegen.diagnosis.fit.credit import (
+    FAR,
+    LEAST_SHARE,
+    NEAR_NOISE,
+    TIE_LEVEL,
+    Evidence,
+    free_runs_settle,
+    noise_ratio,
+    share_far,
+)
+from codegen.diagnosis.fit.measure import force_errors
+from codegen.diagnosis.fit.output_error import Fit, at_limit
+from codegen.diagnosis.fit.residual import Problem, residual_without_levels
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import Part
+from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Separation, Verdict
+from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.selection.ranking import Ranked, chance, twins
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.effects import CATALOGUE
+from codegen.effects.declare import places_of, unit_words
+from codegen.effects.places import pairs
+from codegen.effects.register import is_own
+from codegen.logs import Finding, Log
+from codegen.mechanics.system import System
+
+TABLE_SIZE = 12
+"""Candidates in the table of a round."""
+MOST = 0.5
+"""Least share, of what a flexible regression on an effect's own variable explains, that the effect must remove."""
+SOME = 0.1
+"""Share of the squared remainder; a variable that explains less is reported only if its force is material."""
+TOLD = 2
+"""Changes in time that the sentence tells."""
+DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
+"""Preflight topics that can cause a residual by themselves."""
+
+
+def sentence(
+    system: System,
+    answer: Answer,
+    rivals: Sequence[FoundEffect],
+    findings: Sequence[Finding],
+    outcome: Outcome | None,
+    left: Sequence[Remainder],
+    material: float,
+    experiment: Separation | None = None,
+    records: int = 0,
+    log: Log | None = None,
+) -> str:
+    """The verdict in words, with figures of the coordinate on which the first effect acts.
+
+    Args:
+        answer: verdict and models. rivals: of the first effect.
+        findings: of the preflight of the training log. left: remainder of the written model, by coordinate.
+        material: share of the drive force above which a force is material; only variables that explain more are named.
+        outcome: of the free-run fits; None where steady records were judged by their means, ``records`` of them.
+        experiment: how rivals could be discriminated.
+    """
+    most = worst(left, material)
+    i = acts_on(answer.effects[0], system) if answer.effects else 0
+    by_force = not answer.augmented.transmissions and all(isfinite(f.force_rms_rows[i]) for f in answer.figures)
+    by_force = by_force and answer.figures[2].force_rms_rows[i] <= answer.figures[1].force_rms_rows[i]
+    declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in answer.figures)
+    words = render(
+        "text/verdict.j2",
+        verdict=answer.verdict,
+        effects=answer.effects,
+        rivals=rivals,
+        against=answer.against,
+        errors=answer.errors,
+        remarks=answer.remarks,
+        by_force=by_force,
+        declared=declared,
+        refit=refit,
+        augmented=augmented,
+        unit=system.force_unit(i) if by_force else system.position_units[i],
+        where=system.positions[i].name if system.degrees_of_freedom > 1 else "",
+        faults=[f.words for f in findings if f.severity == "problem"],
+        doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
+        records=records,
+        refused=None if outcome is None or answer.against else _best_refused(outcome),
+        noise=0.0 if outcome is None else noise_ratio(outcome.base),
+        far=0.0 if outcome is None else share_far(outcome.base),
+        far_noise=FAR,
+        near_noise=NEAR_NOISE,
+        left=left[most] if isfinite(left[most].share) else None,
+        left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
+        over=main_variables(left[most], material),
+        changes=changes_in_words(left[most], system, most, material, log),
+        material=material,
+        experiment=experiment,
+    )
+    return words.strip()
+
+
+def _best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
+    """(kind and form, on, why it is not credited) of the candidate of the first round that explains most on held-out
+    segments, as its row of the table has them; None where none explains ``LEAST_SHARE``.
+    """
+    refused = [r for r in outcome.first if r.why_not and r.evidence.share >= LEAST_SHARE]
+    if not refused:
+        return None
+    most = max(refused, key=lambda r: r.evidence.share)
+    part = most.found.part
+    return f"{part.kind} with {part.form}" if part.form else part.kind, part.on, most.why_not
+
+
+def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:
+    """Variables that explain a large share of the squared remainder, or a material force; the best first.
+
+    Without time where changes in time are material: ``changes_in_words`` says these.
+    """
+    told = ("time",) if left.is_changing(material) else ()
+    shares = [(name, share) for name, share in left.over.items() if name not in told]
+    many = [(name, share) for name, share in shares if share >= SOME or left.share * sqrt(share) >= material]
+    return sorted(many, key=lambda one: -one[1])
+
+
+def changes_in_words(left: Remainder, system: System, i: int, material: float, log: Log | None = None) -> list[str]:
+    """When the force balance of a coordinate differs from that of the rest of the log: the ``TOLD`` largest changes.
+
+    Args:
+        log: whose records have times of their own; None where the times are those of the only one.
+    """
+    if not left.is_changing(material):
+        return []
+    force, speed = system.force_unit(i), f"{system.force_unit(i)}*s/{system.position_units[i]}"
+    words = []
+    for change in left.changes[:TOLD]:
+        size, more = f"{abs(change.coefficient):.3g}", change.coefficient > 0
+        match change.term:
+            case "force":
+                what = f"a force of {'-' if more else '+'}{size} {force} acts that the model lacks"
+            case "inertia":
+                share = f"{100 * abs(change.coefficient):.2g} % of the declared one"
+                what = f"the inertia is {'larger' if more else 'smaller'} by {share}"
+            case "friction level":
+                what = f"the friction level is {size} {force} {'higher' if more else 'lower'}"
+            case _:
+                what = f"the viscous friction is {size} {speed} {'larger' if more else 'smaller'}"
+        compared = "" if change.term == "force" else " than in the rest"
+        words.append(f"{interval_in_words(change.start, change.stop, log)} {what}{compared}")
+    further = len(left.changes) - len(words)
+    return [*words, *([f"and so on in {further} further interval{'s' * (further > 1)}"] if further else [])]
+
+
+def interval_in_words(start: float, stop: float, log: Log | None) -> str:
+    """An interval in words, by the time of the file in which it lies where the log has several."""
+    if log is None or not log.records:
+        return f"from {_at(start, stop - start)} s to {_at(stop, stop - start)} s"
+    (one, first), (other, last) = log.in_record(start), log.in_record(stop, ends=True)
+    begins, ends = (_at(t, stop - start) for t in (first, last))
+    if one is other:
+        return f"from {begins} s to {ends} s of {one.path.name}"
+    return f"from {begins} s of {one.path.name} to {ends} s of {other.path.name}"
+
+
+def _at(time: float, span: float) -> str:
+    """A time of the log to a hundredth of a span, to four digits at least: a log may count from 1970."""
+    digits = 3 + floor(log10(max(abs(time), span))) - floor(log10(span)) if span > 0 else 0
+    return f"{time:.{min(max(4, digits), 15)}g}"
+
+
+def worst(left: Sequence[Remainder], material: float) -> int:
+    """Index of the coordinate with the most material structure left; where there is none, with the most force left."""
+
+    def rank(k: int) -> tuple[bool, float]:
+        one = left[k]
+        structured = one.nature(material) == "structured"
+        return structured, (one.material if structured else one.share if isfinite(one.share) else -1.0)
+
+    return max(range(len(left)), key=rank)
+
+
+def acts_on(effect: FoundEffect, system: System) -> int:
+    """Index of the first coordinate in whose force balance an effect appears."""
+    kind = CATALOGUE[effect.kind].with_parameters(list(effect.parameters))
+    place = places_of(kind, system).index(effect.on)
+    match kind.sits_on:
+        case "contact":
+            touched = [i for i in range(system.degrees_of_freedom) if system.distribution[i, place] != 0]
+        case "input":
+            touched = [i for i, g in enumerate(system.force) if g.has(system.inputs[place])]
+        case "two coordinates":
+            touched = [pairs(system)[place][0]]
+        case _:
+            touched = [place]
+    return touched[0] if touched else 0
+
+
+def verdict_of(outcome: Outcome, faults: bool) -> Verdict:
+    """The verdict by forward selection; ``unfit`` where log and spec do not fit together."""
+    if faults:
+        return "unfit"
+    if not outcome.parts:
+        return "unknown" if outcome.unexplained else "none"
+    return "ambiguous" if outcome.rivals else "effect"
+
+
+def is_small(left: Sequence[Remainder], material: float) -> bool:
+    """Whether the part of the residual force that the motion predicts is below the material share on every coordinate.
+
+    Coordinates that move too little to be judged are left out; where none is judged the answer is no.
+    """
+    judged = [r.material for r in left if isfinite(r.material)]
+    return bool(judged) and max(judged) < material
+
+
+def settled_by_free_runs(final: Fit, share: float, problem: Problem, refit: System, augmented: System) -> bool:
+    """Whether free runs credit effects that the force residual speaks against; see ``free_runs_settle``.
+
+    Args:
+        share: of the squared free-run residual that the effects remove.
+    """
+    plain, richer = (residual_without_levels(problem, s) for s in (refit, augmented))
+    return free_runs_settle(final, share, force_gain(problem, plain, richer).left)
+
+
+def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System) -> bool:
+    """Whether the force residual confirms effects that free runs credit: its square falls by ``LEAST_SHARE`` too.
+
+    Exceptions: backlash, since in the gap no log shows where the load is. Where the free runs leave nothing but noise,
+    the force residual is mostly noise of the differentiation and must only not contradict; there a load behind a
+    spring, whose motion is derived from that noise, is not tested.
+
+    Args:
+        final: the fit with the effects.
+    """
+    if any(t.gap != 0 for t in augmented.transmissions):
+        return True
+    near = noise_ratio(final) <= NEAR_NOISE
+    if near and augmented.transmissions:
+        return True
+    before, after = (force_errors(s, problem.motion, problem.masks)[2] for s in (refit, augmented))
+    if after**2 <= (1 - LEAST_SHARE) * before**2:
+        return True
+    plain, richer = (residual_without_levels(problem, s) for s in (refit, augmented))
+    return near and force_gain(problem, richer, plain).p > TIE_LEVEL
+
+
+def against_regression(
+    outcome: Outcome, problem: Problem, refit: System, augmented: System, named: Sequence[FoundEffect]
+) -> str:
+    """What a regression without any law says against effects, in words; empty where it says nothing.
+
+    The effects must remove most of what a smooth curve over their own variables explains. And they must not imitate a
+    vibration in time: where a line of the spectrum explains more, it is a rival, and they must explain something in
+    addition to it.
+    Not tested for backlash, nor where the free runs leave nothing but noise.
+    """
+    if noise_ratio(outcome.final) <= NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
+        return ""
+    acting = [acts_on(effect, problem.system) for effect in named]
+    for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
+        if one.removed < MOST * one.own:
+            return "a smooth curve over its own variable explains twice as much of the residual force as the law does"
+        if one.alone < one.line and one.with_line - one.line < MOST * one.alone:
+            return (
+                f"a vibration of constant frequency, {one.line_hz:.3g} Hz, explains {100 * one.line:.0f} % of the "
+                f"residual force; the law explains {100 * one.alone:.2g} %, and in addition to the vibration "
+                f"{100 * max(0.0, one.with_line - one.line):.2g} %"
+            )
+    return ""
+
+
+def effect_of(
+    part: Part, values: Mapping[str, float], system: System, intervals: Mapping[str, Interval] | None = None
+) -> FoundEffect:
+    """An effect with its values; without intervals where its loss is rough and slopes say nothing of them."""
+    units, also = unit_words(part.effect, part.place, system), tuple(part.effect.twins(system, part.place))
+    return FoundEffect(part.kind, part.on, values, units, also, {} if part.effect.rough else intervals or {})
+
+
+def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) -> list[FoundEffect]:
+    """Effects with their parameters and intervals."""
+    return [
+        effect_of(part, {n: v for n, (v, _) in values.items()}, system, {n: one for n, (_, one) in values.items()})
+        for part, values in zip(parts, estimated.effects, strict=True)
+    ]
+
+
+def rivals_of(outcome: Outcome, tied: Sequence[Fit], system: System) -> tuple[FoundEffect, ...]:
+    """The rivals of the first effect, with the values of the fits in its place where there are such fits.
+
+    Args:
+        tied: the best fit, and those with the first rivals in place of its first effect.
+    """
+    first = [(fit.runner.trial.parts[0], fit.runner.trial.split(fit.theta)[1][0]) for fit in tied[1:]]
+    others = [(r.found.part, r.found.parameters) for r in outcome.rivals[len(first) :]]
+    return tuple(effect_of(part, values, system) for part, values in (*first, *others))
+
+
+def candidates(outcome: Outcome, system: System, verdict: Verdict) -> tuple[Candidate, ...]:
+    """The table of candidates, best first; always with a user's own effects."""
+    ranked = _listed(outcome, outcome.first)
+    kept = [r for k, r in enumerate(ranked) if k < TABLE_SIZE or is_own(r.found.part.kind)]
+    tried = {(r.found.part.kind, r.found.part.on) for r in ranked}
+    return (*(_candidate(r) for r in kept), *_not_tried(system, tried, verdict))
+
+
+def rounds(outcome: Outcome) -> tuple[Round, ...]:
+    """The later rounds of forward selection, each with the effects found before it."""
+    return tuple(
+        Round(
+            tuple((p.kind, p.on) for p in later.found_before),
+            tuple(_candidate(r) for r in _listed(outcome, later.ranked)[:TABLE_SIZE]),
+        )
+        for later in outcome.later
+    )
+
+
+def _not_tried(system: System, tried: Collection[tuple[str, str]], verdict: Verdict) -> Iterator[Candidate]:
+    """A user's own effects that were not fitted, with the reason."""
+    for kind, effect in CATALOGUE.items():
+        if not is_own(kind):
+            continue
+        for k, on in enumerate(places_of(effect, system)):
+            if (kind, on) in tried:
+                continue
+            if verdict == "unfit":
+                why = "not tried: the log is unfit for this spec"
+            elif not effect.applies(system, k):
+                why = f"does not apply here{f': {effect.needs}' if effect.needs else ''}"
+            elif effect.refines:
+                why = f"tried only where {effect.refines} is found, which it refines"
+            elif any(p.start is not None for p in effect.parameters):
+                why = "not tried: its starting values gave no run that can be fitted"
+            else:
+                why = "not tried: no run of it could be fitted"
+            none = float("nan")
+            yield Candidate(kind, on, {}, none, none, 0, 0, None, False, why, (), own=True, p=none)
+
+
+def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """A round with the finally named effects first, then their rivals, then the others in the round's order."""
+    order = {(p.kind, p.on): k for k, p in enumerate([*outcome.parts, *(r.found.part for r in outcome.rivals)])}
+    order |= {(CATALOGUE[p.kind].refines, p.on): k for k, p in enumerate(outcome.parts)}
+    return sorted(ranked, key=lambda r: order.get((r.found.part.kind, r.found.part.on), len(order)))
+
+
+def _candidate(r: Ranked) -> Candidate:
+    part, limits = r.found.part, at_limit(r.found)[-1]
+    also = twins(part, r.found)
+    return _row(part, r.found.parameters, r.evidence, r.ratio, also, limits, r.p, r.size, r.why_not)
+
+
+def _row(
+    part: Part,
+    parameters: Mapping[str, float],
+    e: Evidence,
+    free_run: float,
+    also: Sequence[tuple[str, str]],
+    limits: tuple[str, ...],
+    p: float,
+    size: float = float("nan"),
+    why_not: str = "",
+) -> Candidate:
+    return Candidate(
+        kind=part.kind,
+        on=part.on,
+        parameters=parameters,
+        gain=e.share,
+        t=e.t,
+        blocks_won=e.won,
+        blocks=e.blocks,
+        free_run=free_run,
+        accepted=not why_not,
+        why_not=why_not,
+        also=tuple(also),
+        size=size,
+        own=is_own(part.kind),
+        at_limit=limits,
+        p=p,
+        form=part.form,
+    )
+
+
+def standing(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
+    """Effects of the verdict that were a candidate in no round: that replaced another, or are a refined form of one.
+
+    Each with the evidence, on held-out segments, of the fit with all effects over the fit without it.
+
+    Args:
+        search: on whose segments the outcome's last fit is.
+    """
+    every = (outcome.first, *(later.ranked for later in outcome.later))
+    shown = {(r.found.part.kind, r.found.part.on) for ranked in every for r in ranked}
+    final, rows = outcome.final, []
+    values, limits = final.runner.trial.split(final.theta)[1], at_limit(final)
+    for k, part in enumerate(outcome.parts):
+        if (part.kind, part.on) in shown:
+            continue
+        soft, without = search.with_noise_floor(search.without(final, k))
+        whole = soft.fitted_again(final)
+        e = nested_evidence_of(without, whole)
+        ratio, also = noise_ratio(whole) / noise_ratio(without), part.effect.twins(search.system, part.place)
+        rows.append(_row(part, values[k], e, ratio, also, limits[k], chance(search, whole, e, 1)))
+    return tuple(rows)

@@ -1,0 +1,274 @@
+"""From the outcome of forward selection to the answer: adopted values, checks of the effects, veto by held-out data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from codegen.diagnosis.evidence.estimate import estimate
+from codegen.diagnosis.evidence.reservations import objections, remarks, takes_the_level
+from codegen.diagnosis.experiments.separation import without_leader
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.output_error import Fit, at_limit
+from codegen.diagnosis.fit.residual import Problem, drive_left
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import model_of, part_of, with_effects, with_values
+from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
+from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
+from codegen.diagnosis.selection.ranking import credible
+from codegen.diagnosis.verdict.adoption import Refit, adopt_values, settled_values
+from codegen.diagnosis.verdict.answer import REFIT_WORSE, Answer, Measured, Option, admitted
+from codegen.diagnosis.verdict.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
+from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
+from codegen.effects import CATALOGUE
+from codegen.mechanics.system import System
+
+
+def examine(
+    search: Search,
+    final_search: Search,
+    outcome: Outcome,
+    problem: Problem,
+    verdict: Verdict,
+    measured: Measured,
+    held_out: Problem | None = None,
+) -> tuple[Answer, Outcome]:
+    """Adopt values, check the effects, and refuse a model that is worse on held-out data than the declared one.
+
+    Candidates that tie on the training log, and that held-out data tell from another one of them, are left out first
+    (``without_refused``). If the first one of those that are left is refused, the next one is examined; a refused
+    candidate is not named as a rival.
+
+    Args:
+        final_search: the search on whose segments the last fit of the outcome was made.
+        problem: the declared system on the log's motion.
+        verdict: of forward selection.
+        measured: function from a system to its errors on held-out data.
+        held_out: the declared system on these; None where they tell no candidates apart.
+
+    Returns:
+        The answer, and the outcome that it belongs to.
+    """
+    system = search.system
+    declared = measured(system)
+    if verdict == "unfit":
+        refit = model_of(outcome.base.runner.trial, outcome.base.theta)
+        figures = measured(refit)
+        return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
+    base = adopt_values(search, outcome.base, problem, system)
+    chosen = admitted(_options(system, base, "refitted values"), declared, measured)
+    refit = system if chosen.option is None else chosen.option[1]
+    errors = () if chosen.refusals else base.errors
+    three = (declared, chosen.figures, chosen.figures)
+    plain = Answer(verdict, (), refit, refit, three, errors, remarks=(*base.notes, *chosen.remarks))
+    if not outcome.parts:
+        return plain, outcome
+    refused: tuple[str, ...] = ()
+    if verdict == "ambiguous" and held_out is not None:
+        outcome, refused = without_refused(final_search, outcome, HeldOut(held_out, measured))
+        verdict = "ambiguous" if outcome.rivals else "effect"
+        plain = replace(plain, verdict=verdict)
+    answer = _with_effects(final_search, outcome, problem, plain, measured)
+    answer = replace(answer, remarks=(*answer.remarks, *refused))
+    if verdict == "ambiguous" and answer.verdict == "unknown":
+        for other in without_leader(final_search, outcome):
+            left: Verdict = "ambiguous" if other.rivals else "effect"
+            second = _with_effects(final_search, other, problem, replace(plain, verdict=left), measured)
+            if second.verdict == left:
+                named = " and ".join(f"{p.kind} on {p.on}" for p in outcome.parts)
+                words = f"{named}, which ties with it on the training log, is refused: {answer.against[0]}"
+                return replace(second, remarks=(*second.remarks, *refused, words)), other
+    return answer, outcome
+
+
+def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, measured: Measured) -> Answer:
+    """An answer that names no effect, with its wrong values estimated about themselves; another one as it is.
+
+    Its effects were compared with values that are linear about the limits: an inertia error and a mass that is wrong
+    are one motion, and the tolerances speak for the effect.
+
+    Args:
+        search, outcome: those of the answer. Other arguments as of ``examine``.
+    """
+    if answer.verdict not in ("none", "unknown") or not answer.errors:
+        return answer
+    values = settled_values(search, outcome.base, problem, problem.system)
+    chosen = admitted(_options(problem.system, values, "refitted values"), answer.figures[0], measured)
+    if chosen.option is None or chosen.refusals:
+        return answer
+    figures = (answer.figures[0], chosen.figures, chosen.figures)
+    return replace(answer, refit=chosen.option[1], augmented=chosen.option[1], figures=figures, errors=values.errors)
+
+
+def with_estimate(
+    search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured, by_force: Fit
+) -> Answer:
+    """The answer with the effects of a fit to the force residual, with the values and intervals of that fit.
+
+    Args:
+        outcome: its last fit is free runs with these values. plain: the answer without effects.
+    """
+    parts = outcome.final.runner.trial.parts
+    named = named_effects(parts, estimate(by_force), plain.refit)
+    found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(by_force), strict=True))
+    raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, problem))
+    if raised:
+        return replace(plain, verdict="unknown", effects=found, against=raised)
+    return _judged(search, outcome, problem, plain, measured, outcome.final, found)
+
+
+def _with_effects(
+    final_search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured
+) -> Answer:
+    outcome, fit, found, against = _examined(final_search, outcome, problem, plain.refit, plain.verdict == "effect")
+    if against:
+        return replace(plain, verdict=without_effects(outcome), effects=found, against=against)
+    return _judged(final_search, outcome, problem, plain, measured, fit, found)
+
+
+def _judged(
+    final_search: Search,
+    outcome: Outcome,
+    problem: Problem,
+    plain: Answer,
+    measured: Measured,
+    fit: Fit,
+    found: tuple[FoundEffect, ...],
+) -> Answer:
+    """The answer with the effects found, or ``plain`` with the reason if a check refuses them.
+
+    The checks are by the force residual, by a regression of it on smooth curves, and by held-out data.
+    """
+    system = with_effects(final_search.system, found)
+    richer = adopt_values(final_search, fit, problem, system)
+    without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
+    options = _options(system, richer, "the effect with refitted values", without_it)
+    models = problem, plain.refit, options[0][1]
+    settled, against = settled_by_free_runs(outcome.final, outcome.explained, *models), ""
+    agrees = force_agrees(outcome.final, *models)
+    if not (settled or agrees):
+        against = "it does not reduce the squared residual force of the training log as much as it should"
+    against = against or against_regression(outcome, *models, found) or takes_the_level(*models)
+    if against:
+        return replace(plain, verdict="unknown", effects=found, against=(against,))
+    declared, without, worse = references(plain, options[0][1], problem, settled)
+    chosen = admitted(options, declared, measured, without, worse)
+    if chosen.option is None and settled and agrees:  # what lets free runs decide alone refuses nothing by itself
+        declared, without, worse = references(plain, options[0][1], problem)
+        chosen = admitted(options, declared, measured, without, worse)
+    if chosen.option is None:
+        return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
+    figures = (*plain.figures[:2], chosen.figures)
+    errors = () if chosen.refusals else richer.errors
+    written = replace(plain, effects=found, augmented=chosen.option[1], figures=figures, errors=errors)
+    if plain.verdict == "ambiguous":
+        return written
+    notes = tuple(w for f, p in zip(found, fit.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
+    return replace(written, remarks=(*notes, *richer.notes, *chosen.remarks))
+
+
+def references(
+    plain: Answer, augmented: System, problem: Problem, settled: bool = False
+) -> tuple[ErrorFigures, ErrorFigures, float]:
+    """Held-out errors with which those of a model with effects are compared.
+
+    The motion of a load behind a spring is computed from differentiated noise, so the force residual is not used for
+    it. The free run alone must confirm it: its squared error must fall by ``LEAST_SHARE``. The same holds if free runs
+    have settled the question. A force residual is divided by the share of the drive force that friction leaves, which
+    amplifies the noise of the acceleration; the refit's residual is divided by the same share.
+
+    Args:
+        settled: whether free runs alone decide.
+
+    Returns:
+        Errors as declared; errors of the refit; the fraction by which a model may exceed the latter (negative: by which
+        it must be smaller).
+    """
+    declared, refit = plain.figures[:2]
+    if augmented.transmissions or settled:
+        unknown = (float("nan"),) * len(refit.force_rms_rows)
+        least = float(np.sqrt(1 - credit.LEAST_SHARE)) - 1
+        return replace(declared, force_rms_rows=unknown), replace(refit, force_rms_rows=unknown), least
+    left = drive_left(augmented, problem.motion) / drive_left(plain.refit, problem.motion)
+    rows = tuple(rms / min(float(share), 1.0) for rms, share in zip(refit.force_rms_rows, left, strict=True))
+    return declared, replace(refit, force_rms_rows=rows), REFIT_WORSE
+
+
+def _examined(
+    search: Search, outcome: Outcome, problem: Problem, refit: System, strict: bool
+) -> tuple[Outcome, Fit, tuple[FoundEffect, ...], tuple[str, ...]]:
+    """The outcome with the effects that are left, their final fit, its effects, and the objections against them.
+
+    Effects with objections are removed one at a time and the others fitted again. If all have objections, or those
+    without are not credited over the refit, all effects are returned with the objections. Else there are none.
+
+    Args:
+        strict: whether to look for objections.
+    """
+    final = outcome.final
+    while True:
+        fit, other = search.polished(final)
+        parts = fit.runner.trial.parts
+        named = named_effects(parts, estimate(fit, other), refit)
+        found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
+        simpler = in_simpler_form(search, final, found)
+        if simpler is not None:
+            final = simpler
+            continue
+        raised = [objections(f, p, problem) if strict else [] for f, p in zip(found, parts, strict=True)]
+        if not any(raised):
+            if len(parts) < len(outcome.parts):
+                explained = explained_share(search, outcome.base, final)
+                outcome = replace(outcome, final=final, explained=explained)
+            return outcome, fit, found, ()
+        words = tuple(w for one in raised for w in one)
+        if all(raised):
+            return outcome, fit, found, words
+        final = search.without(final, next(k for k, one in enumerate(raised) if one))
+        if not credible(search, outcome.base, final, first_candidates(search, outcome.base)):
+            return outcome, fit, found, words
+
+
+def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> Fit | None:
+    """The fit with one effect in a form with fewer parameters, if the intervals allow it for some effect; else None."""
+    trial = fit.runner.trial
+    moved, values = trial.split(fit.theta)
+    for k, (one, part) in enumerate(zip(found, trial.parts, strict=True)):
+        form = CATALOGUE[part.kind].simpler(part.names, one.intervals)
+        if form is not None:
+            parts = [part_of(form, p.place, trial.system) if p is part else p for p in trial.parts]
+            kept = {name: values[k][name] for name in parts[k].names}
+            return search.with_parts(fit, moved, parts, [*values[:k], kept, *values[k + 1 :]])
+    return None
+
+
+def without_effects(outcome: Outcome) -> Verdict:
+    """The verdict if no effect is credited: ``unknown`` if the refit leaves a material misfit above the noise."""
+    base = outcome.base
+    far = credit.noise_ratio(base) > credit.NEAR_NOISE or credit.share_far(base) > credit.FEW
+    return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
+
+
+def _options(system: System, refit: Refit, words: str, without: Mapping[str, float] | None = None) -> list[Option]:
+    """Models that may be written, in order of preference, each once: with refitted values first, then declared ones.
+
+    Args:
+        words: description of the model with refitted values.
+        without: values adopted for the model without the effects, if ``system`` has effects.
+    """
+    ways: dict[str, Mapping[str, float]] = {
+        words: refit.mapping(),
+        f"{words} of friction levels alone": refit.mapping(refit.levels),
+        **({"the effect with the values of the model without it": without} if without else {}),
+        f"{'the effect with ' if without else ''}the declared values": refit.mapping(refit.declared),
+    }
+    options: list[Option] = []
+    tried: list[Mapping[str, float]] = []
+    last = next(reversed(ways))
+    for name, values in ways.items():
+        if values not in tried:
+            tried.append(values)
+            options.append((last if values == ways[last] else name, with_values(system, values)))
+    return options

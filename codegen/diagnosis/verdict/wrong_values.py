@@ -1,0 +1,260 @@
+"""Declared values that may be wrong, as the rival explanation of missing effects.
+
+Forward selection keeps each toleranced parameter within a few tolerances, so that a missing effect is not hidden in
+it. Where several parameters are wrong together (an unknown payload changes masses, inertias and weights at once), an
+effect may imitate them. So where the refit ends at that limit, it is repeated with the tolerances as Gaussian prior
+alone. If that explains more than the effects did, or as much with fewer changes, effects are sought in addition to it.
+A value without a tolerance is exact by the spec, so it is not fitted; but the reader is told of one that alone would
+explain a residual that no effect explains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import sympy
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.evidence.estimate import estimate
+from codegen.diagnosis.fit.measure import Drive
+from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
+from codegen.diagnosis.fit.residual import (
+    ForceRows,
+    Problem,
+    force_rows,
+    inverse_dynamics_residual,
+    level_parameters,
+    residual_without_levels,
+)
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import with_values
+from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.effects import CATALOGUE
+from codegen.logs import Log
+from codegen.logs.audit.position_scale import ALIKE, APPARENT
+from codegen.mechanics.system import System
+from codegen.spec.model import Spec
+
+MOST = 0.8
+"""Least share of the squared force residual that a value explains on held-out blocks of the training log."""
+
+
+def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] | None:
+    """The search without limits of toleranced parameters, and its refit.
+
+    None where the refit did not end at a limit, or where no more than one effect explains the log as well.
+
+    Args:
+        base: the refit within the limits. outcome: of forward selection in addition to it.
+    """
+    freed = search.without_limits(base)
+    if freed is None:
+        return None
+    rival = base if len(outcome.parts) > 1 else outcome.final
+    return freed if is_better(*freed, search, rival) else None
+
+
+def is_better(free: Search, fit: Fit, search: Search, other: Fit) -> bool:
+    """Whether a fit without limits explains the log better than one within them, for its number of changes.
+
+    Both losses are tempered by the share of independent residuals, and ``BETTER`` nats are added for each change to the
+    declared model: an effect, or a parameter ``WITHIN`` tolerances or more away.
+    """
+    gain = _gain(fit, other)
+    return gain + BETTER * (_changes(search, other) - _changes(free, fit)) > BETTER / 2
+
+
+def _gain(fit: Fit, other: Fit) -> float:
+    return fit.prior.tempering * (segment_cost(other.residual) - segment_cost(fit.residual))
+
+
+def _tolerances(search: Search, fit: Fit) -> Array:
+    """(p,) distance of the refitted values from the declared ones, in tolerances."""
+    change = np.abs(fit.theta[: len(search.moved)] - search.declared)
+    return np.asarray(change * np.sqrt(search.prior_precision))
+
+
+def _changes(search: Search, fit: Fit) -> int:
+    return int((_tolerances(search, fit) >= AT_END * WITHIN).sum()) + len(fit.runner.trial.parts)
+
+
+def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
+    """The parameters that explain the log as well as the one effect of an outcome, in words for a remark.
+
+    A mass that is declared too small by ten tolerances and an inertia error are one motion; a payload, which changes
+    inertia and weight, and a weaker drive nearly so. The tolerances speak for the effect; the reader may know better.
+    """
+    freed = search.without_limits(base) if len(outcome.parts) == 1 else None
+    if freed is None:
+        return []
+    fit, away = freed[1], _tolerances(search, freed[1])
+    far = np.flatnonzero(away >= AT_END * WITHIN)
+    if not len(far) or _gain(fit, outcome.final) < -BETTER:
+        return []
+    (part,) = outcome.parts
+    values = [
+        f"{search.moved[k]} = {fit.theta[k]:.4g}{_unit(search.system, search.moved[k])} in place of the declared "
+        f"{search.declared[k]:.4g}{_unit(search.system, search.moved[k])} ({away[k]:.2g} tolerances away)"
+        for k in far
+    ]
+    subject = f"the values {' and '.join(values)} explain" if len(far) > 1 else f"the value {values[0]} explains"
+    return [f"{subject} the training log as well as {part.kind} on {part.on} does"]
+
+
+def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[str]:
+    """The parameters that are written with another value although their tolerance allows the declared one, in words.
+
+    Those whose interval excludes the declared value, where that matters, less those that the verdict calls wrong.
+
+    Args:
+        fit: in which the written values were found.
+        material: share of the drive force that the change must make.
+    """
+    written, declared = answer.adopted, problem.system
+    if written is None:
+        return []
+    known = {error.name for error in answer.errors}
+    found = estimate(fit).moved
+    drive = Drive(written, problem.motion)
+    words = []
+    for s in problem.uncertain:
+        was, now = float(declared.values[s]), float(written.values[s])
+        low, high = found.get(s.name, (now, (now, now)))[1]
+        if s.name in known or was == now or low <= was <= high or not low <= now <= high:
+            continue
+        as_declared = written.with_parameters({s: declared.values[s]}, {})
+        share = drive.share(drive.residual - inverse_dynamics_residual(as_declared, problem.motion))
+        if share < material:
+            continue
+        unit, tolerance = _unit(declared, s), problem.deviation[s]
+        part = abs(now - was) / tolerance
+        where = "within" if part <= 1 else f"{part:.2g} times"
+        of = f"{where} its tolerance of {100 * tolerance / abs(was):.3g} %"
+        words.append(
+            f"the written spec has {s.name} = {now:.5g}{unit} in place of {was:.5g}{unit} ({of}; 95 %: {low:.6g} to "
+            f"{high:.6g}): a change of {100 * share:.2g} % of the drive force"
+        )
+    return words
+
+
+def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> list[str]:
+    """The scale of the position that gives nearly the motion of a credited gain of the input, in words for a remark.
+
+    With a position k times too large, inertia, damping and springs are divided by k; with a gain k of the input,
+    friction and constant forces are divided too. So the two are one motion where the friction levels are free, no
+    constant force acts, and all others are linear in position and speed: the levels with the gain are k times those
+    without, and what is declared of them tells which is likelier. It is said where the scale leaves at most ``ALIKE``
+    times the squared force residual that the gain leaves.
+    """
+    system, written = answer.refit, answer.augmented
+    gains = [one for one in answer.effects if CATALOGUE[one.kind].scales_input]
+    if len(gains) != 1 or answer.verdict != "effect" or system.degrees_of_freedom != 1:
+        return []
+    (gain,) = gains[0].parameters.values()
+    if gain <= 0 or 1 / APPARENT < gain < APPARENT or not _as_well_by_scale(problem, written, gain):
+        return []
+    (x,) = system.positions
+    stated = log.description.stated_scale(x.name, spec)
+    levels = ", ".join(
+        f"{s.name} = {float(written.values[s]) / gain:.3g}{_unit(system, s)} in place of "
+        f"{float(written.values[s]):.3g}{_unit(system, s)}"
+        for s in level_parameters(system)
+        if float(written.values[s])
+    )
+    with_levels = f", then with {levels}" if levels else ""
+    return [
+        f"{gains[0].kind} on {gains[0].on} is nearly the same motion as {x.name} logged {gain:.3g} times too large"
+        f"{with_levels}: check the scale of {x.name} first "
+        f"(`scale: {{{x.name}: {stated / gain:.4g}}}` in meta.yaml beside the log)"
+    ]
+
+
+def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
+    """Whether a position divided by a gain leaves no more than ``ALIKE`` times the residual that the gain leaves."""
+    motion = problem.motion
+    names = ("positions", "velocities", "accelerations", "measured")
+    divided = replace(motion, **{name: getattr(motion, name) / gain for name in names})
+    declared = with_values(problem.system, {s.name: float(written.values[s]) for s in problem.uncertain})
+    used = problem.masks.rows
+    by_gain, by_scale = (
+        float((residual_without_levels(replace(problem, motion=moved), model)[used] ** 2).sum())
+        for moved, model in ((motion, written), (divided, declared))
+    )
+    return by_scale <= ALIKE * by_gain
+
+
+def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[str]:
+    """The value without tolerance that explains most of the residual, in words for a remark; none explains it: none.
+
+    A payload on an arm changes inertia and weight of several coordinates at once. No effect of the catalogue does so;
+    the declared mass does. The force residual is regressed on its slope by each such value, with the friction levels,
+    on all coordinates together.
+
+    Args:
+        refit: the model whose residual no effect explains.
+    """
+    error = refit.equation_error
+    own = [spec.symbol(p.name) for p in spec.parameters]
+    taken = {*problem.levels, *problem.uncertain}
+    fixed = [s for s in own if s not in taken and s in refit.values and refit.values[s] != 0 and error.has(s)]
+    if not fixed:
+        return []
+    rows = force_rows(refit, problem, [*fixed, *problem.levels])
+    levels = list(range(len(fixed), len(fixed) + len(problem.levels)))
+    shares = [_explained(rows, [k, *levels], levels) for k in range(len(fixed))]
+    best = int(np.argmax(shares))
+    if shares[best] < MOST:
+        return []
+    s, change = fixed[best], _weights(rows, [best, *levels])[0]
+    declared, unit = float(refit.values[s]), _unit(refit, s)
+    return [
+        f"the value {s.name} = {declared + change:.4g}{unit} in place of the declared {declared:.4g}{unit} "
+        f"({100 * change / abs(declared):+.2g} %) would explain {100 * shares[best]:.0f} % of the squared residual "
+        f"force on held-out blocks of the training log; the spec gives {s.name} no tolerance, with one it is fitted"
+    ]
+
+
+def _unit(system: System, symbol: sympy.Symbol) -> str:
+    unit = system.units.get(symbol, "1")
+    return "" if unit == "1" else f" {unit}"
+
+
+def _explained(rows: Sequence[ForceRows], columns: Sequence[int], without: Sequence[int]) -> float:
+    """Share of the squared residual, each coordinate in units of its own, that the first column explains beyond others.
+
+    Args:
+        columns: of the slopes. without: those that are fitted in any case.
+    """
+    ends = max(int(r.sample[-1]) for r in rows) + 1
+    blocks = [np.minimum(r.sample * BLOCKS // ends, BLOCKS - 1) for r in rows]
+    left = [0.0, 0.0]
+    for held in range(BLOCKS):
+        outside, inside = (
+            [_of(r, (b == held) == chosen) for r, b in zip(rows, blocks, strict=True)] for chosen in (False, True)
+        )
+        for k, some in enumerate((without, columns)):
+            change = _weights(outside, some)
+            for r, part in zip(rows, inside, strict=True):
+                rest = part.residual + part.slopes[:, list(some)] @ change
+                left[k] += float(rest @ rest) / _power(r)
+    return 1 - left[1] / left[0] if left[0] > 0 else 0.0
+
+
+def _of(rows: ForceRows, chosen: NDArray[np.bool_]) -> ForceRows:
+    return ForceRows(rows.sample[chosen], rows.residual[chosen], rows.slopes[chosen])
+
+
+def _power(rows: ForceRows) -> float:
+    return max(float(rows.residual @ rows.residual), 1e-300)
+
+
+def _weights(rows: Sequence[ForceRows], columns: Sequence[int]) -> Array:
+    """Least-squares changes of these values, each coordinate's residual in units of its own."""
+    size = [np.sqrt(_power(r)) for r in rows]
+    slopes = np.vstack([r.slopes[:, list(columns)] / s for r, s in zip(rows, size, strict=True)])
+    residual = np.concatenate([r.residual / s for r, s in zip(rows, size, strict=True)])
+    return np.asarray(-np.linalg.lstsq(slopes, residual, rcond=1e-10)[0], dtype=np.float64)

@@ -1,0 +1,403 @@
+"""Preflight of signs, scales, units and the order of columns, by the balance of forces along the measured motion.
+
+The force that the motion takes is M(x) a − g(x, v, 0) + U λ with the declared friction; what the input gives is
+g(x, v, w) − g(x, v, 0). A least-squares factor per input between the two is near one when sign and scale are right,
+also where friction is larger than inertia. For coordinates on which no input acts, the correlation of g − U λ with M a
+is judged instead. Where a coordinate is outside the spec's envelope by as large a factor, the finding is about that
+coordinate and not about the input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations, permutations
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from codegen.base.arrays import Array
+from codegen.base.errors import Place
+from codegen.logs.audit.force_balance import Forces, forces_along, unexplained
+from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside, audit_inputs, audit_undriven, not_judged
+from codegen.logs.audit.position_scale import position_scales
+from codegen.logs.column_names import is_brought
+from codegen.logs.log import Finding, Log
+from codegen.logs.motion import Motion, low_pass, measured_motion, scaled
+from codegen.mechanics import System, build_system
+from codegen.spec.model import Spec
+from codegen.spec.units import si_factor
+
+USUAL = 0.95
+"""Quantile of a coordinate's size: single peaks say nothing of a scale."""
+FEWEST = 50
+LONGEST_STEP = 0.5
+"""Sample time in s from which on time is in another unit, and not a coordinate."""
+INERTIA_OFF, FRICTION_FITS = 10.0, 3.0
+SUSPECT = 7.0
+"""Least factor on the inertia at which other units are tried: a power of ten, less what else the model lacks."""
+INERTIA_SEEN, FRICTION_SEEN = 0.5, 0.15
+"""Partial correlations with the input's force."""
+TOO_MUCH = 30.0
+"""Force that the motion takes over the force that is given: near 1 in a right log."""
+UNITS = ("m", "cm", "mm", "um", "rad", "deg", "mrad")
+SAME_MOTION, APART = 0.9, 2.0
+"""Least correlation of a measured velocity with the position's slope, and the ratio from which on they differ."""
+NEAR = 0.05
+"""Relative deviation of a ratio from the power of ten that it is taken for."""
+FITS, BETTER = 0.25, 0.5
+"""Largest misfit that is accepted of another unit or order of columns, and its largest ratio to that of any other."""
+FACTOR_RANGE, FACTORS_TRIED, SURE_FACTOR, NO_UNIT = 10.0, 41, 0.02, 1.5
+"""Search for a scale factor that is no unit conversion: range about a starting value, number of factors on that grid,
+largest misfit at which the factor is named, and least ratio to the unit's factor (nearer: a parameter error)."""
+IN_ANY_ORDER, MOST_TRIED = 3, 60
+"""Variables that are tried in any order, more of them by pairs; and most orders that are tried."""
+UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 3
+"""Orders are named together whose misfit is within a factor of the best, or below a value, if there are not more."""
+KNOTS = 60
+COMPUTED = 0.01
+"""Of the input's force: what a function of the position leaves of one that was computed from it."""
+CARRIED, MATERIAL = 10.0, 0.03
+"""Least part of the motion's force that no such function explains, over that of the input's, and as a share of both
+forces, from which on another force must move the machine."""
+SWINGING = 0.5
+"""Share of the inertia's force beside such a function that friction explains in a free oscillation."""
+
+
+def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = frozenset()) -> Iterator[Finding]:
+    """Findings on the sign and scale of inputs and forces.
+
+    Args:
+        steady: the coordinates that run at constant speed, whose inertia is not judged.
+
+    Raises:
+        BadInput: if the spec's mechanics cannot be built.
+    """
+    system = build_system(spec)
+    if not motion.usable.any():
+        return
+    forces = forces_along(log, system, motion)
+    exchanged = list(_exchanged_columns(log, spec, system, motion, forces))
+    if exchanged:  # what is wrong with scales and signs follows from it
+        yield from exchanged
+        return
+    yield from _against_velocity(log, spec, motion)
+    if len(forces.inertia) < FEWEST:
+        words = "Too few samples in motion to compare the input's force with the acceleration."
+        yield Finding("info", "sign and scale", words, {"samples": float(len(forces.inertia))})
+        return
+    doubted = log.intake.doubted & {*spec.positions, *spec.velocities}
+    if doubted:
+        for i in spec.inputs:
+            yield not_judged(i.name, " and ".join(sorted(doubted)))
+        return
+    outside = _furthest_outside(log, spec, motion)
+    if not log.intake.doubted:
+        off = _off_scale(forces, spec, steady)
+        suspected = off or outside or _steps_apart(log) or _off_scale(forces, spec, steady, SUSPECT)
+        if suspected and log.sample_time < LONGEST_STEP:
+            known = {finding.topic: finding.figures for finding in off}
+            if outside:
+                topic = f"scale of {outside.coordinate}"
+                known[topic] = {"times": outside.times, **known.get(topic, {})}
+            off = list(_other_unit(log, spec, system, motion, forces, off)) or off
+            off = [replace(f, figures={**f.figures, **known.get(f.topic, {})}) for f in off]
+        off = off or list(_computed_from_position(forces, spec, steady))
+        off = off or [f for f in position_scales(log, spec, system, motion, forces) if not steady]
+        yield from off
+        if any(f.severity == "problem" for f in off):  # beside a motion in another unit an input cannot be judged
+            return
+    yield from audit_inputs(forces, spec, outside, log)
+    yield from audit_undriven(forces, spec, outside)
+
+
+def _furthest_outside(log: Log, spec: Spec, motion: Motion) -> Outside | None:
+    """The coordinate furthest outside its declared range, by a factor of at least ``SCALE_OFF``; None where none is."""
+    found = []
+    for j, c in enumerate(spec.coordinates):
+        signals = {c.name: (log.positions, c.unit), c.velocity: (motion.velocities, f"{c.unit}/s")}
+        for name, (values, unit) in signals.items():
+            if name not in spec.envelope:
+                continue
+            size = float(np.quantile(np.abs(values[motion.usable, j]), USUAL))
+            bound = max(abs(float(b)) for b in spec.envelope[name])
+            if bound > 0 and size >= SCALE_OFF * bound:
+                what = f"{name} reaches {size:.3g} {unit}, {size / bound:.3g} times the spec's envelope"
+                found.append(Outside(c.name, what, size / bound))
+    return max(found, key=lambda o: o.times, default=None)
+
+
+def _off_scale(forces: Forces, spec: Spec, steady: frozenset[int], least: float = INERTIA_OFF) -> list[Finding]:
+    """The coordinates whose motion is out of all proportion to their friction, or to what the inputs give.
+
+    Inertia grows with the scale of a coordinate and Coulomb friction does not. So where the input's force fits the
+    declared friction and takes many times the declared inertia, or a small part of it, the position or the time is in
+    another unit.
+
+    Args:
+        steady: the coordinates that run at constant speed: they are accelerated by waves and noise alone.
+        least: factor on the declared inertia from which on it tells.
+    """
+    found = []
+    for i, c in enumerate(spec.coordinates):
+        taken, push = forces.inertia[:, i] - forces.rest[:, i], forces.given[:, i]
+        sizes = float(np.linalg.norm(taken)), float(np.linalg.norm(push))
+        if min(sizes) == 0.0 or i in steady:
+            continue
+        topic, start = f"scale of {c.name}", f"The scale of {c.name} or of time seems off:"
+        end = f"Check unit and scale of {c.name} and t."
+        if sizes[0] > TOO_MUCH * sizes[1] and float(taken @ push) < TELLING * sizes[0] * sizes[1]:
+            words = (
+                f"{start} its motion takes {sizes[0] / sizes[1]:.3g} times the force that the inputs give, and at "
+                f"other times. {end}"
+            )
+            found.append(Finding("problem", topic, words, {"times": sizes[0] / sizes[1]}))
+            continue
+        (heavy, r_inertia), (slid, r_friction) = forces.inertia_factor(i), forces.friction_factor(i)
+        fits = r_friction > FRICTION_SEEN and 1 / FRICTION_FITS < slid < FRICTION_FITS
+        if fits and r_inertia > INERTIA_SEEN and not 1 / least < heavy < least:
+            words = (
+                f"{start} the input fits the declared friction on {c.name} (factor {slid:.2g}), and takes {heavy:.3g} "
+                f"times the declared inertia. {end}"
+            )
+            figures = {"inertia": heavy, "friction": slid, "correlation": r_inertia}
+            found.append(Finding("problem", topic, words, figures))
+    return found
+
+
+def _other_unit(
+    log: Log, spec: Spec, system: System, motion: Motion, forces: Forces, found: Sequence[Finding]
+) -> Iterator[Finding]:
+    """The coordinate that fits in another unit, if there is one.
+
+    Where masses are coupled, a coordinate in another unit disturbs the balance of all, and the balance of another may
+    be the worse one. So each is taken in each other usual unit in turn, and named if that alone makes all fit.
+
+    Args:
+        found: on the scale of coordinates, by the balance of each.
+    """
+    tried = []
+    for j, c in enumerate(spec.coordinates):
+        heavy, seen = forces.inertia_factor(j)
+        for unit, factor in _other_units(log.description.units.get(c.name, c.unit)):
+            if found or (seen > INERTIA_SEEN and 1 / SCALE_OFF < heavy / factor < SCALE_OFF):
+                tried.append((forces_along(log, system, scaled(motion, j, factor)).misfit, j, unit))
+    if not tried:
+        return
+    least, j, unit = min(tried)
+    now = forces_along(log, system, motion).misfit
+    others = [now, *(left for left, k, _ in tried if k != j)]
+    name = spec.coordinates[j].name
+    taken = log.description.units.get(name, spec.coordinates[j].unit)
+    fits = least <= FITS and least <= BETTER * min(others)
+    unit_factor = dict(_other_units(taken))[unit]
+    heavy, _ = forces.inertia_factor(j)
+    if fits or (found and heavy > 0):
+        factor, fitted = _best_factor(log, system, motion, j, unit_factor if fits else heavy)
+        if fitted < min(SURE_FACTOR, BETTER * least) and not 1 / NO_UNIT < factor / unit_factor < NO_UNIT:
+            misfits = {"misfit": now, "misfit_in_unit": least, "misfit_scaled": fitted}
+            yield _no_unit(name, spec, 1 / factor, misfits)
+            return
+    if not fits:
+        return
+    words = (
+        f"The scale of {name} seems off: is {name} in {unit}? As {taken}, motion and inputs leave {100 * now:.2g} % of "
+        f"the squared forces unbalanced, as {unit} {100 * least:.2g} %. "
+        f"(`units: {{{name}: {unit}}}` in meta.yaml beside the log)"
+    )
+    yield Finding("problem", f"scale of {name}", words, {"misfit": now, "misfit_in_unit": least})
+
+
+def _best_factor(log: Log, system: System, motion: Motion, j: int, about: float) -> tuple[float, float]:
+    """The factor on coordinate j with the least misfit, within ``FACTOR_RANGE`` of ``about``, and that misfit."""
+
+    def misfit(power: float) -> float:
+        return forces_along(log, system, scaled(motion, j, 10.0**power)).misfit
+
+    powers = np.log10(about) + np.linspace(-1, 1, FACTORS_TRIED) * np.log10(FACTOR_RANGE)
+    k = int(np.argmin([misfit(power) for power in powers]))
+    ends = float(powers[max(k - 1, 0)]), float(powers[min(k + 1, len(powers) - 1)])
+    found = minimize_scalar(misfit, bounds=ends, method="bounded", options={"xatol": 1e-3})
+    return float(10.0**found.x), float(found.fun)
+
+
+def _no_unit(name: str, spec: Spec, factor: float, misfits: dict[str, float]) -> Finding:
+    """The finding on a coordinate whose scale is off by a factor that no usual unit explains.
+
+    A dimensionless parameter with this value, such as a gear ratio, is named with it.
+
+    Args:
+        factor: the values in the log over the right ones.
+        misfits: unbalanced share of the squared forces: as read, in the best usual unit, and divided by the factor.
+    """
+    ratios = [(p.name, float(p.value)) for p in spec.parameters if p.unit in ("", "1") and p.value]
+    gears = [(p, r) for p, value in ratios for r in (value, 1 / value) if abs(r / factor - 1) < NEAR]
+    scale = 1 / (gears[0][1] if gears else factor)
+    gear = gears[0][0] if gears else ""
+    same = f" The parameter {gear} has this value: is {name} measured on the other side of a gear?" if gear else ""
+    left = {key: f"{100 * value:.2g} %" for key, value in misfits.items()}
+    words = (
+        f"The scale of {name} seems off by a factor of {factor:.3g}: as it is, motion and inputs leave "
+        f"{left['misfit']} of the squared forces unbalanced, divided by this factor {left['misfit_scaled']}, in no "
+        f"usual unit less than {left['misfit_in_unit']}.{same} "
+        f"(`scale: {{{name}: {scale:.4g}}}` in meta.yaml beside the log)"
+    )
+    return Finding("problem", f"scale of {name}", words, misfits)
+
+
+def _against_velocity(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
+    """Each position against its measured velocity, where both are logged: by how much their scales differ."""
+    if log.velocities is None:
+        return
+    for j, c in enumerate(spec.coordinates):
+        said, seen = log.velocities[motion.usable, j], motion.velocities[motion.usable, j]
+        sizes = float(np.linalg.norm(said)), float(np.linalg.norm(seen))
+        if min(sizes) == 0 or abs(float(said @ seen)) < SAME_MOTION * sizes[0] * sizes[1]:
+            continue
+        factor = float(said @ seen) / sizes[0] ** 2
+        if 1 / APART < factor < APART:
+            continue
+        unit = log.description.units.get(c.name, c.unit)
+        meant = [other for other, by in _other_units(unit) if abs(by * factor - 1) < NEAR]
+        key = f"`units: {{{c.name}: {meant[0]}}}`" if meant else f"`scale: {{{c.name}: {1 / factor:.4g}}}`"
+        words = (
+            f"{c.name} moves {factor:.3g} times as far as the integral of the measured {c.velocity} says: the scale or "
+            f"sign of one of the two is off. If it is that of {c.name}: {key} in meta.yaml beside the log."
+        )
+        yield Finding("warning", f"scale of {c.name}", words, {"factor": factor})
+
+
+def _steps_apart(log: Log) -> bool:
+    """Whether a position moves in steps that are a power of ten times those that the description says."""
+    for seen, said in zip(log.intake.smallest_step or (), log.encoder_step or (), strict=False):
+        power = float(np.log10(seen / said)) if seen > 0 and said > 0 else 0.0
+        if round(power) != 0 and abs(power - round(power)) < np.log10(1 + NEAR):
+            return True
+    return False
+
+
+def _other_units(unit: str) -> list[tuple[str, float]]:
+    """Each other usual unit of the same kind, and by how much numbers that were read in ``unit`` are multiplied."""
+    here = Place("")
+    usual = [other for other in UNITS if other != unit and is_brought(other, unit)]
+    return [(other, float(si_factor(other, here) / si_factor(unit, here))) for other in usual]
+
+
+def _exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
+    """The orders of the columns in which the log fits, where it does not as it is read."""
+    now = max(forces.misfit, _kinematic(log, motion))
+    if now <= FITS or log.intake.doubted:
+        return
+    names = [*spec.positions, *(spec.velocities if log.velocities is not None else ()), *(i.name for i in spec.inputs)]
+    values = np.hstack([log.positions, *([] if log.velocities is None else [log.velocities]), log.inputs])
+    factors = np.array([_stated_factor(name, log, spec) for name in names])
+    tried = []
+    for order in _orders(len(names)):
+        other = _with(log, values[:, order] / factors[list(order)] * factors)
+        moved = measured_motion(other)
+        if moved.usable.any() and (slope := _kinematic(other, moved)) <= FITS:
+            tried.append((max(forces_along(other, system, moved).misfit, slope), order))
+    tried.sort(key=lambda one: one[0])
+    if not tried or tried[0][0] > min(FITS, BETTER * now):
+        return
+    best = tried[0][0]
+    alike = [order for left, order in tried if left <= max(UNSURE * best, ALL_FIT)]
+    if len(alike) > MOST_ALIKE:
+        return
+    which, lines = [], []
+    for order in alike:
+        taken = {names[k]: names[source] for k, source in enumerate(order) if source != k}
+        which.append(" and ".join(taken))
+        entries = ", ".join(f"{name}: {log.intake.columns.get(source, '...')}" for name, source in taken.items())
+        lines.append(f"`columns: {{{entries}}}`")
+    words = (
+        f"The columns of {', or those of '.join(which)} seem exchanged: as the log is read, motion and inputs leave "
+        f"{100 * now:.2g} % of the squares unbalanced, otherwise {100 * best:.2g} %. "
+        f"({' or '.join(lines)} in meta.yaml beside the log)"
+    )
+    yield Finding("problem", "columns", words, {"misfit": now, "misfit_exchanged": best})
+
+
+def _orders(count: int) -> Sequence[tuple[int, ...]]:
+    """Orders of the columns: in each, variable k takes the column of variable ``order[k]``."""
+    plain = tuple(range(count))
+    if count <= IN_ANY_ORDER:
+        return [order for order in permutations(plain) if order != plain]
+    pairs = [tuple(b if k == a else a if k == b else k for k in plain) for a, b in combinations(plain, 2)]
+    return pairs[:MOST_TRIED]
+
+
+def _with(log: Log, values: Array) -> Log:
+    """The log with other positions, velocities if there were any, and inputs."""
+    n, m = log.positions.shape[1], log.inputs.shape[1]
+    return replace(
+        log,
+        positions=values[:, :n],
+        velocities=None if log.velocities is None else values[:, n : 2 * n],
+        inputs=values[:, values.shape[1] - m :],
+        encoder_step=None,
+        intake=replace(log.intake, smallest_step=()),
+    )
+
+
+def _kinematic(log: Log, motion: Motion) -> float:
+    """Σ(v − x')² over Σv² + Σx'², the largest of the coordinates, below the cut-off; 0 where no velocity was logged."""
+    if log.velocities is None:
+        return 0.0
+    smooth, _ = low_pass(log, log.velocities, motion.cutoff_hz)
+    said, seen = smooth[motion.usable], motion.velocities[motion.usable]
+    whole = np.sum(said**2 + seen**2, axis=0)
+    apart = np.sum((said - seen) ** 2, axis=0)
+    return float(np.max(apart[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 0.0
+
+
+def _stated_factor(name: str, log: Log, spec: Spec) -> float:
+    """What is stated of the variable and not of its column, and stays with it when its column is another."""
+    about = log.description
+    factor = about.stated_scale(name, spec)
+    return factor * float(si_factor(about.units[name], Place(""))) if name in about.units else factor
+
+
+def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]) -> Iterator[Finding]:
+    """Inputs that were computed from the position: what moves the machine is then in no column of the log.
+
+    A controller that compensates gravity commands u = f(q). Moved by hand under it, the machine slides to and fro with
+    friction and inertia that u does not carry. A spring held by a controller gives such an input too; but there what
+    swings is the inertia against friction, so that no other force is asked for.
+    """
+    given, n = forces.given, forces.given.shape[1]
+    for i, c in enumerate(spec.coordinates):
+        size = float(np.std(given[:, i]))
+        if i in left_out or size == 0:
+            continue
+        inertia, friction = forces.inertia[:, i], forces.friction[:, i]
+        x, v = forces.motion[:, i], forces.motion[:, n + i]
+        taken = inertia - forces.rest[:, i]
+        left = _without_function_of(x, np.column_stack([given[:, i], taken, inertia, friction, v]))
+        share, other = (float(np.sqrt(np.mean(y**2))) / size for y in left.T[:2])
+        least = max(CARRIED * share, MATERIAL, MATERIAL * float(np.std(taken)) / size)
+        if share > COMPUTED or other < least or _swings(left[:, 2], left[:, 3:]):
+            continue
+        words = (
+            f"The force of the inputs on {c.name} is a function of {c.name} alone, to {100 * share:.2g} %, but the "
+            f"motion takes {100 * other:.2g} % that no such function gives. So it was computed from {c.name}, as a "
+            "controller does that compensates gravity, and what moves the machine (a hand?) is in no column: "
+            "friction, inertia and effects cannot be learnt from this log."
+        )
+        yield Finding("problem", f"input computed from {c.name}", words, {"share": share, "taken": other})
+
+
+def _without_function_of(x: Array, columns: Array) -> Array:
+    """(K, m) columns less their best piecewise linear functions of x, (K,)."""
+    knots = np.unique(np.quantile(x, np.linspace(0, 1, KNOTS)))
+    if len(knots) < 3:
+        return np.asarray(columns - columns.mean(axis=0))
+    hats = np.column_stack([np.interp(x, knots, row) for row in np.eye(len(knots))])
+    gram = hats.T @ hats + 1e-9 * len(x) / len(knots) * np.eye(len(knots))
+    return np.asarray(columns - hats @ np.linalg.solve(gram, hats.T @ columns))
+
+
+def _swings(inertia: Array, against: Array) -> bool:
+    """Whether forces that grow with the speed explain most of the inertia's, (K,)."""
+    left = unexplained(inertia, against)
+    return bool(left @ left <= (1 - SWINGING) * (inertia @ inertia))

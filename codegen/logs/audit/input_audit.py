@@ -1,0 +1,229 @@
+"""Preflight of the sign and scale of each input, and of the force on each coordinate on which none acts.
+
+A least-squares factor between the force that the motion takes and the one that the input gives is near one when sign
+and scale are right, also where friction is larger than inertia. Where a coordinate is outside the spec's envelope by as
+large a factor, the finding is about that coordinate and not about the input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import log
+
+import numpy as np
+
+from codegen.base.arrays import Array
+from codegen.base.errors import BadInput, Place
+from codegen.logs.audit.force_balance import Forces, partial_correlation
+from codegen.logs.log import Finding, Log
+from codegen.spec.model import Spec
+from codegen.spec.units import same_dimension, si_factor
+
+FLIPPED, TELLING = -0.4, 0.6
+"""Correlations of a force with the force that the motion takes: below, its sign is wrong; above, it is right."""
+SCALE_OFF = 3.0
+FAR_OUTSIDE = 10.0
+"""Times the envelope: by so much a coordinate's scale is off even where forces do not tell."""
+ACTING = 1e-3
+"""Share of its largest force below which an input does not act: what filters leave where it is off."""
+PART_SEEN = 0.2
+"""Partial correlation of a modelled force with the input's force, from which on it shows in a log."""
+PREFIXES = ("", "u", "m", "k", "M")
+NEAR_UNIT = 1.5
+"""Ratio of a unit's factor to the one found from which on no unit is proposed: a parameter may be wrong instead."""
+
+
+@dataclass(frozen=True)
+class Outside:
+    """A coordinate far outside the envelope: its position or velocity ``what``, and how many times the bound it is."""
+
+    coordinate: str
+    what: str
+    times: float
+
+    @property
+    def words(self) -> str:
+        return f"The scale of {self.coordinate} seems off: {self.what}"
+
+
+def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) -> Iterator[Finding]:
+    """The sign and scale of each input: least-squares factors between the inputs' forces and what the motion takes."""
+    if not len(forces.driven):
+        return
+    needed = forces.inertia - forces.rest
+    size = np.sqrt(np.mean(needed**2, axis=0))
+    weight = np.where(size > 0, 1 / np.where(size > 0, size, 1.0), 0.0)
+    rows = np.tile(np.any(forces.driven != 0, axis=(0, 1)), len(needed))  # coordinates that some input drives
+
+    def stacked(force: Array) -> Array:
+        return np.asarray((force * weight).reshape(-1)[rows])
+
+    columns = (forces.driven * weight).reshape(len(spec.inputs), -1)[:, rows]
+    acting = [j for j in range(len(spec.inputs)) if np.any(columns[j])]
+    if not acting:
+        return
+    wanted = stacked(needed)
+    scales = np.linalg.norm(columns[acting], axis=1)
+    factors = np.linalg.lstsq((columns[acting] / scales[:, None]).T, wanted, rcond=1e-8)[0] / scales
+    whole = wanted - factors @ columns[acting]
+    modelled = {"inertia": forces.inertia, "friction": forces.friction, "gravity and springs": -forces.standing}
+    parts = {what: stacked(force) for what, force in modelled.items()}
+    for factor, j in zip(factors, acting, strict=True):
+        name = spec.inputs[j].name
+        if name in log.intake.doubted:
+            yield not_judged(name, name)
+            continue
+        yield _input(name, float(factor), whole + factor * columns[j], columns[j], outside, parts, spec, log)
+
+
+def not_judged(name: str, doubted: str) -> Finding:
+    words = f"Sign and scale of {name} are not judged before the numbers of {doubted} are mended."
+    return Finding("info", f"sign and scale of {name}", words)
+
+
+def _input(
+    name: str,
+    factor: float,
+    wanted: Array,
+    given: Array,
+    outside: Outside | None,
+    parts: Mapping[str, Array],
+    spec: Spec,
+    log: Log,
+) -> Finding:
+    """Of an input's force ``given`` and what the motion takes beside the other inputs, both (K',)."""
+    norms = float(np.linalg.norm(wanted) * np.linalg.norm(given))
+    correlation = float(wanted @ given) / norms if norms > 0 else 0.0
+    figures = {"factor": factor, "correlation": correlation}
+    topic = f"sign and scale of {name}"
+    if correlation < FLIPPED:
+        seen = _seen(given, parts)
+        figures |= {f"against_{what.split()[0]}": value for what, value in seen.items()}
+        return Finding("problem", topic, _flipped(name, correlation, seen, _turned(name, spec, log)), figures)
+    telling = correlation > TELLING
+    if outside is not None and (factor >= SCALE_OFF if telling else outside.times >= FAR_OUTSIDE):
+        words = (
+            f"{outside.words}, and the motion takes {factor:.3g} times the force that the log's {name} gives. Check "
+            f"unit and scale of {outside.coordinate}, or the envelope."
+        )
+        return Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
+    if telling and not 1 / SCALE_OFF < factor < SCALE_OFF:
+        size = np.abs(given)
+        acting = size > ACTING * size.max()
+        small = acting & (size <= np.median(size[acting]))
+        at_small = float(wanted[small] @ given[small]) / float(given[small] @ given[small])
+        figures["factor_at_small_input"] = at_small
+        if 1 / SCALE_OFF < at_small < SCALE_OFF:
+            words = (
+                f"The motion takes {factor:.3g} times the force that the log's {name} gives, but {at_small:.3g} times "
+                f"where {name} is small: not its scale, rather a limit or another bend in how it acts."
+            )
+            return Finding("warning", topic, words, figures)
+        words = (
+            f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times the force "
+            f"that the log's {name} gives. Check its unit and scale, whether it saturates, and the declared masses and "
+            f"friction levels. {_asked_unit(name, factor, spec, log)}"
+        )
+        return Finding("problem", topic, words, figures)
+    words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {correlation:.2f})."
+    if correlation < TELLING:
+        words = f"The motion does not tell whether sign and scale of {name} are right (correlation {correlation:.2f})."
+    return Finding("info", topic, words, figures)
+
+
+def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
+    """The partial correlations of an input's force with the modelled forces that show in it.
+
+    Args:
+        given: (K') the input's force. parts: (K') modelled forces that it has to overcome, by name.
+    """
+    acting = {what: force for what, force in parts.items() if np.any(force)}
+    found = {}
+    for what, force in acting.items():
+        others = [other for name, other in acting.items() if name != what]
+        found[what] = partial_correlation(given, force, np.column_stack([*others, np.ones(len(given))]))[1]
+    return {what: correlation for what, correlation in found.items() if abs(correlation) > PART_SEEN}
+
+
+def _flipped(name: str, correlation: float, seen: Mapping[str, float], turned: str) -> str:
+    """What is wrong with a sign, as far as the modelled forces that show in the log tell it."""
+    fact = f"the force it gives runs against the force that the motion takes (correlation {correlation:.2f})"
+    against = [what for what, value in seen.items() if value < 0]
+    agreeing = " and ".join(what for what in seen if what not in against)
+    if against == ["gravity and springs"] and agreeing:
+        return (
+            f"The modelled gravity and springs run against the force that input {name} gives, while {agreeing} agree "
+            f"with it: the sign of gravity or of a spring in the spec seems wrong, or the zero of a position (half a "
+            f"turn off, for a pendulum), and not the sign of {name}. Together {fact}."
+        )
+    if against and not agreeing and ("inertia" in seen or "friction" in seen):
+        return f"The sign of input {name} seems flipped, or that of the coordinate it drives: {fact}. {turned}"
+    which = f"only {' and '.join(seen)} can be seen in it" if seen else "no single modelled force can be seen in it"
+    if against and agreeing:
+        which = f"{' and '.join(against)} run against it and {agreeing} do not"
+    return (
+        f"The sign of input {name} seems flipped, or that of the coordinate it drives, or of a force in the spec: "
+        f"{fact}. This log cannot tell which: {which}. {turned}"
+    )
+
+
+def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Iterator[Finding]:
+    """The force modelled on each coordinate on which no input acts."""
+    for i, c in enumerate(spec.coordinates):
+        if np.any(forces.driven[:, :, i]):
+            continue
+        modelled, inertia = forces.rest[:, i], forces.inertia[:, i]
+        norms = float(np.linalg.norm(modelled) * np.linalg.norm(inertia))
+        if norms == 0:
+            continue
+        correlation = float(modelled @ inertia) / norms
+        slope = float(modelled @ inertia) / float(modelled @ modelled)
+        figures, off = {"factor": slope, "correlation": correlation}, not 1 / SCALE_OFF < slope < SCALE_OFF
+        topic = f"force on {c.name}"
+        if correlation < FLIPPED:
+            words = f"The force modelled on {c.name} runs against its acceleration: a sign seems flipped."
+            yield Finding("problem", topic, words, figures)
+        elif outside is not None and outside.times >= FAR_OUTSIDE and off:
+            words = f"{outside.words}. Check its unit and scale."
+            yield Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
+        elif correlation > TELLING and off:
+            words = f"The modelled force on {c.name} is off by a factor of {slope:.3g} against mass times acceleration."
+            yield Finding("problem", topic, words, figures)
+        else:
+            words = f"The force modelled on {c.name} against mass times acceleration: correlation {correlation:.2f}."
+            yield Finding("info", topic, words, figures)
+
+
+def _turned(name: str, spec: Spec, read: Log) -> str:
+    """The line of meta.yaml that reverses the sign of an input, as a remark in brackets."""
+    scale = read.description.stated_scale(name, spec)
+    return f"(`scale: {{{name}: {-scale:.6g}}}` in meta.yaml beside the log turns {name}.)"
+
+
+def _asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
+    """A question whether an input is logged in another unit, with the line for meta.yaml; the factor if no unit fits.
+
+    The units tried are the spec's own with SI prefixes.
+
+    Args:
+        factor: force that the measured motion needs over the force of the input as read; positive.
+    """
+    own = next(i.unit for i in spec.inputs if i.name == name)
+    scale = factor * read.description.stated_scale(name, spec)
+    line = f"(`scale: {{{name}: {scale:.4g}}}` in meta.yaml beside the log mends a scale.)"
+    if name in read.intake.brought or own in ("", "1"):
+        return line
+    here = Place("")
+    taken = read.description.units.get(name, own)
+    wanted = factor * float(si_factor(taken, here))
+    for prefix in PREFIXES:
+        unit = prefix + own
+        try:
+            fits = unit != taken and same_dimension(unit, own, here)
+            apart = abs(log(float(si_factor(unit, here)) / wanted)) if fits else log(NEAR_UNIT)
+        except BadInput:  # a prefix that the unit does not take
+            continue
+        if apart < log(NEAR_UNIT):
+            return f"Is {name} in {unit}? (`units: {{{name}: {unit}}}` in meta.yaml beside the log)"
+    return line

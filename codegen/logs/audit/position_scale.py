@@ -1,0 +1,182 @@
+"""Preflight of a position scale: a position logged as a multiple of the spec's, as when measured before a gear.
+
+With the right force u and the position k times too large, q = k x, the machine M a + d v + U λ = u is in the log
+
+    (M/k) a_q + (d/k) v_q + U λ = u,
+
+and so is each force that is linear in position or speed; a Coulomb level and a constant force stay as they are. With
+the right position and an input that is c times too small it is
+
+    (M/c) a + (d/c) v + (U λ)/c = u,   and constant forces are divided by c too.
+
+So inertia, damping and springs do not distinguish k from c. If no force is nonlinear in position or speed, only
+friction levels and constant forces do; a level that is known to a factor of three, only if k or 1/k is larger than
+that. A mass that is k times too large differs from both in damping and springs, if the log shows these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from codegen.base.arrays import Array
+from codegen.logs.audit.force_balance import Forces, forces_along, partial_correlation
+from codegen.logs.log import Finding, Log
+from codegen.logs.motion import Motion, scaled
+from codegen.mechanics import System
+from codegen.spec.model import Spec
+
+APPARENT = 1.5
+"""Least factor, either way, that is reported: a smaller one is an error of a parameter."""
+SURE = 3.0
+"""Least factor, either way, that is a problem of the log where friction tells it from another scale of the input."""
+SEEN = 0.5
+"""Partial correlation of the declared inertia with the input's force from which on its factor is a start."""
+EXPLAINED, MUCH_LESS = 0.02, 0.25
+"""Largest share of the squared forces that may be left with the factor, and its largest ratio to that without."""
+ABOUT, TOLERANCE = 2.0, 1e-3
+"""Factors about the start in which the best is searched, and to which relative accuracy."""
+ALIKE = 2.0
+"""Ratio of what is left up to which two explanations are not told apart."""
+LEVEL_FITS, LEVEL_SEEN = 3.0, 0.15
+"""Largest factor on the declared friction, and least partial correlation at which that factor is judged."""
+NEAR = 0.05
+"""Relative deviation of a parameter from a factor that it explains, as a gear ratio."""
+
+
+@dataclass(frozen=True)
+class Explained:
+    """The best factor of one explanation.
+
+    Attributes:
+        factor: k of the position, c of the input, or by which a mass is too large.
+        left: share of the squared forces that it leaves unbalanced, with the friction level refitted.
+        level: factor on the declared friction.
+    """
+
+    factor: float
+    left: float
+    level: float
+
+
+def position_scales(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
+    """Findings on the coordinates whose positions explain the log much better when they are divided by a factor."""
+    for j in range(len(spec.coordinates)):
+        found = _scale_of(j, log, spec, system, motion, forces)
+        if found is not None:
+            yield found
+
+
+def _scale_of(j: int, log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Finding | None:
+    """The finding on one coordinate; None where no factor explains the log much better."""
+    heavy, seen = forces.inertia_factor(j)
+    if seen < SEEN or heavy <= 0 or 1 / APPARENT < heavy < APPARENT:
+        return None
+
+    def divided(factor: float) -> Forces:
+        return forces_along(log, system, scaled(motion, j, 1 / factor))
+
+    position = _best(lambda k: _left(divided(k), j), 1 / heavy)
+    found, plain = divided(position.factor), _left(forces, j)
+    wide = not 1 / APPARENT < position.factor < APPARENT
+    explains = position.left <= min(EXPLAINED, MUCH_LESS * plain.left)
+    if not (wide and explains and found.misfit < forces.misfit):
+        return None
+    driving = [i.name for i, force in zip(spec.inputs, forces.driven, strict=True) if np.any(force[:, j])]
+    by_input = _best(lambda c: _left(forces, j, given=c), position.factor)
+    by_mass = _best(lambda w: _left(forces, j, mass=1 / w), position.factor)
+    return _finding(spec, log, j, position, by_input, by_mass, plain, driving, _level_seen(found, j))
+
+
+def _left(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Explained:
+    """What a balance leaves on coordinate j where the friction level is free.
+
+    Args:
+        given: factor on the input's force. mass: on the inertia.
+    """
+    push, inertia, friction = given * forces.given[:, j], mass * forces.inertia[:, j], forces.friction[:, j]
+    other = inertia - (forces.rest[:, j] + friction)
+    size = float(friction @ friction)
+    level = float(friction @ (push - other)) / size if size > 0 else 1.0
+    rest = push - other - level * friction
+    power = float(push @ push + inertia @ inertia + (other - inertia) @ (other - inertia)) + level**2 * size
+    return Explained(1.0, float(rest @ rest) / power if power > 0 else 1.0, level)
+
+
+def _best(left: Callable[[float], Explained], start: float) -> Explained:
+    """The explanation whose factor about ``start`` leaves least."""
+    ends = np.log(start) - np.log(ABOUT), np.log(start) + np.log(ABOUT)
+    options = {"xatol": TOLERANCE}
+    found = minimize_scalar(lambda p: left(float(np.exp(p))).left, bounds=ends, method="bounded", options=options)
+    factor = float(np.exp(found.x))
+    best = left(factor)
+    return Explained(factor, best.left, best.level)
+
+
+def _level_seen(forces: Forces, j: int) -> bool:
+    others: Array = np.column_stack([forces.inertia[:, j], forces.motion, np.ones(len(forces.motion))])
+    return partial_correlation(forces.given[:, j], forces.friction[:, j], others)[1] > LEVEL_SEEN
+
+
+def _finding(
+    spec: Spec,
+    log: Log,
+    j: int,
+    position: Explained,
+    by_input: Explained,
+    by_mass: Explained,
+    plain: Explained,
+    driving: Sequence[str],
+    level_seen: bool,
+) -> Finding | None:
+    """The finding, with the rivals that the log does not exclude; None where another explanation is better."""
+    name, k = spec.coordinates[j].name, position.factor
+    fits = {"position": _is_near(position.level), "input": _is_near(by_input.level)}
+    rivals, excluded = [], ""
+    if by_mass.left * ALIKE < position.left:
+        return None
+    if len(driving) == 1:
+        apart = not by_input.left <= ALIKE * position.left
+        if by_input.left * ALIKE < position.left or (level_seen and fits["input"] and not fits["position"]):
+            return None
+        if not apart and not (level_seen and fits["position"] and not fits["input"]):
+            line = f"`scale: {{{driving[0]}: {log.description.stated_scale(driving[0], spec) * by_input.factor:.4g}}}`"
+            rivals.append(f"{driving[0]} is {by_input.factor:.3g} times too small ({line})")
+        elif not apart:
+            excluded = (
+                f" An input {driving[0]} that is {by_input.factor:.3g} times too small would need "
+                f"{by_input.level:.2g} times the declared friction, the position {position.level:.2g} times."
+            )
+    if by_mass.left <= ALIKE * position.left:
+        rivals.append(f"the declared inertia is {by_mass.factor:.3g} times too large")
+    sure = not rivals and fits["position"] and not 1 / SURE < k < SURE
+    gear, ratio = next(((p, r) for p, r in _ratios(spec) if abs(r / k - 1) < NEAR), ("", k))
+    side = (
+        f"measured on the other side of a gear (the parameter {gear} has this value)"
+        if gear
+        else "measured before a gear, or in another unit"
+    )
+    line = f"`scale: {{{name}: {log.description.stated_scale(name, spec) / ratio:.4g}}}`"
+    words = (
+        f"The scale of {name} seems off by a factor of {k:.3g}: as it is, motion and inputs leave "
+        f"{100 * plain.left:.2g} % of the squared forces unbalanced; divided by this factor "
+        f"{100 * position.left:.2g} %, with the declared inertia and viscous friction. "
+        f"Is it {side}? ({line} in meta.yaml beside the log){excluded}"
+    )
+    if rivals:
+        words += f" This log cannot tell that from the following: {'; or '.join(rivals)}."
+    figures = {"factor": k, "level": position.level, "misfit": plain.left, "misfit_scaled": position.left}
+    return Finding("problem" if sure else "warning", f"scale of {name}", words, figures)
+
+
+def _is_near(level: float) -> bool:
+    return 1 / LEVEL_FITS < level < LEVEL_FITS
+
+
+def _ratios(spec: Spec) -> list[tuple[str, float]]:
+    """Dimensionless parameters, each with its value and the inverse."""
+    own = [(p.name, float(p.value)) for p in spec.parameters if p.unit in ("", "1") and p.value]
+    return [(name, ratio) for name, value in own for ratio in (value, 1 / value)]

@@ -1,0 +1,341 @@
+"""Log × Spec → findings: is this record fit to be diagnosed?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.logs.audit.envelope import Span
+from codegen.logs.audit.force_audit import LONGEST_STEP, audit_force
+from codegen.logs.log import Finding, Log, Severity
+from codegen.logs.motion import Motion, Steady, measured_motion, steady_speeds
+from codegen.spec.model import Spec
+
+SLOW_HZ = 90.0
+LONG_STEP = 0.1
+SHORTEST_STEP = 1e-6
+_UNITS_OF_TIME = ((1e5, ("nanoseconds", "1e-9")), (100.0, ("microseconds", "1e-6")), (0.0, ("milliseconds", "0.001")))
+SHORT_S = 5.0
+FEW_SAMPLES = 500
+MUCH_JITTER = 0.05
+MANY_REPAIRED = 0.001
+FEW_REVERSALS = 4
+MOSTLY_STILL = 0.8
+COARSE = 0.1
+ENCODER_OFF = 0.2
+MANY_FINER = 0.05
+WRAP = 0.5
+WRAP_OVER_REST = 5.0
+FEW_JUMPS = 0.02
+FAR_INSIDE = 0.01
+MUCH_AT_LIMIT = 0.01
+TWO_LEVELS = 0.9
+REPEATS_TOLD, REPEATS_WARNED = 0.005, 0.05
+Kept = NDArray[np.int64]
+"""Indices of the samples that lie in no gap."""
+
+
+def preflight(log: Log, spec: Spec) -> tuple[Finding, ...]:
+    """Audit a log against its spec.
+
+    Returns:
+        Findings on the record, the motion, the inputs, and the sign and scale of forces; in this order.
+
+    Raises:
+        BadInput: if the spec's mechanics cannot be built.
+    """
+    motion = measured_motion(log)
+    steady = steady_speeds(log, motion.velocities, motion.usable)
+    kept = np.concatenate([np.arange(start, stop) for start, stop in log.segments])
+    return (
+        *_on_record(log, turns=len(steady) < len(spec.coordinates)),
+        *_on_motion(log, spec, motion, kept),
+        *_on_steady(steady, spec),
+        *_on_input(log, spec, kept),
+        *audit_force(log, spec, motion, frozenset(s.coordinate for s in steady)),
+    )
+
+
+def force_problems(log: Log, spec: Spec) -> tuple[Finding, ...]:
+    """The problems that ``preflight`` finds by the balance of forces: signs, scales and the order of columns.
+
+    Raises:
+        BadInput: if the spec's mechanics cannot be built.
+    """
+    motion = measured_motion(log)
+    steady = frozenset(s.coordinate for s in steady_speeds(log, motion.velocities, motion.usable))
+    return tuple(f for f in audit_force(log, spec, motion, steady) if f.severity == "problem")
+
+
+def _decide(warn: bool) -> Severity:
+    """``warning`` if ``warn``, else ``info``."""
+    return "warning" if warn else "info"
+
+
+def _on_record(log: Log, turns: bool) -> Iterator[Finding]:
+    """Findings on the time stamps and the completeness of a log.
+
+    Args:
+        turns: whether some coordinate changes its speed, so that a slow rate loses what happens at reversals.
+    """
+    yield _rate(log, turns)
+    yield _jitter(log)
+    yield _length(log)
+    yield from _gaps(log)
+    yield from _repairs(log)
+    yield from _stale_rows(log.intake.repeated, log.intake.stale)
+    yield from log.intake.findings
+    for note in log.notes:
+        yield Finding("info", "reading", f"Reading: {note}.")
+
+
+def _rate(log: Log, turns: bool) -> Finding:
+    steps = [record.sample_time for record in log.records] or [log.sample_time]
+    least, most = min(steps), max(steps)
+    rate, figures = 1 / most, {"rate_hz": 1 / most, "sample_time": most}
+    words = f"Sampled at {rate:.6g} Hz (every {1e3 * most:.6g} ms)."
+    which = "a reversal passes"
+    if len(steps) > 1:
+        slow = sum(1 / step < SLOW_HZ for step in steps)
+        words = f"{len(steps)} records, sampled at {rate:.6g} Hz (every {1e3 * most:.6g} ms)."
+        if most > least * 1.01:
+            words = f"{len(steps)} records, each at its own rate, {rate:.4g} to {1 / least:.4g} Hz."
+        which = f"in {slow} of them a reversal passes"
+        figures |= {"records": float(len(steps)), "slow": float(slow)}
+    if least > LONG_STEP and turns:
+        unit, factor = next(words for step, words in _UNITS_OF_TIME if least > step)
+        hint = f" That is slow for friction: is time in {unit}? (`scale: {{t: {factor}}}` in meta.yaml beside the log)"
+    elif most < SHORTEST_STEP and "t" in log.intake.brought:
+        hint = f" No drive is sampled as fast{log.intake.time_unit}. (`units: {{t: s}}` in meta.yaml beside the log)"
+    elif most < SHORTEST_STEP:
+        hint = " No drive is sampled as fast: is time in days? (`scale: {t: 86400}` in meta.yaml beside the log)"
+    elif rate < SLOW_HZ and turns:
+        hint = f" That is slow for friction: {which} within one or two samples."
+    else:
+        hint = ""
+    unusable = (least > LONGEST_STEP and turns) or most < SHORTEST_STEP
+    severity: Severity = "problem" if unusable else _decide(bool(hint))
+    return Finding(severity, "sample rate", words + hint, figures)
+
+
+def _jitter(log: Log) -> Finding:
+    jitter = log.intake.jitter
+    figures = {"jitter": jitter, "longest_step": log.intake.longest_step}
+    if not log.intake.resampled:
+        return Finding("info", "jitter", "The time stamps are regular; no value was touched.", figures)
+    words = f"The time stamps are irregular (RMS jitter {jitter:.1%} of a step): the data were put on a uniform grid."
+    if jitter > MUCH_JITTER:
+        words += " Effects faster than a few samples (delay, lag) cannot be told from the jitter."
+    return Finding(_decide(jitter > MUCH_JITTER), "jitter", words, figures)
+
+
+def _length(log: Log) -> Finding:
+    parts = log.records or (log,)
+    samples, seconds = sum(part.used for part in parts), sum(part.duration for part in parts)
+    short = seconds < SHORT_S or samples < FEW_SAMPLES
+    words = f"{samples} samples over {seconds:.4g} s{f', in {len(parts)} records' if len(parts) > 1 else ''}."
+    if short:
+        words += " That is little: several reversals and a range of speeds are needed to tell effects apart."
+    return Finding(_decide(short), "duration", words, {"samples": float(samples), "duration": seconds})
+
+
+def _gaps(log: Log) -> Iterator[Finding]:
+    gaps = [gap for gap in log.gaps if gap not in log.joints]
+    lost = sum(stop - start for start, stop in gaps)
+    if lost:
+        share = lost / (log.used + lost)
+        count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
+        words = f"{count}, {lost * log.sample_time:.3g} s in all ({share:.1%} of the record), left out."
+        figures = {"gaps": float(len(gaps)), "share": share, "seconds": lost * log.sample_time}
+        yield Finding("warning", "gaps", words, figures)
+
+
+def _repairs(log: Log) -> Iterator[Finding]:
+    for symbol, count in log.intake.repaired.items():
+        share = count / max(log.intake.rows, 1)
+        words = f"{symbol}: {count} missing values ({share:.2%}) were filled in."
+        yield Finding(_decide(share > MANY_REPAIRED), "missing values", words, {"count": float(count), "share": share})
+    if log.intake.dropped:
+        share = log.intake.dropped / (log.intake.rows + log.intake.dropped)
+        words = f"{log.intake.dropped} rows ({share:.2%}) repeat a time stamp or have none, and were left out."
+        figures = {"count": float(log.intake.dropped), "share": share}
+        yield Finding(_decide(share > MANY_REPAIRED), "repeated rows", words, figures)
+
+
+def _stale_rows(share: float, in_motion: float) -> list[Finding]:
+    """Findings on rows that repeat the one before, as where a bus is read faster than its values are updated."""
+    if max(share, in_motion) < REPEATS_TOLD:
+        return []
+    figures = {"share": share, "in_motion": in_motion}
+    words = (
+        f"{share:.1%} of the rows have the motion of the row before ({in_motion:.1%} of those in fast motion): "
+        "stale where the machine moves, natural where it stands still or its measuring step is coarse."
+    )
+    if in_motion < REPEATS_WARNED:
+        return [Finding("info", "stale rows", words, figures)]
+    words += " A delay of a row or two, and what is faster than that, cannot be told from it."
+    return [Finding("warning", "stale rows", words, figures)]
+
+
+def _on_motion(log: Log, spec: Spec, motion: Motion, kept: Kept) -> Iterator[Finding]:
+    """Findings on each coordinate."""
+    if not motion.usable.any():
+        words = f"No stretch of the log is long enough to differentiate at a cut-off of {motion.cutoff_hz:.3g} Hz."
+        yield Finding("problem", "motion", words, {"cutoff_hz": motion.cutoff_hz})
+        return
+    for j in range(len(spec.coordinates)):
+        yield _encoder(log, spec, motion, j)
+        yield _coordinate(log, spec, motion, kept, j)
+        yield from _wraps(log, spec, kept, j)
+    yield from _envelope(log, spec, motion, kept)
+
+
+def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
+    """The measuring step of a position, seen and declared."""
+    c = spec.coordinates[j]
+    seen = log.intake.smallest_step[j] if log.intake.smallest_step else 0.0
+    declared = log.encoder_step[j] if log.encoder_step else 0.0
+    noise = float(np.std((log.positions - motion.positions)[motion.usable, j]))
+    figures = {"seen": seen, "declared": declared, "noise_rms": noise}
+    topic, step = f"resolution of {c.name}", seen or declared
+    if declared and seen and abs(seen / declared - 1) > ENCODER_OFF:
+        words = f"{c.name} moves in steps of {seen:.4g} {c.unit}, while the description says {declared:.4g}."
+        return Finding("warning", topic, words, figures)
+    finer = 0.0 if seen or not declared or log.intake.resampled else _finer(log, j, declared)
+    if finer > MANY_FINER:
+        figures |= {"finer": finer}
+        words = (
+            f"{c.name} moves by less than half of the step of {declared:.4g} {c.unit} that the description says, in "
+            f"{finer:.0%} of the rows in which it moves: is `encoder_step` in {c.unit}, and of this column?"
+        )
+        return Finding("warning", topic, words, figures)
+    if not step:
+        words = f"{c.name} shows no measuring step; noise above {motion.cutoff_hz:.3g} Hz: RMS {noise:.3g} {c.unit}."
+        return Finding("info", topic, words, figures)
+    top = float(np.abs(motion.velocities[motion.usable, j]).max())
+    creep = step * 2 * motion.cutoff_hz  # the speed that one step within half a period of the cut-off amounts to
+    words = f"{c.name} is measured in steps of {step:.4g} {c.unit}."
+    if creep > COARSE * top:
+        words += f" That is coarse: one step looks like {creep:.2g} {c.unit}/s, where the top speed is {top:.2g}."
+    return Finding(_decide(creep > COARSE * top), topic, words, figures)
+
+
+def _finer(log: Log, j: int, step: float) -> float:
+    """Share of the rows in which a position moves, in which it moves by less than half a step."""
+    moves = np.abs(np.concatenate([np.diff(log.positions[start:stop, j]) for start, stop in log.segments]))
+    moves = moves[moves > 1e-6 * step]
+    return float(np.mean(moves < step / 2)) if len(moves) else 0.0
+
+
+def _coordinate(log: Log, spec: Spec, motion: Motion, kept: Kept, j: int) -> Finding:
+    """Range, speed, reversals and standstill of a coordinate."""
+    c = spec.coordinates[j]
+    position, velocity = log.positions[kept, j], motion.velocities[motion.usable, j]
+    low, high = float(position.min()), float(position.max())
+    slow, fast = float(velocity.min()), float(velocity.max())
+    reversals, still, threshold = motion.reversals[j], motion.standstill[j], float(motion.threshold[j])
+    figures = {"position_min": low, "position_max": high, "velocity_min": slow, "velocity_max": fast}
+    figures |= {"reversals": float(reversals), "standstill": still, "threshold": threshold}
+    topic = f"motion of {c.name}"
+    if high == low or still == 1.0:
+        words = f"{c.name} does not move: it stays within {high - low:.3g} {c.unit} of {low:.4g}."
+        return Finding("problem" if len(spec.coordinates) == 1 else "warning", topic, words, figures)
+    words = (
+        f"{c.name} covers {low:.4g} to {high:.4g} {c.unit} at {slow:.3g} to {fast:.3g} {c.unit}/s, with {reversals} "
+        f"{'reversal' if reversals == 1 else 'reversals'} and {still:.0%} of the time at standstill."
+    )
+    hints = []
+    if reversals < FEW_REVERSALS:
+        hints.append("Few reversals: friction is hard to tell from offsets and springs.")
+    if still > MOSTLY_STILL:
+        hints.append("It stands still most of the time, where friction can be anything up to its level.")
+    if slow > -threshold or fast < threshold:
+        hints.append("It moves in one direction only: friction cannot be told from a constant force.")
+    return Finding(_decide(bool(hints)), topic, " ".join([words, *hints]), figures)
+
+
+def _wraps(log: Log, spec: Spec, kept: Kept, j: int) -> Iterator[Finding]:
+    """A position that wraps around after each turn jumps by most of its range between two samples."""
+    c = spec.coordinates[j]
+    moves = np.abs(np.concatenate([np.diff(log.positions[start:stop, j]) for start, stop in log.segments]))
+    span = float(np.ptp(log.positions[kept, j]))
+    jumps = moves > WRAP * span
+    if (
+        span > 0
+        and 0 < jumps.sum() < FEW_JUMPS * len(moves)
+        and moves[jumps].min() > WRAP_OVER_REST * moves[~jumps].max()
+    ):
+        count, size = int(jumps.sum()), float(np.median(moves[jumps]))
+        words = (
+            f"{c.name} jumps by {size:.4g} {c.unit} {count} times, as one that wraps around each turn: unwrap it. "
+            f"`unwrap: {{COLUMN: {size:.4g}}}` in meta.yaml beside the log does so, by the column's own unit and exact "
+            "period."
+        )
+        yield Finding("problem", f"jumps of {c.name}", words, {"count": float(count), "size": size})
+
+
+def _envelope(log: Log, spec: Spec, motion: Motion, kept: Kept) -> Iterator[Finding]:
+    measured: dict[str, tuple[str, Array]] = {}
+    for j, c in enumerate(spec.coordinates):
+        measured[c.name] = (c.unit, log.positions[kept, j])
+        measured[c.velocity] = (f"{c.unit}/s", motion.velocities[motion.usable, j])
+        measured[f"{c.velocity}_dot"] = (f"{c.unit}/s^2", motion.accelerations[motion.usable, j])
+    for j, i in enumerate(spec.inputs):
+        measured[i.name] = (i.unit, log.inputs[kept, j])
+    for name, (low_exact, high_exact) in spec.envelope.items():
+        if name not in measured:
+            continue
+        unit, values = measured[name]
+        low, high = float(low_exact), float(high_exact)
+        span = Span(name, unit, low, high)
+        span.add(values)
+        if span.finding is not None:
+            yield span.finding
+        size, bound = float(np.abs(values).max()), max(abs(low), abs(high))
+        if 0 < size < FAR_INSIDE * bound:
+            words = f"{name} stays below {size:.3g} {unit}, a small part of the spec's envelope [{low:g}, {high:g}]: "
+            figures = {"max": size, "bound": bound}
+            yield Finding("warning", f"envelope of {name}", words + "is its scale right?", figures)
+
+
+def _on_steady(steady: list[Steady], spec: Spec) -> Iterator[Finding]:
+    """The finding on each such coordinate."""
+    for one in steady:
+        c = spec.coordinates[one.coordinate]
+        unit = f"{c.unit}/s"
+        speeds = f"at {one.slowest:.3g} {unit}"
+        if one.records > 1:
+            speeds = f"in {one.records} of its {one.of} records, from {one.slowest:.3g} to {one.fastest:.3g} {unit}"
+        words = (
+            f"{c.name} runs at constant speed, {speeds}. Such a log shows friction over speed and forces that repeat "
+            "with position. It does not show inertia, delays and effects at reversals, and inertia is not judged."
+        )
+        figures = {"share": one.records / one.of, "records": float(one.records)}
+        figures |= {"slowest": one.slowest, "fastest": one.fastest}
+        yield Finding("info", f"steady speeds of {c.name}", words, figures)
+
+
+def _on_input(log: Log, spec: Spec, kept: Kept) -> Iterator[Finding]:
+    """Findings on each input: constant, zero, at its limits."""
+    for j, i in enumerate(spec.inputs):
+        values, topic = log.inputs[kept, j], f"input {i.name}"
+        low, high = float(values.min()), float(values.max())
+        span, figures = high - low, {"min": low, "max": high, "rms": float(np.sqrt(np.mean(values**2)))}
+        if span <= 1e-9 * max(abs(low), abs(high)):
+            words = f"{i.name} is zero throughout" if high == 0 else f"{i.name} is constant at {low:.4g} {i.unit}"
+            severity: Severity = "problem" if len(spec.inputs) == 1 else "warning"
+            yield Finding(severity, topic, f"{words}: nothing can be learnt of how it acts.", figures)
+            continue
+        at_low, at_high = float(np.mean(values <= low + 1e-6 * span)), float(np.mean(values >= high - 1e-6 * span))
+        figures |= {"share_at_min": at_low, "share_at_max": at_high}
+        words = f"{i.name} runs from {low:.4g} to {high:.4g} {i.unit}, RMS {figures['rms']:.4g}."
+        switches = at_low + at_high > TWO_LEVELS
+        held = not switches and max(at_low, at_high) > MUCH_AT_LIMIT
+        if switches:
+            words += " It switches between these two levels."
+        if held:
+            words += f" It is at its extreme for {at_low + at_high:.1%} of the time, as if limited."
+        yield Finding(_decide(held), topic, words, figures)

@@ -1,0 +1,86 @@
+"""A log in several files: a signal or a topic a file, by number of the row or by times of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from codegen.base.errors import BadInput, Place
+from codegen.logs.description import LogDescription
+from codegen.logs.formats.series import Series, joined
+from codegen.logs.formats.source import Columns, LogFile
+
+
+class SideBySide(LogFile):
+    """A log and the files beside it, whose rows belong to its rows by number, or by their times.
+
+    A column of one of these is called NAME.COLUMN.
+
+    Args:
+        others: name → file.
+        times: name → columns of the log and of that file with the times of one clock; none for rows by number.
+    """
+
+    def __init__(
+        self,
+        log: LogFile,
+        others: Mapping[str, LogFile],
+        times: Mapping[str, tuple[str, str]],
+        description: LogDescription,
+    ) -> None:
+        super().__init__(log.path, None, description)
+        self.log, self.others, self.times = log, others, times
+        self.unread, self.asked = log.unread, log.asked
+        self.names = (*log.names, *(f"{name}.{c}" for name, other in others.items() for c in other.names))
+        beside = {f"{name}.{c}": u for name, other in others.items() for c, u in other.units.items()}
+        self.units = {**beside, **log.units}
+
+    @property
+    def place(self) -> Place:
+        return self.log.place
+
+    @property
+    def notes(self) -> Sequence[str]:
+        beside = [f"beside it as {name}: {note}" for name, other in self.others.items() for note in other.notes]
+        return (*self.log.notes, *beside, *self.said)
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        owners = {column: self._owner(column) for column in wanted}
+        timed = [name for name in self.times if name in owners.values()]
+        rows = [column for column in wanted if owners[column] not in timed]
+        if not timed:
+            return self._by_number(rows, owners)
+        needed = dict.fromkeys([*rows, *(self.times[name][0] for name in timed)])
+        own = self._by_number(list(needed), owners)
+        clock = own.names.index(self.times[timed[0]][0])
+        series = [Series(self.log.path.name, own.names, own.values[:, clock], own.values)]
+        for name in timed:
+            columns = [column for column in wanted if owners[column] == name]
+            part = self.others[name].load([self.times[name][1], *(c.removeprefix(f"{name}.") for c in columns)])
+            series.append(Series(name, tuple(columns), part.values[:, 0], part.values[:, 1:]))
+        return joined(self, series, wanted, in_seconds=False)
+
+    def _by_number(self, wanted: Sequence[str], owners: Mapping[str, str | None]) -> Columns:
+        """Columns of files whose rows belong together by number."""
+        own = [column for column in wanted if owners.get(column) is None]
+        parts = [self.log.load(own)] if own else []
+        for name, other in self.others.items():
+            columns = [c.removeprefix(f"{name}.") for c in wanted if owners.get(c) == name]
+            if columns:
+                part = other.load(columns)
+                parts.append(Columns(part.file, tuple(f"{name}.{c}" for c in columns), part.values, part.lines))
+        first = parts[0]
+        for part in parts[1:]:
+            if len(part.values) != len(first.values):
+                rows = f"{len(first.values)} rows, as in {first.file}: its rows belong to those of the log by number"
+                expected = f"{rows}; or `time: COLUMN` beside its `file:`, where it has times of its own"
+                raise BadInput(Place(part.file), f"{len(part.values)} rows", expected, code="LOG011")
+        found = {name: part.values[:, k] for part in parts for k, name in enumerate(part.names)}
+        return Columns(first.file, tuple(wanted), np.column_stack([found[name] for name in wanted]), first.lines)
+
+    def _owner(self, column: str) -> str | None:
+        """The name of the file beside the log that a column is from; None for the log's own."""
+        if column in self.log.names:
+            return None
+        return next((name for name in self.others if column.startswith(f"{name}.")), None)

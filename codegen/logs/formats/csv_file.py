@@ -1,0 +1,398 @@
+"""Text logs: a table of numbers, with a preamble, a header line and a line of units, or without; comments after #.
+
+Also a long table: a row for each value, with its time and the name of its signal.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.base.errors import BadInput, Place
+from codegen.base.user_text import shown
+from codegen.logs.binding import column_of, time_of
+from codegen.logs.description import LogDescription
+from codegen.logs.formats.row_forms import upright, whole_lines
+from codegen.logs.formats.series import Signal, joined, together
+from codegen.logs.formats.source import Allowance, BlockFile, Columns, File, LogFile, NotStreamed, listing
+from codegen.logs.formats.table import (
+    COMMENT,
+    END,
+    HEX,
+    MINUS,
+    MISSING,
+    NUMBER,
+    WORDS,
+    Layout,
+    fields,
+    find_layout,
+    stamp,
+    starts_anew,
+    unwrapped,
+)
+from codegen.logs.formats.text_lines import EXPECTED, lines_of, text_of
+
+MOST_ROWS = 50_000_000
+_NUMBERS = frozenset("0123456789+-.")
+"""How a line begins that is no comment and no header."""
+_BEHIND = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
+"""A comment behind a row."""
+_WITH_UNIT = re.compile(r"[+-]?[\d.,]+\s*[A-Za-z°µ%][\w°µ%/*^]*")
+_GROUPED = re.compile(r"[+-]?\d{1,3}([.,' \u00a0\u2009\u202f’]\d{3})+([.,]\d+)?", re.ASCII)
+"""A number whose thousands are grouped."""
+
+
+class CsvSource(LogFile):
+    """An opened text table: its header is read, its body is text still.
+
+    Args:
+        file: name of the file.
+        lines: every line of the file without its end, or those of a part of it.
+        first: index into ``lines`` of the first line after the header.
+        before: lines of the file before ``lines``, for messages.
+        encoding: notes on the file's encoding.
+    """
+
+    expected = EXPECTED
+
+    def __init__(
+        self,
+        file: str,
+        layout: Layout,
+        lines: list[str],
+        first: int,
+        before: int = 0,
+        encoding: Sequence[str] = (),
+        description: LogDescription | None = None,
+    ) -> None:
+        super().__init__(Path(file), None, description)
+        self.file, self.layout, self.lines, self.first, self.before = file, layout, lines, first, before
+        self.names, self.units, self.said = layout.names, dict(layout.units), [*encoding, *layout.notes]
+
+    @property
+    def place(self) -> Place:
+        return Place(self.file, self.layout.line)
+
+    @property
+    def notes(self) -> Sequence[str]:
+        behind = []
+        if self.layout.wrapped:
+            kept = ((i, unwrapped(line)[1]) for i, line in enumerate(self.lines) if i >= self.first)
+            behind = [f"`{shown(text)}` behind line {self.before + i + 1} is not read" for i, text in kept if text]
+        if self.layout.plain is not None:
+            texts = [i for i, line in enumerate(self.lines) if line.strip() and not self.layout.plain(line)]
+            if texts:
+                more = f", {len(texts)} such lines in all" if len(texts) > 1 else ""
+                behind.append(f"line {self.before + texts[0] + 1} is no row and is not read{more}")
+        again = [i for i in range(self.first, len(self.lines)) if self.lines[i] in self.layout.head - {END}]
+        if again:
+            more = f", {len(again)} such lines in all" if len(again) > 1 else ""
+            behind.append(f"line {self.before + again[0] + 1} repeats the header and is left out{more}")
+        return (*self.said, *behind[:3])
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        """The wanted columns: at the speed of numpy when all is well, row by row to find what is not.
+
+        Args:
+            wanted: names, or numbers counted from 1 where a name appears twice.
+
+        Raises:
+            BadInput: for a column name that appears twice, no rows, a row of another length, or text as a number.
+        """
+        for name in wanted:
+            if self.names.count(name) > 1:
+                twice = [k + 1 for k, other in enumerate(self.names) if other == name]
+                expected = f"a name that occurs once, or the number of the column, one of {', '.join(map(str, twice))}"
+                raise BadInput(self.place, f"{len(twice)} columns called `{shown(name)}`", expected, code="LOG004")
+        indices = [self.names.index(name) if name in self.names else int(name) - 1 for name in wanted]
+        return self._at_one_time(wanted, indices) if self.layout.times else self._columns(wanted, indices)
+
+    def _at_one_time(self, wanted: Sequence[str], indices: list[int]) -> Columns:
+        """The wanted columns of channels with times of their own; the first column is their common time in s."""
+        own = {name: k for name, k in zip(wanted, indices, strict=True) if k or len(indices) == 1}
+        clock = next((name for name in wanted if name not in own), "")
+        names = [str(j) for k in own.values() for j in (k, self.layout.times[k])]
+        read = dict(zip(names, self._columns(names, list(map(int, names))).values.T, strict=True))
+        began = min(read[str(self.layout.times[k])][0] for k in own.values())
+        signals = {}
+        for name, k in own.items():
+            time = read[str(self.layout.times[k])]
+            there = np.isfinite(time)
+            signals[name] = Signal(self.names[k], self.layout.tick * (time[there] - began), read[str(k)][there])
+        return joined(self, together(signals), wanted, clock)
+
+    def _columns(self, wanted: Sequence[str], indices: list[int]) -> Columns:
+        body = self.lines[self.first :]
+        head = self.layout.head
+        if self.layout.plain is not None:
+            body = [line if line in head else self.layout.plain(line) for line in body]
+        kept = [
+            i
+            for i, line in enumerate(body)
+            if line
+            and (
+                (line[0] in _NUMBERS and line[:3] != "---")
+                or not (line.isspace() or COMMENT.match(line) or line in head)
+            )
+        ]
+        if not kept:
+            raise BadInput(self.place, "a header and no rows", "rows of numbers after it", code="LOG009")
+        if len(kept) < len(body):
+            body = [body[i] for i in kept]
+        if self.layout.wrapped:
+            body = [unwrapped(line)[0] for line in body]
+        numbers = np.array(kept, dtype=np.int64) + self.before + self.first + 1
+        values = self._fast(body, indices)
+        if values is None:
+            values = self._careful(body, numbers, indices)
+        elif self.layout.decimal == "." and not self.layout.decimal_said:
+            padded = any(".000" in line for line in body)
+            for j in range(len(indices)):
+                if _may_be_grouped(values[:, j], padded):
+                    self._refuse_grouped(body, numbers, indices[j])
+        return Columns(self.file, tuple(wanted), values, numbers)
+
+    def _fast(self, body: list[str], indices: list[int]) -> NDArray[np.float64] | None:
+        """The (N, c) numbers, or None where anything needs a closer look."""
+        delimiter, width = self.layout.delimiter, len(self.names)
+        if not delimiter:
+            if any(len(line.split()) != width for line in body):
+                return None
+        elif any(line.count(delimiter) != width - 1 for line in body):
+            return None
+        if self.layout.decimal == ",":
+            if delimiter == "," or any("." in line for line in body):
+                return None
+            body = [line.replace(",", ".") for line in body]
+        try:
+            return np.loadtxt(
+                body, delimiter=delimiter or None, usecols=indices, comments=None, ndmin=2, dtype=np.float64
+            )
+        except (ValueError, OverflowError):
+            return None
+
+    def _refuse_grouped(self, body: list[str], numbers: NDArray[np.int64], index: int) -> None:
+        """Refuse a column of whole numbers below 1000 beside such as 1.234, which is 1234 in half of Europe."""
+        texts = [fields(line, self.layout.delimiter, self.place)[index].strip() for line in body]
+        grouped = [k for k, text in enumerate(texts) if "." in text]
+        if 0 < len(grouped) < len(texts) and all(_GROUPED.fullmatch(texts[k]) for k in grouped):
+            k, whole = grouped[0], next(text for text in texts if "." not in text)
+            found = f"`{shown(texts[k])}` in a column of whole numbers such as `{shown(whole)}`"
+            expected = "numbers without a sign between thousands; or `decimal: point` in meta.yaml beside the log"
+            raise BadInput(Place(self.file, int(numbers[k]), shown(self.names[index])), found, expected, code="LOG005")
+
+    def _careful(self, body: list[str], numbers: NDArray[np.int64], indices: list[int]) -> NDArray[np.float64]:
+        width = len(self.names)
+        values = np.empty((len(body), len(indices)))
+        for k, text in enumerate(body):
+            place = Place(self.file, int(numbers[k]))
+            found = fields(_BEHIND.sub("", text) if "#" in text else text, self.layout.delimiter, place)
+            while len(found) > width and not found[-1].strip():
+                found.pop()
+            if self.layout.times:
+                found += [""] * (width - len(found))
+            if len(found) != width:
+                words = f"{len(found)} {'value' if len(found) == 1 else 'values'} in the row"
+                expected = f"{width}, one for each of {listing(self.names)}"
+                if self.layout.delimiter == "," and len(found) > width:
+                    expected += "; decimal commas between commas cannot be read, write the file with semicolons"
+                raise BadInput(place, words, expected, code="LOG005")
+            for j, index in enumerate(indices):
+                values[k, j] = self._number(found[index], int(numbers[k]), index)
+        return values
+
+    def _number(self, text: str, line: int, index: int) -> float:
+        text = text.strip().replace(MINUS, "-")
+        sign = self.layout.decimal
+        plain = text.replace(",", ".") if sign == "," and "." not in text else text
+        if NUMBER.match(plain) and not (sign == "," and "." in text):
+            return float(plain)
+        if text.lower() in MISSING:
+            return float("nan")
+        if text.lower() in WORDS or HEX.match(text):
+            return WORDS[text.lower()] if text.lower() in WORDS else float(int(text, 16))
+        begun = dict(self.layout.started).get(index)
+        at = None if begun is None else stamp(text)
+        if begun is not None and at is not None:
+            passed = (at - begun).total_seconds()
+            return passed + starts_anew(text) if passed < 0 else passed  # a time of day after midnight
+        place = Place(self.file, line, shown(self.names[index]))
+        raise BadInput(place, f"`{shown(text)}`", *self._wanted(text), code="LOG005")
+
+    def _wanted(self, text: str) -> tuple[str, str | None]:
+        """What to write in place of a text that is no number, and the number that it may be."""
+        sign = self.layout.decimal
+        if ":" in text or text.count("/") == 2 or (text.count(".") == 2 and len(text) == 10):
+            dates = "2026-03-04 23:59:58.002 (ISO 8601); or `sample_time: SECONDS` in meta.yaml beside the log"
+            return f"a number, or date and time of day as {dates}, without a column of time", None
+        other = re.sub("[dD]", "E", text).replace(",", ".")
+        nearest = other if other != text and NUMBER.match(other) else None
+        key = "`decimal: comma` in meta.yaml beside the log"
+        if _GROUPED.fullmatch(text) and (sign != "." or text.count(",") != 1 or "." in text):
+            may = f"; if its comma stands before decimals, {key}" if not sign else ""
+            also = "; `decimal: point` in meta.yaml beside the log if it stands before decimals" if sign == "," else ""
+            return f"a number without a sign between its thousands{may}{also}", None
+        if sign == ",":
+            return "a number with a decimal comma, as the others in the file (or `decimal: point`, see the docs)", None
+        if nearest:
+            grouped = ", or without a sign between thousands" if _GROUPED.fullmatch(text) else ""
+            commas = f"; {key} reads decimal commas" if "," in text else ""
+            return f"a number with a decimal point{grouped}{commas}", None if grouped else nearest
+        if _WITH_UNIT.fullmatch(text):
+            return "a number without its unit, which `units:` in meta.yaml beside the log states", None
+        return "a number with a decimal point", None
+
+
+def _may_be_grouped(values: NDArray[np.float64], padded: bool) -> bool:
+    """Whether all numbers are whole and below 1000, or have three decimals and are at least 1, some of each.
+
+    A column that rises, as of time does, is none: 998, 999, 1.000 would fall.
+
+    Args:
+        padded: whether some may end in ``.000``, and so be whole as numbers.
+    """
+    size = np.abs(values[np.isfinite(values)])
+    whole = size == np.floor(size)
+    if np.all(np.diff(values[np.isfinite(values)]) > 0):
+        return False
+    split = ~whole & (size >= 1) & (np.abs(1000 * size - np.round(1000 * size)) < 1e-6)
+    return bool((split.any() or padded) and whole.any() and (split | whole).all() and (size < 1000).all())
+
+
+def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> CsvSource:
+    """Open a text file and find its table.
+
+    Raises:
+        BadInput: if it cannot be read, is empty or binary, or has no table that can be found.
+    """
+    file = File(path, EXPECTED)
+    data = file.read_bytes()
+    allowance.take(path, len(data), EXPECTED)
+    rows = data.count(b"\n") + data.count(b"\r")
+    if rows > MOST_ROWS:
+        raise file.fault(f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
+    text, said = text_of(str(path), data)
+    lines = whole_lines(text.split("\n"))
+    turned = upright(lines) if description.header is None else None
+    if turned is not None:
+        said = (*said, "each line is a signal: the table is turned, and its rows are counted as lines")
+    return _without_cut_off(open_lines(str(path), turned or lines, description, said))
+
+
+def _without_cut_off(source: CsvSource) -> CsvSource:
+    """Without a last line that neither ends nor has all fields, as a loss of power leaves it."""
+    last, layout = len(source.lines) - 1, source.layout
+    if last > source.first and layout.is_row(source.lines[last]) and not layout.wrapped and not layout.times:
+        line = source.lines[last] if layout.plain is None else layout.plain(source.lines[last])
+        if line.count('"') % 2 or len(fields(line, layout.delimiter, Place(""))) < len(source.names):
+            source.lines = source.lines[:last]
+            source.said.append(f"line {last + 1}, the last one, is cut off and not read")
+    return source
+
+
+def open_lines(file: str, lines: list[str], description: LogDescription, encoding: Sequence[str] = ()) -> CsvSource:
+    """The table in lines of a file.
+
+    Raises:
+        BadInput: as ``find_layout``.
+    """
+    named = tuple(description.columns) if description.listed else ()
+    asked = set(description.columns.values())
+    layout = find_layout(file, lines, description.header, named, description.decimal, asked)
+    return CsvSource(file, layout, lines, layout.first, encoding=encoding, description=description)
+
+
+class LongTable(LogFile):
+    """The signals that a column of a text table names, joined at common times.
+
+    Args:
+        table: with a row for each value.
+        description: whose ``long`` names the columns of names and values.
+
+    Raises:
+        BadInput: for a column that is not there, or rows that cannot be split.
+    """
+
+    def __init__(self, table: CsvSource, description: LogDescription) -> None:
+        super().__init__(table.path, None, description)
+        self.table = table
+        self._time = time_of(table, description)
+        long = description.long
+        assert long is not None
+        self._value = column_of(table, long.value, description.place("long.value"))
+        named = column_of(table, long.name, description.place("long.name"))
+        index = table.names.index(named)
+        self._rows: dict[str, list[int]] = {}
+        for i, line in enumerate(table.lines):
+            if i >= table.first and line not in table.layout.head and table.layout.is_row(line):
+                texts = fields(line, table.layout.delimiter, table.place)
+                self._rows.setdefault(texts[index].strip() if index < len(texts) else "", []).append(i)
+        self.names = (self._time, *self._rows)
+        self.units = {self._time: table.units.get(self._time, "")}
+        self.said = list(table.notes)
+
+    @property
+    def place(self) -> Place:
+        return self.table.place
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        signals = {name: self._signal(name) for name in wanted if name != self._time}
+        return joined(self, together(signals), wanted, self._time, in_seconds=False)
+
+    def _signal(self, name: str) -> Signal:
+        """The rows of a signal; the other lines are blank, so that an error names the right line."""
+        lines = [""] * len(self.table.lines)
+        for i in self._rows[name]:
+            lines[i] = self.table.lines[i]
+        part = CsvSource(self.table.file, self.table.layout, lines, self.table.first)
+        values = part.load([self._time, self._value]).values
+        return Signal(name, values[:, 0], values[:, 1])
+
+
+PIECE = 1 << 22
+"""Bytes that are read at once."""
+
+
+class CsvStream(BlockFile):
+    """A text table whose header is found in the first block, read by ``blocks`` alone.
+
+    Raises:
+        BadInput: if there is no table that can be found.
+        NotStreamed: if it cannot be opened as text.
+    """
+
+    expected = EXPECTED
+
+    def find(self) -> None:
+        lines = next(self._lines(), [])
+        if self.description.long or not any(map(str.strip, lines)) or upright(lines):
+            raise NotStreamed
+        self._head = open_lines(str(self.path), lines, self.description)
+        if self._head.layout.times:
+            raise NotStreamed
+        self.names, self.units = self._head.names, self._head.units
+        self.said += self._head.layout.notes
+
+    @property
+    def place(self) -> Place:
+        return self._head.place
+
+    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
+        head, before = self._head, 0
+        for lines in self._lines():
+            first = max(0, head.first - before)
+            if any(map(head.layout.is_row, lines[first:])):
+                yield CsvSource(head.file, head.layout, lines, first, before).load(wanted)
+            before += len(lines)
+
+    def _lines(self) -> Iterator[list[str]]:
+        try:
+            with self.opened() as stream:
+                yield from lines_of(iter(partial(stream.read, PIECE), b""), str(self.path), self.said)
+        except (BadInput, OSError):
+            raise NotStreamed from None

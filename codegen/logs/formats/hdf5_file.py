@@ -1,0 +1,124 @@
+"""HDF5 logs, and MATLAB's format 7.3, which is HDF5: a dataset a column, or a table whose columns go by number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from codegen.base.user_text import shown
+from codegen.logs.formats.source import BlockFile, Columns, listing
+
+ROWS = 1 << 16
+MOST_COLUMNS, MOST_DEEP, MOST_WIDE = 20_000, 20, 256
+MAGIC = b"\x89HDF\r\n\x1a\n"
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A column: a field of a dataset, or its numbers along the axis of its rows, None in ``at``."""
+
+    dataset: str
+    rows: int
+    field: str = ""
+    at: tuple[int | None, ...] = (None,)
+
+    def values(self, file: Any, part: slice) -> Any:
+        dataset = file[self.dataset]
+        if self.field:
+            return dataset.fields(self.field)[part]
+        return dataset[tuple(part if index is None else index for index in self.at)]
+
+
+class Hdf5File(BlockFile):
+    """An opened file; a dataset in groups is named by its path, ``data/demo_0/obs/joint_pos[2]``.
+
+    Links to other files are not followed, and objects are not made.
+    """
+
+    expected = "an HDF5 log: a dataset of numbers for each column, or tables N × columns"
+
+    def find(self) -> None:
+        self._h5py = self.library("h5py", "hdf5")
+        self._columns: dict[str, _Column] = {}
+        with self.opened() as stream, self.reading():
+            for name, dataset in self._datasets(self._h5py.File(stream, "r"), "", set()):
+                found = _columns(name, dataset)
+                if isinstance(found, str):
+                    self.unread[name] = found
+                else:
+                    self._columns |= found
+                if len(self._columns) + len(self.unread) > MOST_COLUMNS:
+                    raise self.fault(f"more than {MOST_COLUMNS} datasets and columns", code="LOG010")
+        self.names = tuple(self._columns)
+        if not self.names:
+            why = [f"{listing(list(self.unread), 3)}: {why}" for why in self.unread.values()]
+            raise self.fault(f"no dataset of numbers ({why[0] if why else 'no dataset'})")
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        self.require_equal({name: self._columns[name].rows for name in wanted})
+        self.rows = self._columns[wanted[0]].rows
+        return super().load(wanted)
+
+    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
+        with self.opened() as stream:
+            with self.reading():
+                file = self._h5py.File(stream, "r")
+            for start in range(0, self.rows, ROWS):
+                part = slice(start, min(start + ROWS, self.rows))
+                values = np.empty((part.stop - start, len(wanted)))
+                with self.reading():
+                    for j, name in enumerate(wanted):
+                        values[:, j] = self._columns[name].values(file, part)
+                yield Columns(str(self.path), tuple(wanted), values)
+
+    def _datasets(self, group: Any, path: str, seen: set[int]) -> Iterator[tuple[str, Any]]:
+        """(path, dataset) of a group and those in it, each group once, along links within the file."""
+        h5py = self._h5py
+        address = h5py.h5o.get_info(group.id).addr
+        if address in seen or path.count("/") > MOST_DEEP:
+            return
+        seen.add(address)
+        for name in group:
+            if name.startswith("#"):  # MATLAB's store of what cells and objects refer to
+                continue
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                continue
+            found = group[name]
+            if isinstance(found, h5py.Dataset):
+                yield f"{path}{name}", found
+            elif isinstance(found, h5py.Group):
+                yield from self._datasets(found, f"{path}{name}/", seen)
+
+
+def _columns(name: str, dataset: Any) -> dict[str, _Column] | str:
+    """The columns of a dataset, or why it has none."""
+    if dataset.external or dataset.is_virtual:
+        return "its numbers lie in other files"
+    kind, shape = dataset.dtype, dataset.shape
+    if not shape or 0 in shape:
+        return "a single value" if shape == () else "it is empty"
+    if kind.names and len(shape) == 1:
+        fields = [f for f in kind.names if kind[f].kind in "fiub" and not kind[f].shape]
+        return {f"{name}.{f}": _Column(name, shape[0], field=f) for f in fields} or "it has no field of numbers"
+    if kind.kind not in "fiub" or kind.names:
+        return f"it holds {shown(str(kind))}, no numbers"
+    axes = [k for k, n in enumerate(shape) if n != 1] or [0]
+    if len(axes) > 2:
+        return f"it has {len(shape)} dimensions"
+
+    def column(rows: int, index: int = 0) -> _Column:
+        return _Column(
+            name, shape[rows], at=tuple(None if k == rows else index if k in axes else 0 for k in range(len(shape)))
+        )
+
+    if len(axes) == 1:
+        return {name: column(axes[0])}
+    first, last = axes
+    lying = "MATLAB_class" in dataset.attrs and shape[last] >= shape[first]  # MATLAB writes its N × c as c × N
+    rows, others = (last, first) if lying else (first, last)
+    if shape[others] > MOST_WIDE:
+        return f"it has {shape[others]} columns"
+    return {f"{name}[{k}]": column(rows, k) for k in range(shape[others])}

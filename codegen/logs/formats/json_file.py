@@ -1,0 +1,206 @@
+"""JSON logs: a list of records, a record a line, or an object of lists, at the top or under a key beside scalars.
+
+A value inside a record or object is named by its path: ``motor.position``, ``q[0]``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.user_text import shown
+from codegen.logs.formats.source import Columns, LogFile, listing
+
+COST = {b",": 100, b"[": 100, b"{": 300, b'"': 25}
+"""Bytes of memory that each of these may cost when parsed, beside the text."""
+COPIES, COPIES_WIDE = 3, 9
+"""Times its bytes that the text costs: as read, decoded and in strings; with up to four bytes a character."""
+MOST_COLUMNS = 4096
+DEEPEST = 8
+"""Keys and indices that a path has at most."""
+
+
+Inner = tuple[str | int, ...]
+"""Keys and indices from a value to one inside."""
+
+
+class JsonFile(LogFile):
+    """A parsed file; what it may cost in memory is counted before it is parsed."""
+
+    expected = 'a JSON log: a list of records such as [{"t": 0, "q": 1}, …], or an object of lists, perhaps under a key'
+
+    def find(self) -> None:
+        self._under = ""
+        data = self.read_bytes()
+        text = len(data) * (COPIES if data.isascii() else COPIES_WIDE)
+        self.take(text + sum(cost * data.count(mark) for mark, cost in COST.items()))
+        try:
+            content = self._parsed(data.decode("utf-8-sig"))
+        except json.JSONDecodeError as error:
+            found = f"no JSON ({shown(error.msg)})"
+            raise BadInput(Place(str(self.path), error.lineno), found, self.expected, code="LOG001") from None
+        except UnicodeDecodeError as error:
+            raise self.fault(f"byte {error.start} is not UTF-8") from None
+        except (ValueError, RecursionError) as error:
+            raise self.fault(f"no JSON that can be read ({shown(str(error), 60)})") from None
+        self._under, self._content = self._table(content)
+        self._paths = self._found()
+        self.names = tuple(self._paths)
+
+    def _parsed(self, text: str) -> Any:
+        """The value of a text, or the list of those of its lines; the last one may be cut off."""
+        try:
+            return json.loads(text)
+        except json.JSONDecodeError as error:
+            if error.msg != "Extra data":
+                raise
+        lines = text.split("\n")
+        rows = [n for n, line in enumerate(lines) if line.strip()]
+        records = []
+        for n in rows:
+            try:
+                records.append(json.loads(lines[n]))
+            except json.JSONDecodeError as error:
+                if n != rows[-1]:
+                    raise json.JSONDecodeError(error.msg, text, sum(len(line) + 1 for line in lines[:n])) from None
+                self.said.append(f"line {n + 1}, the last one, is cut off and not read")
+        return records
+
+    @property
+    def place(self) -> Place:
+        return Place(str(self.path), None, shown(self._under) if self._under else "")
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        """The wanted columns; true is 1, and null or a missing entry a missing value."""
+        columns = {name: self._values(name) for name in wanted}
+        self.require_equal({name: len(values) for name, values in columns.items()})
+        values = np.empty((len(next(iter(columns.values()))), len(wanted)))
+        for j, (name, column) in enumerate(columns.items()):
+            values[:, j] = [self._number(k, name, value) for k, value in enumerate(column)]
+        return Columns(str(self.path), tuple(wanted), values)
+
+    def _values(self, name: str) -> list[Any]:
+        """A column's values as they stand."""
+        path, inside = self._paths[name]
+        rows = self._content
+        for key in path:
+            rows = rows[key]
+        return [_at(row, inside) for row in rows] if inside else list(rows)
+
+    def _number(self, row: int, name: str, value: Any) -> float:
+        if value is None:
+            return np.nan
+        if not isinstance(value, (int, float)):
+            key = f"{shown(self._under)}[{row}].{shown(name)}"
+            raise self.fault(f"`{shown(json.dumps(value)[:200])}`", "a number", key, "LOG005")
+        try:
+            return float(value)
+        except OverflowError:
+            return np.inf
+
+    def _table(self, content: Any) -> tuple[str, Any]:
+        """The key of the list or object that holds the rows, and that."""
+        entries = content if isinstance(content, dict) else {}
+        key = self.description.records
+        if key:
+            if key not in entries:
+                expected = f"one of the keys {listing(list(entries))}" if entries else "an object with keys"
+                place = self.description.place("records")
+                raise BadInput(place, f"`{shown(key)}`", expected, nearest_name(key, entries), code="LOG013")
+            if not _is_table(entries[key]):
+                raise self.fault(f"no table under `{shown(key)}`")
+            return key, entries[key]
+        if _is_table(content) and not any(map(_is_records, _besides(entries))):
+            return "", content
+        keys = [key for key, value in entries.items() if _is_table(value)]
+        if len(keys) == 1:
+            return keys[0], entries[keys[0]]
+        if keys:
+            expected = f"`records: KEY` in meta.yaml beside the log, KEY one of {listing(keys)}"
+            raise self.fault(f"{len(keys)} tables, under {listing(keys)}", expected)
+        raise self.fault("no list of records")
+
+    def _found(self) -> dict[str, tuple[tuple[str, ...], Inner]]:
+        """Name → keys to the list of its rows, and the path in a row."""
+        table = self._content
+        if isinstance(table, dict):
+            return _lists(table)
+        kind = type(table[0])
+        for k, record in enumerate(table):
+            if type(record) is not kind or (kind is list and len(record) != len(table[0])):
+                found = f"entry {k} is `{shown(json.dumps(record)[:200])}`"
+                what = "an object" if kind is dict else f"a list of {len(table[0])}"
+                raise BadInput(self.place, found, f"{what}, as the first one", code="LOG005")
+        if kind is list:
+            return {str(k + 1): ((), (k,)) for k in range(len(table[0]))}
+        names: dict[str, tuple[tuple[str, ...], Inner]] = {}
+        for record in table:
+            names |= {name: ((), path) for name, path in _inside(record)}
+            if len(names) > MOST_COLUMNS:
+                words = f"more than {MOST_COLUMNS} names in its records"
+                raise BadInput(self.place, words, self.expected, code="LOG010")
+        return names
+
+
+def _inside(value: Any, name: str = "", path: Inner = ()) -> Iterator[tuple[str, Inner]]:
+    """The single values inside of an object or list, by names such as ``motor.q[0]``."""
+    if not isinstance(value, (dict, list)) or not value or len(path) == DEEPEST:
+        yield name, path
+        return
+    for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+        dot = f"{name}.{key}" if name else str(key)
+        yield from _inside(inner, dot if isinstance(value, dict) else f"{name}[{key}]", (*path, key))
+
+
+def _at(value: Any, path: Inner) -> Any:
+    """The value at a path; None where it is not there."""
+    for key in path:
+        try:
+            value = value[key]
+        except (LookupError, TypeError):
+            return None
+    return value
+
+
+def _is_records(value: Any) -> bool:
+    """A list whose first entry is an object or a list."""
+    return isinstance(value, list) and bool(value) and isinstance(value[0], (dict, list))
+
+
+def _is_table(value: Any) -> bool:
+    return _is_records(value) or (isinstance(value, dict) and bool(_plain(value)))
+
+
+def _plain(value: Mapping[str, Any]) -> dict[str, list[Any]]:
+    """The entries of an object that are lists of single values."""
+    return {k: v for k, v in value.items() if isinstance(v, list) and v and not isinstance(v[0], (dict, list))}
+
+
+def _besides(entries: Mapping[str, Any]) -> list[Any]:
+    """The entries of an object but for lists of lists that are as long as one of its lists of single values."""
+    lengths = {len(v) for v in _plain(entries).values()}
+    rows = [isinstance(v, list) and len(v) in lengths and isinstance(v[0], list) for v in entries.values()]
+    return [v for v, columns in zip(entries.values(), rows, strict=True) if not columns]
+
+
+def _lists(table: Mapping[str, Any]) -> dict[str, tuple[tuple[str, ...], Inner]]:
+    """The lists of an object, and those further inside that are as long as one of them."""
+    plain = _plain(table)
+    lengths = {len(v) for v in plain.values()}
+    found: dict[str, tuple[tuple[str, ...], Inner]] = {name: ((name,), ()) for name in plain}
+
+    def search(value: Mapping[str, Any], name: str, path: tuple[str, ...]) -> None:
+        for key, inner in value.items():
+            called, at = f"{name}.{key}" if name else key, (*path, key)
+            if isinstance(inner, dict) and len(at) < DEEPEST:
+                search(inner, called, at)
+            elif isinstance(inner, list) and len(inner) in lengths:
+                for inside, where in _inside(inner[0]):
+                    found.setdefault(f"{called}{inside}", (at, where))
+
+    search(table, "", ())
+    return dict(list(found.items())[:MOST_COLUMNS])

@@ -1,0 +1,248 @@
+"""Signals that were sampled at times of their own → rows at common times, by an interpolation that is stated."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from codegen.base.arrays import Array, Flags
+from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.user_text import shown
+from codegen.logs.description import LogDescription
+from codegen.logs.formats.source import Columns, LogFile, listing
+
+GAP_STEPS = 5.0
+"""Times its median step, beyond which nothing is interpolated between two samples of a series."""
+TIME = "t"
+"""The column of the rows' time."""
+
+
+class Signal(NamedTuple):
+    """One column: the name of what it is from (a topic, a group), (N,) times in s, (N,) values."""
+
+    source: str
+    time: Array
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """Columns, (N, c), that share their times.
+
+    Attributes:
+        name: of the topic, group or channel.
+        time: (N,) s.
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    time: Array
+    values: Array
+
+
+class SignalFile(LogFile):
+    """A log of signals with times of their own.
+
+    Attributes:
+        lengths: column → how many values it has, where that is known before they are read.
+    """
+
+    lengths: Mapping[str, int]
+
+    @abstractmethod
+    def signals(self, wanted: Sequence[str]) -> dict[str, Signal]:
+        """The signals of some columns; what it raises is a damaged file's."""
+
+    def found(self, lengths: Mapping[str, int]) -> None:
+        """Take the columns that there are.
+
+        Raises:
+            BadInput: for none, or a name under ``hold`` of the description that is none of them.
+        """
+        if not lengths:
+            raise self.fault("no signal of numbers")
+        for name in self.description.hold:
+            if not any(_of(column, name) for column in lengths):
+                found = f"`{shown(name)}`, which is no topic or column of the log"
+                expected = f"topics or columns, such as {listing(list(lengths), 5)}"
+                place = self.description.place("hold")
+                raise BadInput(place, found, expected, nearest_name(name, lengths), code="LOG013")
+        self.lengths, self.names = lengths, (TIME, *(name for name in lengths if name != TIME))
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        names = [name for name in wanted if name != TIME]
+        self.take(16 * sum(self.lengths[name] for name in names))
+        with self.reading():
+            signals = self.signals(names)
+        return joined(self, together(signals), wanted, TIME, from_first=True)
+
+
+class ChannelFile(SignalFile):
+    """A log whose columns are read one by one."""
+
+    @abstractmethod
+    def signal(self, name: str) -> Signal:
+        """The signal of a column."""
+
+    def signals(self, wanted: Sequence[str]) -> dict[str, Signal]:
+        return {name: self.signal(name) for name in wanted}
+
+
+def joined(
+    log: LogFile,
+    series: Sequence[Series],
+    wanted: Sequence[str],
+    clock: str = "",
+    in_seconds: bool = True,
+    from_first: bool = False,
+) -> Columns:
+    """The wanted columns of a log at common times, which is said in its notes; see ``at_common_times``.
+
+    Args:
+        clock: the column of the time; from the first row on, with ``from_first``.
+    """
+    time, columns, notes = at_common_times(str(log.path), series, log.description, in_seconds)
+    log.said += [note for note in notes if note not in log.said]
+    if clock:
+        columns[clock] = time - time[0] if from_first else time
+    return Columns(str(log.path), tuple(wanted), np.column_stack([columns[name] for name in wanted]))
+
+
+def at_common_times(
+    file: str, series: Sequence[Series], description: LogDescription, in_seconds: bool = True
+) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
+    """One row for each time of the series with the most samples in the span that all have.
+
+    The others stand at these times by the line between their neighbours, or, under ``hold`` of the description, by the
+    sample before. Rows in a gap of one of them are left out.
+
+    Args:
+        series: no column twice.
+        in_seconds: whether times are known to be in s; else rates are told by the number of samples.
+
+    Returns:
+        (N,) the times, column → (N,), and what was done in plain words.
+
+    Raises:
+        BadInput: for a series without samples, whose time runs backwards or is not finite, or no common span.
+    """
+    for one in series:
+        _require_rising(file, one)
+    start, stop = max(s.time[0] for s in series), min(s.time[-1] for s in series)
+    if not start <= stop:
+        first, last = max(series, key=lambda s: s.time[0]), min(series, key=lambda s: s.time[-1])
+        found = f"no time at which both `{shown(first.name)}` and `{shown(last.name)}` were logged"
+        expected = f"stamps of one clock; they are {first.time[0] - last.time[-1]:.6g} s apart"
+        raise BadInput(Place(file), found, expected, code="LOG008")
+    base = max(series, key=lambda s: int(((s.time >= start) & (s.time <= stop)).sum()))
+    time = base.time[(base.time >= start) & (base.time <= stop)]
+    columns: dict[str, Array] = {}
+    kept = np.ones(len(time), dtype=bool)
+    notes = []
+    for one in series:
+        if one is base:
+            columns |= dict(zip(one.columns, one.values[(one.time >= start) & (one.time <= stop)].T, strict=True))
+            continue
+        before = np.clip(np.searchsorted(one.time, time, side="right") - 1, 0, len(one.time) - 1)
+        gap = _in_gap(one, time, before)
+        kept &= ~gap
+        held = [c for c in one.columns if any(_of(c, name) for name in description.hold)]
+        for column, values in zip(one.columns, one.values.T, strict=True):
+            columns[column] = values[before] if column in held else np.interp(time, one.time, values)
+        notes.append(_words(one, base, len(held), int(gap.sum()), in_seconds))
+    if not kept.any():
+        found, expected = "every row lies in a gap of some topic", "topics that were logged at the same time"
+        raise BadInput(Place(file), found, expected, code="LOG008")
+    return time[kept], {name: values[kept] for name, values in columns.items()}, tuple(notes)
+
+
+def at_rates_of_their_own(
+    raw: Columns, time: Array, of_time: Sequence[str], description: LogDescription
+) -> tuple[Columns, tuple[str, ...]]:
+    """A table whose rows hold some of the columns each, with the others at the times of the one with most values.
+
+    Args:
+        time: (N,) s, of the rows.
+        of_time: the columns that it was computed from.
+
+    Raises:
+        BadInput: as ``at_common_times``.
+    """
+    there = np.isfinite(raw.values) & np.isfinite(time)[:, None]
+    others = [j for j, name in enumerate(raw.names) if name not in of_time]
+    order = np.argsort(time, kind="stable")
+    signals = {}
+    for j in others:
+        own = order[there[order, j]]
+        signals[raw.names[j]] = Signal(raw.names[j], time[own], raw.values[own, j])
+    common, columns, notes = at_common_times(raw.file, together(signals), description)
+    rows = order[np.searchsorted(time[order], common)]
+    values = raw.values[rows]
+    for j in others:
+        values[:, j] = columns[raw.names[j]]
+    return Columns(raw.file, raw.names, values, None if raw.lines is None else raw.lines[rows]), notes
+
+
+def together(signals: Mapping[str, Signal]) -> list[Series]:
+    """Signals grouped by times that are the same."""
+    groups: list[dict[str, Signal]] = []
+    for column, signal in signals.items():
+        for group in groups:
+            time = next(iter(group.values())).time
+            if time is signal.time or np.array_equal(time, signal.time):
+                group[column] = signal
+                break
+        else:
+            groups.append({column: signal})
+    made = []
+    for group in groups:
+        first = next(iter(group.values()))
+        made.append(Series(first.source, tuple(group), first.time, np.column_stack([s.values for s in group.values()])))
+    return made
+
+
+def _of(column: str, name: str) -> bool:
+    return column == name or column.startswith((f"{name}.", f"{name}["))
+
+
+def _require_rising(file: str, one: Series) -> None:
+    place = Place(file, None, shown(one.name, 80))
+    if not len(one.time):
+        raise BadInput(place, "no sample", "at least one", code="LOG009")
+    if not np.isfinite(one.time).all():
+        found = f"sample {int(np.argmin(np.isfinite(one.time))) + 1} without a time"
+        raise BadInput(place, found, "finite times", code="LOG007")
+    back = np.diff(one.time) < 0
+    if back.any():
+        k = int(np.argmax(back))
+        found = f"time runs backwards after sample {k + 1}, by {one.time[k] - one.time[k + 1]:.6g} s"
+        raise BadInput(place, found, "times that rise", code="LOG007")
+
+
+def _in_gap(one: Series, time: Array, before: Array) -> Flags:
+    """(N,) whether a time lies between two samples that are too far apart to say anything of it."""
+    steps = np.diff(one.time)
+    if not len(steps):
+        return np.zeros(len(time), dtype=bool)
+    after = np.minimum(before + 1, len(one.time) - 1)
+    apart = one.time[after] - one.time[before]
+    return np.asarray((apart > GAP_STEPS * np.median(steps)) & (time > one.time[before]), dtype=bool)
+
+
+def _words(one: Series, base: Series, held: int, gap: int, in_seconds: bool) -> str:
+    how = "the value before" if held == len(one.columns) else "the line between neighbours"
+    if 0 < held < len(one.columns):
+        how = f"the line between neighbours, {held} of its columns by the value before"
+    left = f"; {gap} rows in its gaps left out" if gap else ""
+    rate, of = (_rate(s) if in_seconds else f"{len(s.time)} samples" for s in (one, base))
+    return f"`{shown(one.name)}` ({rate}) stands at the times of `{shown(base.name)}` ({of}) by {how}{left}"
+
+
+def _rate(one: Series) -> str:
+    steps = np.diff(one.time)
+    step = float(np.median(steps)) if len(steps) else 0.0
+    return f"{1 / step:.4g} Hz" if step > 0 else f"{len(one.time)} samples"

@@ -1,0 +1,227 @@
+"""What every log format gives: names of columns, then the numbers of the columns that are wanted."""
+
+from __future__ import annotations
+
+import importlib
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.base import input_files
+from codegen.base.errors import BadInput, Place
+from codegen.base.user_text import shown
+from codegen.logs.description import SAYS_NOTHING, LogDescription
+from codegen.logs.formats.library import MOST_MEMORY, bounded, quiet, release
+
+LARGEST = 1_000_000_000
+"""Bytes of a log that is read whole, and of all logs of one call when unpacked."""
+LARGEST_STREAM = 100_000_000_000
+"""Bytes of a log that is read in blocks."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Numbers of some columns of a file.
+
+    Attributes:
+        file: the file's name.
+        names: (c) columns as the file calls them.
+        values: (N, c), as they stand in the file; NaN where a value is missing.
+        lines: (N,) line numbers of the rows counted from 1, or None where the format has none.
+    """
+
+    file: str
+    names: tuple[str, ...]
+    values: NDArray[np.float64]
+    lines: NDArray[np.int64] | None = None
+
+    def place(self, row: int, column: int | None = None) -> Place:
+        """Place of a value; a format without lines counts elements from 1, as MATLAB does."""
+        name = "" if column is None else shown(self.names[column])
+        if self.lines is not None:
+            return Place(self.file, int(self.lines[row]), name)
+        return Place(self.file, None, f"{name or 'sample'}({row + 1})")
+
+    def rows(self, keep: NDArray[np.bool_]) -> Columns:
+        """The rows where ``keep``, (N,), is true."""
+        return Columns(self.file, self.names, self.values[keep], None if self.lines is None else self.lines[keep])
+
+
+class Allowance:
+    """The bytes that the logs of one call may hold once they are unpacked: ``LARGEST`` in all."""
+
+    def __init__(self) -> None:
+        self._taken: dict[Path, int] = {}
+
+    def take(self, path: Path, size: int, expected: str) -> None:
+        """Count what a file holds, in place of what was counted of it before.
+
+        Raises:
+            BadInput: if that is too much, for itself or with the other logs.
+        """
+        self._taken[path] = size
+        total = sum(self._taken.values())
+        if total > LARGEST:
+            others = f", {total} bytes with the other logs" if total > size else ""
+            expected = f"{expected}; at most {LARGEST} bytes in all"
+            raise BadInput(Place(str(path)), f"{size} bytes when unpacked{others}", expected, code="LOG010")
+
+
+class File:
+    """A file or folder that is read; ``expected`` says what one of its format is, for messages."""
+
+    expected = "a log file"
+
+    def __init__(self, path: Path, expected: str = "") -> None:
+        self.path, self.expected = path, expected or self.expected
+
+    @property
+    def place(self) -> Place:
+        return Place(str(self.path))
+
+    def fault(self, found: str, expected: str = "", column: str = "", code: str = "LOG001") -> BadInput:
+        """The error for what cannot be used, of the file or of a column of it."""
+        place = Place(str(self.path), None, shown(column, 80)) if column else self.place
+        return BadInput(place, found, expected or self.expected, code=code)
+
+    def opened(self, largest: int = LARGEST_STREAM) -> IO[bytes]:
+        """The file's bytes as a stream; see ``input_files.opened``."""
+        return input_files.opened(self.path, self.expected, largest)
+
+    def read_bytes(self) -> bytes:
+        """All of its bytes, at most ``LARGEST``.
+
+        Raises:
+            BadInput: as ``input_files.read_bytes``, or if it is empty.
+        """
+        data = input_files.read_bytes(self.path, self.expected, LARGEST)
+        if not data or data.isspace():
+            raise self.fault("an empty file", code="LOG009")
+        return data
+
+    def library(self, module: str, extra: str) -> Any:
+        """A module of an extra.
+
+        Raises:
+            BadInput: where it is not installed.
+        """
+        try:
+            return importlib.import_module(module)
+        except ImportError as error:
+            found = f"a log that needs the package `{module.partition('.')[0]}`, which cannot be imported ({error})"
+            raise self.fault(found, f"it installed: pip install 'stiction[{extra}]'", code="TOOL003") from None
+
+    @contextmanager
+    def reading(self, expected: str = "") -> Iterator[None]:
+        """Around calls of a library on the file: at most so much memory, nothing on the screen, one error.
+
+        A library meets a damaged file with whatever exception its next line raises; all of them mean the same here.
+
+        Args:
+            expected: what the file should hold there, for a message; the file's own word for itself by default.
+
+        Raises:
+            BadInput: for every exception but BadInput itself.
+        """
+        with bounded(), quiet():
+            try:
+                yield
+            except BadInput:
+                raise
+            except Exception as error:
+                words = shown(str(error).strip(), 100) or "no words"
+                found = f"a damaged file ({type(error).__name__}: {words})"
+                if isinstance(error, MemoryError):
+                    found = f"a file whose reading takes more than {MOST_MEMORY} bytes"
+                release(error)
+                raise self.fault(found, expected) from None
+
+
+class LogFile(File, ABC):
+    """An opened log, whose columns are found by ``find``; a subclass is a format.
+
+    Attributes:
+        names: of the columns; reading may refuse one that holds no numbers.
+        units: column → the unit that the file itself states; empty where it states none.
+        unread: part of the file → why it is no column.
+        asked: column of commanded positions whose name does not say so → column of the measured ones.
+        joints_in_brackets: whether what stands in the brackets of a name is a joint, and no unit.
+    """
+
+    joints_in_brackets = False
+
+    def __init__(
+        self, path: Path, allowance: Allowance | None = None, description: LogDescription | None = None
+    ) -> None:
+        super().__init__(path)
+        self.allowance, self.description = allowance or Allowance(), description or SAYS_NOTHING
+        self.names: tuple[str, ...] = ()
+        self.units: Mapping[str, str] = {}
+        self.said: list[str] = []
+        self.unread: dict[str, str] = {}
+        self.asked: Mapping[str, str] = {}
+        self.find()
+
+    def find(self) -> None:
+        """Find the columns, as ``names``, and what else the attributes say.
+
+        Raises:
+            BadInput: for a file that cannot be used.
+        """
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """Notes on how the file was read; complete once it has been."""
+        return self.said
+
+    @abstractmethod
+    def load(self, wanted: Sequence[str]) -> Columns:
+        """All rows of the wanted columns, each a member of ``names``.
+
+        Raises:
+            BadInput: for the first value that is not a number, columns of different length, or too many numbers.
+        """
+
+    def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
+        """The same some rows at a time, where the format can be read so."""
+        yield self.load(wanted)
+
+    def take(self, size: int) -> None:
+        """Count the bytes that the file holds when unpacked; see ``Allowance.take``."""
+        self.allowance.take(self.path, size, self.expected)
+
+    def require_equal(self, lengths: Mapping[str, int]) -> None:
+        """Raise BadInput for a column that has not as many values as the first one."""
+        first, rows = next(iter(lengths.items()))
+        for name, count in lengths.items():
+            if count != rows:
+                raise self.fault(f"{count} values", f"{rows} values as in `{shown(first)}`", name, "LOG011")
+
+
+class NotStreamed(Exception):
+    """The log must be read whole, which also finds the words for what is wrong with it."""
+
+
+class BlockFile(LogFile):
+    """A log that is read by its ``blocks``; ``rows`` says how many rows there are."""
+
+    rows = 0
+
+    def load(self, wanted: Sequence[str]) -> Columns:
+        if not self.rows:
+            raise self.fault("a table without rows", code="LOG009")
+        self.take(8 * self.rows * len(wanted))
+        values = np.concatenate([block.values for block in self.blocks(wanted)])
+        return Columns(str(self.path), tuple(wanted), values)
+
+
+def listing(names: Sequence[str], most: int = 20) -> str:
+    """Names for a message, the first twenty of them."""
+    words = ", ".join(shown(n) or "(no name)" for n in names[:most])
+    return f"{words}, … ({len(names)} in all)" if len(names) > most else words

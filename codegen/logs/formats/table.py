@@ -1,0 +1,553 @@
+"""How a text file holds its table: separator, header line, line of units, first row; found, or as a description says.
+
+The rows are found first: the first lines of numbers that have equally many fields. The header is the line above them,
+or the one above a line of units. What stands before the header is left alone.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from itertools import islice, product
+
+from codegen.base.errors import BadInput, Place
+from codegen.base.user_text import shown
+from codegen.logs.formats.row_forms import after_arrows, list_rows, named_rows
+from codegen.logs.formats.source import listing
+from codegen.logs.formats.text_lines import EXPECTED, LONGEST_LINE
+from codegen.spec.units import is_unit
+
+LINES_SEARCHED = 1000
+"""Lines at the start of a file among which the first rows of numbers must stand."""
+ROWS_ALIKE = 3
+SEPARATORS = (",", ";", "\t", "|")
+LONGEST_UNIT = 24
+COMMENT = re.compile(
+    r"\s*(#(?!(n/a|nan|nv|value!|wert!|div/0!))|%|//|(?=[^|+]*[|+])(?=.*---)[\s|+:=-]++$)", re.IGNORECASE
+)
+"""How a line begins that is a comment, and no row whose first value is missing; or a rule such as ``|---|---|``."""
+END = "EOF"
+"""A line that ends a table."""
+MINUS = "\N{MINUS SIGN}"
+MISSING = {"", "na", "n/a", "nan", "null", "none", "-", "---", "#n/a", "#nan", "#nv", "#value!", "#wert!", "#div/0!"}
+MISSING |= {f"{sign}{word}" for sign in ("", "-") for word in ("nan(ind)", "1.#ind", "1.#qnan", "1.#inf")}
+NUMBER = re.compile(
+    r"[+-]?(\d++\.?\d*+([eE][+-]?\d+)?|\.\d+([eE][+-]?\d+)?|inf|infinity|nan)\Z", re.ASCII | re.IGNORECASE
+)
+HEX = re.compile(r"0[xX][0-9a-fA-F]+\Z", re.ASCII)
+WORDS = {"true": 1.0, "false": 0.0}
+_DIGITS = re.compile(r"[+-]?(\d+|[.,]\d+)([.,]\d+)*(e[+-]?\d+)?\Z", re.ASCII | re.IGNORECASE)
+"""A number in whichever way decimals and thousands are written."""
+_DECIMAL_COMMA = r"(\d*,(\d{1,2}|\d{4,})|0?,\d{3}|\d{4,},\d{3}|\d+,\d+[eE][+-]?\d+)"
+"""A comma that cannot group thousands."""
+_STAMP = re.compile(
+    r"(?:(?P<day>\d{4}-\d\d-\d\d)[T ]|(?:\d\d?[./-]\d\d?[./-]\d{4}|\d{4}/\d\d?/\d\d?),?[ ])?"
+    r"(?:(?P<hour>\d\d?):)?(?P<minute>\d\d?):(?P<second>\d\d)(?:[.,;:](?P<part>\d+))?[ ]?(?P<half>[AP]M)?"
+    r"(?P<zone>Z|[+-]\d\d:?\d\d)?\Z",
+    re.ASCII | re.IGNORECASE,
+)
+"""Date and time of day by ISO 8601; a time of day, behind a date in another order or not; or minutes and seconds."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where a table is in a text file.
+
+    Attributes:
+        names: of the columns; a column without a name is called by its number, counted from 1.
+        line: of the header, or of the first row where there is no header; counted from 1.
+        first: index of the first line behind header and units.
+        delimiter: one character, or empty for white space.
+        wrapped: whether each line is the first field of a comma-separated one, as a spreadsheet writes a file that it
+            has not split.
+        units: name → what the line of units says.
+        notes: what was found where the header is not the first line, in plain words.
+        decimal: the sign before the decimals, empty where a comma may be that or group thousands.
+        decimal_said: whether a description says so.
+        head: the header and the lines between it and the rows.
+        started: column, counted from 0, that holds dates or times of day → that of the first row.
+        plain: brings a line to plain fields, empty for none; None where lines hold them already.
+        times: column → column of its time, both counted from 0; empty where one column of time is all columns'.
+        tick: s that one stands for in ``times``; brought to s they are the first column.
+    """
+
+    names: tuple[str, ...]
+    line: int
+    first: int
+    delimiter: str
+    wrapped: bool = False
+    units: tuple[tuple[str, str], ...] = ()
+    notes: tuple[str, ...] = ()
+    decimal: str = "."
+    decimal_said: bool = False
+    head: frozenset[str] = frozenset()
+    started: tuple[tuple[int, datetime], ...] = ()
+    plain: Callable[[str], str] | None = None
+    times: tuple[int, ...] = ()
+    tick: float = 1.0
+
+    def is_row(self, line: str) -> bool:
+        """Whether a line can be a row: no blank one, no comment, and not one that ``plain`` leaves nothing of."""
+        return bool(line.strip() and not COMMENT.match(line) and (self.plain is None or self.plain(line)))
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """The first rows of numbers: index of the first one, how lines are split, and whether they are numbered.
+
+    ``width`` counts the fields up to the last one that is not empty, ``most`` the empty ones behind it too.
+    """
+
+    index: int
+    delimiter: str
+    wrapped: bool
+    width: int
+    most: int
+    numbered: bool = False
+
+
+def find_layout(
+    file: str,
+    lines: Sequence[str],
+    header: int | None,
+    named: Sequence[str],
+    decimal: str = "",
+    asked: Collection[str] = (),
+) -> Layout:
+    """Find the table, and how its numbers are written.
+
+    Args:
+        lines: of the file, or of its beginning.
+        header: line of the header counted from 1, 0 for a file without one; None if nobody said.
+        named: names for the columns of a file without a header, in their order; empty if nobody said.
+        decimal: the sign before the decimals; empty if nobody said.
+        asked: names of columns that a description asks for; of two lines that may be the header, the one with them is.
+
+    Raises:
+        BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
+    """
+    plain: Callable[[str], str] | None = None
+    made: Sequence[str]
+    form = named_rows(lines) if header is None and not named else None
+    if form is not None:
+        words = f"each row names its numbers ({listing(form.names)})"
+        found = Layout(form.names, form.index + 1, form.index, "\t", notes=(words,), decimal_said=True)
+        plain = form.plain
+        made = [form.plain(line) for line in lines[: form.index + ROWS_ALIKE]]
+    else:
+        lists = list_rows(lines, delimiter_of)
+        plain = lists.plain if lists is not None else after_arrows(lines, delimiter_of)
+        made = lines
+        if plain is not None:
+            rows = [plain(line) for line in lines]
+            if lists is not None and lists.header is not None and header in (None, lists.header[0] + 1):
+                rows[lists.header[0]] = lists.header[1]
+            made = rows
+        found = _with_units_above(_table(file, made, header, named, asked), made)
+    sign = "." if form else decimal or _decimal(made[found.first :], found.delimiter)
+    notes = [*found.notes]
+    if sign == ",":
+        notes.append("the numbers are read with decimal commas" + (", as described" if decimal else ""))
+    started = []
+    first = next((made[found.first + i] for i in _significant(made[found.first :])), "")
+    for k, text in enumerate(_split(first, found.delimiter, found.wrapped)):
+        at = stamp(text)
+        if at is not None and k < len(found.names):
+            started.append((k, at))
+            what = "time of day" if starts_anew(text) else "date and time of day"
+            notes.append(f"column `{shown(found.names[k])}` is {what}: read as seconds from the first row")
+    head = frozenset(line for line in lines[found.line - 1 : found.first] if line.strip()) | {END}
+    return replace(
+        found,
+        notes=tuple(notes),
+        decimal=sign,
+        decimal_said=bool(decimal) or found.decimal_said,
+        head=head,
+        started=tuple(started),
+        plain=plain,
+    )
+
+
+def stamp(text: str) -> datetime | None:
+    """A date and time of day by ISO 8601 (UTC where no zone is said), or a time of day on a fixed day; None for
+    another text. Of a date in another order only the time of day is taken, since 03/04 is two days."""
+    found = _STAMP.match(text.strip())
+    if found is None or (found["hour"] is None and not found["part"]):
+        return None
+    hour = int(found["hour"] or 0)
+    if found["half"]:
+        hour = hour % 12 + (12 if found["half"].upper() == "PM" else 0)
+    clock = f"{hour:02d}:{int(found['minute']):02d}:{found['second']}.{(found['part'] or '0')[:6]:0<6}"
+    try:
+        at = datetime.fromisoformat(f"{found['day'] or '2000-01-01'}T{clock}{(found['zone'] or '').upper()}")
+    except ValueError:
+        return None
+    return at if at.tzinfo else at.replace(tzinfo=UTC)
+
+
+def starts_anew(text: str) -> float:
+    """Seconds after which a stamp begins again: a day, an hour without hours, 0 with a date by ISO 8601."""
+    found = _STAMP.match(text.strip())
+    if found is None or found["day"]:
+        return 0.0
+    return 86_400.0 if found["hour"] else 3600.0
+
+
+def _decimal(lines: Sequence[str], delimiter: str) -> str:
+    """``,`` where some number has a comma that can be nothing else, empty where all may group thousands, else ``.``.
+
+    Between commas only a number in quotes can have one.
+    """
+    edge = re.escape(delimiter) if delimiter else r"\s"
+    before, behind = rf'(?:^|[{edge}"])\s*[+-]?', rf'\s*(?=$|[{edge}"])'
+    point = re.compile(rf"{before}\d*\.\d+{behind}", re.ASCII)
+    sign = ","
+    if delimiter == ",":
+        before, behind, sign = r'"\s*[+-]?', r'\s*"', '"'
+    clear = re.compile(f"{before}{_DECIMAL_COMMA}{behind}", re.ASCII)
+    either = re.compile(rf"{before}\d{{1,3}},\d{{3}}{behind}", re.ASCII)
+    found = "."
+    for k, line in enumerate(lines):
+        if sign in line:
+            if clear.search(line):
+                return "." if any(point.search(other) for other in lines[: k + 1] if "." in other) else ","
+            found = "" if found and either.search(line) else found
+    return found
+
+
+def _or_a_spec(file: str, expected: str) -> str:
+    """What is expected of a text without a table; of YAML with the order in which a command takes spec and log."""
+    yaml = file.lower().endswith((".yaml", ".yml"))
+    return f"{expected}; is this the spec? A command takes the spec first, then the log" if yaml else expected
+
+
+def _table(
+    file: str, lines: Sequence[str], header: int | None, named: Sequence[str], asked: Collection[str] = ()
+) -> Layout:
+    """Where the table is; as ``find_layout``."""
+    start = next(iter(_significant(lines)), None)
+    if start is None and header is None:
+        raise BadInput(Place(file), "comments and no header", EXPECTED, code="LOG001")
+    if header:
+        return _at(file, lines, header)
+    plain = None if start is None or header == 0 else _first_line(file, lines, start)
+    if plain is not None and _is_table(lines, plain):
+        return plain
+    rows = _find_rows(lines)
+    if rows is None:
+        if plain is not None and len(plain.names) == 1 and len(plain.names[0].split()) > 1:
+            found = f"one column `{shown(plain.names[0])}`"
+            expected = _or_a_spec(file, "names separated by comma, semicolon or tab")
+            raise BadInput(Place(file, plain.line), found, expected, code="LOG001")
+        if plain is not None:
+            return plain
+        found = f"no rows of numbers in its first {LINES_SEARCHED} lines"
+        raise BadInput(Place(file), found, _or_a_spec(file, EXPECTED), code="LOG001")
+    scope = None if header == 0 else _scope(lines, rows)
+    if scope is not None:
+        return scope
+    above = None if header == 0 else _above(file, lines, rows, asked)
+    if above is not None:
+        return above
+    if plain is not None and rows.index > plain.line - 1:
+        return plain  # a header of another length: the row says so
+    return _without_header(file, rows, named)
+
+
+def unwrapped(line: str) -> tuple[str, str]:
+    """A line of a wrapped file: the line that was meant, and what follows it."""
+    try:
+        first, *rest = next(csv.reader([line]), [""]) or [""]
+    except csv.Error:
+        return line, ""
+    return first, " ".join(text for text in rest if text.strip())
+
+
+def fields(text: str, delimiter: str, place: Place) -> list[str]:
+    """The fields of a line.
+
+    Raises:
+        BadInput: if it cannot be split.
+    """
+    if not delimiter:
+        return [part.strip('"') for part in text.split()]
+    try:
+        return next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [""])
+    except csv.Error as error:
+        raise BadInput(place, f"a line that cannot be split ({error})", EXPECTED, code="LOG001") from None
+
+
+def _significant(lines: Sequence[str]) -> Iterator[int]:
+    """Indices of the lines that are neither blank nor a comment."""
+    return (i for i, line in enumerate(lines) if line.strip() and not COMMENT.match(line))
+
+
+def _is_number(text: str) -> bool:
+    plain = text.strip().replace(MINUS, "-")
+    return (NUMBER.match(plain) or HEX.match(plain) or _DIGITS.match(plain)) is not None
+
+
+def _is_row(texts: Sequence[str]) -> bool:
+    words = MISSING | WORDS.keys()
+    known = (_is_number(t) or t.strip().lower() in words or stamp(t) is not None for t in texts)
+    return any(map(_is_number, texts)) and all(known)
+
+
+def _is_another(texts: Sequence[str], row: Sequence[str]) -> bool:
+    """Whether a line is a row as well: it has a number, or a missing one, wherever a row has a number."""
+    pairs = [t for t, r in zip(texts, row, strict=False) if _is_number(r)]
+    missing = all(_is_number(t) or t.strip().lower() in MISSING for t in pairs)
+    return len(texts) == len(row) and any(map(_is_number, pairs)) and missing
+
+
+def _all_of(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
+    """The fields of a line that may be anything; empty where it cannot be split."""
+    if len(line) > LONGEST_LINE:
+        return []
+    try:
+        return fields(unwrapped(line)[0] if wrapped else line, delimiter, Place(""))
+    except BadInput:
+        return []
+
+
+def _split(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
+    """The fields of a line, without empty ones at its end."""
+    found = _all_of(line, delimiter, wrapped)
+    while len(found) > 1 and not found[-1].strip():
+        found.pop()
+    return found
+
+
+def _named(texts: Sequence[str]) -> tuple[str, ...]:
+    return tuple(text.strip() or str(k + 1) for k, text in enumerate(texts))
+
+
+def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
+    """The first line as the header, or the comment above numbers; None where it holds numbers and has no names."""
+    line, place = lines[index], Place(file, index + 1)
+    if len(line) > LONGEST_LINE:
+        expected = f"{EXPECTED}; at most {LONGEST_LINE} a line"
+        raise BadInput(place, f"a line of {len(line)} characters", expected, code="LOG010")
+    delimiter = delimiter_of(line)
+    texts = _split(line, delimiter) or fields(line, delimiter, place)
+    behind = next((_split(lines[index + 1 + i], delimiter) for i in _significant(lines[index + 1 :])), [])
+    if not (all(map(_is_number, texts)) or _is_another(texts, behind)):
+        return Layout(_named(texts), index + 1, index + 1, delimiter)
+    comment = next((i for i in range(index - 1, -1, -1) if COMMENT.match(lines[i])), None)
+    if comment is not None:
+        names = fields(lines[comment].strip().lstrip("#%/"), delimiter, Place(file, comment + 1))
+        if len(names) == len(texts) and not any(map(_is_number, names)):
+            return Layout(_named(names), comment + 1, index, delimiter)
+    return None
+
+
+def delimiter_of(header: str) -> str:
+    """The most frequent separator in the header; a comma if there is none."""
+    return max(SEPARATORS, key=header.count)
+
+
+def _is_table(lines: Sequence[str], layout: Layout) -> bool:
+    """Whether the two lines behind a header have a number each and as many fields; true for no line."""
+    for i in islice(_significant(lines[layout.first :]), 2):
+        texts = _split(lines[layout.first + i], layout.delimiter)
+        if len(layout.names) == 1 or len(texts) != len(layout.names) or not any(map(_is_number, texts)):
+            return False
+    return True
+
+
+def _find_rows(lines: Sequence[str]) -> _Rows | None:
+    """The first rows: of numbers, times and missing values alone; else of numbers and texts in the same columns."""
+    places = list(islice(_significant(lines), LINES_SEARCHED))
+    for texts_too, wrapped, delimiter in product((False, True), (False, True), (*SEPARATORS, "")):
+        alike: list[int] = []
+        last: list[str] = []
+        for i in places:
+            texts = _split(lines[i], delimiter, wrapped)
+            row = sum(map(_is_number, texts)) > 1 if texts_too else _is_row(texts)
+            if len(texts) < 2 or not row:
+                alike = []
+                continue
+            again = _is_another(texts, last) if texts_too else len(texts) == len(last)
+            alike = [*alike, i] if alike and again else [i]
+            last = texts
+            if len(alike) == ROWS_ALIKE or (len(alike) == 2 and i == places[-1]):
+                above = [_split(lines[k], delimiter, wrapped) for k in places[: places.index(alike[0])]]
+                most = max(len(last), len(_all_of(lines[i], delimiter, wrapped)))
+                while above and len(above[-1]) <= most and _is_another(above[-1][: len(last)], last):
+                    above.pop()  # rows with a text beside them, as oscilloscopes begin, or with a remark at their end
+                begun = [t for k in places[len(above) :][:2] for t in _split(lines[k], delimiter, wrapped)[:1]]
+                return _Rows(places[len(above)], delimiter, wrapped, len(last), most, begun in (["1", "2"], ["0", "1"]))
+    return None
+
+
+def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str]) -> Layout | None:
+    """The header above the first rows, or above a line of units; None where no line has a name for each column.
+
+    A line of units may have a word that is none, such as the `Inkr` of a drive's increments.
+    """
+    split = {i: _names_of(line, rows) for i, line in enumerate(lines[: rows.index]) if line.strip()}
+    above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])][-2:]
+    near = [i for i in reversed(above) if split[i]]
+    if not near or near[0] != above[-1]:
+        return None
+    at = near[0]
+    units: tuple[tuple[str, str], ...] = ()
+    if len(near) == 2:
+        lower, upper = split[near[0]], split[near[1]]
+        sought = [sum(name.strip() in asked for name in line) for line in (lower, upper)]
+        if _are_units(lower) or sought[1] > sought[0] or (sought[0] == sought[1] and _are_units(lower, but=1)):
+            at, units = near[1], tuple(zip(_named(upper), map(_bare, lower), strict=False))
+        elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]):
+            found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
+            expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in meta.yaml beside the log"
+            raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
+    return _told(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, rows.wrapped, units))
+
+
+_SAMPLE_TIME = "sampletime[ms]"
+_NAME = ("name", "channel name", "channel")
+
+
+def _scope(lines: Sequence[str], rows: _Rows) -> Layout | None:
+    """The export of a scope: lines ``KEY;value;value;KEY;value`` with a KEY in each column of time.
+
+    That of TwinCAT has its times in ms, or as Windows' FILETIME; of another one the names must stand behind KEYs.
+    """
+    about: dict[str, tuple[int, list[str]]] = {}
+    for i, line in enumerate(lines[: rows.index]):
+        texts = [text.strip() for text in _split(line, rows.delimiter, rows.wrapped)]
+        if texts and len(texts) <= rows.width:
+            about[texts[0].lower()] = i, texts + [""] * (rows.width - len(texts))
+    key = next((key for key in _NAME if key in about), "")
+    if not key:
+        return None
+    at, names = about[key]
+    times = [k for k, text in enumerate(names) if text == names[0]]
+    if (_SAMPLE_TIME not in about and len(times) < 2) or at > about.get(_SAMPLE_TIME, (at,))[0]:
+        return None
+    own = False
+    for i in islice(_significant(lines[rows.index :]), LINES_SEARCHED):
+        texts = _split(lines[rows.index + i], rows.delimiter, rows.wrapped)
+        own = own or (len(texts) == rows.width and len({texts[k] for k in times}) > 1)
+    called = [str(k + 1) if k in times else name for k, name in enumerate(names)]
+    called[0] = "Time"
+    first = _split(lines[rows.index], rows.delimiter, rows.wrapped)[0].strip()
+    in_ms = _SAMPLE_TIME in about and len(first.split(",")[0].split(".")[0]) < 15
+    units = {"Time": "ms"} if in_ms and not own else {}
+    given = about.get("unit", (0, [""] * rows.width))[1]
+    bare = {name: _bare(u) for k, (name, u) in enumerate(zip(called, given, strict=True)) if k not in times}
+    units |= {name: unit for name, unit in bare.items() if unit.lower() not in ("", "none")}
+    table = Layout(_named(called), at + 1, rows.index, rows.delimiter, rows.wrapped, tuple(units.items()))
+    words = f"the file is a scope's export{', its times in ms' if in_ms else ''}"
+    said = _told(lines, table)
+    before = tuple(max(j for j in times if j <= k) for k in range(rows.width)) if own else ()
+    tick = (1e-3 if in_ms else 1e-7) if _SAMPLE_TIME in about else 1.0
+    return replace(said, notes=(words, *said.notes), times=before, tick=tick)
+
+
+def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
+    """With the units that a comment before the rows states, ``# units: s, mm, N``, where no line of units does."""
+    if found.units:
+        return found
+    start = next((found.first + i for i in _significant(lines[found.first :])), found.first)
+    for line in lines[:start]:
+        said = re.fullmatch(r"\s*(?:#|%|//)\s*(?i:units?|einheit(?:en)?)\s*[:=]?\s*(.+)", line)
+        if said:
+            for delimiter in (*SEPARATORS, ""):
+                texts = _split(said[1], delimiter)
+                if len(texts) == len(found.names) and _are_units(texts):
+                    units = tuple(zip(found.names, map(_bare, texts), strict=True))
+                    return replace(found, units=units, notes=(*found.notes, f"the units of a comment ({said[1]})"))
+    return found
+
+
+def _names_of(line: str, rows: _Rows) -> list[str]:
+    """A line's fields if it can be the header of the rows: as many, one of them a text and none a number.
+
+    The number of a row may have no name, as in tables of R; a comment may have one that no row has, as in LabVIEW's.
+    """
+    texts = _split(line.strip().lstrip("#%/"), rows.delimiter, rows.wrapped)
+    if rows.numbered and len(texts) == rows.width - 1:
+        texts = ["", *texts]
+    if len(texts) == rows.width + 1 and texts[-1].strip().lower() == "comment":
+        texts.pop()
+    if not rows.width <= len(texts) <= rows.most or any(map(_is_number, texts)) or not any(t.strip() for t in texts):
+        return []
+    return texts
+
+
+def _told(lines: Sequence[str], layout: Layout) -> Layout:
+    """The layout with notes where its header is not the first line, or rows are wrapped."""
+    words = []
+    if any(line.strip() for line in lines[: layout.line - 1]):
+        before = "1 line" if layout.line == 2 else f"{layout.line - 1} lines"
+        words.append(f"the header is line {layout.line} ({listing(layout.names)}), {before} before it")
+    below = [i for i in range(layout.line, layout.first) if lines[i].strip()]
+    if len(below) > 1:
+        words.append(f"lines {layout.line + 1} to {layout.first} between the header and the rows are not read")
+    if layout.units:
+        words.append(f"a line of units under the header ({listing([u or '-' for _, u in layout.units])})")
+    if layout.wrapped:
+        words.append("every line ends in commas, as a spreadsheet leaves them behind a table it has not split")
+    return replace(layout, notes=tuple(words))
+
+
+def _are_units(texts: Sequence[str], but: int = 0) -> bool:
+    """Whether all texts that are not empty are units, in brackets or not; with ``but`` two, and all but so many."""
+    given = [_bare(t) for t in texts if t.strip()]
+    units = sum(text in ("-", "%", "1", "") or (len(text) <= LONGEST_UNIT and is_unit(text)) for text in given)
+    return units >= max(1, 2 * but, len(given) - but)
+
+
+def _bare(text: str) -> str:
+    """A unit without brackets around it, or a word in brackets behind it, as in ``deg (Angle)``; ``Sec`` is ``sec``."""
+    unit = re.sub(r"(?<=\S)\s+\([A-Za-z ]+\)$", "", text.strip()).strip("[](){}").strip()
+    word = unit.lower()
+    return word if 2 < len(word) <= LONGEST_UNIT and not is_unit(unit) and is_unit(word) else unit
+
+
+def _at(file: str, lines: Sequence[str], header: int) -> Layout:
+    """The header that a description names by its line."""
+    count = len(lines) - (not lines[-1])
+    if header > count or not lines[header - 1].strip():
+        found = "a blank line" if header <= count else f"{count} lines"
+        expected = f"the header on line {header}, as described"
+        raise BadInput(Place(file, min(header, count)), found, expected, code="LOG013")
+    rows = _find_rows(lines[header:])
+    line = lines[header - 1].strip().lstrip("#%/")
+    delimiter, wrapped = (rows.delimiter, rows.wrapped) if rows else (delimiter_of(line), False)
+    names = _named(_split(line, delimiter, wrapped))
+    first = header
+    units: tuple[tuple[str, str], ...] = ()
+    between = [header + i for i in _significant(lines[header : header + rows.index])] if rows else []
+    texts = {i: _split(lines[i], delimiter, wrapped) for i in between}
+    if not any(_is_number(t[0]) or stamp(t[0]) for t in texts.values() if t):
+        first = header + rows.index if rows else header
+        for given in texts.values():
+            if len(given) == len(names) and not any(map(_is_number, given)) and (len(texts) == 1 or _said_units(given)):
+                pairs = zip(names, map(_bare, given), strict=True)
+                units = tuple((name, unit) for name, unit in pairs if unit.lower() not in _UNIT)
+    return _told(lines, Layout(names, header, first, delimiter, wrapped, units))
+
+
+_UNIT = ("unit", "units", "einheit")
+
+
+def _said_units(texts: Sequence[str]) -> bool:
+    """Whether a line is ``Unit;mm;Unit;N``, or one of units alone."""
+    return texts[0].strip().strip(":").lower() in _UNIT or _are_units(texts)
+
+
+def _without_header(file: str, rows: _Rows, named: Sequence[str]) -> Layout:
+    place = Place(file, rows.index + 1)
+    if named and len(named) != rows.width:
+        found = f"{rows.width} columns without a header line"
+        raise BadInput(place, found, f"{len(named)}, one for each of {listing(named)}", code="LOG013")
+    names = tuple(named) or tuple(str(k + 1) for k in range(rows.width))
+    words = "the file has no header line: its columns go by their numbers, counted from 1"
+    if named:
+        words = f"the file has no header line: its columns are {listing(names)} as described"
+    return Layout(names, rows.index + 1, rows.index, rows.delimiter, rows.wrapped, (), (words,))

@@ -1,0 +1,73 @@
+"""TDMS, the log of LabVIEW: channels ``GROUP.CHANNEL``, timed by their ``wf_increment``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from codegen.base.arrays import Array
+from codegen.logs.formats.series import ChannelFile, Signal
+
+STEP, DELAY, BEGIN = "wf_increment", "wf_start_offset", "wf_start_time"
+
+
+class TdmsFile(ChannelFile):
+    """An opened .tdms file.
+
+    A channel without ``wf_increment`` has the times of its group's first channel of times, or else of one that is
+    called time or t.
+    """
+
+    expected = "a TDMS log (.tdms)"
+
+    def find(self) -> None:
+        nptdms = self.library("nptdms", "tdms")
+        with self.opened() as stream:
+            if stream.read(4) != b"TDSm":
+                raise self.fault("no TDMS file")
+        self._channels: dict[str, tuple[Any, Any]] = {}
+        with self.reading():
+            for group in nptdms.TdmsFile.open(self.path).groups():
+                clock = next((c for c in group.channels() if _is_clock(c)), None)
+                for channel in group.channels():
+                    name = f"{group.name}.{channel.name}"
+                    if channel is not clock and channel.dtype.kind not in "fiub":
+                        self.unread[name] = "it holds no numbers"
+                    elif not len(channel):
+                        self.unread[name] = "it has no sample"
+                    elif STEP not in channel.properties and (clock is None or len(clock) != len(channel)):
+                        self.unread[name] = f"it has no `{STEP}`, and its group no channel of as many times"
+                    elif channel is not clock:
+                        self._channels[name] = channel, clock
+            begins = [c.properties[BEGIN] for c, _ in self._channels.values() if BEGIN in c.properties]
+            self._origin = min(begins, default=None)
+        self.units = {name: str(c.properties.get("unit_string", "")) for name, (c, _) in self._channels.items()}
+        self.found({name: len(channel) for name, (channel, _) in self._channels.items()})
+
+    def signal(self, name: str) -> Signal:
+        channel, clock = self._channels[name]
+        time = self._times(channel) if STEP in channel.properties else _clock_times(clock)
+        return Signal(name.partition(".")[0], time, np.asarray(channel[:], dtype=np.float64))
+
+    def _times(self, channel: Any) -> Array:
+        """By the channel's own properties, from the earliest start of all channels."""
+        properties = channel.properties
+        start = float(properties.get(DELAY, 0.0))
+        if self._origin is not None and BEGIN in properties:
+            start += float((properties[BEGIN] - self._origin) / np.timedelta64(1, "ns")) * 1e-9
+        step = float(properties[STEP])
+        if not step > 0:
+            raise ValueError(f"{STEP} {step:g}")
+        return np.asarray(start + step * np.arange(len(channel)), dtype=np.float64)
+
+
+def _is_clock(channel: Any) -> bool:
+    return channel.dtype.kind == "M" or channel.name.strip().lower() in ("time", "t")
+
+
+def _clock_times(clock: Any) -> Array:
+    values = np.asarray(clock[:])
+    if values.dtype.kind == "M":
+        return np.asarray((values - values[0]) / np.timedelta64(1, "ns"), dtype=np.float64) * 1e-9
+    return values.astype(np.float64)
