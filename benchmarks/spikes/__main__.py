@@ -4,7 +4,8 @@
 every set of benchmarks/real/sets.yaml that is here. Each plain and spiked log is diagnosed as a user would, 15 to 40 s
 of CPU each; what is there already is not made again. The page is written where everything was asked for (and with
 --write); otherwise the text is printed only. With --kept nothing is run: what is there is shown, the rest as not run.
-Of a set given as ``--code SET=VERSION`` that is what that version of the code has left there, and the page says so.
+Of a set given as ``--code SET=VERSION[,VERSION…]`` that is what these versions of the code have left there, of each log
+the first one's, and the page says so.
 """
 
 from __future__ import annotations
@@ -129,14 +130,14 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "practice_results" / "spikes")
     parser.add_argument("--again", action="store_true", help="diagnose what is there already")
     parser.add_argument("--kept", action="store_true", help="run nothing, show what is there")
-    parser.add_argument("--code", nargs="+", metavar="SET=VERSION", default=[], help="with --kept: of which code")
+    parser.add_argument("--code", nargs="+", metavar="SET=VERSION[,…]", default=[], help="with --kept: of which code")
     parser.add_argument("--write", action="store_true", help="write the page although not everything was asked for")
     args = parser.parse_args()
     if not SPIKE.is_file():
         print(f"spikes: {SPIKE} is not here; nothing can be put into a log")
         return
     out = args.out.resolve()
-    codes = dict(one.partition("=")[::2] for one in args.code)
+    codes = {name: tuple(of.split(",")) for name, _, of in (one.partition("=") for one in args.code)}
     if codes and not args.kept:
         parser.error("--code shows what is there: give --kept too")
     try:
@@ -151,13 +152,14 @@ def main() -> None:
             kinds = [kind for kind in kinds_for(one, out) if not args.kinds or kind in args.kinds]
             every += kinds
             if name not in absent and kinds:
-                bench = Bench(name, one, out, codes.get(name, code_version()))
+                newest, *earlier = codes.get(name, (code_version(),))
+                bench = Bench(name, one, out, newest, tuple(earlier))
                 found = part(bench, kinds, args.share, args.again, args.kept)
                 parts += [found] if found is not None else []
                 absent += [name] if found is None else []
     except (Unavailable, RuntimeError) as why:
         parser.exit(1, f"spikes: {why}\n")
-    shown = {one.name: codes.get(one.name, code_version()) for one in parts}
+    shown = {one.name: " else ".join(codes.get(one.name, (code_version(),))) for one in parts}
     text = page(parts, args.share, absent, versions(shown), every)
     print(text)
     whole = not (args.sets or args.kinds or absent or args.kept) and tuple(args.share) == SHARES

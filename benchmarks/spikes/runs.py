@@ -36,16 +36,20 @@ class Bench:
     Attributes:
         out: folder of all spikes and their results.
         code: version that made the results; this one by default.
+        earlier: versions whose results stand for what ``code`` has not diagnosed.
     """
 
     name: str
     one: RealSet
     out: Path
     code: str = field(default_factory=code_version)
+    earlier: tuple[str, ...] = ()
 
-    @property
-    def results(self) -> Path:
-        return self.out / self.code / self.name
+    def result(self, kind: str, percent: float) -> Path:
+        """The folder of a result: the first version's that has it, or ``code``'s."""
+        name = self.case(kind, percent).name
+        folders = [self.out / version / self.name / name for version in (self.code, *self.earlier)]
+        return next((folder for folder in folders if (folder / "run.json").is_file()), folders[0])
 
     @property
     def logs(self) -> Readable:
@@ -67,13 +71,13 @@ class Bench:
         names = ["train.csv", "test.csv", *(f"test{k}.csv" for k in range(2, len(logs.train) + len(logs.test)))]
         files = [case / name for name in names[: len(logs.train) + len(logs.test)]]
         train, test = files[: len(logs.train)], files[len(logs.train) :]
-        out = self.results / case.name
+        out = self.result(kind, percent)
         diagnosed_logs(case.name, logs.spec, train, test, out, again, logs.description)
         return result_in(out)
 
     def is_diagnosed(self, kind: str, percent: float) -> bool:
-        """Whether the log with a spike was diagnosed already, by that code."""
-        return (self.results / self.case(kind, percent).name / "run.json").is_file()
+        """Whether the log with a spike was diagnosed already, by one of the versions."""
+        return (self.result(kind, percent) / "run.json").is_file()
 
     def truth(self, kind: str, percent: float) -> tuple[dict[str, Any], dict[str, Any]]:
         """truth.json, and what least squares finds in the log as it is and in the spiked one."""

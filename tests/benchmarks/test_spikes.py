@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -23,6 +24,7 @@ from benchmarks.spikes.outcome import (
     spike_of,
     totals,
 )
+from benchmarks.spikes.runs import Bench
 from tests.benchmarks.diagnoses import diagnosis, effect
 
 COGGING = Spike("cogging", "amplitude", 10.0, frozenset({"cogging"}), own=1.0)
@@ -158,6 +160,20 @@ def test_totals_count_detections_and_false_names_apart() -> None:
 def test_code_of_every_set_is_named_where_it_differs() -> None:
     assert versions({"rig": "abc", "arm": "abc"}) == "abc"
     assert versions({"rig": "abc", "arm": "def"}) == "abc (rig), def (arm)"
+
+
+def test_an_earlier_version_stands_for_what_the_newest_has_not_diagnosed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Bench, "case", lambda self, kind, percent: tmp_path / "cases" / f"{kind}_{percent:g}")
+    bench = Bench("emps", real_sets(["emps"])["emps"], tmp_path, "new", ("middle", "old"))
+    for version, kind in (("old", "cogging"), ("middle", "cogging"), ("old", "spring"), ("new", "offset")):
+        folder = tmp_path / version / "emps" / f"{kind}_10"
+        folder.mkdir(parents=True)
+        (folder / "run.json").write_text("{}")
+    found = {kind: bench.result(kind, 10.0).parts[-3] for kind in ("offset", "cogging", "spring", "viscous")}
+    assert found == {"offset": "new", "cogging": "middle", "spring": "old", "viscous": "new"}
+    assert bench.is_diagnosed("spring", 10.0) and not bench.is_diagnosed("viscous", 10.0)
 
 
 OUTCOMES_SEEN = (
