@@ -101,7 +101,7 @@ class Expressions:
             case "product":
                 first, *rest = arguments
                 return " * ".join([self._bound(first, PRODUCT), *(self._bound(a, UNARY) for a in rest)]), PRODUCT
-        parts = [self._bound(arguments[0], SUM if node.signs[0] > 0 else UNARY)]
+        parts = [self._bound(arguments[0], SUM if node.signs[0] > 0 else ATOM)]  # as --2.0 decrements in C
         parts[0] = parts[0] if node.signs[0] > 0 else f"-{parts[0]}"
         for sign, term in zip(node.signs[1:], arguments[1:], strict=True):
             parts.append(f"{'+' if sign > 0 else '-'} {self._bound(term, PRODUCT)}")

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from codegen.base.errors import BadInput
 from codegen.emit.c import FUNCTIONS
 from codegen.emit.expression import Expressions, Language
-from codegen.program.graph import Graph, to_graph
+from codegen.program.graph import Graph, Node, to_graph
 from codegen.program.normal import normalise
 from tests.told import refused
 
@@ -220,3 +220,12 @@ def test_random_trees(tmp_path):
                 assert value == pytest.approx(expected, rel=1e-9, abs=1e-9), printed(tree, PYTHON)
                 compared += 1
     assert len(found) >= 300 and compared > 400
+
+
+@pytest.mark.parametrize("first", ["number", "negative"])
+def test_a_sum_that_begins_with_less_a_negative_operand_has_parentheses(first: str) -> None:
+    """In C ``--2.0`` is no number, and ``--y`` counts down."""
+    x, y = Node("symbol", name="x"), Node("symbol", name="y")
+    operand = Node("number", value=-2.0) if first == "number" else Node("negative", (y,))
+    text = Expressions(C, {n: n for n in NAMES}, {}).text(Node("sum", (operand, x), (-1, 1)))
+    assert text == ("-(-2.0) + x" if first == "number" else "-(-y) + x")
