@@ -20,8 +20,9 @@ from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Part, model_of, part_of
-from codegen.diagnosis.selection.forward_selection import LaterRound
+from codegen.diagnosis.selection.forward_selection import LaterRound, Outcome
 from codegen.diagnosis.verdict import force_led
+from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.force_led import (
     LEVEL,
     ForceFits,
@@ -218,23 +219,15 @@ PLACED = {
 }
 
 
-@pytest.mark.parametrize(
-    ("truth", "leader", "rival", "left"),
-    [
-        ("spring", "spring", "offset", ["spring"]),
-        ("spring", "offset", "spring", ["spring"]),
-        ("offset", "spring", "offset", ["offset"]),
-        ("offset", "coulomb_asymmetry", "offset", ["coulomb_asymmetry", "offset"]),
-    ],
-)
-def test_held_out_data_tell_what_the_force_residual_leaves_open(
-    truth: str, leader: str, rival: str, left: list[str], tmp_path: Path
-) -> None:
-    """About 0.3 m a spring is nearly a constant force, about 0.6 m it is twice that; an asymmetry is one anywhere."""
+def tied_about_one_place(truth: str, leader: str, rival: str, folder: Path) -> tuple[ForceSelection, HeldOut]:
+    """Two candidates fitted to a log about 0.3 m, and held-out data about 0.6 m.
+
+    About 0.3 m a spring is nearly a constant force, about 0.6 m it is twice that; an asymmetry is one anywhere.
+    """
 
     def logged(where: float, name: str) -> Log:
-        log = log_of(stage(PLACED[truth], 5.5, ABOUT.format(place=where)), tmp_path, name)
-        return jittered(log, tmp_path)
+        log = log_of(stage(PLACED[truth], 5.5, ABOUT.format(place=where)), folder, name)
+        return jittered(log, folder)
 
     motion, system = smooth_motion(log := logged(0.3, "train.csv")), system_of(stage())
     problem = Problem(system, motion, {s: 0.4 for s in system.values if s.name == "m"})
@@ -250,13 +243,45 @@ def test_held_out_data_tell_what_the_force_residual_leaves_open(
     unseen = Problem(system, other, {})
     errors = partial(measure, motion=other, used=unseen.masks, window=slice(0, len(other.time)), restart_s=0.5)
     tied = ForceSelection(fits, best, fits.run(best), 0.5, (LaterRound((), tuple(ranked)),), (ranked[1],))
-    told, words = told_by_held_out(tied, HeldOut(unseen, errors))
+    return tied, HeldOut(unseen, errors)
+
+
+@pytest.mark.parametrize(
+    ("truth", "leader", "rival", "left"),
+    [
+        ("spring", "spring", "offset", ["spring"]),
+        ("spring", "offset", "spring", ["spring"]),
+        ("offset", "spring", "offset", ["offset"]),
+        ("offset", "coulomb_asymmetry", "offset", ["coulomb_asymmetry", "offset"]),
+    ],
+)
+def test_held_out_data_tell_what_the_force_residual_leaves_open(
+    truth: str, leader: str, rival: str, left: list[str], tmp_path: Path
+) -> None:
+    told, words = told_by_held_out(*tied_about_one_place(truth, leader, rival, tmp_path))
     assert [p.kind for p in (*told.parts, *(one.found.part for one in told.rivals))] == left
     assert told.rounds[0].ranked[0].found.part == told.parts[0]
     assert told.run.theta == pytest.approx(told.fit.theta)
     if len(left) == 1:
         refused = rival if left == [leader] else leader
         assert words[0].startswith(f"{refused} on x, which ties with {left[0]} on x on the training log, is refused")
+
+
+def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A constant force leads on the training log; the machine has a spring."""
+    tied, held_out = tied_about_one_place("spring", "offset", "spring", tmp_path)
+    monkeypatch.setattr(force_led, "selected_by_force", lambda *_: tied)
+    search, base = tied.fits.search, tied.fits.search.refit()
+    outcome = Outcome(base, base, (), (), 0.0, len(base.residual), unexplained=True)
+    figures = held_out.measured(base.model)
+    plain = Answer("unknown", (), base.model, base.model, (figures, figures, figures))
+    verdicts = {}
+    for data in (None, held_out):
+        answer, _ = force_led.credited_by_force(
+            search, outcome, tied.fits.problem, plain, held_out.measured, lambda _: None, data
+        )
+        verdicts[data] = answer.verdict, [e.kind for e in answer.effects]
+    assert verdicts == {None: ("ambiguous", ["offset"]), held_out: ("effect", ["spring"])}
 
 
 def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(
