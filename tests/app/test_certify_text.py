@@ -43,7 +43,9 @@ def test_the_rate_of_the_slowest_eigenvalue_says_its_measure(tmp_path: Path) -> 
     """From the |z| that `gains` prints: -ln|z|/h there and (1 - |z|^2)/(2h) in `certify`."""
     text, h = (SPECS / "one_mass.yaml").read_text(), 1e-3
     gains = "\n".join(lines_of("gains", text, tmp_path))
-    z = float(re.search(r"= -ln\|z\|/h \(each sample multiplies it by \|z\| = (\S+)\)", gains)[1])  # type: ignore[index]
+    printed = re.search(r"= -ln\|z\|/h \(each sample multiplies it by \|z\| = (\S+)\)", gains)
+    assert printed
+    z = float(printed[1])
     certified = "\n".join(lines_of("certify", text, tmp_path))
     found = re.search(r"z of a sample has \(1 - \|z\|\^2\)/\(2h\) = (\S+) 1/s, another measure than", certified)
     assert found and float(found[1]) == pytest.approx((1 - z**2) / (2 * h), rel=1e-3)

@@ -37,8 +37,9 @@ def printed(*arguments: object, code: int = 0) -> Any:
 
 
 def test_every_verb_with_a_result_has_it() -> None:
-    verbs = typer.main.get_command(app).commands  # type: ignore[attr-defined]
-    flags = {name: [p for p in verb.params if "--json" in p.opts] for name, verb in verbs.items()}
+    group = typer.main.get_command(app)
+    assert isinstance(group, typer.core.TyperGroup)
+    flags = {name: [p for p in verb.params if "--json" in p.opts] for name, verb in group.commands.items()}
     assert {name for name, found in flags.items() if not found} == WITHOUT
     assert all(p.is_flag for found in flags.values() for p in found)
 

@@ -131,10 +131,14 @@ def random_signs(t: float) -> float:
 
 
 def by_random_signs(gains: Array) -> float:
-    """As ``random_signs`` of the gains g_b of blocks, or P(Σ ±|g_b| ≥ Σ g_b) where that is larger: at a level of some
-    per cent, where few blocks decide, the approximation is too small.
+    """One-sided p-value of a sign-flip test: P(Σ s_b |g_b| ≥ Σ g_b) for independent random signs s_b = ±1.
 
-    The sum has the characteristic function Π cos(ω |g_b|), which is inverted on a grid of the gains.
+    It is computed from the characteristic function Π cos(ω |g_b|), on a grid of the sums. Where the normal
+    approximation (``random_signs``) is larger, that is returned. With few blocks the approximation is too small: 0.013
+    in place of 1/32 for five equal gains.
+
+    Args:
+        gains: (B,) gain g_b of each block.
     """
     sizes = np.abs(gains)
     whole = float(sizes.sum())

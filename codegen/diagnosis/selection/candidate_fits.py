@@ -69,9 +69,10 @@ def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
 
 
 def start_compiling(search: Search) -> None:
-    """Start to compile the declared model and, while that is refitted, what the first round tries.
+    """Start the C compiler on the declared model and on the models of the first round of selection.
 
-    Of an arm that is run joint by joint the refit tells which joints are worth trying.
+    The latter are ready when the declared model has been refitted. For an arm that is simulated joint by joint they are
+    not started here: the refit decides at which joints effects are tried.
     """
     trial = search.declared_trial
     search.runners([trial])
@@ -99,7 +100,7 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
 
 
 def in_simplest_forms(found: Sequence[Fit]) -> list[Fit]:
-    """Fits, all of which may be named, less those of which a simpler form fits as well."""
+    """The fits without those forms of an effect that a simpler form of the same effect fits as well as."""
     return [f for f in found if not any(other is not f and is_simpler_form(other, f) for other in found)]
 
 

@@ -190,10 +190,10 @@ def _merged(search: Search, current: Fit) -> Fit | None:
 
 
 def _in_seen_kinds(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
-    """The fit with the kind that an effect extends in its place, where no log can show the values that it ended at and
-    that fits as well; that kind is then no rival of it.
+    """The fit with each effect of negligible values replaced by the simpler kind that it extends, if that fits as well.
 
-    Example: beside another effect a play may come out as 1e-15 rad, which is a spring without play.
+    Example: a backlash with a gap of 1e-15 rad is replaced by a compliance. The simpler kind is then removed from the
+    rivals.
     """
     trial, (moved, values) = current.trial, current.values
     for k, part in enumerate(trial.parts):

@@ -104,8 +104,10 @@ def run_round(
 
 
 def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Candidates less those of which a simpler form fits as well, and passes the tests as well: all of them, all but
-    that of significance, or neither.
+    """The candidates without those forms of an effect that a simpler form replaces.
+
+    A simpler form replaces another one if it fits as well (``is_simpler_form``) and does at least as well in the tests.
+    Credited is better than failing significance alone, and that is better than failing another test.
     """
 
     def passed(one: Ranked) -> tuple[bool, bool]:
