@@ -18,6 +18,7 @@ from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, every_part, fit_candidates, in_simplest_forms
 from codegen.diagnosis.selection.ranking import (
     Ranked,
+    contradicted_by_acceleration,
     contradicted_by_force,
     corrects_a_form,
     credible,
@@ -312,9 +313,10 @@ def _swapped(
 
 
 def _refused_by_force(search: Search, without: Fit, found: Fit) -> bool:
-    """Whether the force residual speaks against a replacement."""
+    """Whether the force residual, or the acceleration of free runs, speaks against a replacement."""
     before, after = ForceCriterion(search, without), ForceCriterion(search, found)
-    return bool(corrects_a_form(before, after) or contradicted_by_force(before, after))
+    tests = corrects_a_form, contradicted_by_force, contradicted_by_acceleration
+    return any(test(before, after) for test in tests)
 
 
 def _largest_first(search: Search, fit: Fit) -> Fit:

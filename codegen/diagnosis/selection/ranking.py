@@ -9,6 +9,7 @@ from math import comb, prod
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.diagnosis.evidence.acceleration_error import rings
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.reservations import (
     never_passed,
@@ -436,6 +437,17 @@ def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: 
     return f"makes the squared force residual {times:.2g} times as large"
 
 
+def contradicted_by_acceleration(before: ForceCriterion, after: ForceCriterion) -> str:
+    """Why not, where a load behind a spring shakes the machine as the log does not (``rings``); else empty.
+
+    Near the noise it is not asked: there the acceleration error is noise.
+    """
+    search, found = after.search, after.fit
+    if not adds_load(after) or noise_ratio(found) * _noise_assumed(search, found) <= credit.NEAR_NOISE:
+        return ""
+    return rings(before.fit, found, search.motion.cutoff_hz)
+
+
 def same_signature(one: Part, other: Part) -> bool:
     """Whether two effects act at the same place and are seen over the same variable."""
     effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
@@ -463,6 +475,7 @@ def _why_not(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: f
         or only_reduces_drive(before, after, e)
         or corrects_a_form(before, after)
         or contradicted_by_force(before, after, e.share)
+        or contradicted_by_acceleration(before, after)
     )
 
 

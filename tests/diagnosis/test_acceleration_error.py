@@ -1,0 +1,82 @@
+"""The acceleration error of free runs against closed forms, and what it says of a load that is there or not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from codegen.diagnosis.evidence.acceleration_error import WINDOW, acceleration_errors, rings
+from codegen.diagnosis.fit.output_error import Fit, shooting_fit
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import part_of
+from codegen.effects import CATALOGUE
+from tests.diagnosis.stage import log_of, stage, system_of
+
+STEP, CUTOFF = 1e-3, 10.0
+LOAD = {"k": 3000.0, "c": 4.0, "load_fraction": 0.8}
+"""Of the stage's 2 kg: both parts ring at 15 Hz, the cutoff being 20 Hz."""
+
+
+def fit_with(error: Any) -> Fit:
+    """A fit whose free runs leave this error, (S, L, n)."""
+    runner = SimpleNamespace(record=SimpleNamespace(targets=error, sample_time=STEP), run=lambda theta, offsets: 0.0)
+    return cast(Fit, SimpleNamespace(runner=runner, theta=None, offsets=None))
+
+
+def windows(length: int) -> int:
+    half = round(0.5 * WINDOW / (CUTOFF * STEP))
+    return (length - (2 * half + 1)) // half + 1
+
+
+def test_a_constant_acceleration_is_exact_and_a_straight_line_has_none():
+    t = np.arange(500) * STEP
+    parabola, line = 3.0 * t**2 / 2, 0.7 + 5 * t
+    errors = acceleration_errors(fit_with(np.array([parabola + line, line])[:, :, None]), CUTOFF)
+    assert errors[0] == pytest.approx(9.0 * windows(500), rel=1e-9)
+    assert errors[1] < 1e-18
+
+
+def test_a_wave_is_attenuated_as_its_window_says():
+    """Mean of −A ω² sin over the window, by scipy's integration in place of the kernel's second derivative."""
+    amplitude, frequency = 1e-3, 0.8 * CUTOFF
+    reach = 0.5 * WINDOW / CUTOFF
+    t, omega = np.arange(500) * STEP, 2 * np.pi * frequency
+    weight = quad(lambda s: (1 - s**2) ** 4 * np.cos(omega * reach * s), -1, 1)[0]
+    weight /= quad(lambda s: (1 - s**2) ** 4, -1, 1)[0]
+    both = np.stack([np.sin(omega * t), np.cos(omega * t)])  # their squares add up to 1 in each window
+    errors = acceleration_errors(fit_with(amplitude * both[:, :, None]), CUTOFF)
+    assert errors.sum() == pytest.approx(windows(500) * (amplitude * omega**2 * weight) ** 2, rel=2e-3)
+    assert weight == pytest.approx(0.5, abs=0.01)
+
+
+def fits(effects: str, folder: Path) -> tuple[Search, Fit, Fit]:
+    """The refit on a plant's log, and free runs with ``LOAD`` in addition, whose start states alone are fitted."""
+    log = log_of(stage(effects), folder, "log.csv")
+    motion = smooth_motion(log)
+    search = search_on(Problem(system_of(stage()), motion, {}), lambda share: record_of(motion, log, share))
+    base = search.refit()
+    trial = search.declared_trial.with_part(part_of(CATALOGUE["compliance"], 0, search.system))
+    theta = trial.theta(base.values[0], [LOAD])
+    fit = shooting_fit(search.runners([trial])[0], theta, search.record.at_rest, search.prior(trial, theta), 0)
+    return search, base, fit
+
+
+def test_a_load_that_is_not_there_shakes_the_motion(tmp_path: Path):
+    search, base, fit = fits("[{kind: viscous, on: rail, parameters: {b: 10}}]", tmp_path)
+    assert rings(base, fit, search.motion.cutoff_hz).startswith("makes the squared acceleration error of free runs")
+
+
+def test_a_load_that_is_there_does_not(tmp_path: Path):
+    values = ", ".join(f"{name}: {value}" for name, value in LOAD.items())
+    search, base, fit = fits(f"[{{kind: compliance, on: x, parameters: {{{values}}}}}]", tmp_path)
+    assert rings(base, fit, search.motion.cutoff_hz) == ""
+    cutoff = search.motion.cutoff_hz
+    assert acceleration_errors(fit, cutoff).sum() < 0.1 * acceleration_errors(base, cutoff).sum()
