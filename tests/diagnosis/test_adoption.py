@@ -403,6 +403,26 @@ def test_an_effect_is_no_worse_than_the_refit_without_it(force: float, run: floa
 
 
 @pytest.mark.parametrize(
+    ("force", "run", "admissible"),
+    [(1.004, 1.003, False), (0.98, 1.0, False), (0.97, 1.005, True), (1.005, 0.97, True)],
+)
+def test_an_effect_makes_an_error_on_held_out_data_smaller(force: float, run: float, admissible: bool) -> None:
+    """An eccentric encoder was named with 496 % in place of the declared model's 494, and 0.801 rad in place of 0.799."""
+    declared, refit = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,)), ErrorFigures(1.01, (1.01,), 0.1, 1.01, (1.01,))
+    new = ErrorFigures(force, (force,), 0.1, run, (run,))
+    chosen = admitted([("the effect", system_of(stage()))], declared, lambda _: new, refit)
+    assert (chosen.option is not None) is admissible
+    assert admissible or "neither error smaller" in chosen.refusals[0]
+    assert admitted([("values", system_of(stage()))], declared, lambda _: new).option is not None
+
+
+def test_held_out_data_on_which_an_effect_does_not_act_do_not_refuse_it() -> None:
+    """A saturation that the second log does not reach: the errors are those without it."""
+    one = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,))
+    assert admitted([("the effect", system_of(stage()))], one, lambda _: one, one).option is not None
+
+
+@pytest.mark.parametrize(
     ("force", "worse_in", "admissible"),
     [(0.8, 1, True), (0.8, 12, False), (0.99, 1, False), (1.06, 1, False)],
 )

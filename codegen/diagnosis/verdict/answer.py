@@ -19,8 +19,11 @@ from codegen.mechanics.system import System
 FORCE, RUN = "residual force", "error in free run"
 REFIT_WORSE = 0.05
 """Share by which an effect may increase either error over the refit without it; noise can make that much."""
-FORCE_FALLS = float(np.sqrt(1 - LEAST_SHARE))
-"""Ratio of force errors up to which free runs that are worse by chance do not refuse an effect."""
+FALLS = float(np.sqrt(1 - LEAST_SHARE))
+"""Ratio of errors up to which one falls: of force errors, so that free runs that are worse by chance do not refuse."""
+
+UNSEEN = 1e-3
+"""Relative change of both errors up to which an effect does not act on the held-out data."""
 
 Measured = Callable[[System], ErrorFigures]
 """Errors of a system on held-out data."""
@@ -91,7 +94,8 @@ def admitted(
     Args:
         refit: errors of the model without the effects; an option may exceed them by at most the share ``most``;
             where that is negative it must be better by so much. The sum over a few restarted runs also grows by
-            chance: where it may be that, and the force error falls, it refuses no effect.
+            chance: where it may be that, and the force error falls, it refuses no effect. With effects, an error must
+            fall below that of the declared model too (``gains_nothing``).
     """
     refusals: list[str] = []
     tried: list[ErrorFigures] = []
@@ -105,24 +109,42 @@ def admitted(
             worse, model = worsened(figures, refit, most), "the refit without the effect"
             if most >= 0 and may_be_chance(worse, figures, refit):
                 worse = {}
-        if not worse:
+        if worse:
+            refusals.append(f"on held-out data {option[0]} would make {_list(worse)} than with {model}")
+        elif refit is not None and gains_nothing(figures, declared, refit):
+            refusals.append(f"on held-out data {option[0]} would make neither error smaller than with the declared model")
+        else:
             return Admitted(option, figures, tuple(refusals))
-        refusals.append(f"on held-out data {option[0]} would make {_list(worse)} than with {model}")
     return Admitted(None, tried[0], tuple(refusals))
 
 
 def worsened(figures: ErrorFigures, declared: ErrorFigures, most: float = SAME) -> dict[str, float]:
     """Criterion → error over that of the declared model, where it is larger by more than a share ``most``."""
-    ratios = {
+    return {name: ratio for name, ratio in _ratios(figures, declared).items() if ratio > 1 + most}
+
+
+def _ratios(figures: ErrorFigures, declared: ErrorFigures) -> dict[str, float]:
+    """Criterion → error over that of the declared model; NaN where none was measured."""
+    return {
         FORCE: _over(figures.force_rms_rows, declared.force_rms_rows),
         RUN: _over(figures.free_run_rmse_rows, declared.free_run_rmse_rows),
     }
-    return {name: ratio for name, ratio in ratios.items() if ratio > 1 + most}
+
+
+def gains_nothing(figures: ErrorFigures, declared: ErrorFigures, refit: ErrorFigures) -> bool:
+    """Whether an effect acts on held-out data, and neither of its errors is below the declared model's by the share
+    ``LEAST_SHARE`` of its square.
+
+    Args:
+        refit: errors without the effect; where they are the same, the held-out data say nothing of it.
+    """
+    acts = any(abs(ratio - 1) > UNSEEN for ratio in _ratios(figures, refit).values())
+    return acts and all(not ratio <= FALLS for ratio in _ratios(figures, declared).values())
 
 
 def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: ErrorFigures) -> bool:
     """Whether only the free runs are worse than another model's, perhaps by chance, and the force error falls."""
-    falls = _over(figures.force_rms_rows, other.force_rms_rows) <= FORCE_FALLS
+    falls = _over(figures.force_rms_rows, other.force_rms_rows) <= FALLS
     return set(worse) == {RUN} and falls and not is_shown_worse(figures, other)
 
 
