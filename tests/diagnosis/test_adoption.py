@@ -407,7 +407,7 @@ def test_an_effect_is_no_worse_than_the_refit_without_it(force: float, run: floa
     [(1.004, 1.003, False), (0.98, 1.0, False), (0.97, 1.005, True), (1.005, 0.97, True)],
 )
 def test_an_effect_makes_an_error_on_held_out_data_smaller(force: float, run: float, admissible: bool) -> None:
-    """An eccentric encoder was named with 496 % in place of the declared model's 494, and 0.801 rad in place of 0.799."""
+    """An eccentric encoder was named with 496 % in place of 494 as declared, and 0.801 rad in place of 0.799."""
     declared, refit = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,)), ErrorFigures(1.01, (1.01,), 0.1, 1.01, (1.01,))
     new = ErrorFigures(force, (force,), 0.1, run, (run,))
     chosen = admitted([("the effect", system_of(stage()))], declared, lambda _: new, refit)

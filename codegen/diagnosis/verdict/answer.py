@@ -112,7 +112,8 @@ def admitted(
         if worse:
             refusals.append(f"on held-out data {option[0]} would make {_list(worse)} than with {model}")
         elif refit is not None and gains_nothing(figures, declared, refit):
-            refusals.append(f"on held-out data {option[0]} would make neither error smaller than with the declared model")
+            words = "would make neither error smaller than with the declared model"
+            refusals.append(f"on held-out data {option[0]} {words}")
         else:
             return Admitted(option, figures, tuple(refusals))
     return Admitted(None, tried[0], tuple(refusals))
