@@ -175,7 +175,9 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [wave.part])
     monkeypatch.setattr(ranking, "admissible", lambda search, found: True)
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "_refused_by_force", lambda *_: False)
+    refusing = "corrects_a_form", "contradicted_by_force", "contradicted_by_acceleration"
+    for test in refusing:
+        monkeypatch.setattr(forward_selection, test, lambda *_: "")
     monkeypatch.setattr(ranking, "acts_as_its_limit", lambda search, found: "")
     monkeypatch.setattr(ranking, "unseen_shape", lambda search, found: "longer than the stroke")
     monkeypatch.setattr(ranking, "takes_the_level", lambda problem, system, model: "")
@@ -189,11 +191,10 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(forward_selection, "matters", lambda *_: False)  # a lag of 1e-15 s ties with anything
     assert forward_selection._swapped(search, current, [], []) == (None, {})
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
-    monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "less than a misfit may leave")
-    assert forward_selection._swapped(search, current, [], []) == (None, {})
-    monkeypatch.setattr(forward_selection, "corrects_a_form", lambda *_: "")
-    monkeypatch.setattr(forward_selection, "contradicted_by_force", lambda *_: "leaves more than there was")
-    assert forward_selection._swapped(search, current, [], []) == (None, {})
+    for test in refusing:
+        monkeypatch.setattr(forward_selection, test, lambda *_: "leaves more than there was")
+        assert forward_selection._swapped(search, current, [], []) == (None, {})
+        monkeypatch.setattr(forward_selection, test, lambda *_: "")
 
 
 @pytest.mark.parametrize(("left", "kept"), [(("wave", "dead_zone"), True), (("dead_zone",), False)])
