@@ -8,9 +8,9 @@ runs at one steady speed by means of the records. The answer is what held-out da
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -144,44 +144,110 @@ def diagnose_log(
     return diagnosis, models
 
 
+@dataclass(frozen=True, eq=False)
+class _FreeRuns:
+    """What the stages of a diagnosis by free runs and force residual have in common.
+
+    Attributes:
+        search: whose segments free runs can follow. base: the refit in it.
+    """
+
+    case: Case
+    search: Search
+    base: Fit
+    report: Progress
+
+    @cached_property
+    def restart_s(self) -> float:
+        return restart_within_reach(self.case.problem.system, self.case.test.motion, self.case.window)
+
+    def measured(self, model: System) -> ErrorFigures:
+        """Errors of a model on held-out data."""
+        case = self.case
+        return measure(model, case.test.motion, case.test.masks, case.window, self.restart_s)
+
+    @cached_property
+    def held_out(self) -> Problem:
+        return Problem(self.case.problem.system, only(self.case.test.motion, self.case.window), {})
+
+    def examined(self, last: Search, found: Outcome) -> tuple[Answer, Outcome]:
+        """The answer from an outcome whose last fit is on the segments of ``last``."""
+        verdict = verdict_of(found, self.case.faults)
+        search = replace(self.search, within=last.within)
+        return examine(search, last, found, self.case.problem, verdict, self.measured, self.held_out)
+
+    def left_by(self, answer: Answer) -> tuple[Remainder, ...]:
+        """The remainder of the model that an answer writes."""
+        problem = self.case.problem
+        return remainders(answer.adopted or answer.refit, problem.motion, problem.masks)
+
+    def by_force(self, outcome: Outcome, answer: Answer) -> tuple[Answer, Outcome]:
+        """``credited_by_force``."""
+        return credited_by_force(
+            self.search,
+            outcome,
+            self.case.problem,
+            answer,
+            self.measured,
+            lambda done: self.report("effects by the force residual", 0.8 + 0.05 * done),
+            HeldOut(self.held_out, self.measured),
+        )
+
+    def without_tied(self, last: Search, outcome: Outcome, far: bool) -> tuple[Answer, Outcome] | None:
+        """The answer by the effects that all tied models have in common; None where these alone are not credited.
+
+        Args:
+            far: whether the models end far from the noise; near it the common effects must leave little.
+        """
+        common = common_effects(last, outcome)
+        if common is None:
+            return None
+        answer, found = self.examined(*common)
+        if answer.verdict != "effect" or not (far or is_small(self.left_by(answer), self.case.material)):
+            return None
+        return replace(answer, remarks=(*answer.remarks, _left_out(outcome, answer))), found
+
+    def remarks(self, outcome: Outcome, answer: Answer, in_place: Sequence[Part]) -> Iterator[str]:
+        """Further sentences on an answer.
+
+        Args:
+            in_place: effects in whose place parameters were found wrong.
+        """
+        case, problem = self.case, self.case.problem
+        lacks = answer.verdict == "effect"
+        yield from answer.remarks
+        if answer.verdict == "unknown":
+            yield from explaining_values(case.spec, answer.refit, problem)
+        for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
+            yield f"the fit reduces the friction level {name} to zero, its lowest value"
+        yield from _in_place(in_place, answer)
+        yield from scaled_position(answer, case.log, case.spec, problem)
+        if lacks and not answer.errors:
+            yield from equal_parameters(self.search, self.base, outcome)
+        yield from moved_values(answer, outcome.final if lacks else self.base, problem, case.material)
+        yield from _once_on_held_out(answer, case)
+
+
+def _is_far(fit: Fit) -> bool:
+    return noise_ratio(fit) > NEAR_NOISE
+
+
 def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -> tuple[Diagnosis, Models]:
     """The diagnosis by free runs and force residual of a motion."""
-    problem, test, system = case.problem, case.test, case.problem.system
+    problem, system = case.problem, case.problem.system
     report("refit", 0.05)
     search, base = _refit(case.spec, search, case)
-
-    def effect_report(turn: int, share: float) -> None:
-        report(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share))
-
-    search, outcome, in_place = _sought(search, base, effect_report, case)
+    search, outcome, in_place = _sought(
+        search, base, lambda turn, share: report(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share)), case
+    )
     outcome, last = with_harmonics(search, outcome, problem) if not case.faults else (outcome, search)
 
     report("values and held-out error", 0.78)
-    restart = restart_within_reach(system, test.motion, case.window)
-    measured = partial(measure, motion=test.motion, used=test.masks, window=case.window, restart_s=restart)
-
-    held_out = Problem(system, only(test.motion, case.window), {})
-
-    def examined(final: Search, found: Outcome) -> tuple[Answer, Outcome]:
-        verdict = verdict_of(found, case.faults)
-        return examine(replace(search, within=final.within), final, found, problem, verdict, measured, held_out)
-
-    def left_by(found: Answer) -> tuple[Remainder, ...]:
-        return remainders(found.adopted or found.refit, problem.motion, problem.masks)
-
-    answer, outcome = examined(last, outcome)
-    credited = answer.verdict in ("effect", "ambiguous")
-    far = noise_ratio(outcome.final if credited else base) > NEAR_NOISE
+    runs = _FreeRuns(case, search, base, report)
+    answer, outcome = runs.examined(last, outcome)
+    far = _is_far(outcome.final if answer.verdict in ("effect", "ambiguous") else base)
     if answer.verdict != "none" and far and not case.faults:
-        answer, outcome = credited_by_force(
-            search,
-            outcome,
-            problem,
-            answer,
-            measured,
-            lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
-            HeldOut(held_out, measured),
-        )
+        answer, outcome = runs.by_force(outcome, answer)
     tied: list[Fit] = []
     experiment, excitation = None, None
     if answer.verdict == "ambiguous":
@@ -192,52 +258,37 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             report(f"experiment that separates: {what}", 0.85 + 0.08 * share)
 
         experiment, excitation = separate(search, outcome, tied, case.log, case.spec.envelope, separation_report)
-        common = common_effects(last, outcome)
-        if common is not None:
-            other, of_other = examined(*common)
-            if other.verdict == "effect" and (far or is_small(left_by(other), case.material)):
-                other = replace(other, remarks=(*other.remarks, _left_out(outcome, other)))
-                answer, outcome = other, of_other
-    answer = settled(replace(search, within=last.within), outcome, problem, answer, measured)
-    left = left_by(answer)
+        answer, outcome = runs.without_tied(last, outcome, far) or (answer, outcome)
+    answer = settled(replace(search, within=last.within), outcome, problem, answer, runs.measured)
+    left = runs.left_by(answer)
     if answer.verdict == "unknown" and is_small(left, case.material):
         answer = replace(answer, verdict="none")
     elif answer.verdict == "none" and any(r.is_changing(case.material) or _is_far_off(r, case) for r in left):
         answer = replace(answer, verdict="unknown")
+    answer = replace(answer, remarks=tuple(runs.remarks(outcome, answer, in_place)))
 
-    lacks, unknown = answer.verdict == "effect", answer.verdict == "unknown"
-    remarks = [
-        *answer.remarks,
-        *(explaining_values(case.spec, answer.refit, problem) if unknown else ()),
-        *(
-            f"the fit reduces the friction level {name} to zero, its lowest value"
-            for name in levels_at_zero(system, (answer.refit, answer.augmented), problem.levels)
-        ),
-        *_in_place(in_place, answer),
-        *scaled_position(answer, case.log, case.spec, problem),
-        *(equal_parameters(search, base, outcome) if lacks and not answer.errors else ()),
-        *moved_values(answer, outcome.final if lacks else base, problem, case.material),
-        *_once_on_held_out(answer, case),
-    ]
-    answer = replace(answer, remarks=tuple(remarks))
     report("tracking observer", 0.93)
-    models = _models(case, answer, problem, case.window, restart, excitation)
-
-    def relative_error(model: System) -> float:
-        return force_errors(model, problem.motion, problem.masks)[2]
-
-    rivals = rivals_of(outcome, tied, answer.refit)
-    data = _data(case, problem, restart) | _search_data(search, outcome)
-    diagnosis = _diagnosis(case, models, answer, left, rivals, relative_error, data, outcome, experiment)
-    return replace(
-        diagnosis,
+    unknown = propose and answer.verdict == "unknown"
+    return _result(
+        case,
+        problem,
+        answer,
+        left,
+        rivals_of(outcome, tied, answer.refit),
+        lambda model: force_errors(model, problem.motion, problem.masks)[2],
+        _data(case, problem, runs.restart_s) | _search_data(search, outcome),
+        case.window,
+        runs.restart_s,
+        excitation,
+        outcome,
+        experiment,
         candidates=candidates(outcome, system, answer.verdict),
         agreement=compare_residuals(case.spec, system, problem.motion),
         later_rounds=rounds(outcome),
         standing=standing(last, outcome),
-        reliability=reliability_of(answer.verdict, noise_ratio(outcome.final) <= NEAR_NOISE),
-        proposal=propose_terms(answer.refit, problem, test, case.window) if propose and unknown else None,
-    ), models
+        reliability=reliability_of(answer.verdict, not _is_far(outcome.final)),
+        proposal=propose_terms(answer.refit, problem, case.test, case.window) if unknown else None,
+    )
 
 
 def _by_means(case: Case, means: Means) -> tuple[Diagnosis, Models]:
@@ -261,85 +312,78 @@ def _by_means(case: Case, means: Means) -> tuple[Diagnosis, Models]:
     left = remainders_of(answer.adopted or answer.refit, means)
     if answer.verdict == "none" and any(r.nature(case.material) == "structured" for r in left):
         answer = replace(answer, verdict="unknown")
-    models = _models(case, answer, problem, window)
-    rivals = [effects_of(one.fit, answer.refit)[0] for one in found.rivals]
-
-    def relative_error(model: System) -> float:
-        return figures_of(model, means, answer.figures[0]).relative_force
-
-    data |= {"segments": len(means), "alpha": ALPHA}
-    diagnosis = _diagnosis(case, models, answer, left, rivals, relative_error, data, records=len(means))
     first, *later = (
         Round(tuple((p.kind, p.on) for p in parts), tuple(one.row for one in tried[:TABLE_SIZE]))
         for parts, tried in found.rounds
     )
-    return replace(diagnosis, candidates=first.candidates, later_rounds=tuple(later)), models
+    return _result(
+        case,
+        problem,
+        answer,
+        left,
+        [effects_of(one.fit, answer.refit)[0] for one in found.rivals],
+        lambda model: figures_of(model, means, answer.figures[0]).relative_force,
+        data | {"segments": len(means), "alpha": ALPHA},
+        window,
+        records=len(means),
+        candidates=first.candidates,
+        later_rounds=tuple(later),
+    )
 
 
-def _models(
+def _result(
     case: Case,
-    answer: Answer,
     train: Problem,
-    window: slice,
-    restart_s: float = RESTART_S,
-    excitation: str | None = None,
-) -> Models:
-    """The three models, and the spec with what the answer writes into it."""
-    system, written = train.system, answer.adopted
-    values = {} if written is None else {s.name: float(written.values[s]) for s in (*train.levels, *train.uncertain)}
-    text = augmented_text(case.spec, answer.effects if answer.verdict == "effect" else (), values, system)
-    three = system, answer.refit, answer.augmented
-    return Models(*three, train, case.test, window, text, answer.effects, restart_s, excitation)
-
-
-def _diagnosis(
-    case: Case,
-    models: Models,
     answer: Answer,
     left: tuple[Remainder, ...],
     rivals: Sequence[FoundEffect],
     relative_error: Callable[[System], float],
     data: Mapping[str, Any],
+    window: slice,
+    restart_s: float = RESTART_S,
+    excitation: str | None = None,
     outcome: Outcome | None = None,
     experiment: Separation | None = None,
     records: int = 0,
-) -> Diagnosis:
-    """The diagnosis without its tables of candidates; other arguments as of ``sentence``.
+    **tables: Any,
+) -> tuple[Diagnosis, Models]:
+    """The diagnosis, and its models with the spec that the answer writes; arguments as of ``sentence`` and ``Models``.
 
     Args:
-        relative_error: of the force on the training log.
+        relative_error: of the force on the training log. tables: further fields of the diagnosis.
     """
-    system, material = models.declared, case.material
-    moved = (*models.train.levels, *models.train.uncertain)
+    system, written, material = train.system, answer.adopted, case.material
+    moved, three = (*train.levels, *train.uncertain), (system, answer.refit, answer.augmented)
+    named = answer.effects if answer.verdict == "effect" else ()
+    values = {} if written is None else {s.name: float(written.values[s]) for s in moved}
     declared, refit, augmented = answer.figures
     found = case.findings["train"]
-    words = sentence(system, answer, rivals, found, outcome, left, material, experiment, records, case.log)
-    return Diagnosis(
+    diagnosis = Diagnosis(
         verdict=answer.verdict,
-        sentence=words,
-        effects=answer.effects if answer.verdict == "effect" else (),
-        candidates=(),
+        sentence=sentence(system, answer, rivals, found, outcome, left, material, experiment, records, case.log),
+        effects=named,
         declared=declared,
         refit=refit,
         augmented=augmented,
-        training=(relative_error(system), relative_error(models.refit), relative_error(models.augmented)),
+        training=(relative_error(system), relative_error(answer.refit), relative_error(answer.augmented)),
         refitted={
-            s.name: (float(system.values[s]), float(models.refit.values[s]), float(models.augmented.values[s]))
+            s.name: (float(system.values[s]), float(answer.refit.values[s]), float(answer.augmented.values[s]))
             for s in moved
         },
         data=data,
-        agreement=None,
         findings=case.findings_in_words,
-        certificate=None,
         rivals=tuple(rivals) if answer.verdict == "ambiguous" else (),
         separation=experiment,
         parameter_errors=answer.errors,
         remarks=answer.remarks,
-        at_limit=levels_at_zero(system, (models.refit, models.augmented), models.train.levels),
+        at_limit=levels_at_zero(system, three[1:], train.levels),
         remainder=left,
         material=material,
         units={s.name: system.units.get(s, "1") for s in moved},
+        **tables,
     )
+    text = augmented_text(case.spec, named, values, system)
+    return diagnosis, Models(*three, train, case.test, window, text, answer.effects, restart_s, excitation)
 
 
 def _left_out(outcome: Outcome, answer: Answer) -> str:
@@ -347,33 +391,29 @@ def _left_out(outcome: Outcome, answer: Answer) -> str:
     parts = (outcome.parts[0], *(r.found.part for r in outcome.rivals))
     tied = " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in parts))
     if answer.errors:
-        errors = ", ".join(e.name for e in answer.errors)
-        return f"with {errors} kept within three tolerances, {tied} would be named in addition"
+        return f"{_kept(answer)}, {tied} would be named in addition"
     return f"in addition {tied} explains part of what is left; this log does not tell which"
 
 
-def _in_place(parts: Sequence[Part], answer: Answer) -> tuple[str, ...]:
-    """Which effects the log would name if the parameters that are wrong were kept near their declared values.
-
-    Without those that it names in any case.
-    """
+def _in_place(parts: Sequence[Part], answer: Answer) -> list[str]:
+    """Which effects, beside those of the answer, the log would name if wrong values were kept as declared."""
     found = {(e.kind, e.on) for e in answer.effects}
     named = " and ".join(f"{p.kind} on {p.on}" for p in parts if (p.kind, p.on) not in found)
     if not named or not answer.errors:
-        return ()
-    errors = ", ".join(e.name for e in answer.errors)
-    return (f"with {errors} kept within three tolerances, {named} would be named in place of the parameter error",)
+        return []
+    return [f"{_kept(answer)}, {named} would be named in place of the parameter error"]
+
+
+def _kept(answer: Answer) -> str:
+    return f"with {', '.join(e.name for e in answer.errors)} kept within three tolerances"
 
 
 def _sought(
     search: Search, base: Fit, progress: Callable[[int, float], None], case: Case
 ) -> tuple[Search, Outcome, tuple[Part, ...]]:
-    """Forward selection, with toleranced parameters free where that explains the log better.
+    """Search, outcome of forward selection, and the effects in whose place toleranced parameters were found wrong.
 
-    At constant speed they keep their limits: inertia acts on noise and waves alone there, and trades with them.
-
-    Returns:
-        The search, its outcome, and the effects in whose place parameters were found wrong.
+    At constant speed these keep their limits: inertia acts on noise and waves alone there, and trades with them.
     """
     outcome = find_effects(search, base, progress, case.faults)
     free = None if case.faults or case.steady else released(search, base, outcome)
@@ -407,8 +447,7 @@ def _is_far_off(left: Remainder, case: Case) -> bool:
 def _once_on_held_out(answer: Answer, case: Case) -> tuple[str, ...]:
     """Remarks on single events, such as a push, that hold half of the squared residual force on held-out data.
 
-    No model explains such an event, but it can decide whether held-out data refuse an effect. Events at a reversal are
-    left out: friction whose sign changes one sample early or late leaves the same residual.
+    Not those at a reversal: friction whose sign changes one sample early or late leaves the same residual.
     """
     if answer.adopted is None:
         return ()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from math import sqrt
+from math import isfinite, sqrt
 from typing import Any, Literal
 
 from codegen.diagnosis.reliability import Reliability
@@ -286,17 +286,13 @@ class Separation:
         def motion(m: MotionTried) -> dict[str, Any]:
             return {"name": m.name, "duration_s": m.duration, "energy": m.energy, "separation": m.separation}
 
+        def pair(a: TiedPair) -> dict[str, Any]:
+            first, other = _places((a.first, a.other))
+            figures = {"angle_deg": a.angle, "distance_on_this_log": a.distance, "catalogue": a.separated_by}
+            return {"first": first, "other": other, **figures}
+
         return {
-            "pairs": [
-                {
-                    "first": {"kind": a.first[0], "on": written_place(a.first[1])},
-                    "other": {"kind": a.other[0], "on": written_place(a.other[1])},
-                    "angle_deg": a.angle,
-                    "distance_on_this_log": a.distance,
-                    "catalogue": a.separated_by,
-                }
-                for a in self.pairs
-            ],
+            "pairs": [pair(a) for a in self.pairs],
             "separation_needed": self.needed,
             "motion": None if self.chosen is None else motion(self.chosen) | {"reference": dict(self.references)},
             "tried": [motion(m) for m in self.tried],
@@ -328,17 +324,12 @@ class Proposal:
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects."""
+        coordinates = [asdict(c) for c in self.coordinates]
+        for one in coordinates:
+            one["held_out_share"] = one.pop("share")
         return {
             "is": "a proposal by sparse regression, not a finding; it is in no spec and in no code",
-            "coordinates": [
-                {
-                    "coordinate": c.coordinate,
-                    "unit": c.unit,
-                    "terms": dict(c.terms),
-                    "held_out_share": _finite(c.share),
-                }
-                for c in self.coordinates
-            ],
+            "coordinates": coordinates,
         }
 
 
@@ -403,9 +394,9 @@ class Diagnosis:
     training: tuple[float, float, float]
     refitted: Mapping[str, tuple[float, float, float]]
     data: Mapping[str, Any]
-    agreement: Agreement | None
     findings: Mapping[str, tuple[str, ...]]
-    certificate: CertificateChange | None
+    agreement: Agreement | None = None
+    certificate: CertificateChange | None = None
     later_rounds: tuple[Round, ...] = ()
     standing: tuple[Candidate, ...] = ()
     rivals: tuple[FoundEffect, ...] = ()
@@ -458,17 +449,9 @@ class Diagnosis:
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for diagnosis.json; infinities become null."""
-
-        def error(figures: ErrorFigures) -> dict[str, Any]:
-            return {
-                "residual_force_rms": _finite(figures.force_rms),
-                "residual_force_rms_by_coordinate": [_finite(v) for v in figures.force_rms_rows],
-                "relative_force_error": _finite(figures.relative_force),
-                "free_run_position_rmse": _finite(figures.free_run_rmse),
-                "free_run_position_rmse_by_coordinate": [_finite(v) for v in figures.free_run_rmse_rows],
-            }
-
-        return {
+        models = ("declared", "refit", "augmented")
+        errors = (self.declared, self.refit, self.augmented)
+        content = {
             "format": "stiction-diagnosis/1",
             "verdict": self.verdict,
             "sentence": self.sentence,
@@ -477,69 +460,66 @@ class Diagnosis:
             "rivals": [_effect(e) for e in self.rivals],
             "candidates": [_row(c) for c in self.candidates],
             "later_rounds": [
-                {"beside": _twins(r.found_before), "candidates": [_row(c) for c in r.candidates]}
+                {"beside": _places(r.found_before), "candidates": [_row(c) for c in r.candidates]}
                 for r in self.later_rounds
             ],
             "standing": [_row(c) for c in self.standing],
-            "error": {"declared": error(self.declared), "refit": error(self.refit), "augmented": error(self.augmented)},
-            "relative_force_error_on_training": dict(
-                zip(("declared", "refit", "augmented"), map(_finite, self.training), strict=True)
-            ),
+            "error": {name: _errors(one) for name, one in zip(models, errors, strict=True)},
+            "relative_force_error_on_training": dict(zip(models, self.training, strict=True)),
             "values": {
                 name: {
                     "unit": self.units.get(name, "1"),
-                    "declared": a,
-                    "refit": b,
-                    "augmented": c,
+                    **dict(zip(models, values, strict=True)),
                     "at_limit": name in self.at_limit,
                 }
-                for name, (a, b, c) in self.refitted.items()
+                for name, values in self.refitted.items()
             },
             "parameter_errors": [_parameter_error(e) for e in self.parameter_errors],
-            "remarks": list(self.remarks),
-            "data": dict(self.data),
-            "residual_agreement": None
-            if self.agreement is None
-            else {
-                "correlation": _finite(self.agreement.correlation),
-                "relative_difference": _finite(self.agreement.relative_difference),
-                "samples": self.agreement.samples,
-            },
+            "remarks": self.remarks,
+            "data": self.data,
+            "residual_agreement": None if self.agreement is None else asdict(self.agreement),
             "material": self.material,
             "remainder": [
                 {
                     "is": r.nature(self.material),
-                    "residual_force_rms": _finite(r.rms),
-                    "share_of_drive_force": _finite(r.share),
-                    "predicted_share_of_drive_force": _finite(r.material),
-                    "explained_by_all_variables": _finite(r.structured),
-                    "explained_over": {name: _finite(share) for name, share in r.over.items()},
+                    "residual_force_rms": r.rms,
+                    "share_of_drive_force": r.share,
+                    "predicted_share_of_drive_force": r.material,
+                    "explained_by_all_variables": r.structured,
+                    "explained_over": r.over,
                     "changes_in_time": [asdict(change) for change in r.changes],
                 }
                 for r in self.remainder
             ],
-            "preflight": {name: list(words) for name, words in self.findings.items()},
+            "preflight": self.findings,
             "certificate": None
             if self.certificate is None
-            else {
-                "before": self.certificate.before,
-                "after": self.certificate.after,
-                "lost": dict(self.certificate.lost),
-            },
+            else {**asdict(self.certificate), "lost": dict(self.certificate.lost)},
             "separation": None if self.separation is None else self.separation.as_json(),
             "proposal": None if self.proposal is None else self.proposal.as_json(),
         }
+        return {name: _plain(value) for name, value in content.items()}
+
+
+def _errors(e: ErrorFigures) -> dict[str, Any]:
+    return {
+        "residual_force_rms": e.force_rms,
+        "residual_force_rms_by_coordinate": e.force_rms_rows,
+        "relative_force_error": e.relative_force,
+        "free_run_position_rmse": e.free_run_rmse,
+        "free_run_position_rmse_by_coordinate": e.free_run_rmse_rows,
+    }
 
 
 def _effect(e: FoundEffect) -> dict[str, Any]:
     return {
         "kind": e.kind,
         "on": written_place(e.on),
-        "parameters": dict(e.parameters),
-        "intervals": {name: [_finite(a), _finite(b)] for name, (a, b) in e.intervals.items()},
-        "units": dict(e.units),
-        "at_limit": list(e.at_limit),
-        "also": _twins(e.also),
+        "parameters": e.parameters,
+        "intervals": e.intervals,
+        "units": e.units,
+        "at_limit": e.at_limit,
+        "also": _places(e.also),
     }
 
 
@@ -548,19 +528,19 @@ def _row(c: Candidate) -> dict[str, Any]:
         "kind": c.kind,
         "on": written_place(c.on),
         "form": c.form,
-        "parameters": {k: _finite(v) for k, v in c.parameters.items()},
-        "at_limit": list(c.at_limit),
-        "also": _twins(c.also),
+        "parameters": c.parameters,
+        "at_limit": c.at_limit,
+        "also": _places(c.also),
         "own": c.own,
         "evidence": {
-            "held_out_gain": _finite(c.gain),
-            "t": _finite(c.t),
-            "p": _finite(c.p),
+            "held_out_gain": c.gain,
+            "t": c.t,
+            "p": c.p,
             "blocks_won": c.blocks_won,
             "blocks": c.blocks,
-            "free_run_ratio": None if c.free_run is None else _finite(c.free_run),
-            "force_ratio": None if c.force is None else _finite(c.force),
-            "size": _finite(c.size),
+            "free_run_ratio": c.free_run,
+            "force_ratio": c.force,
+            "size": c.size,
             "accepted": c.accepted,
             "why_not": c.why_not,
         },
@@ -572,11 +552,11 @@ def _parameter_error(e: ParameterError) -> dict[str, Any]:
         "name": e.name,
         "unit": e.unit,
         "declared": e.declared,
-        "tolerance": _finite(e.tolerance),
+        "tolerance": e.tolerance,
         "estimate": e.estimate,
-        "interval": list(e.interval),
+        "interval": e.interval,
         "tolerances_away": e.away,
-        "alike": list(e.alike),
+        "alike": e.alike,
         "evidence": {
             "force_ratio": e.force,
             "free_run_ratio": e.free_run,
@@ -587,9 +567,14 @@ def _parameter_error(e: ParameterError) -> dict[str, Any]:
     }
 
 
-def _twins(also: tuple[tuple[str, str], ...]) -> list[dict[str, Any]]:
-    return [{"kind": kind, "on": written_place(on)} for kind, on in also]
+def _places(effects: Sequence[tuple[str, str]]) -> list[dict[str, Any]]:
+    return [{"kind": kind, "on": written_place(on)} for kind, on in effects]
 
 
-def _finite(value: float) -> float | None:
-    return float(value) if abs(value) < float("inf") else None
+def _plain(value: Any) -> Any:
+    """A value as JSON has it: tuples are lists, and null stands for what is not finite."""
+    if isinstance(value, Mapping):
+        return {name: _plain(one) for name, one in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [_plain(one) for one in value]
+    return None if isinstance(value, float) and not isfinite(value) else value

@@ -25,6 +25,7 @@ from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.coverage import Survey, survey
 from codegen.diagnosis.evidence.estimate import CONFIDENCE, Interval
 from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.linear import fitted, inverse
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
@@ -131,8 +132,7 @@ class SteadyFit:
     @cached_property
     def _inverse(self) -> Array:
         normal = self.slopes.T @ self.slopes + np.diag(self.prior_precision)
-        size = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        return np.asarray(np.linalg.pinv(normal / np.outer(size, size), rcond=1e-12) / np.outer(size, size))
+        return inverse(normal)
 
     @cached_property
     def left_out(self) -> Array:
@@ -312,8 +312,7 @@ class SteadySearch:
                     (error(np.append(base.theta, part.inward(probe))) - base.residual) / size for probe, size in probes
                 ]
                 slopes = np.column_stack([base.slopes, *columns])
-                size = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
-                step = -np.linalg.lstsq(slopes / size, base.residual, rcond=1e-9)[0] / size
+                step = -fitted(slopes, base.residual)
                 values = part.effect.weighted(shape, step[len(base.theta) :].tolist())
             inner = part.inward(values)
             if np.isfinite(inner).all():

@@ -9,7 +9,8 @@ from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.output_error import Fit, scales, segment_weights
+from codegen.diagnosis.fit.linear import inverse
+from codegen.diagnosis.fit.output_error import Fit, segment_weights
 
 CONFIDENCE = 0.95
 BLOCKS = 16
@@ -141,6 +142,5 @@ def covariance(fit: Fit, clusters: int = 0) -> Array:
     meat = gradients.T @ gradients * small_sample
     # The prior's gradient has the variance of the tolerances, whatever the tempering of the likelihood.
     meat += np.diag(fit.prior.precision / fit.prior.tempering)
-    size = scales(bread)
-    inverse = np.linalg.pinv(bread / np.outer(size, size), rcond=1e-12) / np.outer(size, size)
-    return np.asarray(inverse @ meat @ inverse)
+    half = inverse(bread)
+    return np.asarray(half @ meat @ half)

@@ -22,6 +22,7 @@ from codegen.diagnosis.evidence.score_test import along_best, t_of_scores
 from codegen.diagnosis.evidence.shift_test import by_shifts
 from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
 from codegen.diagnosis.fit.credit import SIGNED, are_large, by_random_signs, of_logarithms
+from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import (
     Problem,
@@ -149,7 +150,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
         pairs.append((b[moving], a[moving]))
         whole = max(float(b @ b), float(a @ a), 1e-300)
         ratio = max(float(a @ a), 1e-12 * whole) / max(float(b @ b), 1e-12 * whole)
-        share = independent(a[:: max(1, round(1 / rate))])
+        share = independent(correlation(a[:: max(1, round(1 / rate))]))
         nats -= 0.5 * share * min(rate, 1.0) * float(rows[:, i].sum()) * float(np.log(ratio))
         with_effect, without = (slow_noise_likelihood(r[rows[:, i]] / np.sqrt(whole), rate) for r in (a, b))
         added += with_effect - without
@@ -175,13 +176,6 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
 def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]]) -> Array:
     """Sums over blocks, given by the indices of their samples."""
     return np.array([values[block].sum() for block in blocks], dtype=float)
-
-
-def independent(values: Array) -> float:
-    """Share of independent values, (1 − φ)/(1 + φ), with φ the correlation of neighbours."""
-    power = float(values @ values)
-    phi = min(max(float(values[1:] @ values[:-1]) / power, 0.0), 0.99) if power > 0 else 0.0
-    return (1 - phi) / (1 + phi)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.force_evidence import independent
 from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS
 from codegen.diagnosis.fit.credit import LEAST_SIZE
+from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.logs import Finding, Log
 
@@ -87,6 +87,6 @@ def _lead(problem: Problem, i: int, residual: Array, change: Array) -> tuple[flo
     weights = np.linalg.lstsq(columns, residual[used], rcond=1e-10)[0]
     left = residual[used] - columns @ weights
     rate = min(2 * motion.cutoff_hz * motion.sample_time, 1.0)
-    count = max(1.0, independent(left[:: max(1, round(1 / rate))]) * rate * len(left))
+    count = max(1.0, independent(correlation(left[:: max(1, round(1 / rate))])) * rate * len(left))
     spread = np.linalg.pinv(columns.T @ columns)[0, 0] * float(left @ left) / count
     return float(weights[0] / scale[0]), float(max(np.sqrt(spread) / scale[0], 1e-300))

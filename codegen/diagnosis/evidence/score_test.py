@@ -12,7 +12,8 @@ from scipy.stats import f
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.credit import SIGNED, Evidence, evidence_of
-from codegen.diagnosis.fit.output_error import Fit, scales
+from codegen.diagnosis.fit.linear import correlation, solved
+from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.trial import Trial
 
 
@@ -72,8 +73,7 @@ def t_of_scores(scores: Array, sizes: Array) -> tuple[float, float]:
     c = float(scores.sum() / sizes.sum())
     left = scores - c * sizes
     error = float(np.sqrt((count - 1) / count * ((left / rest) ** 2).sum()))
-    power = float(left @ left)
-    phi = min(max(float(left[1:] @ left[:-1]) / power, 0.0), 0.99) if power > 0 else 0.0
+    phi = correlation(left)
     independent = count * (1 - phi) / (1 + phi)
     t = c / error * np.sqrt(independent / count) if error > 0 else 0.0
     return float(t), min(independent, float(sizes.sum() ** 2 / (sizes @ sizes)))
@@ -101,6 +101,4 @@ def _beside_its_own(fit: Fit, change: Array, weights: Array) -> Array:
         return change
     weighted = (slopes * weights[:, None]).reshape(len(slopes), -1)
     matrix = weighted @ slopes.reshape(len(slopes), -1).T + np.diag(fit.prior.precision[~fit.limited])
-    size = scales(matrix)
-    step = np.linalg.lstsq(matrix / np.outer(size, size), weighted @ change.ravel() / size, rcond=1e-10)[0] / size
-    return np.asarray(change - np.tensordot(step, slopes, axes=1))
+    return np.asarray(change - np.tensordot(solved(matrix, weighted @ change.ravel()), slopes, axes=1))

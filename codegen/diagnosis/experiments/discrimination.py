@@ -24,6 +24,7 @@ from codegen.base.errors import BadInput
 from codegen.diagnosis.evidence.residual_regression import acting_force
 from codegen.diagnosis.experiments.follow import follow
 from codegen.diagnosis.experiments.setups import Setup, setups
+from codegen.diagnosis.fit.linear import solved
 from codegen.diagnosis.fit.residual import Problem, independent_samples, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.shooting import hidden_states
@@ -176,8 +177,7 @@ class Discrimination:
                     vector[: len(own)] -= slopes.T @ error
             best = min(best, cost)
             if turn < ROUNDS:
-                size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-                theta = theta + np.linalg.lstsq(matrix / np.outer(size, size), vector / size, rcond=1e-10)[0] / size
+                theta = theta + solved(matrix, vector)
         return float(np.sqrt(best))
 
     def _weights(self, truth: Model) -> Array:

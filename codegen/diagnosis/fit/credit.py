@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from codegen.diagnosis.fit.linear import independent, limited
 from codegen.diagnosis.fit.output_error import BLOCKS, Fit, mean_residuals
 
 Array = NDArray[np.float64]
@@ -252,9 +253,8 @@ def independent_share(fit: Fit) -> float:
     n = fit.offsets.shape[1] // 2
     residual = fit.residual.reshape(len(fit.residual), -1, n)
     power = (residual**2).sum(axis=(1, 2))
-    phi = float(np.median((residual[:, 1:] * residual[:, :-1]).sum(axis=(1, 2)) / np.maximum(power, 1e-300)))
-    phi = min(max(phi, 0.0), 0.99)
-    return float((1 - phi) / (1 + phi))
+    phis = (residual[:, 1:] * residual[:, :-1]).sum(axis=(1, 2)) / np.maximum(power, 1e-300)
+    return independent(limited(float(np.median(phis))))
 
 
 def noise_loss(fit: Fit) -> float:

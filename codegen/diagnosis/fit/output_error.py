@@ -14,12 +14,13 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.fit.linear import scales, solved
 from codegen.diagnosis.fit.parallel import in_parallel
 from codegen.diagnosis.fit.trial import Part, Runner, Trial
 from codegen.mechanics.system import System
 
 STEP, FINE_STEP = 1e-4, 1e-6
-"""Steps for slopes, over the size of a parameter: of a fit, and of a covariance."""
+"""Steps for slopes, over the size of a parameter: of a fit, and of its covariance."""
 HUGE = 1e6
 BLOCKS = 8
 """Of neighbouring segments, each held out in turn."""
@@ -141,16 +142,14 @@ class Fit:
         losses = np.empty(len(residual))
         for block in np.array_split(segments, BLOCKS):
             rest = np.setdiff1d(segments, block)
-            matrix = normal[rest].sum(axis=0) + np.diag(prior.precision)
-            size = scales(matrix)
             pull = right[rest].sum(axis=0) - prior.precision * (self.theta - prior.centre)
-            step = np.linalg.lstsq(matrix / np.outer(size, size), pull / size, rcond=1e-10)[0] / size
+            step = solved(normal[rest].sum(axis=0) + np.diag(prior.precision), pull)
             losses[block] = segment_losses(residual[block] - np.tensordot(step, slopes[:, block], axes=1))
         return losses
 
     @cached_property
     def raw_slopes(self) -> list[Array]:
-        """Slopes (S, K n) of the prediction by every parameter, before projection."""
+        """Slopes (S, K n) by every parameter, before projection."""
         steps = STEP * np.maximum(np.abs(self.theta), 1e-3)
         return _slopes(self.runner, self.theta, self.offsets, self.unprojected, steps, {})
 
@@ -181,12 +180,6 @@ class Fit:
         return replace(self, offsets=offsets, starts=Starts(slopes, solver, width))
 
 
-def scales(matrix: Array) -> Array:
-    """(p,) roots of the diagonal of a normal matrix; 1 for a parameter without influence, which then does not move."""
-    diagonal = np.diag(matrix)
-    return np.where(diagonal > 0, np.sqrt(np.maximum(diagonal, 0.0)), 1.0)
-
-
 def segment_losses(residual: Array) -> Array:
     """(S,) robust loss of each segment, K/2·log(1 + RSS/K): −log-likelihood with a scale of its own above the noise."""
     count = residual.shape[1]
@@ -213,12 +206,7 @@ def mean_residuals(runner: Runner, predicted: Array) -> Array:
 
 
 def state_slopes(runner: Runner, predict: Callable[[Array], Array], offsets: Array, base: Array) -> Starts:
-    """Slopes of each segment's prediction by its start state.
-
-    Args:
-        predict: ``runner.at`` some values.
-        base: residual at ``offsets``, before projection.
-    """
+    """The elimination of start states by differences from ``base``, the residual of ``predict`` at ``offsets``."""
     n = offsets.shape[1] // 2
     record = runner.record
     noise = record.of_starts(record.noise)
@@ -246,8 +234,7 @@ class Starts:
     """Elimination of the segments' start states, which have a wide Gaussian prior.
 
     Attributes:
-        slopes: (S, K n, 2n) of the prediction by them.
-        solver: (S, 2n, K n) from a residual to the least-squares shift of the start state.
+        slopes: (S, K n, 2n) of the prediction. solver: (S, 2n, K n) from a residual to the shift of least squares.
         width: (S, 2n) prior standard deviations.
     """
 
@@ -295,11 +282,8 @@ def gauss_newton(
     """Output-error fit by Gauss–Newton steps with Levenberg–Marquardt damping.
 
     Args:
-        offsets, starts: of the segments and their slopes, as by ``state_slopes``.
-        rounds: most steps.
-        known: unprojected slopes of the first parameters, used in place of differences.
-        residual: at theta and offsets, before projection, where it is known.
-        difference: step of a parameter for its slope, over its size.
+        starts: by ``state_slopes``. rounds: most steps. difference: step of a slope, over the size of its parameter.
+        known: slopes of the first parameters, before projection. residual: at theta and offsets, where it is known.
     """
     first, theta = theta, prior.clip(theta)
     if residual is None or not np.array_equal(theta, first):
@@ -348,7 +332,7 @@ def damped_step(matrix: Array, right: Array, damping: float) -> Array:
 def _slopes(
     runner: Runner, theta: Array, offsets: Array, now: Array, steps: Array, taken: Mapping[int, Array]
 ) -> list[Array]:
-    """Slopes by every parameter, by differences of these steps; those in ``taken`` are known."""
+    """Slopes by every parameter, by differences; those in ``taken`` are known."""
 
     def slope(k: int) -> Array:
         moved = theta.copy()
@@ -396,16 +380,11 @@ NEAR_BOUND = 1e-3
 
 def at_limit(fit: Fit) -> list[tuple[str, ...]]:
     """For each effect of a fit, its parameters at a bound of the catalogue or of the fit's reach."""
-    marks, k = [], len(fit.trial.moved)
+    marks, limited = [], iter(fit.limited[len(fit.trial.moved) :])
     for part, values in zip(fit.trial.parts, fit.values[1], strict=True):
         bounds = {p.name: (p.low, p.high) for p in part.effect.parameters}
-        marked = [
-            name
-            for j, name in enumerate(part.names)
-            if fit.limited[k + j] or _at_bound(values[name], *bounds.get(name, (None, None)))
-        ]
-        marks.append(tuple(marked))
-        k += len(part.names)
+        at_bound = {name: _at_bound(values[name], *bounds.get(name, (None, None))) for name in part.names}
+        marks.append(tuple(name for name in part.names if next(limited) or at_bound[name]))
     return marks
 
 

@@ -21,7 +21,8 @@ from scipy.optimize import minimize, minimize_scalar
 from scipy.signal import bilinear, lfilter
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.output_error import Fit, mean_residuals, scales, segment_cost, segment_weights
+from codegen.diagnosis.fit.linear import fitted, solved
+from codegen.diagnosis.fit.output_error import Fit, mean_residuals, segment_cost, segment_weights
 from codegen.diagnosis.fit.residual import (
     Problem,
     effective_inputs,
@@ -112,10 +113,8 @@ def _linear_step(base: Fit, residual: Array, columns: Array) -> tuple[Array, flo
     scaled = (columns * weights).reshape(len(columns), -1)
     rest = np.zeros(len(columns) - len(base.theta))
     precision, away = np.append(base.prior.precision, rest), np.append(base.theta - base.prior.centre, rest)
-    matrix = scaled @ scaled.T + np.diag(precision)
-    size = scales(matrix)
     right = scaled @ (flat * weights).ravel() - precision * away
-    step = np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=1e-9)[0] / size
+    step = solved(scaled @ scaled.T + np.diag(precision), right, 1e-9)
     left = flat - np.tensordot(step, columns, axes=1)
     return step, segment_cost(left) + 0.5 * float((precision * (away + step) ** 2).sum())
 
@@ -250,13 +249,13 @@ class ForceStart:
             weights = np.sqrt(self._dense * prior.precision)
             held = np.hstack([np.zeros((len(theta), columns.shape[1] - len(theta))), np.diag(weights)])
             columns, residual = np.vstack([columns, held]), np.append(residual, weights * (theta - prior.centre))
-        step = _steps(columns, residual)
+        step = -fitted(columns, residual)
         if self.whole:
             own = slice(columns.shape[1] - len(theta), None)
             within = prior.clip(theta + step[own]) - theta
             fixed = np.append(np.zeros(own.start, dtype=bool), within != step[own])
             step[own] = within
-            step[~fixed] = _steps(columns[:, ~fixed], residual + columns[:, fixed] @ step[fixed])
+            step[~fixed] = -fitted(columns[:, ~fixed], residual + columns[:, fixed] @ step[fixed])
         return step, residual + columns @ step
 
     @cached_property
@@ -322,13 +321,6 @@ class ForceStart:
         sizes = [s for s, u in zip(self._sizes, self.problem.masks.rows.T, strict=True) if u.any()]
         used = [r.slopes[r.sample % self._every == 0] for r in rows]
         return np.concatenate([slopes / s for slopes, s in zip(used, sizes, strict=True)])
-
-
-def _steps(columns: Array, residual: Array) -> Array:
-    """The steps that make a residual least."""
-    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    step: Array = np.linalg.lstsq(columns / scale, -residual, rcond=1e-9)[0] / scale
-    return step
 
 
 FREQUENCIES = np.geomspace(0.03, 1.5, 40)

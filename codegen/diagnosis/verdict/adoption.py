@@ -20,6 +20,7 @@ from scipy.stats import norm
 from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.evidence.estimate import CONFIDENCE, estimate
 from codegen.diagnosis.fit.credit import independent_share
+from codegen.diagnosis.fit.linear import solved
 from codegen.diagnosis.fit.output_error import (
     BLOCKS,
     Fit,
@@ -348,8 +349,7 @@ class CrossValidation:
             inner = matrix[np.ix_(moves, moves)] + np.diag(prior_precision)
             fixed = matrix[np.ix_(moves, ~moves)] @ values[~moves]
             right = vector[moves] - fixed + prior_precision * self.search.declared[moves]
-            size = np.sqrt(np.maximum(np.diag(inner), 1e-300))
-            values[moves] = np.linalg.lstsq(inner / np.outer(size, size), right / size, rcond=1e-10)[0] / size
+            values[moves] = solved(inner, right)
         return values
 
     def _score(self, values: Array, without: Sequence[Array]) -> Score:

@@ -14,6 +14,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
 from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.linear import solved
 from codegen.diagnosis.fit.measure import force_errors
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
@@ -194,7 +195,7 @@ def _sparse(grams: Array, highest: int) -> tuple[tuple[int, ...], Array, float]:
     own = np.linalg.pinv(whole[both[:, :, None], both[:, None, :]], rcond=1e-9, hermitian=True)
     for _ in range(min(MOST_WAVES, highest)):
         used = _columns(chosen)
-        left = whole[:, -1] - whole[:, used] @ _solve(whole[np.ix_(used, used)], whole[used, -1])
+        left = whole[:, -1] - whole[:, used] @ solved(whole[np.ix_(used, used)], whole[used, -1], 1e-9)
         gains = np.einsum("ki,kij,kj->k", left[both], own, left[both])
         gains[[k - 1 for k in chosen]] = -np.inf
         chosen.append(int(np.argmax(gains)) + 1)
@@ -203,7 +204,7 @@ def _sparse(grams: Array, highest: int) -> tuple[tuple[int, ...], Array, float]:
             best = (error, tuple(chosen))
     orders = tuple(sorted(best[1]))
     used = _columns(orders)
-    weights = _solve(whole[np.ix_(used, used)], whole[used, -1])[2:]
+    weights = solved(whole[np.ix_(used, used)], whole[used, -1], 1e-9)[2:]
     return orders, weights, 1 - best[0] / start if start > 0 else 0.0
 
 
@@ -216,15 +217,10 @@ def _held_out(grams: Array, used: Sequence[int]) -> float:
     whole, error = grams.sum(axis=0), 0.0
     for block in grams:
         rest = whole - block
-        weights = _solve(rest[np.ix_(used, used)], rest[used, -1])
+        weights = solved(rest[np.ix_(used, used)], rest[used, -1], 1e-9)
         inner = block[np.ix_(used, used)]
         error += float(block[-1, -1] - 2 * weights @ block[used, -1] + weights @ inner @ weights)
     return error
-
-
-def _solve(matrix: Array, right: Array) -> Array:
-    size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    return np.asarray(np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=1e-9)[0] / size)
 
 
 def _fitted(search: Search, fit: Fit, moved: Array, kept: Sequence[int], waves: Waves, richer: CoggingHarmonics) -> Fit:

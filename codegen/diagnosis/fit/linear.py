@@ -1,0 +1,51 @@
+"""Linear least squares in scaled unknowns, whose units may differ by many powers of ten, and measures of a residual."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from codegen.base.arrays import Array
+
+
+def scales(matrix: Array) -> Array:
+    """(p,) roots of the diagonal of a normal matrix; 1 for an unknown without influence, which then does not move."""
+    diagonal = np.diag(matrix)
+    return np.where(diagonal > 0, np.sqrt(np.maximum(diagonal, 0.0)), 1.0)
+
+
+def solved(matrix: Array, right: Array, rcond: float = 1e-10) -> Array:
+    """(p,) least-norm solution of normal equations."""
+    size = scales(matrix)
+    return np.asarray(np.linalg.lstsq(matrix / np.outer(size, size), right / size, rcond=rcond)[0] / size)
+
+
+def inverse(matrix: Array) -> Array:
+    """(p, p) pseudo-inverse of a normal matrix."""
+    size = scales(matrix)
+    return np.asarray(np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-12) / np.outer(size, size))
+
+
+def fitted(columns: Array, values: Array, rcond: float = 1e-9) -> Array:
+    """(p,) weights of columns (N, p) that fit values (N,) best."""
+    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    return np.asarray(np.linalg.lstsq(columns / size, values, rcond=rcond)[0] / size)
+
+
+def rms(values: Array) -> float:
+    """The root of the mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def correlation(values: Array) -> float:
+    """Autocorrelation φ at lag 1 of values (N,), limited to [0, 0.99]."""
+    power = float(values @ values)
+    return limited(float(values[1:] @ values[:-1]) / power) if power > 0 else 0.0
+
+
+def limited(phi: float) -> float:
+    return min(max(phi, 0.0), 0.99)
+
+
+def independent(phi: float) -> float:
+    """Share of independent values at this correlation of neighbours."""
+    return (1 - phi) / (1 + phi)
