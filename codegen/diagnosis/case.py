@@ -38,7 +38,7 @@ class Case:
 
     Attributes:
         log, test_log: with inputs as they act between rows. test_log: None where the end of the log is held out.
-        problem: the declared system on the part of the motion for training; test: on the motion with ``window``.
+        problem: the declared system on the part of the motion for training. test: on the motion with ``window``.
         material: share of the RMS of the drive force from which on a force matters.
     """
 

@@ -17,9 +17,10 @@ import numpy as np
 
 from codegen.base.errors import BadInput
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
-from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders, rms
+from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
 from codegen.diagnosis.experiments.separation import separate, tied_fits
 from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, NEAR_NOISE, noise_ratio, share_far
+from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import RESTART_S, force_errors, measure, restart_within_reach
 from codegen.diagnosis.fit.output_error import BLOCKS, Fit, levels_at_zero
 from codegen.diagnosis.fit.record import position_noise, record_of
@@ -80,12 +81,10 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class Models:
-    """The three models that are compared, and their data.
+    """The three models that are compared, and the data: problems, on the same motion when one log serves for both.
 
     Attributes:
-        train, test: problems; on the same motion when one log serves for both.
-        window: the held-out part of ``test``.
-        restart_s: between restarts of free-run simulations on ``test``.
+        window: the held-out part of ``test``. restart_s: between restarts of free-run simulations there.
         excitation: text of the file with the discriminating motion; None where there is none.
     """
 

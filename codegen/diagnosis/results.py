@@ -26,13 +26,10 @@ Term = Literal["force", "friction level", "inertia", "viscous friction"]
 
 @dataclass(frozen=True)
 class FoundEffect:
-    """An effect that the log shows and the spec lacks.
+    """An effect that the log shows and the spec lacks, its parameters in SI.
 
     Attributes:
-        parameters, units: in SI, by name.
-        also: twins, (kind, on): effects with the same motion once friction levels are refitted, so either name is
-            right.
-        intervals: of the parameters, 95 %.
+        also: twins, (kind, on): effects with the same motion once friction levels are refitted. intervals: 95 %.
         at_limit: names of parameters at a bound or at the end of the fit's reach: their value is no estimate.
     """
 
@@ -50,13 +47,11 @@ class ParameterError:
     """A declared value that differs from the log's estimate by more than its tolerance explains.
 
     Attributes:
-        tolerance: relative, as declared; nan where the declared value is zero.
-        estimate: in SI, with the tolerance as prior. away: difference in tolerances.
+        tolerance: relative; nan where the declared value is zero. estimate: with it as prior. away: in tolerances.
         interval: 95 %, the hull of that with the tolerance as prior and that without, since the prior pulls.
-        alike: other parameters that could move in its place; fixed together with it in that comparison.
-        force, free_run: cross-validated error on the training log over that with the value as declared and all else
-            fitted again: force residual, and free-run error.
-        blocks_by_force, blocks_by_free_run: on how many of ``blocks`` held-out blocks the estimate is better.
+        alike: other parameters that could move in its place; fixed together with it in the comparison.
+        force, free_run: cross-validated errors over those with the value as declared and all else fitted again, and on
+            how many of ``blocks`` held-out blocks the estimate is better.
     """
 
     name: str
@@ -82,13 +77,11 @@ class Candidate:
         gain: share of the refit's squared free-run residual that it removes, geometric mean over held-out segments.
         t: sum of the segments' gains over the root of the sum of their squares.
         blocks_won, blocks: on how many held-out blocks of segments it is better than the refit.
-        free_run: median free-run error of a segment divided by the refit's.
-        force: force residual divided by the refit's; None where it was not computed.
+        free_run: median free-run error of a segment over the refit's. force: the same of the residual; None if not
+            known.
         size: force, or change of the motion, over that of the whole drive force.
-        accepted: whether it passes every test.
-        why_not: the test that it fails, or why it was not tried, in words.
-        own: whether it is a user's own effect.
-        at_limit: names of its parameters at a bound or at the end of the fit's reach.
+        accepted: whether it passes every test. why_not: the test that it fails, or why it was not tried, in words.
+        own: whether it is a user's own effect. at_limit: parameters at a bound or at the end of the fit's reach.
         p: probability of such gains without an effect, for any candidate of the round.
         form: the parameters that it has beyond those of the effect's simplest form.
     """
@@ -126,9 +119,8 @@ class ErrorFigures:
 
     Attributes:
         force_rms: RMS of the low-passed force residual, all coordinates together (their units as they are).
-        force_rms_rows: for each coordinate.
         relative_force: residual over drive force, both low-passed, in the norm √mean(r' M⁻¹ r).
-        free_run_rmse, free_run_rmse_rows: of the position in free run, restarted every so often; inf where it diverges.
+        free_run_rmse: of the position in free run, restarted every so often; inf where it diverges. ``_rows``: of each.
         free_run_parts: (parts, n) mean squares of the same in consecutive parts of the data; empty where not known.
     """
 
@@ -142,10 +134,9 @@ class ErrorFigures:
 
 @dataclass(frozen=True)
 class Change:
-    """An interval of the log in which a term of the force balance has another coefficient than in the rest.
+    """An interval of the log, in s, in which a term of the force balance has another coefficient than in the rest.
 
     Attributes:
-        start, stop: in s.
         coefficient: of the term in the residual g − M a − U λ, inside less outside: a force towards −, in the force
             unit; a friction level; a viscous friction; an inertia, relative to the model's.
     """
@@ -161,12 +152,10 @@ class Remainder:
     """The force residual that a model leaves on one coordinate.
 
     Attributes:
-        rms: of the low-passed force residual, in the coordinate's force unit.
-        share: the same over the RMS drive force.
+        rms: low-passed, in the coordinate's force unit. share: the same over the RMS drive force.
         structured: share of its square that a regression on all variables, or on one, explains on held-out parts.
-        over: variable → share of its square that this variable alone explains on held-out parts, beyond that of a
-            constant, which is reported as ``constant``; 0 where these parts do not agree that it explains any.
-        changes: intervals of time in which the force balance differs, as found: the main one first; they may overlap.
+        over: variable → share that it alone explains there beyond a constant's, which is reported as ``constant``.
+        changes: intervals of time in which the force balance differs: the main one first; they may overlap.
         changed: share of its square that these explain, beyond what the motion predicts.
     """
 
@@ -195,14 +184,12 @@ class Remainder:
 
 @dataclass(frozen=True)
 class TiedPair:
-    """Two candidates that the log does not tell apart.
+    """Two candidates, (kind, on) each, that the log does not tell apart.
 
     Attributes:
-        first, other: (kind, on).
-        angle: degrees between the parts of the refit's residual that the two explain on this log; 0 means the same
-            motion.
-        distance: how much better the first fits this log, in standard deviations of the noise; negative where the
-            other does: the force residual or later rounds may prefer the first all the same.
+        angle: degrees between the parts of the refit's residual that the two explain on this log; 0: the same motion.
+        distance: how much better the first fits this log, in standard deviations of the noise. Negative where the other
+            does: the force residual or later rounds may prefer the first all the same.
         separated_by: experiment that the catalogue names for telling the two apart; may be empty.
     """
 
@@ -220,12 +207,7 @@ class TiedPair:
 
 @dataclass(frozen=True)
 class MotionTried:
-    """A simulated extra motion.
-
-    Attributes:
-        duration: s. energy: ∫|w|² dt.
-        separation: smallest over the pairs, in standard deviations of the noise.
-    """
+    """A simulated extra motion: duration in s, energy ∫|w|² dt, and smallest separation, in noise, over the pairs."""
 
     name: str
     duration: float
@@ -238,9 +220,7 @@ class SetupTried:
     """A simulated change of the machine, under which the log's path is followed again.
 
     Attributes:
-        kind: none, load, payload, mounting, speed or temperature. words: what is changed.
-        separation: smallest over the pairs with the best candidate, in standard deviations of its residual, each
-            candidate fitted to both logs together.
+        separation: smallest over the pairs with the best candidate, in standard deviations of its residual.
         largest_input: that the path then needs.
     """
 
@@ -252,14 +232,12 @@ class SetupTried:
 
 @dataclass(frozen=True)
 class Separation:
-    """Discriminating experiments for candidates that tie.
+    """Discriminating experiments for candidates that tie: the best one with each rival.
 
     Attributes:
-        pairs: the best candidate with each rival.
-        tried: motions, in order. chosen: the cheapest that separates; None where none does.
-        references: of the chosen motion, coordinate → expression of t. needed: the separation asked for.
-        changes: of the machine, on the log's own path, largest separation first; empty where a candidate has states of
-            its own.
+        tried: motions, in order. chosen: the cheapest that separates by ``needed``; None where none does.
+        references: of the chosen motion, coordinate → expression of t.
+        changes: of the machine, largest separation first; empty where a candidate has states of its own.
     """
 
     pairs: tuple[TiedPair, ...]
@@ -303,10 +281,9 @@ class Separation:
 
 @dataclass(frozen=True)
 class ProposedTerms:
-    """A sparse sum of terms fitted to the residual of one coordinate; a proposal, never part of a spec.
+    """A sparse sum of terms, expression → weight in SI, fitted to a residual; a proposal, never part of a spec.
 
     Attributes:
-        terms: expression over positions and velocities → its weight, all in SI.
         share: of the squared held-out residual that the sum removes; NaN where there is too little of it.
     """
 
@@ -335,10 +312,10 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Agreement of two friction estimates: the generated tracking observer and zero-phase inverse dynamics.
+    """Agreement of the friction estimates by the generated tracking observer and by zero-phase inverse dynamics.
 
     Attributes:
-        correlation: of the two estimates, the second filtered by the observer's own dynamics.
+        correlation: of the two, the second filtered by the observer's own dynamics.
         relative_difference: RMS of their difference over RMS of the friction.
     """
 
@@ -349,10 +326,9 @@ class Agreement:
 
 @dataclass(frozen=True)
 class CertificateChange:
-    """The certificate before and after.
+    """The certificate before and after: decay rates in 1/s, or the words of a refusal.
 
     Attributes:
-        before, after: decay rates in 1/s, or the words of a refusal.
         lost: proofs beside the certificate that were there before and are not after it: (file, why).
     """
 
@@ -367,21 +343,15 @@ class Diagnosis:
 
     Attributes:
         candidates: of the first round, best first.
-        refitted: friction level, or toleranced parameter → its value in the declared, refit and augmented model;
-            ``units``: of these, SI.
-        training: relative force error of the declared, refit and augmented model on the training log, for comparison
-            with published fits; no measure of quality.
-        findings: preflight of each log, in words.
-        parameter_errors: declared values that differ from the estimates by more than their tolerance explains.
-        at_limit: names of refitted values at a limit (a friction level at zero).
-        remarks: further words for the reader: changes that were refused, what the log does not cover.
+        refitted: friction level, or toleranced parameter → its value in the declared, refit and augmented model.
+        units: of these, SI. at_limit: names of those at a limit (a friction level at zero).
+        training: relative force error of these models on the training log, for comparison with published fits.
+        findings: preflight of each log, in words. remarks: further words for the reader.
         standing: effects of the verdict that were a candidate in no round, each compared with the fit without it.
         rivals: of the first effect, which the log does not tell from it; on the verdict ``ambiguous``.
         separation: discriminating experiments for candidates that tie, alone or in addition to an effect.
-        proposal: of terms for the residual; on the verdict ``unknown`` where it was asked for.
         remainder: force residual of the written model on the training log, one a coordinate.
         material: share of the RMS drive force from which on a force matters.
-        reliability: of verdicts of this class; None where the verdict claims nothing.
     """
 
     verdict: Verdict

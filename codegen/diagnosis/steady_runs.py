@@ -94,8 +94,7 @@ def is_static(system: System) -> bool:
 def is_seen(trial: Trial) -> bool:
     """Whether records at steady speed can show the last part of a trial.
 
-    Forces that depend on the input are excluded: at an imposed speed the input follows friction, so that any function
-    of it would explain friction by itself.
+    Not a force of the input: at an imposed speed this follows friction, so any function of it would explain friction.
     """
     changed, before = trial.changed, replace(trial, parts=trial.parts[:-1]).changed
     if not is_static(changed):
@@ -164,11 +163,7 @@ class Tried:
 
 @dataclass(frozen=True, eq=False)
 class SteadySearch:
-    """Fits on the means of steady records.
-
-    Attributes:
-        problem: of the declared system on the log's motion.
-    """
+    """Fits on the means of steady records; ``problem`` is of the declared system on the log's motion."""
 
     problem: Problem
     means: Means
@@ -330,10 +325,7 @@ def _nats(fit: SteadyFit, count: int) -> float:
 
 
 def _is_simpler_form(other: Tried, one: Tried) -> bool:
-    """Whether a candidate is the same effect with fewer parameters, and the records cannot tell that it is worse.
-
-    One that is not credited is no form of one that is.
-    """
+    """Whether another candidate, no worse in the tests, is the same effect with fewer parameters and fits as well."""
     a, b, count = other.part, one.part, len(one.fit.residual)
     simpler = (a.kind, a.on) == (b.kind, b.on) and len(a.names) < len(b.names)
     simpler = simpler and other.row.accepted >= one.row.accepted
@@ -384,8 +376,7 @@ def figures_of(system: System, means: Means, measured: ErrorFigures) -> ErrorFig
 def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:
     """The remainder of a model on the means; its structured share is what interpolation over speed predicts.
 
-    Each record is predicted by linear interpolation between those of the next lower and next higher speed in the same
-    direction.
+    Each record by linear interpolation between those of the next lower and next higher speed in the same direction.
     """
     residual, drive = mean_forces(system, means)
     found = []
@@ -416,9 +407,9 @@ class SteadyOutcome:
     """The result of forward selection on the means.
 
     Attributes:
-        base: the refit without effects. final: with them; the base where there is none.
+        base: the refit. final: with effects; the base where there is none. rivals: of the first effect, not told from
+            it.
         rounds: candidates, each round with the effects found before.
-        rivals: of the first effect, which the records do not tell from it.
     """
 
     base: SteadyFit

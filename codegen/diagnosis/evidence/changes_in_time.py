@@ -1,21 +1,14 @@
 """Changes in time of the force balance: intervals in which a constant force, or another coefficient, explains more.
 
-A scheme that holds out whole pieces of the log cannot predict what happens once. But a push by a hand, or a payload
-that drops, is visible against the scatter of the residual in the rest of the log (epidemic changepoints). The
-low-passed residual r of one coordinate is divided into blocks; in each interval of blocks r is regressed on one of
+Held-out pieces of the log cannot show what happens once; the scatter of the residual in the rest of the log can
+(epidemic changepoints). In each interval of blocks of the log the low-passed residual r is regressed on one of
 
-- a constant (an external force),
-- the sign of the slip (another friction level),
-- the row of M a (another inertia),
-- the slip velocity (another viscous friction),
+- a constant (an external force), - the sign of the slip (another friction level), - the row of M a (another inertia), -
+the slip velocity (another viscous friction),
 
-with one coefficient inside and another outside: what is the same in the whole log is no change. The interval and term
-that remove most of Σr² join a joint regression, and the next are sought in what that leaves, while the two coefficients
-differ by ``LEAST_Z`` standard deviations. These are of the sums over blocks, so they assume neither a size of the noise
-nor that it is white within a block.
-
-What the motion predicts is no change in time: where a regression on speed, position, load and acceleration predicts
-more of the same residual on held-out parts of the log (the same state at another time), its curve is taken out first.
+with one coefficient inside and another outside. The interval and term that remove most of Σr² join a joint regression,
+and the next are sought in what that leaves, while the two coefficients differ by ``LEAST_Z`` standard deviations, which
+are those of the sums over blocks: the noise need not be white within a block.
 """
 
 from __future__ import annotations
@@ -49,8 +42,7 @@ class ChangesInTime:
     """What changes in time.
 
     Attributes:
-        share: of Σr² that the changes explain.
-        whole: of Σr² that these explain together with coefficients that are the same in the whole log.
+        share: of Σr² that the changes explain. whole: with coefficients that are the same in the whole log.
     """
 
     changes: tuple[Change, ...]
@@ -69,11 +61,9 @@ def changes_in_time(
     """Intervals in which terms of the force balance have another coefficient, the one that explains most first.
 
     Args:
-        residual: (N,) low-passed. rows: (N,) samples that count.
-        terms: (N,) regressors, low-passed alike.
+        residual: (N,) low-passed. rows: (N,) samples that count. terms: (N,) regressors, low-passed alike.
         noise: mean square of the noise in a term that is in the residual too, with the coefficient −1, as that of a
-            measured acceleration is. Where the machine hardly moves it is most of the term, and the coefficient there
-            is off by −noise/power.
+            measured acceleration is. Where the machine hardly moves, the coefficient is off by −noise/power.
     """
     used = np.flatnonzero(rows)
     lasted = float(time[used[-1]] - time[used[0]]) if len(used) else 0.0
@@ -158,7 +148,7 @@ def _bias(counts: Array, powers: Array, start: int, stop: int, noise: float) -> 
 def _deviation(sums: Array, powers: Array, start: int, stop: int) -> float:
     """Standard deviation of the coefficient of an interval less that of the rest, from the sums over blocks.
 
-    Its variance is the larger of that of its own blocks and of all, so that few calm blocks are no evidence.
+    Its variance is at least that of all blocks, so that few calm ones are no evidence.
     """
     inside = np.zeros(len(sums), dtype=bool)
     inside[start:stop] = True

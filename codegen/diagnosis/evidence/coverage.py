@@ -57,8 +57,7 @@ class Survey:
         """The range that the log covers at the place of ``part``.
 
         Args:
-            levels: of the contacts, as refitted. noise: of the positions.
-            coupling: of the compliance that was fitted there.
+            levels: of the contacts, as refitted. noise: of the positions. coupling: of the compliance fitted there.
         """
         m = self.motion
         contact = part.place if _sits_on(part) == "contact" else None
@@ -139,9 +138,8 @@ def _periods(
 ) -> tuple[float, ...]:
     """Periods of the waves that explain most of a residual y(x): least-squares (Lomb–Scargle) periodogram.
 
-    y = a + b q + q (c cos 2πx/p + d sin 2πx/p), with q the factor of a wave at that place: the direction of slip, the
-    squared speed, or 1. The normal equations account for how long the motion stays at each position. A period that is
-    passed above the cutoff everywhere (``is_resolved``) is left out.
+    y = a + b q + q (c cos 2πx/p + d sin 2πx/p), with q the direction of slip, the squared speed, or 1. The normal
+    equations account for how long the motion stays at each position. Periods passed above the cutoff are left out.
     """
     carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))[used]
     if not carrier.any():

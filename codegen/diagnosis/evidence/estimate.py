@@ -25,22 +25,16 @@ Values = dict[str, tuple[float, Interval]]
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Estimates in SI with 95 % intervals.
-
-    Attributes:
-        moved: symbol name → value, interval, of friction levels and parameters with a tolerance.
-        effects: for each part: parameter → value, interval.
-    """
+    """Estimates in SI with 95 % intervals: of each refitted symbol, by name, and of the parameters of each part."""
 
     moved: Values
     effects: tuple[Values, ...]
 
 
 def estimate(fit: Fit, other: Fit | None = None) -> Estimate:
-    """Estimates and intervals of a fit; the sandwich covariance over segments is valid for coloured noise.
+    """Estimates and intervals of a fit, by the larger of the sandwich covariances over segments and over parts.
 
-    Errors of the model differ between parts of the log but hardly between neighbouring segments, which then are not
-    independent. So the interval is the larger of that over segments and that over ``BLOCKS`` parts of the log.
+    Errors of the model differ between ``BLOCKS`` parts of the log but hardly between neighbouring segments.
 
     Args:
         other: the same fit on segments of another length; the difference between the two is added to the deviation.
@@ -101,12 +95,10 @@ def _with_intervals(fit: Fit, covariance: Array, freedom: int) -> Estimate:
 def wave_intervals(size: float, covariance: Array, freedom: int) -> tuple[Interval, Interval]:
     """Profile-likelihood intervals of the size of a wave, and of its phase less the estimate.
 
-    An effect is linear in the weights (size·cos(phase), size·sin(phase)). The intervals are the range of the radius and
-    of the angle over the ellipse that an interval of one parameter has in these weights. Where a declared weight takes
-    the place of one of the two, the other one may still be far from zero. That both are zero is a question about two
-    parameters: where the joint region of the weights, by the F distribution, holds the origin, the size may be zero and
-    the phase anything. An estimate has the hull of these intervals and of the symmetric ones: what is
-    told from zero only because a declared weight has a wide tolerance is not claimed.
+    An effect is linear in the weights (size·cos(phase), size·sin(phase)): the intervals are the range of the radius and
+    of the angle over the ellipse of one parameter in these. Where the joint region, by the F distribution, holds the
+    origin, the size may be zero and the phase anything: a declared weight with a wide tolerance may take the place of
+    one of them.
 
     Args:
         covariance: (2, 2) of size and phase. freedom: degrees of freedom.
@@ -128,8 +120,7 @@ def covariance(fit: Fit, clusters: int = 0) -> Array:
     """(p, p) cluster-robust sandwich covariance in the coordinates of the fit.
 
     Args:
-        clusters: number of groups of consecutive segments, 0 for each segment by itself; errors of different groups
-            are taken as independent.
+        clusters: number of independent groups of consecutive segments, 0 for each segment by itself.
     """
     clusters = clusters or len(fit.residual)
     weights = segment_weights(fit.residual)

@@ -62,14 +62,13 @@ class ForceGain:
     Attributes:
         left: squared residual over the other model's, on the coordinate where they differ most.
         nats: gain in log-likelihood for the number of independent residuals.
-        t: sum of the gains of blocks of the log over the root of the sum of their squares.
-        score: t of the sums over blocks of r'(r − r₁), with r the other model's residual and r₁ this one's, and the
-            number of blocks that it rests on (``t_of_scores``).
+        t: sum of the gains of blocks of the log over the root of the sum of their squares. by_signs:
+            ``by_random_signs``.
+        score: ``t_of_scores`` of the sums over blocks of r'(r − r₁), r the other model's residual and r₁ this one's.
         nats_added: gain in log-likelihood where either residual may be slow noise in part (``slow_noise_likelihood``).
         ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
         values: number of independent residuals in those blocks.
-        where_apart: probability of the shift test (``by_shifts``).
-        by_signs: probability of such a sum of the gains of blocks if their signs are random (``by_random_signs``).
+        where_apart: p of the shift test (``by_shifts``).
     """
 
     left: float
@@ -93,8 +92,6 @@ class ForceGain:
     def p_of_rivals(self, fitted: int = 0) -> float:
         """As ``p``, of two models of which one at most is true, by the shift test too.
 
-        They may differ at so few times that no test on blocks tells them apart.
-
         Args:
             fitted: parameters that this model has, fitted to the same residuals, and the other one has not.
         """
@@ -104,15 +101,11 @@ class ForceGain:
     def p_added(self, parameters: int) -> float:
         """Probability of such a gain where the other model is true and this one has so many parameters more.
 
-        As ``p``, but of nested models: by a score test on the blocks, and by the likelihood-ratio test of Wilks. A
-        block's gain r² − r₁² is smaller than 2 r'(r − r₁) by (r − r₁)², what the added force itself amounts to. Where
-        it is not there, the products with a fixed force have the mean zero and the gains are negative; so gains compare
-        any two models, but show an added force only with about half the standard deviations that its coefficient is
-        from zero.
-
-        The force is fitted to this log, along the direction of its k parameters that explains most (``along_best``).
-        The likelihood ratio holds for noise slower than a block as well. What
-        is fitted to both must be taken out of both residuals (``ForceCriterion.added_to``).
+        By a score test on blocks and the likelihood-ratio test of Wilks, of which that one holds for noise slower than
+        a block too. The gain r² − r₁² of a block is smaller than 2 r'(r − r₁) by what the added force itself amounts
+        to, so gains show an added force with about half the standard deviations of its coefficient. It is fitted to
+        this log, along the best of its k directions (``along_best``); what is fitted to both must be out of both
+        residuals (``ForceCriterion.added_to``).
         """
         k = max(parameters, 1)
         by_blocks = min(1.0, 2 * min(along_best(*self.score, k), self.where_large(k)))
@@ -122,8 +115,7 @@ class ForceGain:
         """Probability, by a t test, of such ratios in the blocks with most to explain.
 
         Args:
-            fitted: parameters that were fitted to the same residuals. Of n values they take the share fitted/n by
-                chance where the fit rests on these blocks alone: only ratios above that count.
+            fitted: parameters fitted to the same residuals: of n values they may take the share fitted/n by chance.
         """
         if not self.ratios or fitted >= self.values:
             return 1.0
@@ -133,8 +125,8 @@ class ForceGain:
 def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     """The gain of residuals ``after`` over ``before``, both (N, n) less what levels, or more, explain.
 
-    The residual is low-passed at f, so a log of T seconds holds 2 f T values, fewer where these are correlated. Blocks
-    hold as many samples that some coordinate uses each: a block without any would count as one without a gain.
+    Low-passed at f, a log of T seconds holds 2 f T values, fewer where these are correlated. Blocks hold as many
+    samples that some coordinate uses each: a block without any would count as one without a gain.
     """
     motion, rows = problem.motion, problem.masks.rows
     moving = np.flatnonzero(rows[:, rows.sum(axis=0) >= LEAST_ROWS].any(axis=1))
@@ -202,9 +194,8 @@ class ForceCriterion:
     def added_to(self, other: ForceCriterion) -> ForceGain:
         """The gain of this fit over another that has effects less, both less what levels and toleranced values explain.
 
-        A refit by free runs, held by its tolerances, may leave a value some standard errors of the force off. What a
-        refit with a worthless effect corrects of it is no evidence for the effect; what no value within the tolerances
-        corrects is. The slopes by the values are those at the other fit's.
+        A refit by free runs may leave a value some standard errors of the force off; what a refit with a worthless
+        effect corrects of that is no evidence for the effect. The slopes by the values are those at the other fit's.
         """
         if len(self.search.moved) == len(self.search.problem.levels):
             return self.over(other)
@@ -235,11 +226,10 @@ class ForceEvidence:
     """Share of the force residual on one coordinate that effects explain.
 
     Attributes:
-        coordinate: index.
         removed: share of the refit's squared residual that the augmented model removes.
         own: share that a flexible regression on the effects' own variables explains on held-out parts.
-        alone, line, with_line: shares that a regression explains on held-out parts: on the force of the effects, on the
-            highest line of the residual's spectrum, at ``line_hz``, and on both; zero where the motion has that line.
+        alone, line, with_line: shares that a regression explains there on the force of the effects, on the highest line
+            of the residual's spectrum, at ``line_hz``, and on both; zero where the motion has that line.
     """
 
     coordinate: int

@@ -1,7 +1,7 @@
 """Detection of inputs that are measurements at the rows of a log, not commands that are held until the next row.
 
-The force of a measured input between two rows is about the mean of both. Relative to a held input this is a lead of
-half a sample, which is estimated from the force residual.
+Between two rows a measured input is about the mean of both: a lead of half a sample over a held one, which the force
+residual shows.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ def measured_inputs(problem: Problem, log: Log) -> dict[int, Finding]:
     """Index → finding, for the inputs that lead a held command by half a sample.
 
     Commands do so too in a log that keeps one row of several of a faster loop. The force residual is regressed on the
-    change by a lead of half a sample, together with acceleration, speed, its sign and a constant, which absorb errors
-    of the declared parameters. A delay or a lag is a negative lead.
+    change by a lead of half a sample, with acceleration, speed, its sign and a constant for errors of declared
+    parameters.
     """
     system, motion = problem.system, problem.motion
     if system.actuators or log.description.measured_inputs or log.description.input_hold:

@@ -69,11 +69,9 @@ def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapp
 def resolvable_periods(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> float:
     """Number of periods among which that of an effect was searched for: stroke over shortest; 1 without a search.
 
-    Waves whose numbers of turns in the stroke differ by less than one cannot be told apart. The largest of as many
-    squared amplitudes is judged as so many hypotheses (R. B. Davies, Biometrika 74, 1987, to first order). In a test by
-    χ² the period counts as a parameter too, which is not twice: M times the probability that χ² of three degrees of
-    freedom is above 2z is 1.1 times Davies's bound for uniform motion, M √(πz/3) exp(−z) + exp(−z), and with two
-    degrees it would be a third of it.
+    Waves whose turns in the stroke differ by less than one cannot be told apart, and the largest of so many squared
+    amplitudes is judged as so many hypotheses (R. B. Davies, Biometrika 74, 1987, to first order). The period counts as
+    a parameter of χ² too: M P(χ²₃ > 2z) is 1.1 times Davies's bound for uniform motion, M √(πz/3) exp(−z) + exp(−z).
     """
     stroke, period = _stroke(system, motion, part), parameters.get("period")
     if period is None or stroke <= 0 or _known_turn(system, part, period):
@@ -105,8 +103,7 @@ def _below_sight(problem: Problem, part: Part, found: FoundEffect) -> list[tuple
 def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
     """The objection to effects with which a friction level is fitted as zero, if its contact never reverses in the log.
 
-    In one direction a friction level is a constant force, which cannot be identified apart from a gain of the drive: at
-    constant speed, a fit with both small has a small residual whatever their true values.
+    In one direction a level is a constant force, which cannot be told from a gain of the drive.
     """
     gone = set(levels_at_zero(problem.system, [augmented], problem.levels))
     gone -= set(levels_at_zero(problem.system, [refit], problem.levels))

@@ -1,11 +1,9 @@
 """How much of a force residual a flexible regression explains over each variable, without any law: penalised B-splines.
 
-For each coordinate the low-passed residual r of a model is regressed on cubic B-splines of one variable at a time
-(speed, position, load, acceleration, rate of the input, time, distance since the last reversal), on a line of its
-spectrum, on all of them together, and on the ringing of a load behind a spring. The penalty on second differences of
-the weights (P-splines) is chosen by cross-validation; every share is 1 − Σ(r − r̂)²/Σr² on held-out parts of the log. A
-friction law should explain most of what a regression on its own variable can; what no variable explains is noise. The
-share of a constant is reported separately, since every variable includes it.
+The low-passed residual r of a coordinate is regressed on cubic B-splines of one variable at a time, on a line of its
+spectrum, on all together, and on the ringing of a load behind a spring. The penalty on second differences (P-splines)
+is chosen by cross-validation; shares are 1 − Σ(r − r̂)²/Σr² on held-out parts of the log. A friction law should explain
+most of what a regression on its own variable can. The share of a constant, in every variable, is told separately.
 """
 
 from __future__ import annotations
@@ -19,9 +17,10 @@ from scipy.interpolate import BSpline
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.changes_in_time import ChangesInTime, changes_in_time
+from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.recent import OF_MODELS, recent
-from codegen.diagnosis.fit.residual import Masks, evaluate_forces, residual_at_drive, slip_velocities
+from codegen.diagnosis.fit.residual import Masks, contacts_on, evaluate_forces, residual_at_drive, slip_velocities
 from codegen.diagnosis.fit.signals import Motion, central_difference
 from codegen.diagnosis.fit.starting_values import resonances, resonant
 from codegen.diagnosis.results import Remainder, Term
@@ -55,11 +54,7 @@ SLIDING = 0.03
 
 
 def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, ...]:
-    """The remainder of a model along a motion, one a coordinate.
-
-    Args:
-        used: samples away from standstill, ends and gaps.
-    """
+    """The remainder of a model along a motion, one a coordinate; ``used`` away from standstill, ends and gaps."""
     residual = residual_at_drive(system, motion)
     acting = acting_force(system, motion)
     found = []
@@ -84,12 +79,17 @@ def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, 
     return tuple(found)
 
 
+def _inertial(system: System, motion: Motion) -> Array:
+    """(N, n) low-passed M a."""
+    row = Matrix(system.mass_matrix * Matrix(list(system.accelerations)))
+    return motion.low_pass(evaluate_forces(system, [row], motion)[0])
+
+
 def varying_terms(system: System, motion: Motion, i: int) -> dict[Term, Array]:
     """(N,) low-passed terms of one coordinate's force balance whose coefficients may change in time."""
-    row = Matrix(system.mass_matrix * Matrix(list(system.accelerations)))
-    inertia = motion.low_pass(evaluate_forces(system, [row], motion)[0])[:, i]
+    inertia = _inertial(system, motion)[:, i]
     terms: dict[Term, Array] = {"force": np.ones(len(inertia)), "inertia": inertia}
-    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+    touching = contacts_on(system, i)
     if touching:
         slip = slip_velocities(system, motion)[:, touching[0]]
         slip = -slip if system.distribution[i, touching[0]].could_extract_minus_sign() else slip
@@ -111,10 +111,9 @@ def _changed(
     variables: Mapping[str, Array],
     noise: float,
 ) -> ChangesInTime:
-    """Changes in time of a residual; of what state variables leave where these predict more of it.
+    """Changes in time of a residual; of what the curve over state variables leaves where these predict more of it.
 
-    Args:
-        noise: mean square in the row of M a.
+    The same state at another time is no change. ``noise`` is the mean square in the row of M a.
     """
     in_terms: dict[Term, float] = {"inertia": noise}
     about = motion.time, motion.cutoff_hz, in_terms
@@ -137,17 +136,16 @@ def acting_force(system: System, motion: Motion) -> Array:
     drive = motion.low_pass(drive_force(system, motion))
     idle = ~np.any(drive != 0, axis=0)
     if idle.any():
-        row = Matrix(system.mass_matrix * Matrix(list(system.accelerations)))
-        drive[:, idle] = motion.low_pass(evaluate_forces(system, [row], motion)[0])[:, idle]
+        drive[:, idle] = _inertial(system, motion)[:, idle]
     return drive
 
 
 def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
     """(N, n) the acting force less the share of the residual that is not noise of the measured acceleration.
 
-    The residual is the noise of the input less that in the row of M a. The acting force holds the former, less the
-    residual the latter; with this share the noise is not correlated with that of the residual and does not explain
-    itself. Where no input acts, the acting force itself.
+    The residual is the noise of the input less that in the row of M a, the acting force holds the former: with this
+    share its noise is not correlated with the residual's and does not explain itself. Where no input acts, the acting
+    force.
     """
     reached = np.any(drive_force(system, motion) != 0, axis=0)
     shares = [1 - noise_share(system, motion, residual, i) for i in range(system.degrees_of_freedom)]
@@ -163,16 +161,12 @@ def noise_share(system: System, motion: Motion, residual: Array, i: int) -> floa
 def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.bool_]:
     """(N,) samples at which every contact on a coordinate surely slides."""
     slip = np.abs(slip_velocities(system, motion))
-    touching = [c for c in range(slip.shape[1]) if system.distribution[i, c] != 0]
-    fast = [slip[:, c] >= SLIDING * float(np.quantile(slip[:, c], 0.95)) for c in touching]
+    fast = [slip[:, c] >= SLIDING * float(np.quantile(slip[:, c], 0.95)) for c in contacts_on(system, i)]
     return np.asarray(np.logical_and.reduce([used.rows[:, i], *fast]))
 
 
 def half_of_squares(residual: Array, rows: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """First and last sample of the shortest stretch that holds half of a squared residual (N,).
-
-    None where it is longer than ``AT_ONCE`` of the samples that count, as where nothing happens once.
-    """
+    """First and last sample of the shortest stretch with half of a squared residual (N,); None above ``AT_ONCE``."""
     places = np.flatnonzero(rows)
     if len(places) < LEAST_ROWS or not np.any(residual[places]):
         return None
@@ -181,11 +175,6 @@ def half_of_squares(residual: Array, rows: NDArray[np.bool_]) -> tuple[int, int]
     lengths = np.where(last < len(sums), last - np.arange(len(places)), len(places) + 1)
     k = int(np.argmin(lengths))
     return (int(places[k]), int(places[last[k] - 1])) if lengths[k] <= AT_ONCE * len(places) else None
-
-
-def rms(values: Array) -> float:
-    """The root of the mean square."""
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
@@ -220,20 +209,20 @@ def smooth_curve(residual: Array, rows: NDArray[np.bool_], columns: Array) -> Ar
 def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mapping[str, Array]) -> Remainder:
     if rows.sum() < LEAST_ROWS:
         return Remainder(float("nan"), float("nan"), 0.0)
-    rms, driven = (float(np.sqrt(np.mean(y[rows] ** 2))) for y in (r, drive))
+    left, driven = (rms(y[rows]) for y in (r, drive))
     constant = repeated_share(r, rows, [np.ones((len(r), 1))])
     over = {name: repeated_share(r, rows, [columns]) for name, columns in variables.items()}
     together = max(repeated_share(r, rows, list(variables.values())), *over.values(), constant)
     beyond = {name: max(0.0, share - constant) for name, share in over.items()}
-    share = rms / driven if driven > 0 else float("inf")
-    return Remainder(rms, share, together, {"constant": constant} | beyond)
+    share = left / driven if driven > 0 else float("inf")
+    return Remainder(left, share, together, {"constant": constant} | beyond)
 
 
 def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
     """(N,) variables of one coordinate over which a residual may have a shape; the load is ``predicted_load``."""
     x, v = motion.positions[:, i], motion.velocities[:, i]
     rate = central_difference(acting_force(system, motion)[:, [i]], motion.sample_time)
-    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+    touching = contacts_on(system, i)
     noise = noise_share(system, motion, residual, i) * residual[:, i] / _inertia(system, motion, i)
     return {
         "speed": slip_velocities(system, motion)[:, touching[0]] if touching else v,
@@ -255,10 +244,9 @@ def _inertia(system: System, motion: Motion, i: int) -> Array:
 def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inertia: float, motion: Motion) -> float:
     """Share of a squared residual (N,) that one resonance explains on held-out pieces; 0 where it is not significant.
 
-    A load behind a spring leaves a residual that is the acceleration, filtered by a resonance, times a weight
-    (``resonances``). A few moves may excite nearly all of it, so the test does not ask that most pieces agree: the
-    weight must differ from zero by ``SURELY_RINGS`` standard deviations. The deviation is estimated from the sums over
-    pieces of column times remainder, each with the weight that is fitted to the other folds.
+    A load behind a spring leaves the acceleration, filtered by a resonance, times a weight (``resonances``). A few
+    moves may excite nearly all of it, so the weight must be ``SURELY_RINGS`` standard deviations from zero, which
+    follow from the sums over pieces of column times remainder, each with the weight that is fitted to the other folds.
 
     Args:
         acceleration: (N,) without noise that is in the residual too. inertia: of the coordinate.
@@ -356,9 +344,8 @@ def _pieces(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
 def _cross_validated(y: Array, groups: Sequence[Array], piece: NDArray[np.int64]) -> tuple[Array, Array]:
     """Ridge regression with the cross-validated penalty of ``PENALTIES``.
 
-    Returns:
-        (CHUNKS,) share of y'y that is removed on each piece while its fold is held out, and the weights fitted to all
-            rows; the last is of a constant.
+    (CHUNKS,) share of y'y that is removed on each piece while its fold is held out, and the weights fitted to all rows,
+    the last that of a constant.
     """
     fold = piece % FOLDS
     a = np.hstack([*groups, np.ones((len(y), 1))])

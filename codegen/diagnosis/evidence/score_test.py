@@ -39,11 +39,10 @@ def score_test(before: Fit, after: Fit) -> float:
 
         u_s = w_s r_s·d_s,   q_s = w_s d_s·d_s,   d = r − r₁ less its part along the slopes of ``before``
 
-    with r and r₁ the residuals of segment s without and with the added parameters, and w_s = 1/(1 + (r² + (r − r₁)²)/K)
-    the weight of the segment's loss where its square is r² + (r − r₁)². So no run that leaves the motion decides,
-    without the effect or with it. A weight does not depend on the sign of r·(r − r₁), which would favour the effect.
-    Along d, the parameters that both have are at their optimum: the scores u_s have the mean zero if nothing is added.
-    Their sums over ``SIGNED`` blocks of neighbouring segments are judged by ``t_of_scores``.
+    with r and r₁ the residuals of segment s without and with the added parameters, and w_s = 1/(1 + (r² + (r −
+    r₁)²)/K), which lets no run decide that leaves the motion, in either model, and favours no sign of r·(r − r₁). Along
+    d the parameters that both have are at their optimum, so u_s has the mean zero if nothing is added. Sums over
+    ``SIGNED`` blocks of segments are judged by ``t_of_scores``.
     """
     change = before.residual - after.residual
     weights = 1 / (1 + (before.residual**2 + change**2).mean(axis=1))
@@ -58,14 +57,9 @@ def score_test(before: Fit, after: Fit) -> float:
 def t_of_scores(scores: Array, sizes: Array) -> tuple[float, float]:
     """Student's t of the sums U_b of scores r·d over blocks, and the number of blocks that it rests on.
 
-    With Q_b the sums of d·d, ΣU_b/ΣQ_b = c is the size of d by one step, with a standard error by the jackknife over
-    blocks, and t is c over this error. The spread of U_b itself would count it against an effect that it acts more in
-    some blocks than in others.
-
-    Two things make blocks fewer than they are. With h_b the shares of Q_b in their sum they count as 1/Σh_b² at most
-    (Kish's effective number): the error rests on those in which d acts. And a slow disturbance makes neighbours alike.
-    With φ the autocorrelation at lag 1 of U_b − c Q_b, which the effect itself does not change, limited to [0, 0.99],
-    c rests on B (1 − φ)/(1 + φ) of B blocks. Of a disturbance that is slow only in part, φ is too small.
+    ΣU_b/ΣQ_b = c, with Q_b the sums of d·d, is the size of d by one step, its standard error that of the jackknife, and
+    t is c over this error. Blocks count as 1/Σh_b² at most, h_b the shares of Q_b (Kish's effective number), and as B
+    (1 − φ)/(1 + φ), φ the autocorrelation at lag 1 of U_b − c Q_b: a slow disturbance makes neighbours alike.
     """
     count, rest = len(sizes), sizes.sum() - sizes
     if not np.all(rest > 0):
@@ -80,10 +74,9 @@ def t_of_scores(scores: Array, sizes: Array) -> tuple[float, float]:
 
 
 def along_best(t: float, blocks: float, parameters: int) -> float:
-    """Probability of Student's t of blocks along the best of all directions of some fitted parameters.
+    """Probability of Student's t of B blocks along the best of all directions of k fitted parameters.
 
-    The largest t² of B blocks over k directions is Hotelling's T², and T² (B − k)/(k (B − 1)) has the F distribution of
-    k and B − k. With as many parameters as blocks it shows nothing.
+    The largest t² is Hotelling's T², and T² (B − k)/(k (B − 1)) has the F distribution of k and B − k.
     """
     k = max(parameters, 1)
     if blocks <= k or t <= 0:

@@ -1,7 +1,7 @@
 """Permutation test by circular shifts: whether one of two models leaves less residual at the times when they differ.
 
-Tests on blocks of the log ask for many blocks with a gain. Two models may differ in a few: a dead zone and a constant
-force are one motion except while the input is below the dead zone's width.
+Two models may differ in too few blocks for a test on blocks: a dead zone and a constant force are one motion except
+while the input is below the dead zone's width.
 """
 
 from __future__ import annotations
@@ -23,19 +23,15 @@ def by_shifts(pairs: Sequence[tuple[Array, Array]]) -> float:
 
         g_k = Σ_t d(t) m(t + k),   d = b − a,   m = (a + b)/2;   g_0 is half the gain Σ b² − Σ a²
 
-    with b and a the residuals of the other model and of this one, so that d is what the two predict differently. If m
-    does not depend on d, every g_k is as probable as g_0, whatever the correlation in time. So p is the share of shifts
-    with g_k ≥ g_0: an event elsewhere in the log that is as large makes it large. Each coordinate is shifted on the
-    samples that it uses, by the same share of these.
-
-    Of two models that are wrong each at times of its own, m depends on d. So this one must not leave more where they
-    differ than elsewhere: p is 1 unless Σ d² a² ≤ Σ d² · mean a². Where each is wrong at random in about one moment, a
-    log often holds a moment of one of them only. So p is 1 too where (Σ q)²/Σ q² < ``LEAST_MOMENTS``, with q the sums
-    of d² over ``PARTS`` parts of the log: that number does not depend on which model is right.
+    with b and a the residuals of the other model and of this one. If m does not depend on d, every g_k is as probable
+    as g_0, whatever the correlation in time, and p is the share of shifts with g_k ≥ g_0. Of two wrong models m depends
+    on d: so p is 1 unless Σ d² a² ≤ Σ d² · mean a², this one leaving no more where they differ than elsewhere, and
+    where (Σ q)²/Σ q² < ``LEAST_MOMENTS``, with q the sums of d² over ``PARTS`` parts of the log: too few moments of
+    either.
 
     Args:
-        pairs: (b, a), each (N,), of every coordinate, at the samples that some coordinate uses: at rest a shift finds
-            nothing. Zero where a coordinate is not used.
+        pairs: (b, a), each (N,), of every coordinate, at the samples that some coordinate uses; zero where one does
+            not.
     """
     count = max((len(this) for _, this in pairs), default=1)
     gains, there, everywhere, powers = np.zeros(count), 0.0, 0.0, np.zeros(PARTS)

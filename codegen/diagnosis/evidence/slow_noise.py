@@ -1,8 +1,7 @@
 """Log-likelihood of a force residual, modelled as white noise plus first-order autoregressive noise.
 
-A slowly varying force that no candidate describes has most of its power at low frequencies. A candidate that varies as
-slowly explains part of it by chance. The likelihood ratio of two models therefore takes, for each of their residuals,
-the noise model of largest likelihood: the noise parameters are nuisance parameters.
+A candidate that varies as slowly as a force that no candidate describes explains part of it by chance. So the
+likelihood ratio of two models takes the noise model of largest likelihood for each: nuisance parameters.
 """
 
 from __future__ import annotations
@@ -22,16 +21,14 @@ SHARES = (0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0)
 
 
 def slow_noise_likelihood(residual: Array, band: float) -> float:
-    """Log-likelihood of a residual by Whittle's approximation, as the best of a grid of noise models; nats.
+    """Log-likelihood of a residual (N,) by Whittle's approximation, as the best of a grid of noise models; nats.
 
         max over a, s, τ of −½ Σ_j (ln a S_j + c_j²/(a S_j)),   S = 1 − s + s (1 − φ²)/|1 − φ exp(−iω)|²,  φ = exp(−1/τ)
 
-    with c_j the cosine transform at ω_j = πj/(N·band), S the spectrum of white noise and a share s of first-order
-    autoregressive noise of the correlation time τ, and a its size. A Fourier transform would take the step from the
-    last value to the first for a jump of the signal. Constants are left out: only differences count.
+    with c_j the cosine transform at ω_j = πj/(N·band), which has no jump at the ends, S the spectrum of white noise and
+    a share s of first-order autoregressive noise of the correlation time τ, and a its size. Constants are left out.
 
     Args:
-        residual: (N,) values; what lies above the band is ignored.
         band: width of the band over the Nyquist frequency: N values hold N·band independent ones.
     """
     lines = round(len(residual) * min(band, 1.0))

@@ -7,6 +7,7 @@ import sympy
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.residual import Problem, force_rows, independent_samples, scales, slip_velocities
+from codegen.diagnosis.fit.trial import in_unit
 from codegen.logs import Finding
 
 KNOWN = 0.1
@@ -17,14 +18,14 @@ tolerance. Where inertia is seen no better, free runs err by more than the toler
 def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:
     """The uncertain parameters that act through inertia alone and that the force residual hardly determines.
 
-    At constant speed the motion is accelerated by waves and noise alone. Free runs change an inertia there all the
-    same: the noise of a logged input moves the model and not the machine, and a heavier model follows it less (errors
-    in variables). The force residual has no such error, so it is asked, by its information on all refitted values
+    At constant speed free runs change an inertia all the same: the noise of a logged input moves the model and not the
+    machine, and a heavier model follows it less (errors in variables). So the information of the force residual is
+    asked,
 
         H = Σ s s'/σ² + diag(1/tolerance²),
 
-    with the slopes s and the RMS residual σ, over independent samples. A parameter is unseen where its variance, the
-    diagonal of H⁻¹, is above ``KNOWN`` of its tolerance's.
+    with the slopes s and the RMS residual σ over independent samples. A parameter is unseen where its variance, of H⁻¹,
+    is above ``KNOWN`` of its tolerance's.
     """
     still = problem.system.equation_error.subs(dict.fromkeys(problem.system.accelerations, 0))
     inertias = [s for s in problem.uncertain if s not in still.free_symbols]
@@ -58,11 +59,8 @@ def not_refitted(problem: Problem, symbols: list[sympy.Symbol]) -> tuple[Finding
     """The warning that these stay as declared; none where there are none."""
     if not symbols:
         return ()
-    listed = " and ".join(
-        f"{s.name} at {float(problem.system.values[s]):.6g}"
-        + (f" {unit}" if (unit := problem.system.units.get(s, "1")) != "1" else "")
-        for s in symbols
-    )
+    system = problem.system
+    listed = " and ".join(f"{s.name} at {float(system.values[s]):.6g}{in_unit(system, s)}" for s in symbols)
     words = (
         f"The motion of this log hardly shows {' and '.join(s.name for s in symbols)}, on which only inertia depends: "
         f"the diagnosis keeps {listed}. A log with accelerations both ways tells more."

@@ -1,14 +1,13 @@
 """Discriminating experiments: the change of the machine that separates two tied models most (T-optimality).
 
-Model A follows the log's path in simulation after a change of the machine. Model B is then fitted to this log and the
+Model A follows the log's path in simulation after a change of the machine. Model B is fitted to this log and the
 simulated one together, and what remains is the separation:
 
     d² = min over θ_B of  Σ_logs Σ w (r_B(θ_B) − r_A)² + (θ_B − θ̂_B)′ P (θ_B − θ̂_B)
 
 with r the low-passed force residual, w the share of independent samples over the variance of A's residual on this log,
-and P the prior precision of the tolerances. The smaller value of both orders (A, B) and (B, A) counts. A friction level
-that explains an effect under one load must then also fit under the other. After Atkinson and Fedorov, with the present
-log as data.
+and P the prior precision of the tolerances. The smaller value of both orders (A, B) and (B, A) counts. After Atkinson
+and Fedorov, with the present log as data.
 """
 
 from __future__ import annotations
@@ -74,11 +73,7 @@ class Model:
 
 @dataclass(frozen=True, eq=False)
 class Weighed:
-    """A log of the machine after a change, and the weights of its force residuals.
-
-    Attributes:
-        problem: with the mask of sliding samples. weights: (n,) of a sample on each coordinate.
-    """
+    """A log of the machine after a change, and the weights (n,) of its force residual's samples."""
 
     setup: Setup
     problem: Problem
@@ -104,11 +99,7 @@ class Weighed:
 
 @dataclass(frozen=True, eq=False)
 class Discrimination:
-    """Separation of tied fits by changes of the machine.
-
-    Attributes:
-        search: of the log. models: two at least, the best first.
-    """
+    """Separation of tied fits, the best first, by changes of the machine."""
 
     search: Search
     log: Log

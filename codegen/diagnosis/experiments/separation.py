@@ -85,13 +85,12 @@ def separate(
 
     A motion is simulated under a position loop with each candidate in turn as the truth, with the log's noise on the
     positions; every candidate is refitted to it, as a diagnosis would, and must fit worse than the truth by
-    ``SEPARATED``. Shorter motions are cheaper; among equals, the one with the least ∫|w|² dt. Changes of the machine on
-    the log's own path are listed too; see ``discrimination``.
+    ``SEPARATED``. Shorter motions are cheaper; among equals, the one with the least ∫|w|² dt. See ``discrimination``
+    for changes.
 
     Args:
         outcome: with rivals. tied: its fits, see ``tied_fits``.
         envelope: of the spec; the motions stay inside it or inside what the log has shown.
-        progress: called with what is tried, and the share of all that may be.
 
     Returns:
         The figures, and the excitation file's text: None where no motion separates them.
@@ -119,9 +118,7 @@ def separate(
 
 
 def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> Iterator[tuple[ExtraMotion, LoopRun]]:
-    """The library's motions that do not diverge: shorter ones first, among equals the one with less energy; as many
-    as ``MOST_SIMULATED`` allows.
-    """
+    """The library's motions that do not diverge, cheapest first; as many as ``MOST_SIMULATED`` allows."""
     simulated = 0.0
     for duration, same in groupby(library(reach, search.motion), key=lambda motion: motion.duration):
         motions = list(same)
@@ -176,8 +173,7 @@ def _tied_pair(search: Search, outcome: Outcome, first: Fit, other: Fit) -> Tied
 def _distance(truth: Fit, other: Fit) -> float:
     """How much better one fit is than the other, in standard deviations of the noise; negative where it is worse.
 
-    Near the noise a segment's loss is a quarter of its squared residual, so this is the norm of the difference of the
-    two predictions over the noise, for the number of independent residuals.
+    Near the noise a segment's loss is a quarter of its squared residual: the norm of the difference of two predictions.
     """
     gain = float(other.held_out_losses.sum() - truth.held_out_losses.sum())
     return float(np.copysign(2 * np.sqrt(independent_share(truth) * abs(gain)), gain))
@@ -202,8 +198,8 @@ def _try(
     """The smallest separation over all pairs of truth and other candidate.
 
     Args:
-        machines: of the first ``fits``: only candidates that tie are taken as the truth.
-        first: the motion as the first machine follows it.
+        machines: of those ``fits`` that tie, which are taken as the truth. first: the motion as the first one follows
+            it.
     """
     h, least = log.sample_time, float("inf")
     energy = _energy(first, h)
@@ -292,13 +288,7 @@ class Reach:
 
 @dataclass(frozen=True, eq=False)
 class ExtraMotion:
-    """A reference motion.
-
-    Attributes:
-        name: in words.
-        duration: s, a whole number of samples.
-        references: of each coordinate, over t in s, with plain decimals.
-    """
+    """A reference motion: name in words, duration in s, a whole number of samples, and references over t in s."""
 
     name: str
     duration: float

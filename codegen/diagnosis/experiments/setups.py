@@ -1,8 +1,7 @@
 """Changes of a machine that discriminate between effects: load, payload, mounting, speed, temperature.
 
 Under a single load, load-dependent friction and a larger Coulomb level give the same log; in a single mounting, so do
-weight and an offset of the drive. A second log of the same motion, after a known change of the machine or after one
-that scales all friction by one factor, distinguishes them.
+weight and an offset of the drive. A second log of the same motion after a change distinguishes them.
 """
 
 from __future__ import annotations
@@ -36,10 +35,9 @@ DIGITS = 2
 
 @dataclass(frozen=True)
 class Setup:
-    """One change of the machine, or of the speed of its motion.
+    """One change of the machine, or of the speed of its motion by the factor ``pace``.
 
     Attributes:
-        pace: factor on the speed along the log's path.
         force, inertia: known additional force and inertia, SI: index of the coordinate → value.
         turned: whether gravity acts in the opposite direction.
         friction: factor on the friction of all contacts, which the fit does not know; None for no change.
@@ -65,8 +63,8 @@ class Setup:
         """The parameters of an effect after the change.
 
         Args:
-            factor: of friction: parameters of an effect on a contact become neutral + factor (value − neutral), where
-                a neutral value, at which the effect is absent, exists.
+            factor: of friction: parameters of an effect on a contact become neutral + factor (value − neutral), where a
+                neutral value, at which the effect is absent, exists.
         """
         changed = part.effect.turned(values) if self.turned else dict(values)
         if self.friction is None or part.effect.sits_on != "contact":
@@ -76,11 +74,7 @@ class Setup:
 
 
 def setups(system: System, motion: Motion, parts: Sequence[Part]) -> list[Setup]:
-    """The unchanged machine, as a reference, and every change that this machine allows.
-
-    Args:
-        parts: effects of all models that are to be discriminated.
-    """
+    """The unchanged machine, as a reference, and every change that this machine and the models' effects allow."""
     drive = np.sqrt(np.mean(drive_force(system, motion)[motion.usable] ** 2, axis=0))
     inertia = 1 / np.maximum(np.diagonal(inverse_mass(system, motion).mean(axis=0)), 1e-300)
     possible = [Setup("none", "the same motion again, nothing changed")]

@@ -1,8 +1,7 @@
 """Cross-validated evidence for a candidate model: log-likelihood gained on held-out segments, and its significance.
 
 A segment's loss is its negative log-likelihood, K/2 log(1 + RSS/K), with RSS the sum of its K squared residuals in
-units of the noise. At the noise, where RSS is K, it changes with RSS half as much as that of least squares. A model
-"removes" a share of the squared residual if its own residual is smaller by that share.
+units of the noise. A model "removes" a share of the squared residual if its own is smaller by that share.
 """
 
 from __future__ import annotations
@@ -67,15 +66,14 @@ class Evidence:
 
     Attributes:
         gain: log-likelihood gained, summed over segments, nats.
-        share: share of the squared residual that is removed, of its geometric mean over segments or of its sum,
-            whichever is larger: an effect that acts in few segments removes most of the sum and little of the mean.
-        t: Σ g_b / √Σ g_b² over the gains g_b of blocks of segments; a z-score if their signs are random.
-        won, blocks: number of blocks with a gain, and of all.
-        where_far: one-sided p of Student's t test on the log ratios of squared residuals, over the blocks in which
-            either model is more than ``FAR`` times the noise off; 1 where these are too few.
-        where_large: the same over the blocks chosen by ``LARGE``.
-        signed: number of the blocks of ``t``.
-        by_score: one-sided p of ``score_test``, where the fit contains the one before it; else None.
+        share: of the squared residual that is removed: of its geometric mean over segments or of its sum, whichever is
+            larger. An effect that acts in few segments removes little of the mean.
+        t: Σ g_b / √Σ g_b² over the gains of ``signed`` blocks of segments; a z-score if their signs are random.
+        won, blocks: number of the cross-validated blocks with a gain, and of all.
+        where_far, where_large: p of Student's t test on log ratios of squared residuals, over the blocks in which
+            either model is more than ``FAR`` times the noise off, or over those chosen by ``LARGE``; 1 where these are
+            too few.
+        by_score: p of ``score_test``, where the fit contains the one before it.
     """
 
     gain: float
@@ -89,18 +87,16 @@ class Evidence:
     by_score: float | None = None
 
     def p(self, whiteness: float, alone: bool = True) -> float:
-        """One-sided p-value of the gain under "no effect": the smallest of p-values times their number (Bonferroni).
+        """One-sided p-value of the gain under "no effect": the smallest of several, times their number (Bonferroni).
 
-        The tests are the sign test on all blocks; the likelihood ratio, which is valid near the noise; the two t tests
-        on blocks with large residuals, for an effect that acts in few of them; and, of a model that contains the other,
-        the score test. That one replaces none: it says nothing of few segments, or of an effect in few of them. The
-        likelihood ratio holds for a model that contains the other. Of two that are wrong alike in some segments, a few
-        of these decide it.
+        Of the sign test on all blocks, the likelihood ratio near the noise, two t tests on blocks with large residuals,
+        for an effect that acts in few of them, and the score test of a model that contains the other.
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
-            alone: whether the candidate leaves nothing but noise. Else errors of the model may last from one segment to
-                the next, and the likelihood ratio counts only as far as a t test on the gains of blocks agrees.
+            alone: whether the candidate leaves nothing but noise. Else its errors may last from one segment to the
+                next, and of two wrong models a few segments decide the likelihood ratio: a t test on blocks must agree
+                with it.
         """
         likelihood = exp(-max(whiteness * self.gain, 0.0))
         if not alone:
@@ -111,11 +107,7 @@ class Evidence:
 
     @property
     def by_blocks(self) -> float:
-        """One-sided p-value of Student's t test on the gains of blocks.
-
-        Student's t follows from ``t``: t √((B − 1)/(B − t²)) of B blocks. Unlike the sign test it has no least value on
-        few blocks, but it assumes that the gains are normally distributed.
-        """
+        """One-sided p-value of Student's t test on the gains of B blocks, t √((B − 1)/(B − t²)), taken as normal."""
         spread = self.signed - self.t**2
         if self.signed < 2:
             return 1.0
@@ -125,8 +117,8 @@ class Evidence:
 def random_signs(t: float) -> float:
     """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), Φ the normal CDF.
 
-    A normal approximation. Of B equal gains all are positive with the probability 2^−B: 3 times 1 − Φ(√B) for B = 3,
-    1.7 times for 8, and less than that from 12 on. For t above 3.5 it is at most 1.4 times too small with equal gains.
+    Of B equal gains all are positive with the probability 2^−B: 3 times that for B = 3, 1.7 times for 8, less from 12
+    on.
     """
     return 0.5 * erfc(t / sqrt(2))
 
@@ -134,12 +126,9 @@ def random_signs(t: float) -> float:
 def by_random_signs(gains: Array) -> float:
     """One-sided p-value of a sign-flip test: P(Σ s_b |g_b| ≥ Σ g_b) for independent random signs s_b = ±1.
 
-    It is computed from the characteristic function Π cos(ω |g_b|), on a grid of the sums. Where the normal
-    approximation (``random_signs``) is larger, that is returned. With few blocks the approximation is too small: 0.013
-    in place of 1/32 for five equal gains.
-
-    Args:
-        gains: (B,) gain g_b of each block.
+    By the characteristic function Π cos(ω |g_b|), on a grid of the sums of gains g_b (B,); or the normal approximation
+    (``random_signs``) where that is larger: with few blocks it is too small, 0.013 in place of 1/32 for five equal
+    gains.
     """
     sizes = np.abs(gains)
     whole = float(sizes.sum())
@@ -155,11 +144,7 @@ def by_random_signs(gains: Array) -> float:
 
 
 def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
-    """Evidence for ``after`` over ``before`` by their held-out losses.
-
-    Args:
-        floored: whether losses below that of pure noise are raised to it, so that fitting noise gains nothing.
-    """
+    """Evidence for ``after`` by held-out losses; ``floored``, those below pure noise count as that."""
     losses = before.held_out_losses
     floor = noise_loss(before) / len(losses) if floored else 0.0
     return evidence(losses, after.held_out_losses, before.residual.shape[1], floor)
@@ -214,20 +199,15 @@ def are_large(before: Array, after: Array) -> NDArray[np.bool_]:
 
 
 def _of_ratios(before: Array, after: Array, above: Array) -> float:
-    """One-sided p-value of ``of_logarithms`` over the blocks where either square is above a bound.
-
-    Blocks chosen by ``before`` alone would favour any other model, by regression to the mean.
-    """
+    """``of_logarithms`` over blocks where either square is above a bound; ``before`` alone would favour any other."""
     chosen = np.maximum(before, after) > above
     return of_logarithms(np.log(before[chosen] / after[chosen]))
 
 
 def of_logarithms(ratios: Array) -> float:
-    """One-sided p-value of Student's t test that logarithms of before/after have a positive mean; 1 if these are fewer
-    than ``LEAST_FAR``.
+    """One-sided p-value of Student's t test that logarithms of before/after have a positive mean, taken as normal.
 
-    It assumes that they are normally distributed, and is far too small where a ratio has one of two values: of runs
-    that leave the motion under one of two equal models, five in a row do so under the same one once in 32 times.
+    1 if fewer than ``LEAST_FAR``. Far too small where a ratio has one of two values, as where runs leave the motion.
     """
     if len(ratios) < LEAST_FAR or not ratios.std() > 0:
         return 1.0
@@ -246,10 +226,7 @@ def _squares(losses: Array, kept: int) -> Array:
 
 
 def independent_share(fit: Fit) -> float:
-    """Effective share of independent residuals, (1 − φ)/(1 + φ), with φ their autocorrelation at lag 1.
-
-    φ is the median over segments, limited to [0, 0.99].
-    """
+    """Share of independent residuals, with the median over segments of their autocorrelation at lag 1."""
     n = fit.offsets.shape[1] // 2
     residual = fit.residual.reshape(len(fit.residual), -1, n)
     power = (residual**2).sum(axis=(1, 2))
@@ -276,10 +253,7 @@ def misfit(base: Fit) -> float:
 
 
 def _over_drive(change: Array, base: Fit) -> float:
-    """RMS of a change over the RMS change by the drive force, without the 3 % of segments with the largest change.
-
-    The change by the drive force is the derivative of the residual by a gain on it, by a finite difference.
-    """
+    """RMS of a change over that by the drive force, without the 3 % of segments that change most."""
     runner = base.runner
     reduced = mean_residuals(runner, runner.run(base.theta, base.offsets, 1 - GAIN_STEP))
     by_drive = base.starts.project((base.unprojected - reduced) / GAIN_STEP, slope=True)
@@ -299,9 +273,7 @@ def noise_ratio(fit: Fit) -> float:
 
 
 def near_noise(fit: Fit, times: float = 1.0) -> bool:
-    """Whether the residual is near the noise in the median and in all but a share ``FEW`` of the segments.
-
-    The Gaussian likelihood is then used.
+    """Whether the residual is near the noise, in the median and in all but a share ``FEW`` of the segments.
 
     Args:
         times: noise that the fit assumes over the measurement's noise; scales the median.
@@ -312,12 +284,10 @@ def near_noise(fit: Fit, times: float = 1.0) -> bool:
 def free_runs_settle(fit: Fit, share: float, times: float) -> bool:
     """Whether free-run simulation credits a model although the model increases the force residual.
 
-    The free runs must end near the noise in nearly all segments, which no wrong model does, and improve by far more
-    than the force residual gets worse. The force residual may be wrong because it is low-passed: it shows neither a
-    narrow Stribeck peak at a reversal nor a load behind a spring.
+    The free runs must end near the noise, which no wrong model does, and improve by far more than the force residual
+    gets worse. Low-passed, it shows neither a narrow Stribeck peak at a reversal nor a load behind a spring.
 
     Args:
-        share: share of the squared free-run residual that the model removes.
-        times: squared force residual with the model over that without it.
+        share: of the squared free-run residual that the model removes. times: squared force residual over that without.
     """
     return near_noise(fit) and (1 - share) * times < SETTLED

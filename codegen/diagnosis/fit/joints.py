@@ -1,14 +1,10 @@
 """Free-run simulation of an arm joint by joint, with the measured motion of all other joints imposed.
 
-The rigid-body forces of an arm are smooth and expensive. Along the measured motion they are computed once at every
-sample; a free run of one joint stays near that motion, so a linearisation in the joint's own position and speed
-suffices:
-
     M_ii x_i'' = f_i(t) + k_i(t) (x_i − x̂_i) + d_i(t) (v_i − v̂_i) + e_i
 
-with e_i the inputs, effects and friction of joint i without approximation, and f_i the row's force less Σ_j M_ij
-x̂_j''. M_ii does not depend on x_i in a tree of joints. An unexplained force stays at its joint, and a log that moves
-one joint is a log of that joint alone.
+with e_i the inputs, effects and friction of joint i without approximation, and f_i the rigid-body force less
+Σ_j M_ij x̂_j'', computed once along the measured motion and linearised about it. M_ii does not depend on x_i in a tree
+of joints. An unexplained force stays at its joint, and a log that moves one joint is a log of that joint alone.
 """
 
 from __future__ import annotations
@@ -57,7 +53,7 @@ class Joint:
 
     Attributes:
         index: of its coordinate. contacts: indices of its contacts.
-        inputs: those of the arm that act here; others: positions and speeds of other joints that its effects use.
+        inputs: those of the arm that act here. others: positions and speeds of other joints that its effects use.
         system: its inputs are ``inputs``, SIGNALS and ``others``, in this order.
     """
 
@@ -143,11 +139,7 @@ class MotionTerms:
 
 @dataclass(frozen=True, eq=False)
 class RigidTerms:
-    """The computed rigid-body terms of a system, evaluated along records.
-
-    Attributes:
-        parameters: free symbols in the computed terms.
-    """
+    """The computed rigid-body terms of a system along records, and the free symbols in them."""
 
     system: System
     parameters: tuple[sympy.Symbol, ...]
@@ -227,7 +219,7 @@ class Memory:
 
 @dataclass(frozen=True, eq=False)
 class _Compiled:
-    """One joint of one model: its code in the library, and the indices of its arguments and states in the model's.
+    """One joint of one model: its code in the library, and its arguments and states among the model's.
 
     Attributes:
         key: of the equations from which that code was made.
@@ -259,13 +251,7 @@ class JointShooter:
         loads: int = 0,
         jumps: bool | None = None,
     ) -> None:
-        """Compile; joints with the same equations share their code.
-
-        Args:
-            terms: of the system without effects.
-            loads: most loads behind springs in any run.
-            jumps: as of ``Shooter``.
-        """
+        """Compile; joints with the same equations share their code. ``terms`` are of the system without effects."""
         self.terms, self.memory, self.loads = terms, memory, loads
         distinct: dict[Hashable, tuple[Joint, list[sympy.Symbol]]] = {}
         self._models: list[list[_Compiled]] = []

@@ -30,13 +30,7 @@ SHORTEST_PERIODS = 5.0
 
 
 def measure(system: System, motion: Motion, used: Masks, window: slice, restart_s: float = RESTART_S) -> ErrorFigures:
-    """Error figures of a system on one window of a motion.
-
-    Args:
-        used: samples away from standstill, the same for every model that is compared.
-        window: of samples.
-        restart_s: between two restarts of the free run.
-    """
+    """Error figures of a system on one window of a motion; ``used`` are the same samples for every model compared."""
     per_row, rms, relative = force_errors(system, motion, used, window)
     positions, parts = free_run_errors(system, motion, window, restart_s)
     total = float(np.sqrt(np.mean(np.square(positions))))
@@ -46,10 +40,9 @@ def measure(system: System, motion: Motion, used: Masks, window: slice, restart_
 def force_errors(
     system: System, motion: Motion, used: Masks, window: slice = WHOLE
 ) -> tuple[tuple[float, ...], float, float]:
-    """RMS low-passed residual by coordinate and over all, and its norm over that of the drive force.
+    """RMS low-passed residual by coordinate and over all, and its norm (``power``) over that of the drive force.
 
-    Both are scaled by ``residual_at_drive``, so that friction which follows the drive force is not favoured. The norm
-    is that of ``power``; samples at standstill count as zero in both.
+    By ``residual_at_drive``, which favours no friction that follows the drive force; samples at standstill are zero.
     """
     residual = residual_at_drive(system, motion)
     inside = np.zeros(len(motion.time), dtype=bool)
@@ -68,8 +61,7 @@ def force_errors(
 def restart_within_reach(system: System, motion: Motion, window: slice) -> float:
     """Seconds between restarts after which free runs are still near the motion: ``RESTART_S``, halved while necessary.
 
-    A run has left the motion when its error exceeds the distance that the machine moved since the restart; it then no
-    longer discriminates models, as with a rotor that falls into another cogging minimum.
+    A run whose error exceeds the way since the restart discriminates no models, as a rotor in another cogging minimum.
     """
     restart, least = RESTART_S, SHORTEST_PERIODS / motion.cutoff_hz
     while restart / 2 >= least:
@@ -93,10 +85,7 @@ def _way_since_restart(motion: Motion, restart_s: float) -> Array:
 def free_run_errors(
     system: System, motion: Motion, window: slice, restart_s: float = RESTART_S
 ) -> tuple[list[float], tuple[tuple[float, ...], ...]]:
-    """RMS of predicted less raw position on each coordinate, restarted from the low-passed measured state.
-
-    And the mean squares in ``SIGNED`` parts, or as many as there are restarts.
-    """
+    """RMS of predicted less raw position on each coordinate, and mean squares in ``SIGNED`` parts, or one a restart."""
     error = free_run_series(system, motion, restart_s)[window]
     usable = motion.usable[window] & ~np.isnan(error).any(axis=1)
     if motion.counted is not None:
@@ -159,12 +148,9 @@ def inverse_mass(system: System, motion: Motion) -> Array:
 
 
 def power(inverse: Array, forces: Array) -> Array:
-    """(N,) r' M(x)⁻¹ r of generalised forces r, (N, n): a norm by the acceleration that a force causes.
+    """(N,) r' M(x)⁻¹ r of forces r (N, n), by ``inverse_mass``: a norm by the acceleration that a force causes.
 
     It does not depend on the side of a gear on which a coordinate is, and adds no newtons to newton metres.
-
-    Args:
-        inverse: as by ``inverse_mass``.
     """
     return np.asarray((forces * (inverse @ forces[:, :, None])[:, :, 0]).sum(axis=1))
 

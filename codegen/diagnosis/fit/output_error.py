@@ -1,7 +1,4 @@
-"""Output-error fits by multiple shooting: Gauss–Newton over the parameters, segment start states eliminated.
-
-Measured positions are compared with free-run simulations of short segments (simulation error, output error).
-"""
+"""Output-error fits by multiple shooting: Gauss–Newton over the parameters, segment start states eliminated."""
 
 from __future__ import annotations
 
@@ -80,9 +77,9 @@ class Fit:
 
     Attributes:
         theta: (p,) the trial's vector. offsets: (S, 2n) of the segments' start states.
-        unprojected: (S, K n) averages of measured less predicted over their noise. residual: the same, projected on the
-            complement of the start states.
-        slopes: (p, S, K n) of the prediction by theta, projected alike.
+        unprojected: (S, K n) averages of measured less predicted, over their noise.
+        residual: the same less what start states explain. slopes: (p, S, K n) of the prediction by theta, less the
+            same.
         limited: (p,) whether the fit ended at a limit of the parameter.
     """
 

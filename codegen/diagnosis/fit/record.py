@@ -44,17 +44,15 @@ A_RECORD = 3
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """The data of a log that free-run simulation needs.
+    """The data of a log that free-run simulation needs, in SI.
 
     Attributes:
         measured: (N, n) raw positions. positions, velocities: (N, n) smoothed, for start states.
         commands: (N, m), held from t_k to t_(k+1).
-        sample_time: s.
         noise: (n,) standard deviation of the noise of what is compared, ``compared``.
         start: (S,) first samples of the segments. length: samples of each.
-        joints: for an arm that is run joint by joint, the joints that are compared; each segment of each joint is then
-            a row of its own, the joints of a segment in turn. None where the coordinates of a segment are compared
-            together.
+        joints: of an arm that is run joint by joint, those that are compared, each a row of its own in every segment.
+            None where the coordinates of a segment are compared together.
         integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
     """
 
@@ -101,10 +99,7 @@ class Record:
         return np.asarray(np.quantile(np.abs(self.velocities), 0.95, axis=0))
 
     def compared(self, positions: Array) -> Array:
-        """Of positions (S, L, n), what has white noise where measured: themselves, or their steps from row to row.
-
-        The noise of a position that is the integral of a measured speed is a random walk, that of its steps is white.
-        """
+        """Of positions (S, L, n), what has white noise: themselves, or the steps of an integrated speed."""
         if not any(self.integrated):
             return positions
         rows = self.of_starts(np.array(self.integrated, dtype=float))[:, None] > 0
@@ -147,11 +142,8 @@ class Record:
 def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
     """Segments of a motion, each starting at a fast sample nearby, since a run that starts at rest may stay stuck.
 
-    Args:
-        shorter: factor on the length of the segments.
-
     Raises:
-        BadInput: if fewer than twelve segments move, of half the usual length too.
+        BadInput: if too few segments move, even ``SHORTENED``, times the factor ``shorter``.
     """
     h, count = motion.sample_time, len(motion.time)
     usable = np.ones(count, dtype=bool)
@@ -216,8 +208,8 @@ def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int
 def position_noise(motion: Motion, log: Log) -> Array:
     """(n,) standard deviation of the positions: from the log's description, else estimated above the fine filter.
 
-    Of a position that is the integral of a measured speed, the standard deviation of its steps from row to row. Where
-    stamps jitter, positions scatter by speed times jitter; what is seen near the Nyquist frequency then counts.
+    Of the integral of a measured speed, that of its steps from row to row. Where stamps jitter, positions scatter by
+    speed times jitter; what is seen near the Nyquist frequency then counts.
     """
     walks = np.array(motion.integrated or (False,) * motion.measured.shape[1])
     seen = motion.noise * np.where(walks, motion.sample_time, 1.0)

@@ -14,6 +14,7 @@ from scipy.ndimage import binary_opening, maximum_filter1d
 from scipy.optimize import lsq_linear
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, Record
 from codegen.diagnosis.fit.shooting import all_law_terms, owners
@@ -30,14 +31,10 @@ from codegen.spec.functions import Sgn
 
 
 def evaluate_forces(system: System, columns: Sequence[Matrix], motion: Motion, inputs: Array | None = None) -> Array:
-    """Generalised forces at every sample, unfiltered, along the motion corrected for the declared sensor errors.
+    """(columns, N, n) generalised forces, unfiltered, along the motion corrected for the declared sensor errors.
 
     Args:
-        columns: n by 1 matrices over x, v, w, accelerations and parameters.
-        inputs: (N, m), in place of the motion's inputs if given.
-
-    Returns:
-        (len(columns), N, n).
+        columns: n by 1 matrices over x, v, w, accelerations and parameters. inputs: (N, m), in place of the motion's.
     """
     at = points(system, motion, motion.inputs if inputs is None else inputs)
     found = over_rows(force_function(system, columns), at).reshape(len(at), len(columns), -1)
@@ -57,11 +54,10 @@ def force_function(
     values: Mapping[sympy.Symbol, float] | None = None,
     slopes: bool = False,
 ) -> casadi.Function:
-    """Forces, or their derivatives by ``symbols``, as a function of a point of the motion followed by ``symbols``.
+    """Forces, or their ``slopes`` by symbols, as a function of a point of the motion followed by ``symbols``.
 
     Args:
-        values: values of symbols that replace the system's.
-        slopes: whether to give the derivatives.
+        values: of symbols, in place of the system's.
     """
     variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]
     point, more = casadi.SX.sym("point", len(variables)), casadi.SX.sym("more", len(symbols))
@@ -103,11 +99,7 @@ def slip_velocities(system: System, motion: Motion) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A declared System and the Motion of the log on which it is judged.
-
-    Attributes:
-        deviation: standard deviation, in SI, of each declared parameter that is uncertain.
-    """
+    """A declared System, the Motion on which it is judged, and standard deviations of its uncertain values, in SI."""
 
     system: System
     motion: Motion
@@ -149,11 +141,7 @@ LONGEST_CROSSING_S = 0.03
 
 @dataclass(frozen=True, eq=False)
 class Masks:
-    """Samples at which the force balance can be used.
-
-    Attributes:
-        rows: (N, n), for each coordinate.
-    """
+    """(N, n) samples at which the force balance of each coordinate can be used."""
 
     rows: NDArray[np.bool_]
 
@@ -171,9 +159,8 @@ def effective_inputs(system: System, motion: Motion) -> Array:
 def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
     """Samples to use for the force balance of each coordinate: away from ends, gaps and standstill.
 
-    At standstill friction may have any value up to its level, so these samples are left out, and so are those around
-    them within the width of the filter. Samples of quick zero crossings are kept. If the log was resampled to a finer
-    grid, only as many samples are used as it had.
+    At standstill friction may have any value up to its level, so samples within the filter's width of one are left out;
+    quick zero crossings are kept. Of a log that was resampled to a finer grid as many are used as it had.
     """
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
@@ -199,11 +186,7 @@ def inverse_dynamics_residual(system: System, motion: Motion) -> Array:
 
 @recent(OF_MODELS)
 def residual_at_drive(system: System, motion: Motion) -> Array:
-    """The low-passed residual divided by ``drive_left``, (N, n).
-
-    Friction in proportion to the drive force, or the gain of an actuator, scales the residual and the drive force that
-    is left by the same factor. The division makes residuals of models with and without it comparable.
-    """
+    """The low-passed residual over ``drive_left``, (N, n): comparable between models that scale the drive force."""
     return np.asarray(inverse_dynamics_residual(system, motion) / drive_left(system, motion))
 
 
@@ -217,22 +200,29 @@ def residual_without_levels(problem: Problem, system: System) -> Array:
 def residual_without_values(problem: Problem, system: System, slopes: Array, limits: tuple[Array, Array]) -> Array:
     """(N, n) residual of a system less what friction levels explain and changes of values within limits.
 
-    Each coordinate by a linear least-squares fit of its own with bounds, on the samples that it uses: values that act
-    on several are not held to be the same on all, which leaves less for an effect to explain.
+    Each coordinate by a fit of its own: values that act on several need not be the same on all, and more is explained.
 
     Args:
-        slopes: (N, n, p) by the values, as of ``residual_slopes``.
-        limits: (p,) least and largest change.
+        slopes: (N, n, p) by the values. limits: (p,) least and largest change.
     """
     motion, found = problem.motion, residual_at_drive(system, problem.motion).copy()
     for i, used in enumerate(problem.masks.rows.T):
-        touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
-        levels = motion.low_pass(np.sign(slip_velocities(system, motion)[:, touching]))
+        levels = level_columns(system, motion, i)
         columns = np.hstack([levels, -slopes[:, i] / drive_left(system, motion)[i]])
         free = np.full(levels.shape[1], np.inf)
         bounds = np.append(-free, limits[0]), np.append(free, limits[1])
         found[:, i] -= columns @ bounded_least_squares(columns[used], found[used, i], bounds)
     return found
+
+
+def contacts_on(system: System, i: int) -> list[int]:
+    """Contacts whose friction acts on a coordinate."""
+    return [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
+
+
+def level_columns(system: System, motion: Motion, i: int) -> Array:
+    """(N, contacts) low-passed signs of slip of the contacts on a coordinate, one for each level's friction."""
+    return motion.low_pass(np.sign(slip_velocities(system, motion)[:, contacts_on(system, i)]))
 
 
 def bounded_least_squares(columns: Array, values: Array, bounds: tuple[Array, Array]) -> Array:
@@ -249,13 +239,11 @@ def bounded_least_squares(columns: Array, values: Array, bounds: tuple[Array, Ar
 def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], residual: Array, i: int) -> Array:
     """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels.
 
-    Free runs weigh the samples differently and may give other levels. A residual that a level explains is no evidence
-    for an effect.
+    What a level explains is no evidence for an effect; free runs weigh the samples differently and may give others.
     """
-    touching = [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
-    if not touching or not used.any():
+    if not contacts_on(system, i) or not used.any():
         return residual
-    columns = motion.low_pass(np.sign(slip_velocities(system, motion)[:, touching]))
+    columns = level_columns(system, motion, i)
     weights = np.linalg.lstsq(columns[used], residual[used], rcond=None)[0]
     return np.asarray(residual - columns @ weights)
 
@@ -263,10 +251,9 @@ def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], resi
 def drive_left(system: System, motion: Motion) -> Array:
     """Fraction of the logged drive force that remains after actuators and load-dependent friction, (n,).
 
-    It is the median over samples of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs, over that for f = g with
-    the logged inputs. Derivatives are used because a dead zone subtracts a constant and passes an error of the drive
-    unchanged. Samples at which a saturation passes nothing are not counted. The median is used because at very low
-    speed the sign of the speed is noise, and friction may then seem to add to the drive.
+    The median over samples of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs, over that for f = g with the
+    logged inputs. By derivatives, since a dead zone passes an error of the drive unchanged; without samples at which a
+    saturation passes nothing. At very low speed the sign of the speed is noise, so the mean may exceed 1.
     """
     n = system.degrees_of_freedom
     if not _changes_drive(system):
@@ -284,14 +271,10 @@ def drive_left(system: System, motion: Motion) -> Array:
 
 
 def drive_share(system: System, other: System, motion: Motion, rows: NDArray[np.bool_]) -> float:
-    """RMS of the effect of the inputs on g − U λ, divided by that of another system; the least over coordinates.
+    """RMS of the effect of the inputs on g − U λ over that of another system; the least over coordinates.
 
-    The same ratio is taken, while the machine moves, of what no friction level explains, and the smaller one counts.
-    A limit below the friction level turns the drive into the sign of the speed. A level then cancels it, and
-    nothing is left that moves the machine, although the RMS of the drive is still that of the limit.
-
-    Args:
-        rows: (N, n) samples in motion, as of ``Masks``.
+    Also, on the samples ``rows`` (N, n) in motion, of what no friction level explains of it: a limit below the friction
+    level turns the drive into the sign of the speed, which a level cancels.
     """
     if not _changes_drive(system):
         return 1.0
@@ -317,10 +300,7 @@ def _drive(system: System, motion: Motion) -> Array:
 
 
 def unfiltered_residual(system: System, motion: Motion) -> Array:
-    """Force residual g − M a − U λ, (N, n).
-
-    States that are not logged (bristles, states of laws, loads behind springs) are simulated along the measured motion.
-    """
+    """Force residual g − M a − U λ, (N, n); states that are not logged are simulated along the measured motion."""
     inputs = effective_inputs(system, motion)
     laws = dict(all_law_terms(system))
     bristles = [k for k, c in enumerate(system.contacts) if c.law.bristle_stiffness(c.law_parameters) != 0]
@@ -381,19 +361,11 @@ REWEIGHED = 2
 
 @dataclass(frozen=True, eq=False)
 class ForceRows:
-    """Linearised low-passed force residual of one coordinate, away from standstill.
-
-    Attributes:
-        sample: (R,) index of each row in the motion. residual: (R,) at the system's own values. slopes: (R, p).
-    """
+    """Linearised low-passed residual (R,) of one coordinate, its slopes (R, p), and the index of each row's sample."""
 
     sample: NDArray[np.int_]
     residual: Array
     slopes: Array
-
-    def left(self, change: Array) -> Array:
-        """(R,) residual after a parameter change (p,)."""
-        return np.asarray(self.residual + self.slopes @ change)
 
 
 def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
@@ -410,11 +382,10 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
 
 
 def scales(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.bool_], pull: Array) -> Array:
-    """Residual RMS of each coordinate after a linear fit of the free parameters.
+    """Residual RMS of each coordinate after a linear fit of the ``free`` parameters (p,).
 
     Args:
-        prior_precision: (p,), of the Gaussian prior. free: (p,) whether a parameter is fitted.
-        pull: (p,) centre of the prior minus the system's values.
+        prior_precision, pull: (p,) of the Gaussian prior, and its centre minus the system's values.
     """
     size = np.array([_rms(r.residual) for r in rows])
     for _ in range(REWEIGHED):
@@ -426,7 +397,7 @@ def scales(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.b
         change = np.zeros(len(prior_precision))
         if free.any():
             change[free] = np.linalg.lstsq(matrix[np.ix_(free, free)], vector[free], rcond=1e-10)[0]
-        size = np.array([_rms(r.left(change)) for r in rows])
+        size = np.array([_rms(r.residual + r.slopes @ change) for r in rows])
     return size
 
 
@@ -444,7 +415,7 @@ def independent_samples(residual: Array) -> float:
 
 
 def _rms(values: Array) -> float:
-    return max(float(np.sqrt(np.mean(values**2))), 1e-300)
+    return max(rms(values), 1e-300)
 
 
 def residual_slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> Array:

@@ -40,11 +40,10 @@ class Search:
 
     Attributes:
         system: as declared. moved: friction levels and toleranced parameters.
-        shorter: the record with segments shorter by a factor.
         declared, prior_precision: of ``moved``: value in the spec, and 1/variance by its tolerance, 0 for a level.
-        within: tolerances that a parameter may move.
-        rigid: of an arm whose joints are run one at a time; None where all coordinates run together.
-        memory: cache of its joints' runs. compiled: by equations, the library that has them, and their index in it.
+        shorter: the record with segments shorter by a factor. within: tolerances that a parameter may move.
+        rigid: of an arm whose joints are run one at a time. memory: cache of its joints' runs.
+        compiled: by equations, the library that has them, and their index in it.
     """
 
     system: System
@@ -94,8 +93,7 @@ class Search:
     def without_limits(self, fit: Fit) -> tuple[Search, Fit] | None:
         """The search with the tolerances as Gaussian prior alone, and the fit repeated in it.
 
-        None where the fit did not end at a limit of a toleranced parameter. A parameter that changes its sign is no
-        explanation: None there too.
+        None where the fit did not end at a limit of a toleranced parameter, or where one would change its sign.
         """
         count = len(self.moved)
         if not fit.limited[:count].any():
@@ -105,10 +103,7 @@ class Search:
         return (free, again) if np.all(again.theta[:count] * self.declared >= 0) else None
 
     def polished(self, fit: Fit) -> tuple[Fit, Fit]:
-        """The fit with its own residual as noise level and slopes at its values, and the same on shorter segments.
-
-        Their difference is an error that the covariance of one fit does not include.
-        """
+        """The fit with its own residual as noise level and slopes at its values, and the same on shorter segments."""
         found = self._with_its_slopes(self._against_its_misfit(self._nearest_to_declared(fit)))
         other = self.on_shorter(SECOND_LENGTH)
         return found, other._against_its_misfit(other.on_another_record(found))
@@ -129,7 +124,7 @@ class Search:
     def _nearest_to_declared(self, fit: Fit) -> Fit:
         """The fit, or that from the declared values of toleranced parameters where it is better.
 
-        Where an effect acts like a parameter, the log leaves a curved valley along which Gauss–Newton steps are short.
+        Where an effect acts like a parameter, the loss has a curved valley along which Gauss–Newton steps are short.
         """
         toleranced = np.flatnonzero(self.prior_precision > 0)
         if not len(toleranced) or not fit.trial.parts:
@@ -149,8 +144,7 @@ class Search:
     def with_noise_floor(self, base: Fit, largest_ratio: float = LARGEST_RATIO) -> tuple[Search, Fit]:
         """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it.
 
-        With noise far below the misfit, the logarithmic loss would credit a candidate for the few segments that it
-        happens to fit.
+        Far above the noise the logarithmic loss would credit a candidate for the few segments that it happens to fit.
         """
         factor = max(1.0, noise_ratio(base) / largest_ratio)
         if factor == 1.0:
@@ -162,10 +156,7 @@ class Search:
 
     @recent(FITS)
     def fitted_again(self, fit: Fit) -> Fit:
-        """The fit repeated on this search's record, with its prior tempered by the residual's correlation.
-
-        Correlated residuals count for fewer than they are: the prior precision is divided by the independent share.
-        """
+        """The fit repeated on this record, with its prior precision divided by the share of independent residuals."""
         runner = replace(fit.runner, record=self.record)
         prior = self.prior(runner.trial, fit.theta, independent_share(fit))
         return polish(shooting_fit(runner, fit.theta, fit.offsets, prior, ROUNDS), ROUNDS)

@@ -55,10 +55,8 @@ def owners(system: System) -> list[int]:
 def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states: int) -> Any:
     """CasADi function (slip, y, p) → (force, ∂force/∂u, ∂force/∂y, rates, ∂rates/∂u, ∂rates/∂y), all dense.
 
-    The first two have one entry a contact, the others one a state: of its own contact's force, and of its own rate.
-
-    Args:
-        states: number of y; those that this system does not have are constant.
+    The first two have one entry a contact, the others one for each of ``states`` y, constant where this system has
+    less.
     """
     count = len(system.contacts)
     slip, y, p = casadi.SX.sym("slip", count), casadi.SX.sym("y", states), casadi.SX.sym("p", len(free))
@@ -89,12 +87,9 @@ def hidden_states(system: System) -> int:
 
 
 class Structures:
-    """Bristle stiffnesses, states of friction laws, and loads behind springs of a system."""
+    """Bristle stiffnesses, states of friction laws, and loads behind springs, as functions of the values of symbols."""
 
     def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
-        """Args:
-        symbols: whose values ``at`` is given, in order.
-        """
         laws = [terms for _, terms in all_law_terms(system)]
         limits = [limit for terms in laws for limit in terms.limits]
         rest = [value for terms in laws for value in terms.rest]
@@ -133,9 +128,9 @@ class Structure:
 
     Attributes:
         sigma: one a contact; above 0 the stiffness of Dahl's law in place of the set-valued law.
-        split: the coordinates whose inertia is shared with a load.
-        coupling: (loads, 4) load's share of the inertia, stiffness, damping and gap of the spring.
-        limits: (2, states) lower and upper limits of the states of other laws. rest: (states,) without load.
+        split: coordinates that share their inertia with a load. coupling: (loads, 4) its share, stiffness, damping,
+            gap.
+        limits: (2, states) of the states of other laws. rest: (states,) without load.
     """
 
     sigma: tuple[float, ...]
@@ -146,11 +141,7 @@ class Structure:
 
 
 class Shooter:
-    """Compiled free-run simulations of several systems.
-
-    Attributes:
-        inputs, contacts, coordinates: of any system. loads: most of any run. states: most of friction laws.
-    """
+    """Compiled free-run simulations of several systems."""
 
     def __init__(
         self,
@@ -164,12 +155,10 @@ class Shooter:
         """Compile the systems into one library, in a thread: the first run waits for it.
 
         Args:
-            free: for each system the symbols that are arguments, in order.
-            loads: most loads behind springs in any run; by default the most of ``systems``.
-            driven: how many of each system's inputs belong to actuators; the others are imposed signals. By default
-                all.
+            free: for each system the symbols that are arguments, in order. loads: most loads behind springs in any run.
+            driven: how many of each system's inputs belong to actuators; the others are imposed signals.
             seldom: whether only a few runs follow, which take less time than unrolling the loops.
-            jumps: whether levels may jump at standstill; by default where they do in one of ``systems``.
+            jumps: whether levels may jump at standstill.
         """
         self.inputs, self.contacts = max(len(s.inputs) for s in systems), len(systems[0].contacts)
         self.coordinates = systems[0].degrees_of_freedom
@@ -187,8 +176,7 @@ class Shooter:
         """The free run of every segment, as a function of start states (S, 2n): positions (S, L, n).
 
         Args:
-            p: values of the model's free symbols.
-            drive: (N substeps, m) effective inputs.
+            p: values of the model's free symbols. drive: (N substeps, m) effective inputs.
 
         Raises:
             BadInput: where there is no C compiler.
@@ -208,9 +196,7 @@ class Shooter:
     def hidden(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> Array:
         """States that are not logged, at the start of each segment, simulated along the measured motion.
 
-        Returns:
-            (S, contacts + states + 2 loads): bristle deflection of each contact, states of laws, positions of the
-                loads, their velocities.
+        (S, contacts + states + 2 loads): bristle deflections, states of laws, positions of the loads, their velocities.
         """
         hidden = np.zeros((len(record.start), self.contacts + self.states + 2 * self.loads))
         if structure.split or len(structure.rest) or max(structure.sigma, default=0.0) > 0:
@@ -318,16 +304,10 @@ def terms_functions(
 ) -> tuple[Any, Any, Any]:
     """Three CasADi functions of a system, all results dense; M is factorised once a step.
 
-    Args:
-        loads: whether coordinates may share their inertia with loads; else ``share`` and ``push`` have no effect.
-        jumps: whether levels may jump at standstill; else those at rest are left out.
-
-    Returns:
-        place_NAME (x, w, t, p, share) → (U, M⁻¹U, U'M⁻¹U, inertia of the loads, kept) with M less that inertia;
-        model_NAME (x, v, w, t, p, share, kept, push, bristle) → (M⁻¹(g + push − U (smooth friction + bristle)), levels
-        forward and backward, the same at rest): ``kept`` are values independent of v, computed once for several
-        velocities; and
-        resting_NAME (x, w, t, p) → g at v = 0.
+    place_NAME (x, w, t, p, share) → (U, M⁻¹U, U'M⁻¹U, inertia of the loads, kept) with M less that inertia; model_NAME
+    (x, v, w, t, p, share, kept, push, bristle) → (M⁻¹(g + push − U (smooth friction + bristle)), levels forward and
+    backward, and those at rest where they may jump): ``kept`` does not depend on v; and resting_NAME (x, w, t, p) → g
+    at v = 0. Without ``loads``, ``share`` and ``push`` have no effect.
     """
     n = system.degrees_of_freedom
     x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))

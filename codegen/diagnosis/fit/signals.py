@@ -1,7 +1,7 @@
 """Filters of a log: a smooth motion, and one low-pass for every term of the force balance.
 
-Two zero-phase Butterworth filters: a fine one gives positions, velocities and accelerations smooth enough to evaluate
-the model; a coarse one filters every term of the force balance alike, so that no term leads or lags another.
+Two zero-phase Butterworth filters: a fine one for positions, velocities and accelerations, and a coarse one for every
+term of the force balance alike, so that no term leads or lags another.
 """
 
 from __future__ import annotations
@@ -38,17 +38,13 @@ MOSTLY_FASTER = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The smoothed motion of one log on its own grid.
+    """The smoothed motion of one log on its own grid, in SI.
 
     Attributes:
-        time: (N,) s.
-        positions, velocities, accelerations: (N, n).
-        inputs: (N, m), at t_k the mean of the values held before and after.
-        commands: (N, m), as logged.
-        sample_time: s.
+        time: (N,). positions, velocities, accelerations: (N, n). measured: (N, n) raw positions.
+        inputs: (N, m), at t_k the mean of the values held before and after. commands: (N, m), as logged.
         cutoff_hz, fine_hz: of the coarse and the fine filter.
         usable: (N,) samples away from the ends and from gaps.
-        measured: (N, n) the raw positions.
         counted: (N,) samples that were logged, where the grid is finer than the log; None where all were.
         integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
     """
@@ -114,12 +110,10 @@ def is_resolved(period: float, x: Array, v: Array, used: NDArray[np.bool_], cuto
 
 
 def smooth_motion(log: Log, cutoff_hz: float | None = None, shortest_s: float = SHORTEST_S) -> Motion:
-    """Filter and differentiate a log.
+    """Filter and differentiate a log of uniform samples.
 
     Args:
-        log: uniform samples.
         cutoff_hz: of the coarse filter; by default the log's own, else as high as the noise of the positions allows.
-        shortest_s: least duration of a log.
 
     Raises:
         BadInput: if the log is too short to filter and to split into blocks.
@@ -156,8 +150,7 @@ def white_noise(
     """(n,) standard deviation of the white noise of what was measured, from what a low-pass of the positions leaves.
 
     Where a position is the integral of a measured speed, the speed has that noise. The steps of such a position are
-    means of two neighbouring speeds, which leaves the share cos²(πν) of the noise's power at the frequency ν/h. In a
-    speed, impacts and vibrations are larger than in a position; ``_white_speed`` excludes them.
+    means of two neighbouring speeds, with the share cos²(πν) of the noise's power at the frequency ν/h.
 
     Args:
         measured, smooth: (N, n) positions, raw and low-passed at this cutoff. rows: samples that count.
@@ -173,11 +166,8 @@ def white_noise(
 def _white_speed(steps: Array, above: float) -> Array:
     """(n,) standard deviation of the white noise of a speed, from means of its neighbours (N, n).
 
-    By the median of the spectral density over windows and frequencies, which has ln 2 times the mean's value: a
-    vibration stands out at few frequencies, an impact in few windows.
-
-    Args:
-        above: frequency, of the sample rate, above which no motion is expected.
+    By the median of the spectral density ``above`` a share of the sample rate, over windows and frequencies; it is ln 2
+    times the mean: a vibration stands out at few frequencies, an impact in few windows.
     """
     length = max(LEAST_WINDOW, len(steps) // NOISE_WINDOWS)
     starts = range(0, max(1, len(steps) - length + 1), length)
@@ -192,10 +182,9 @@ def _white_speed(steps: Array, above: float) -> Array:
 
 
 def derivative_noise(noise: Array, cutoff_hz: float, h: float, order: int, integrated: Sequence[bool] = ()) -> Array:
-    """(n,) RMS of a derivative of low-passed positions that white noise of what was measured makes.
+    """(n,) RMS that white noise of what was measured makes in a derivative of low-passed positions.
 
-    Low-passed at f, the k-th derivative of white noise has the RMS σ (2πf)ᵏ √(2fh/(2k + 1)). Where the speed was
-    measured, k is one less than the order of the position's derivative.
+    σ (2πf)ᵏ √(2fh/(2k + 1)) in the k-th derivative of what was measured, low-passed at f; of a speed k is one less.
     """
     k = order - np.array(integrated or (False,) * len(noise), dtype=float)
     return np.asarray(noise * (2 * np.pi * cutoff_hz) ** k * np.sqrt(2 * cutoff_hz * h / (2 * k + 1)))
@@ -206,9 +195,6 @@ def quiet_cutoff(positions: Array, h: float, integrated: Sequence[bool] = ()) ->
 
     The noise is estimated above a fifth of the sample rate and taken as white. Above 20 Hz only where most of the
     acceleration is there.
-
-    Args:
-        integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
     """
     noise = white_noise(positions, low_pass(positions, 0.2 / h, h), 0.2 / h, h, integrated)
 

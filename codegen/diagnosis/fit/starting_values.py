@@ -1,10 +1,9 @@
 """Starting values of a candidate's fit, by free runs and by the force residual of the measured motion.
 
-By free runs: shapes on a grid, weights by one linear least-squares step. By the force residual, where free runs leave
-the measured motion: r = g − M a − U λ is linear in an effect's weights and in the friction levels, which are solved for
-together for each shape. A stage of an actuator (delay, lag, limit, dead zone, gain) has no weight; it changes r through
-the effective input w alone, r + (∂g/∂w) (w' − w), and its one parameter is found by a bounded search. A compliance has
-the frequency of the resonance that the force residual of a rigid model shows.
+By free runs: shapes on a grid, weights by one linear step. By the force residual r = g − M a − U λ, where free runs
+leave the measured motion: r is linear in weights and friction levels, solved for together for each shape. A stage of an
+actuator has no weight; it changes r through the effective input w alone, r + (∂g/∂w)(w' − w), and its one parameter is
+found by a bounded search. A compliance has the frequency of the resonance that the residual of a rigid model shows.
 """
 
 from __future__ import annotations
@@ -46,8 +45,7 @@ def starting_points(runner: Runner, base: Fit, covered: Covered, most: int) -> l
     """The best starting values, as (cost after one linear step, theta of the trial), best first.
 
     Args:
-        runner: of the trial with the part last. base: the fit without it.
-        covered: by the log where the part acts.
+        runner: of the trial with the part last. base: the fit without it. covered: by the log where the part acts.
     """
     part = runner.trial.parts[-1]
     effect, moved, found = part.effect, _projected_slopes(base), []
@@ -69,10 +67,9 @@ def starting_points(runner: Runner, base: Fit, covered: Covered, most: int) -> l
 
 
 def simplex_search(runner: Runner, base: Fit, theta: Array) -> tuple[float, Array]:
-    """(cost, theta) by Nelder–Mead over the parameters of the last part, where the loss is not smooth.
+    """(cost, theta) by Nelder–Mead from ``theta`` over the parameters of the last part, where the loss is not smooth.
 
-    Args:
-        theta: start; the other parameters follow by one linear step for each evaluation.
+    The other parameters follow by one linear step for each evaluation.
     """
     size, moved = len(runner.trial.parts[-1].names), _projected_slopes(base)
     first = theta[-size:]
@@ -93,11 +90,7 @@ def _projected_slopes(base: Fit) -> Array:
 
 
 def _with_values(runner: Runner, base: Fit, moved: Array, inner: Array) -> tuple[float, Array]:
-    """(cost, theta) with these values of the last part, all other parameters by one linear step from the base.
-
-    Args:
-        moved: projected slopes by the base's parameters.
-    """
+    """(cost, theta) with these values of the last part, all others by one linear step along the slopes ``moved``."""
     theta = np.concatenate([base.theta, inner])
     step, cost = _linear_step(base, mean_residuals(runner, runner.run(theta, base.offsets)), moved)
     theta[: len(base.theta)] += step
@@ -129,12 +122,11 @@ SEARCHED, REACH = 16, 2.0
 
 @dataclass(frozen=True, eq=False)
 class ForceStart:
-    """Starting values of candidates in addition to one fit.
+    """Starting values of candidates in addition to one fit, ``base``.
 
     Attributes:
-        problem: of the declared system on the log's motion. base: the fit without the candidate.
-        whole: whether all values of the base follow by linear least squares, with the prior of their tolerances and
-            within their limits; else friction levels.
+        problem: of the declared system on the log's motion.
+        whole: whether all values of the base follow by linear least squares, with their prior and limits; else levels.
     """
 
     problem: Problem
@@ -183,10 +175,7 @@ class ForceStart:
         return self._share(rest), theta
 
     def _share(self, rest: Array) -> float:
-        """The square of what remains over that of the base, whose rows have the mean square 1 on each coordinate.
-
-        Where all values follow, what their prior costs is a part of it.
-        """
+        """The square of what remains, with the cost of the prior, over that of the base, whose mean square is 1."""
         return float(rest @ rest) / max(1, len(self._slopes))
 
     def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
@@ -237,12 +226,9 @@ class ForceStart:
         return np.concatenate([f[u] / s for f, u, s in zip(forces.T, used, self._sizes, strict=True) if u.any()])
 
     def _least_squares(self, columns: Array, residual: Array) -> tuple[Array, Array]:
-        """The steps that make a residual least, and what is left of it.
+        """The steps that make a residual least, and what is left of it; the last columns (R, …) are ``_slopes``.
 
         Where all values follow, rows below the residual hold how far they are from their prior's centre.
-
-        Args:
-            columns: (R, …) the last of them ``_slopes``.
         """
         if self.whole:
             theta, prior = self.base.theta, self.base.prior
@@ -346,16 +332,13 @@ def resonances(
 ) -> tuple[Resonance, ...]:
     """The resonances that explain most of a residual (N,), best first, with distinct frequencies.
 
-    Let a share ρ of the inertia M hang behind a spring k and a damper c. The load follows the motor's acceleration a by
-    a_load = (c s + k)/(ρM s² + c s + k) a, and the residual of the rigid model is
+    A load ρM behind a spring k and a damper c follows the motor's acceleration a by (c s + k)/(ρM s² + c s + k) a, and
+    the residual of the rigid model is
 
         r = ρM (a_load − a) = −ρM · s²/(s² + 2ζω s + ω²) a,   ω² = k/(ρM), 2ζω = c/(ρM),
 
-    so for each ω and ζ one regression of r on the filtered acceleration gives ρ. A lightly damped resonance is so
-    narrow that a free run with a frequency 10 % off gives no information; here a fine grid is cheap.
-
-    Args:
-        acceleration: (N,) of the coordinate. inertia: M.
+    so for each ω and ζ one regression on the filtered acceleration (N,) gives ρ. A free run with a frequency 10 % off
+    shows nothing of so narrow a resonance; here a fine grid is cheap.
     """
     used = motion.usable
     y = residual[used] - residual[used].mean()

@@ -26,14 +26,7 @@ from codegen.simulate.drive import Chains
 
 @dataclass(frozen=True)
 class Part:
-    """One effect at one place.
-
-    Attributes:
-        kind, place, on: as in the catalogue.
-        names: of its parameters, in order.
-        symbols: of its parameters in the changed System.
-        coordinates: transformations of its parameters in a fit.
-    """
+    """One effect at one place: of its parameters the names, the symbols, and the transformations in a fit."""
 
     kind: str
     place: int
@@ -48,7 +41,7 @@ class Part:
 
     @property
     def form(self) -> str:
-        """The parameters that the usual form of the effect does not have, as words; empty for the usual form."""
+        """The parameters that the usual form of the effect does not have, as words."""
         kind = CATALOGUE[self.kind]
         usual = {p.name for p in kind.forms[0].parameters}
         return ", ".join(name for name in self.names if name not in usual and len(kind.forms) > 1)
@@ -76,10 +69,9 @@ def part_of(effect: Effect, place: int, system: System) -> Part:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A system with parts.
+    """A system with parts, in the order in which they were found.
 
     Attributes:
-        parts: in the order in which they were found.
         moved: friction levels and toleranced parameters, which every fit estimates.
     """
 
@@ -161,11 +153,7 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class Runner:
-    """Free-run simulation of one trial on one record.
-
-    Attributes:
-        model: index of the trial in ``shooter``.
-    """
+    """Free-run simulation of one trial, the ``model``-th of a shooter, on one record."""
 
     trial: Trial
     shooter: Shooter | JointShooter
@@ -176,10 +164,7 @@ class Runner:
     def run(self, theta: Array, offsets: Array, gain: float = 1.0) -> Array:
         """Predicted measurements (S, L, n); each segment starts ``offsets`` (S, 2n) from the smoothed state.
 
-        For an arm whose joints are compared one by one: (S joints, L, 1), with offsets (S joints, 2).
-
-        Args:
-            gain: on all inputs.
+        Of an arm whose joints are compared one by one: (S joints, L, 1), with offsets (S joints, 2).
         """
         return self.at(theta, gain)(offsets)
 
@@ -279,21 +264,15 @@ def free_run(
     substeps: int = 10,
     trim_s: float = 0.0,
 ) -> Array:
-    """Predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
+    """(N, n) predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
 
-    Pass the whole log and trim here, not before: delays reach back to earlier commands, and states that no log has are
-    run along the measured motion from the log's beginning. A law that cannot be run (see ``is_simulable``) is replaced
-    by its level of steady sliding.
+    Inf where they are not finite, NaN in the ``trim_s`` seconds at each end, where filtered states are poor. Pass the
+    whole log: delays reach back, and states that are not logged are run along the motion from its beginning. A law that
+    cannot be run (``is_simulable``) is replaced by its level of steady sliding.
 
     Args:
-        positions, velocities: (N, n) measured state, filtered.
-        commands: (N, m), held from t_k to t_(k+1).
-        restart_s: at least two samples.
-        substeps: steps in one sample.
-        trim_s: seconds at each end that are not predicted, where filtered states are poor.
-
-    Returns:
-        (N, n); inf where the prediction is not finite; NaN in trimmed rows.
+        positions, velocities: (N, n) measured state, filtered. commands: (N, m), held from t_k to t_(k+1).
+        restart_s: at least two samples. substeps: in one sample.
 
     Raises:
         BadInput: where there is no C compiler.
@@ -342,6 +321,12 @@ def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
         )
         system = effect.add(system, place, symbols)
     return system
+
+
+def in_unit(system: System, symbol: sympy.Symbol) -> str:
+    """The unit of a parameter behind a space; empty where it has none."""
+    unit = system.units.get(symbol, "1")
+    return "" if unit == "1" else f" {unit}"
 
 
 def model_of(trial: Trial, theta: Array) -> System:

@@ -1,10 +1,9 @@
 """Which refitted parameter values are adopted, chosen by cross-validation on blocks of the training log.
 
 Free-run simulations alone are biased on a real machine: an unmodelled force acts like noise on the input, and the
-inertia estimate grows. So friction levels and toleranced parameters are estimated from three likelihoods: free runs,
-force residual, and both together. Each is tempered by its number of independent samples and has the tolerances as
-Gaussian prior. Every estimate is repeated with each block of the log left out, and its errors on that block are
-compared by both criteria, force residual and free run.
+inertia estimate grows. So the values are estimated from three tempered likelihoods (free runs, force residual, both),
+with the tolerances as Gaussian prior, and each estimate again without each block of the log: its errors there, by force
+residual and by free run, are compared.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from scipy.stats import norm
 from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.evidence.estimate import CONFIDENCE, estimate
 from codegen.diagnosis.fit.credit import independent_share
-from codegen.diagnosis.fit.linear import solved
+from codegen.diagnosis.fit.linear import rms, solved
 from codegen.diagnosis.fit.output_error import (
     BLOCKS,
     Fit,
@@ -31,6 +30,7 @@ from codegen.diagnosis.fit.output_error import (
 )
 from codegen.diagnosis.fit.residual import ForceRows, Problem, force_rows, independent_samples, scales
 from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import in_unit
 from codegen.diagnosis.results import ParameterError
 from codegen.mechanics.system import System
 
@@ -83,14 +83,10 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class MapEstimate:
-    """Maximum a posteriori estimate of the refitted values from one likelihood.
+    """Maximum a posteriori estimate of the refitted values from one likelihood, ``source``.
 
     Attributes:
-        values: (p,).
-        deviation: (p,) standard errors.
-        moves: (p,) which values are estimated; the others are as declared.
-        source: the likelihood.
-        score: its cross-validated errors.
+        values: (p,). deviation: (p,) standard errors. moves: (p,) which are estimated; the others are as declared.
     """
 
     values: Array
@@ -105,9 +101,8 @@ class Refit:
     """The adopted values of a refit.
 
     Attributes:
-        names: of the values; ``declared``, ``values``: (p,) and ``deviation``: (p,) standard errors.
-        levels: (p,) the best values with every toleranced parameter as declared.
-        errors: parameters that differ from their declared values by more than their tolerance explains, with evidence.
+        deviation: (p,) standard errors of the values. levels: (p,) the best values with nothing else than levels moved.
+        errors: parameters that differ from their declared values by more than their tolerance explains.
         notes: changes that free runs alone would make and that are not adopted, in words.
     """
 
@@ -130,18 +125,18 @@ def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> 
         fit: on the search's record.
         system: declared values, with the effects of the fit.
     """
-    return _adopted(CrossValidation(search, fit, problem, system))
+    return CrossValidation(search, fit, problem, system).adopted()
 
 
 def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
     """The values of ``adopt_values``, estimated about themselves where one lies beyond a limit of the fit.
 
-    The estimates are linear about the fit. Where one lies beyond a limit at which the fit ended, the fit is repeated
-    without limits from there, and so on: a motion is not linear in a mass over so long a way, and a residual that the
-    wrong mass has left made the tolerances look better than they are.
+    There the fit is repeated without limits from the values, and so on: a motion is not linear in a mass over so long a
+    way, and a residual that the wrong mass has left made the tolerances look better than they are.
     """
     adopted = adopt_values(search, fit, problem, system)
-    if not _is_beyond(search, adopted) or not fit.limited[: len(search.moved)].any():
+    away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)
+    if not (away > search.within).any() or not fit.limited[: len(search.moved)].any():
         return adopted
     free = replace(search, within=np.inf)
     for _ in range(AGAIN):
@@ -152,34 +147,6 @@ def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -
         if np.all(np.abs(adopted.values - before.values) <= SETTLED * adopted.deviation):
             break
     return adopted
-
-
-def _is_beyond(search: Search, adopted: Refit) -> bool:
-    """Whether an adopted value lies further from its declared one than a fit may move it."""
-    away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)
-    return bool((away > search.within).any())
-
-
-def _adopted(scoring: CrossValidation) -> Refit:
-    search = scoring.search
-    levels = scoring.best([scoring.unmoved, *(scoring.map_estimate(s, scoring.is_level) for s in scoring.sources)])
-    chosen = levels
-    if not scoring.is_level.all():
-        every = np.ones(scoring.count, dtype=bool)
-        chosen = scoring.best([levels, *(scoring.map_estimate(s, every) for s in scoring.sources)])
-    justified, errors = scoring.justified(chosen)
-    if justified is not chosen:  # the remaining changes may no longer be an improvement
-        chosen = scoring.best([levels, justified])
-        errors = errors if chosen is justified else ()
-    names = tuple(s.name for s in search.moved)
-    notes = tuple(scoring.refused(chosen))
-    return Refit(names, search.declared, chosen.values, chosen.deviation, levels.values, errors, notes)
-
-
-def _instead(taken: float, declared: float, unit: str) -> str:
-    """What a fit does with a value in place of what free runs ask for."""
-    same = f"{taken:.4g}" == f"{declared:.4g}"
-    return f"keeps {declared:.4g}{unit}" if same else f"takes {taken:.4g}{unit}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,6 +161,20 @@ class CrossValidation:
     fit: Fit
     problem: Problem
     system: System
+
+    def adopted(self) -> Refit:
+        """The best values: of levels first, then of all, less changes that are not justified."""
+        levels = self.best([self.unmoved, *(self.map_estimate(s, self.is_level) for s in self.sources)])
+        chosen = levels
+        if not self.is_level.all():
+            every = np.ones(self.count, dtype=bool)
+            chosen = self.best([levels, *(self.map_estimate(s, every) for s in self.sources)])
+        justified, errors = self.justified(chosen)
+        if justified is not chosen:  # the remaining changes may no longer be an improvement
+            chosen = self.best([levels, justified])
+            errors = errors if chosen is justified else ()
+        names, notes = tuple(s.name for s in self.search.moved), tuple(self.refused(chosen))
+        return Refit(names, self.search.declared, chosen.values, chosen.deviation, levels.values, errors, notes)
 
     @property
     def count(self) -> int:
@@ -244,12 +225,8 @@ class CrossValidation:
         fair = [w for w in estimates if all(r <= 1 + SAME for r in w.score.over(estimates[0].score))]
         best = estimates[0]
         for chosen in fair:
-            best = chosen if self.better(chosen, best) else best
+            best = chosen if np.prod(chosen.score.over(best.score)) < 1 - SAME else best
         return best
-
-    def better(self, chosen: MapEstimate, other: MapEstimate) -> bool:
-        force, run = chosen.score.over(other.score)
-        return force * run < 1 - SAME
 
     def distance(self, chosen: MapEstimate) -> Array:
         """(p,) deviation from the declared values in tolerances; zero for friction levels."""
@@ -270,7 +247,7 @@ class CrossValidation:
                 return chosen, tuple(errors)
 
     def _with_declared(self, chosen: MapEstimate, k: int) -> tuple[list[int], MapEstimate]:
-        """The estimate with parameter ``k`` as declared; others that would move in its place are fixed too."""
+        """The estimate with parameter ``k`` as declared, and with those others that would move in its place."""
         far, moves = self.distance(chosen), chosen.moves.copy()
         moves[k] = False
         alone = self.map_estimate(chosen.source, moves)
@@ -286,14 +263,13 @@ class CrossValidation:
         alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
         far, words = self.distance(alone), []
         for k in np.flatnonzero((far > DOUBTFUL) & (kept <= DOUBTFUL)):
-            s, value, taken = self.search.moved[k], alone.values[k], adopted.values[k]
-            declared = self.search.declared[k]
-            unit = self.search.system.units.get(s, "1")
-            in_unit = f" {unit}" if unit != "1" else ""
+            s, taken = self.search.moved[k], f"{adopted.values[k]:.4g}"
+            declared, unit = f"{self.search.declared[k]:.4g}", in_unit(self.search.system, s)
             words.append(
-                f"free runs alone would change {s.name} from {declared:.4g} to {value:.4g}{in_unit} "
+                f"free runs alone would change {s.name} from {declared} to {alone.values[k]:.4g}{unit} "
                 f"({far[k]:.2g} tolerances); on held-out blocks of the training log that is not better by both force "
-                f"residual and free-run error, so it is not adopted: the fit {_instead(taken, declared, in_unit)}"
+                f"residual and free-run error, so it is not adopted: the fit "
+                f"{'keeps' if taken == declared else 'takes'} {taken}{unit}"
             )
         return words
 
@@ -317,10 +293,9 @@ class CrossValidation:
         )
 
     def _interval(self, chosen: MapEstimate, k: int) -> tuple[float, float]:
-        """95 % interval of a value that is wrong: the hull of that with its tolerance as prior and that without.
+        """95 % interval of a wrong value: the hull of that with its tolerance as prior, which pulls, and that without.
 
-        The tolerance pulls the estimate towards a value that the log shows to be wrong. Neither is narrower than by the
-        sandwich covariance of the fit, which holds for errors of the model as well.
+        Neither is narrower than by the sandwich covariance of the fit, which holds for errors of the model as well.
         """
         without = self.search.prior_precision.copy()
         without[k] = 0.0
@@ -375,7 +350,7 @@ class CrossValidation:
     @cached_property
     def _sizes(self) -> Array:
         """RMS force residual of the declared model on each coordinate."""
-        return np.array([max(float(np.sqrt(np.mean(r.residual**2))), 1e-300) for r in self._rows])
+        return np.array([max(rms(r.residual), 1e-300) for r in self._rows])
 
     @cached_property
     def _blocks(self) -> list[NDArray[np.int_]]:
@@ -392,10 +367,7 @@ class CrossValidation:
         weighted = slopes * segment_weights(fit.residual)[:, None]
         matrix = share * np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
         vector = share * np.einsum("ask,sk->sa", weighted, fit.residual) + matrix @ fit.theta[:p]
-        blocks = np.array_split(np.arange(len(matrix)), BLOCKS)
-        return Information(
-            np.stack([matrix[b].sum(axis=0) for b in blocks]), np.stack([vector[b].sum(axis=0) for b in blocks])
-        )
+        return Information(*(np.stack([b.sum(axis=0) for b in np.array_split(a, BLOCKS)]) for a in (matrix, vector)))
 
     @cached_property
     def _by_force(self) -> Information:

@@ -62,11 +62,9 @@ def sentence(
     """The verdict in words, with figures of the coordinate on which the first effect acts.
 
     Args:
-        answer: verdict and models. rivals: of the first effect.
-        findings: of the preflight of the training log. left: remainder of the written model, by coordinate.
+        rivals: of the first effect. findings: of the preflight of the training log. left: remainder, by coordinate.
         material: share of the drive force above which a force is material; only variables that explain more are named.
         outcome: of the free-run fits; None where steady records were judged by their means, ``records`` of them.
-        experiment: how rivals could be discriminated.
     """
     most = worst(left, material)
     i = acts_on(answer.effects[0], system) if answer.effects else 0
@@ -219,11 +217,7 @@ def is_small(left: Sequence[Remainder], material: float) -> bool:
 
 
 def settled_by_free_runs(final: Fit, share: float, problem: Problem, refit: System, augmented: System) -> bool:
-    """Whether free runs credit effects that the force residual speaks against; see ``free_runs_settle``.
-
-    Args:
-        share: of the squared free-run residual that the effects remove.
-    """
+    """``free_runs_settle`` for effects that remove this share of the squared free-run residual."""
     plain, richer = (residual_without_levels(problem, s) for s in (refit, augmented))
     return free_runs_settle(final, share, force_gain(problem, plain, richer).left)
 
@@ -231,12 +225,8 @@ def settled_by_free_runs(final: Fit, share: float, problem: Problem, refit: Syst
 def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System) -> bool:
     """Whether the force residual confirms effects that free runs credit: its square falls by ``LEAST_SHARE`` too.
 
-    Exceptions: backlash, since in the gap no log shows where the load is. Where the free runs leave nothing but noise,
-    the force residual is mostly noise of the differentiation and must only not contradict; there a load behind a
-    spring, whose motion is derived from that noise, is not tested.
-
-    Args:
-        final: the fit with the effects.
+    Not asked of backlash, since in the gap no log shows where the load is. At the noise of free runs it is mostly noise
+    of the differentiation and must only not contradict; there a load behind a spring is not tested.
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return True
@@ -255,10 +245,8 @@ def against_regression(
 ) -> str:
     """What a regression without any law says against effects, in words; empty where it says nothing.
 
-    The effects must remove most of what a smooth curve over their own variables explains. And they must not imitate a
-    vibration in time: where a line of the spectrum explains more, it is a rival, and they must explain something in
-    addition to it.
-    Not tested for backlash, nor where the free runs leave nothing but noise.
+    They must remove most of what a smooth curve over their own variables explains, and explain something beside a line
+    of the spectrum that explains more: a vibration in time. Not tested for backlash, nor at the noise of free runs.
     """
     if noise_ratio(outcome.final) <= NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
         return ""
@@ -292,11 +280,7 @@ def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) ->
 
 
 def rivals_of(outcome: Outcome, tied: Sequence[Fit], system: System) -> tuple[FoundEffect, ...]:
-    """The rivals of the first effect, with the values of the fits in its place where there are such fits.
-
-    Args:
-        tied: the best fit, and those with the first rivals in place of its first effect.
-    """
+    """The rivals of the first effect, with the values of the fits ``tied`` in its place where there are such fits."""
     first = [(fit.runner.trial.parts[0], fit.runner.trial.split(fit.theta)[1][0]) for fit in tied[1:]]
     others = [(r.found.part, r.found.parameters) for r in outcome.rivals[len(first) :]]
     return tuple(effect_of(part, values, system) for part, values in (*first, *others))
@@ -390,10 +374,7 @@ def _row(
 def standing(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
     """Effects of the verdict that were a candidate in no round: that replaced another, or are a refined form of one.
 
-    Each with the evidence, on held-out segments, of the fit with all effects over the fit without it.
-
-    Args:
-        search: on whose segments the outcome's last fit is.
+    Each with the evidence, on held-out segments of the last fit, of all effects over those without it.
     """
     every = (outcome.first, *(later.ranked for later in outcome.later))
     shown = {(r.found.part.kind, r.found.part.on) for ranked in every for r in ranked}

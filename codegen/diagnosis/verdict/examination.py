@@ -37,15 +37,12 @@ def examine(
 ) -> tuple[Answer, Outcome]:
     """Adopt values, check the effects, and refuse a model that is worse on held-out data than the declared one.
 
-    Candidates that tie on the training log, and that held-out data tell from another one of them, are left out first
-    (``without_refused``). If the first one of those that are left is refused, the next one is examined; a refused
-    candidate is not named as a rival.
+    Candidates that tie, and that held-out data tell from another one of them, are left out first (``without_refused``).
+    If the first one of those that are left is refused, the next one is examined; a refused one is no rival.
 
     Args:
-        final_search: the search on whose segments the last fit of the outcome was made.
-        problem: the declared system on the log's motion.
-        verdict: of forward selection.
-        measured: function from a system to its errors on held-out data.
+        final_search: on whose segments the last fit of the outcome was made. problem: the declared system on the log.
+        verdict: of forward selection. measured: errors of a system on held-out data.
         held_out: the declared system on these; None where they tell no candidates apart.
 
     Returns:
@@ -88,9 +85,6 @@ def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, 
 
     Its effects were compared with values that are linear about the limits: an inertia error and a mass that is wrong
     are one motion, and the tolerances speak for the effect.
-
-    Args:
-        search, outcome: those of the answer. Other arguments as of ``examine``.
     """
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
@@ -172,19 +166,12 @@ def _judged(
 def references(
     plain: Answer, augmented: System, problem: Problem, settled: bool = False
 ) -> tuple[ErrorFigures, ErrorFigures, float]:
-    """Held-out errors with which those of a model with effects are compared.
+    """Held-out errors as declared and of the refit, to compare a model's with, and by how much these may be exceeded.
 
-    The motion of a load behind a spring is computed from differentiated noise, so the force residual is not used for
-    it. The free run alone must confirm it: its squared error must fall by ``LEAST_SHARE``. The same holds if free runs
-    have settled the question. A force residual is divided by the share of the drive force that friction leaves, which
-    amplifies the noise of the acceleration; the refit's residual is divided by the same share.
-
-    Args:
-        settled: whether free runs alone decide.
-
-    Returns:
-        Errors as declared; errors of the refit; the fraction by which a model may exceed the latter (negative: by which
-        it must be smaller).
+    The motion of a load behind a spring is computed from differentiated noise: there, and where free runs have
+    ``settled`` the question, their squared error alone must fall by ``LEAST_SHARE`` (a negative excess). A force
+    residual is divided by the share of the drive force that friction leaves, which amplifies the noise of the
+    acceleration: so is the refit's.
     """
     declared, refit = plain.figures[:2]
     if augmented.transmissions or settled:
@@ -201,11 +188,8 @@ def _examined(
 ) -> tuple[Outcome, Fit, tuple[FoundEffect, ...], tuple[str, ...]]:
     """The outcome with the effects that are left, their final fit, its effects, and the objections against them.
 
-    Effects with objections are removed one at a time and the others fitted again. If all have objections, or those
-    without are not credited over the refit, all effects are returned with the objections. Else there are none.
-
-    Args:
-        strict: whether to look for objections.
+    Effects with objections, sought where ``strict``, are removed one at a time and the others fitted again. If all have
+    some, or those without are not credited over the refit, all effects are returned with the objections.
     """
     final = outcome.final
     while True:

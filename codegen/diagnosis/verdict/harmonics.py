@@ -53,9 +53,7 @@ class Waves:
     """A sparse sum of harmonics for one coordinate's force residual.
 
     Attributes:
-        coordinate: index. period: SI.
-        orders: rising. weights: (2 per order) of sine and cosine.
-        share: of the squared residual that it removes on held-out blocks.
+        orders: rising. weights: (2 per order) of sine and cosine. share: that it removes on held-out blocks.
     """
 
     coordinate: int
@@ -71,13 +69,10 @@ class Waves:
 
 
 def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
-    """The outcome with a cogging of several harmonics in place of its own, where free runs credit it.
+    """The outcome with a cogging of several harmonics where free runs credit it, and the search of its last fit.
 
-    Tried for each period of ``_periods``, on short segments where the refit is far from the data: a rotor in steep
-    cogging soon leaves the measured motion.
-
-    Returns:
-        The outcome, and the search on whose segments its last fit is.
+    Its segments are short where the refit is far from the data: a rotor in steep cogging soon leaves the measured
+    motion.
     """
     final_search = near = search
     base, final = outcome.base, outcome.final
@@ -121,10 +116,7 @@ def _best(periods: Sequence[float], system: System, problem: Problem, coordinate
 
 
 def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> tuple[Array, System]:
-    """Refitted or declared values, whichever leave less force residual, and the system with them and kept effects.
-
-    A refit whose free runs diverge can be further from the forces than the declared values.
-    """
+    """Refitted or declared values, whichever leave less force residual, and the system with them and kept effects."""
     own, found = fit.values
     some = replace(fit.trial, parts=tuple(fit.trial.parts[k] for k in kept))
     ways = [(values, some.model(values, [found[k] for k in kept])) for values in (own, search.declared)]
@@ -153,11 +145,7 @@ def _periods(
 
 
 def regress(problem: Problem, force: Array, coordinate: int, period: float) -> Waves | None:
-    """A sparse sum of sines and cosines of one period, with an offset and a friction level, fitted to a force.
-
-    Args:
-        force: (N,) low-passed.
-    """
+    """A sparse sum of sines and cosines of one period, with an offset and a friction level, fitted to a force (N,)."""
     motion, rows = problem.motion, problem.masks.rows[:, coordinate]
     x, v = motion.positions[:, coordinate], motion.velocities[:, coordinate]
     usual = float(np.median(np.abs(v[rows]))) if rows.any() else 0.0
@@ -183,8 +171,7 @@ def _sparse(grams: Array, highest: int) -> tuple[tuple[int, ...], Array, float]:
     """Orders, weights and the share explained on held-out blocks; orders are added by largest gain.
 
     Args:
-        grams: (blocks, columns + 1, columns + 1) Gram matrices of offset, direction, sine and cosine of each order,
-            and the force.
+        grams: (blocks, columns + 1, columns + 1) of offset, direction, sine and cosine of each order, and the force.
     """
     whole = grams.sum(axis=0)
     start = _held_out(grams, [0, 1])

@@ -36,26 +36,19 @@ WITHIN = 2.0
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Data that no fit has seen.
-
-    Attributes:
-        problem: the declared system on the held-out motion. measured: errors of a system there.
-    """
+    """Data that no fit has seen: the declared system on their motion, and errors of a system there."""
 
     problem: Problem
     measured: Measured
 
     def refused(self, fits: Sequence[Fit]) -> dict[int, tuple[int, float]]:
-        """Of fits to other data, those that are refused here.
+        """Of fits to other data, those that are refused here, each with the index of one that refuses it.
 
         One is refused if another one makes neither error more than 1 % larger and leaves significantly less of the
-        force residual, also of what remains of it when the refused one's values move within ``WITHIN`` standard errors
-        of the fit: a model whose values are open errs where the motion goes further. The level is ``TIE_LEVEL`` over
-        the number of comparisons. Loads behind springs are not judged, since they are not measured.
-
-        Returns:
-            Index of a fit → that of one that refuses it, and the squared force residual of the former over that of the
-            latter, each with the values of its fit.
+        force residual, at the level ``TIE_LEVEL`` over the number of comparisons, also of what remains of it when the
+        refused one's values move within ``WITHIN`` standard errors: a model whose values are open errs where the motion
+        goes further. Loads behind springs are not judged, since they are not measured. With each goes its squared force
+        residual over the other's.
         """
         models = [fit.model for fit in fits]
         declared = self.problem.system.transmissions
@@ -77,7 +70,7 @@ class HeldOut:
     def _within_errors(self, fit: Fit) -> Array:
         """(N, n) force residual of a fit less what levels explain and changes of its values within standard errors.
 
-        To first order in the values, each of which moves on its own: that is more than their joint region allows.
+        To first order, each value on its own: that is more than their joint region allows.
         """
         motion, model = self.problem.motion, fit.model
         clusters = (0, BLOCKS) if len(fit.residual) > BLOCKS else (0,)
@@ -99,10 +92,7 @@ def tells(gain: ForceGain, level: float) -> bool:
 
 
 def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tuple[Outcome, tuple[str, ...]]:
-    """The outcome without those of its tied effects that held-out data refuse, and what is said of them.
-
-    Unchanged where none of them is refused, or each of them.
-    """
+    """The outcome without those of its tied effects that held-out data refuse, if not all, and what is said of them."""
     fits: list[Fit] = [outcome.final, *(in_place(search, outcome, r) for r in outcome.rivals)]
     refused = held_out.refused(fits)
     kept = [k for k in range(len(fits)) if k not in refused]

@@ -48,10 +48,7 @@ def propose_terms(system: System, train: Problem, test: Problem, window: slice) 
     """Sparse regression of each coordinate's force residual of the refit on x, v, |v|, sgn v and the like.
 
     Columns and residual are low-passed alike. The end of the training rows chooses the threshold; the explained share
-    is of the held-out residual, which chose nothing.
-
-    Args:
-        system: the refit. train, test: motions. window: the held-out part of ``test``.
+    is of the held-out residual, in ``window`` of ``test``, which chose nothing.
 
     Raises:
         BadInput: where PySINDy is not installed.

@@ -1,11 +1,10 @@
 """Declared values that may be wrong, as the rival explanation of missing effects.
 
-Forward selection keeps each toleranced parameter within a few tolerances, so that a missing effect is not hidden in
-it. Where several parameters are wrong together (an unknown payload changes masses, inertias and weights at once), an
-effect may imitate them. So where the refit ends at that limit, it is repeated with the tolerances as Gaussian prior
-alone. If that explains more than the effects did, or as much with fewer changes, effects are sought in addition to it.
-A value without a tolerance is exact by the spec, so it is not fitted; but the reader is told of one that alone would
-explain a residual that no effect explains.
+Forward selection keeps toleranced parameters within a few tolerances, so that a missing effect is not hidden in them.
+Where several are wrong together, as by an unknown payload, an effect may imitate them. So where the refit ends at that
+limit, it is repeated with the tolerances as Gaussian prior alone. If that explains more than the effects did, or as
+much with fewer changes, effects are sought in addition to it. A value without a tolerance is not fitted; but the reader
+is told of one that alone would explain a residual that no effect explains.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
@@ -30,7 +28,7 @@ from codegen.diagnosis.fit.residual import (
     residual_without_levels,
 )
 from codegen.diagnosis.fit.search import Search
-from codegen.diagnosis.fit.trial import with_values
+from codegen.diagnosis.fit.trial import in_unit, with_values
 from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects import CATALOGUE
@@ -47,9 +45,6 @@ def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] 
     """The search without limits of toleranced parameters, and its refit.
 
     None where the refit did not end at a limit, or where no more than one effect explains the log as well.
-
-    Args:
-        base: the refit within the limits. outcome: of forward selection in addition to it.
     """
     freed = search.without_limits(base)
     if freed is None:
@@ -61,8 +56,8 @@ def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] 
 def is_better(free: Search, fit: Fit, search: Search, other: Fit) -> bool:
     """Whether a fit without limits explains the log better than one within them, for its number of changes.
 
-    Both losses are tempered by the share of independent residuals, and ``BETTER`` nats are added for each change to the
-    declared model: an effect, or a parameter ``WITHIN`` tolerances or more away.
+    By losses tempered by the share of independent residuals and ``BETTER`` nats for each change to the declared model:
+    an effect, or a parameter ``WITHIN`` tolerances or more away.
     """
     gain = _gain(fit, other)
     return gain + BETTER * (_changes(search, other) - _changes(free, fit)) > BETTER / 2
@@ -85,8 +80,8 @@ def _changes(search: Search, fit: Fit) -> int:
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
     """The parameters that explain the log as well as the one effect of an outcome, in words for a remark.
 
-    A mass that is declared too small by ten tolerances and an inertia error are one motion; a payload, which changes
-    inertia and weight, and a weaker drive nearly so. The tolerances speak for the effect; the reader may know better.
+    A mass declared too small by ten tolerances and an inertia error are one motion; the reader may know better than
+    they.
     """
     freed = search.without_limits(base) if len(outcome.parts) == 1 else None
     if freed is None:
@@ -97,8 +92,8 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
         return []
     (part,) = outcome.parts
     values = [
-        f"{search.moved[k]} = {fit.theta[k]:.4g}{_unit(search.system, search.moved[k])} in place of the declared "
-        f"{search.declared[k]:.4g}{_unit(search.system, search.moved[k])} ({away[k]:.2g} tolerances away)"
+        f"{search.moved[k]} = {fit.theta[k]:.4g}{in_unit(search.system, search.moved[k])} in place of the declared "
+        f"{search.declared[k]:.4g}{in_unit(search.system, search.moved[k])} ({away[k]:.2g} tolerances away)"
         for k in far
     ]
     subject = f"the values {' and '.join(values)} explain" if len(far) > 1 else f"the value {values[0]} explains"
@@ -108,11 +103,8 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
 def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[str]:
     """The parameters that are written with another value although their tolerance allows the declared one, in words.
 
-    Those whose interval excludes the declared value, where that matters, less those that the verdict calls wrong.
-
-    Args:
-        fit: in which the written values were found.
-        material: share of the drive force that the change must make.
+    Those whose interval excludes the declared value, where the change makes a ``material`` share of the drive force,
+    less those that the verdict calls wrong. ``fit`` is that in which the written values were found.
     """
     written, declared = answer.adopted, problem.system
     if written is None:
@@ -130,7 +122,7 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
         share = drive.share(drive.residual - inverse_dynamics_residual(as_declared, problem.motion))
         if share < material:
             continue
-        unit, tolerance = _unit(declared, s), problem.deviation[s]
+        unit, tolerance = in_unit(declared, s), problem.deviation[s]
         part = abs(now - was) / tolerance
         where = "within" if part <= 1 else f"{part:.2g} times"
         of = f"{where} its tolerance of {100 * tolerance / abs(was):.3g} %"
@@ -145,10 +137,8 @@ def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> l
     """The scale of the position that gives nearly the motion of a credited gain of the input, in words for a remark.
 
     With a position k times too large, inertia, damping and springs are divided by k; with a gain k of the input,
-    friction and constant forces are divided too. So the two are one motion where the friction levels are free, no
-    constant force acts, and all others are linear in position and speed: the levels with the gain are k times those
-    without, and what is declared of them tells which is likelier. It is said where the scale leaves at most ``ALIKE``
-    times the squared force residual that the gain leaves.
+    friction and constant forces are too. Where levels are free and forces linear, the two are one motion with other
+    levels. It is said where the scale leaves at most ``ALIKE`` times the squared force residual that the gain leaves.
     """
     system, written = answer.refit, answer.augmented
     gains = [one for one in answer.effects if CATALOGUE[one.kind].scales_input]
@@ -160,8 +150,8 @@ def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> l
     (x,) = system.positions
     stated = log.description.stated_scale(x.name, spec)
     levels = ", ".join(
-        f"{s.name} = {float(written.values[s]) / gain:.3g}{_unit(system, s)} in place of "
-        f"{float(written.values[s]):.3g}{_unit(system, s)}"
+        f"{s.name} = {float(written.values[s]) / gain:.3g}{in_unit(system, s)} in place of "
+        f"{float(written.values[s]):.3g}{in_unit(system, s)}"
         for s in level_parameters(system)
         if float(written.values[s])
     )
@@ -188,14 +178,10 @@ def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
 
 
 def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[str]:
-    """The value without tolerance that explains most of the residual, in words for a remark; none explains it: none.
+    """The value without tolerance that explains most of the residual of a refit, in words for a remark.
 
-    A payload on an arm changes inertia and weight of several coordinates at once. No effect of the catalogue does so;
-    the declared mass does. The force residual is regressed on its slope by each such value, with the friction levels,
-    on all coordinates together.
-
-    Args:
-        refit: the model whose residual no effect explains.
+    A payload on an arm changes inertia and weight of several coordinates at once; no effect does so, the declared mass
+    does. The residual is regressed on its slope by each such value, with the levels, on all coordinates together.
     """
     error = refit.equation_error
     own = [spec.symbol(p.name) for p in spec.parameters]
@@ -210,7 +196,7 @@ def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[str]:
     if shares[best] < MOST:
         return []
     s, change = fixed[best], _weights(rows, [best, *levels])[0]
-    declared, unit = float(refit.values[s]), _unit(refit, s)
+    declared, unit = float(refit.values[s]), in_unit(refit, s)
     return [
         f"the value {s.name} = {declared + change:.4g}{unit} in place of the declared {declared:.4g}{unit} "
         f"({100 * change / abs(declared):+.2g} %) would explain {100 * shares[best]:.0f} % of the squared residual "
@@ -218,17 +204,8 @@ def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[str]:
     ]
 
 
-def _unit(system: System, symbol: sympy.Symbol) -> str:
-    unit = system.units.get(symbol, "1")
-    return "" if unit == "1" else f" {unit}"
-
-
 def _explained(rows: Sequence[ForceRows], columns: Sequence[int], without: Sequence[int]) -> float:
-    """Share of the squared residual, each coordinate in units of its own, that the first column explains beyond others.
-
-    Args:
-        columns: of the slopes. without: those that are fitted in any case.
-    """
+    """Share of the squared residual that columns of the slopes explain on held-out blocks beyond ``without``."""
     ends = max(int(r.sample[-1]) for r in rows) + 1
     blocks = [np.minimum(r.sample * BLOCKS // ends, BLOCKS - 1) for r in rows]
     left = [0.0, 0.0]
