@@ -28,7 +28,7 @@ from codegen.diagnosis.fit.residual import Problem, residual_at_drive
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.reliability import reliability_of
-from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Remainder, Round, Separation
+from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Remainder, Separation
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.steady_runs import (
@@ -44,7 +44,6 @@ from codegen.diagnosis.steady_runs import (
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.augment import augmented_text
 from codegen.diagnosis.verdict.conclusion import (
-    TABLE_SIZE,
     candidates,
     interval_in_words,
     is_small,
@@ -311,10 +310,7 @@ def _by_means(case: Case, means: Means) -> tuple[Diagnosis, Models]:
     left = remainders_of(answer.adopted or answer.refit, means)
     if answer.verdict == "none" and any(r.nature(case.material) == "structured" for r in left):
         answer = replace(answer, verdict="unknown")
-    first, *later = (
-        Round(tuple((p.kind, p.on) for p in parts), tuple(one.row for one in tried[:TABLE_SIZE]))
-        for parts, tried in found.rounds
-    )
+    first, *later = found.rounds
     return _result(
         case,
         problem,
@@ -352,7 +348,7 @@ def _result(
         relative_error: of the force on the training log. tables: further fields of the diagnosis.
     """
     system, written, material = train.system, answer.adopted, case.material
-    moved, three = (*train.levels, *train.uncertain), (system, answer.refit, answer.augmented)
+    moved, three = train.moved, (system, answer.refit, answer.augmented)
     named = answer.effects if answer.verdict == "effect" else ()
     values = {} if written is None else {s.name: float(written.values[s]) for s in moved}
     declared, refit, augmented = answer.figures

@@ -24,14 +24,15 @@ from scipy.stats import t as student
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.coverage import Survey, survey
 from codegen.diagnosis.evidence.estimate import CONFIDENCE, Interval
+from codegen.diagnosis.evidence.reservations import may_be_absent
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.linear import fitted, inverse
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
-from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Remainder, Verdict
+from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Remainder, Round, Verdict
 from codegen.diagnosis.verdict.answer import Answer, Measured, admitted
-from codegen.diagnosis.verdict.conclusion import effect_of
+from codegen.diagnosis.verdict.conclusion import TABLE_SIZE, effect_of
 from codegen.effects.register import candidates, is_own
 from codegen.logs import Log
 from codegen.logs.motion import measured_motion, steady_speeds
@@ -124,14 +125,28 @@ class SteadyFit:
         return float(self.residual @ self.residual)
 
     @property
-    def parameters(self) -> dict[str, float]:
-        """Of the last part."""
-        return self.trial.split(self.theta)[1][-1]
+    def part(self) -> Part:
+        """The effect that was added last."""
+        return self.trial.parts[-1]
+
+    @cached_property
+    def parameters(self) -> list[dict[str, float]]:
+        """Of each part."""
+        return self.trial.split(self.theta)[1]
+
+    @cached_property
+    def model(self) -> System:
+        """The system with the values of the fit."""
+        return model_of(self.trial, self.theta)
+
+    @property
+    def nats(self) -> float:
+        """−log-likelihood with unknown scale, plus one nat a parameter (Akaike)."""
+        return 0.5 * len(self.residual) * float(np.log(max(self.squares, 1e-300))) + len(self.theta)
 
     @cached_property
     def _inverse(self) -> Array:
-        normal = self.slopes.T @ self.slopes + np.diag(self.prior_precision)
-        return inverse(normal)
+        return inverse(self.slopes.T @ self.slopes + np.diag(self.prior_precision))
 
     @cached_property
     def left_out(self) -> Array:
@@ -156,10 +171,6 @@ class Tried:
     fit: SteadyFit
     row: Candidate
 
-    @property
-    def part(self) -> Part:
-        return self.fit.trial.parts[-1]
-
 
 @dataclass(frozen=True, eq=False)
 class SteadySearch:
@@ -174,25 +185,12 @@ class SteadySearch:
         return self.problem.system
 
     @cached_property
-    def moved(self) -> tuple[sympy.Symbol, ...]:
-        return (*self.problem.levels, *self.problem.uncertain)
-
-    @cached_property
-    def declared(self) -> Array:
-        return np.array([float(self.system.values[s]) for s in self.moved])
-
-    @cached_property
-    def prior(self) -> Array:
-        held = [self.problem.deviation[s] ** -2.0 for s in self.problem.uncertain]
-        return np.array([0.0] * len(self.problem.levels) + held)
-
-    @cached_property
     def drive(self) -> Array:
         """(R n,) force of the inputs."""
         return mean_forces(self.system, self.means)[1].ravel()
 
     def refit(self) -> SteadyFit:
-        return self.fit(Trial(self.system, (), self.moved), [self.declared])
+        return self.fit(Trial(self.system, (), self.problem.moved), [self.problem.declared])
 
     def fit(self, trial: Trial, starts: Sequence[Array]) -> SteadyFit:
         """The best fit from several starting values."""
@@ -200,8 +198,8 @@ class SteadySearch:
         return min((self._fit_from(trial, error, theta) for theta in starts), key=lambda one: one.squares)
 
     def _fit_from(self, trial: Trial, error: Callable[[Array], Array], theta: Array) -> SteadyFit:
-        free = len(theta) - len(self.prior)
-        prior, centre = np.append(self.prior, np.zeros(free)), np.append(self.declared, np.zeros(free))
+        none = np.zeros(len(theta) - len(self.problem.moved))
+        prior, centre = np.append(self.problem.prior_precision, none), np.append(self.problem.declared, none)
         least = 1e-12 * max(float(np.abs(self.drive).max()), 1e-300)
         scale = max(float(np.sqrt(np.mean(error(theta) ** 2))), least)
         size = np.where(theta != 0, np.abs(theta), np.where(prior > 0, 1 / np.sqrt(np.maximum(prior, 1e-300)), 1.0))
@@ -235,9 +233,9 @@ class SteadySearch:
 
     def ties(self, ranked: Sequence[Tried]) -> list[Tried]:
         """Credited candidates that the records cannot tell from the best, its twins left out."""
-        best, count = ranked[0], len(ranked[0].fit.residual)
-        others = [a for a in ranked[1:] if a.row.accepted and (a.part.kind, a.part.on) not in best.row.also]
-        return [a for a in others if _nats(a.fit, count) < _nats(best.fit, count) + TIE_NATS]
+        best, *others = ranked
+        alike = (a for a in others if a.row.accepted and (a.row.kind, a.row.on) not in best.row.also)
+        return [a for a in alike if a.fit.nats < best.fit.nats + TIE_NATS]
 
     def _tried(self, trial: Trial, base: SteadyFit, count: int) -> Tried | None:
         starts = self._starts(trial, base)
@@ -251,13 +249,13 @@ class SteadySearch:
         if freedom > 0 and fit.squares > 0:
             ratio = max(base.squares - fit.squares, 0.0) / more / (fit.squares / freedom)
             p = min(1.0, count * float(fisher.sf(ratio, more, freedom)))
-        changed = mean_forces(model_of(trial, fit.theta), self.means)[0].ravel()
-        change = changed - mean_forces(model_of(base.trial, base.theta), self.means)[0].ravel()
-        part = trial.parts[-1]
+        forces = [mean_forces(one.model, self.means)[0].ravel() for one in (fit, base)]
+        size = float(np.linalg.norm(forces[0] - forces[1]) / max(float(np.linalg.norm(self.drive)), 1e-300))
+        part = fit.part
         row = Candidate(
             kind=part.kind,
             on=part.on,
-            parameters=fit.parameters,
+            parameters=fit.parameters[-1],
             gain=1 - float(after.sum()) / max(float(before.sum()), 1e-300),
             t=float(gains.sum() / max(float(np.sqrt((gains**2).sum())), 1e-300)),
             blocks_won=int((gains > 0).sum()),
@@ -267,7 +265,7 @@ class SteadySearch:
             why_not="",
             also=tuple(part.effect.twins(self.system, part.place)),
             force=float(np.sqrt(fit.squares / max(base.squares, 1e-300))),
-            size=float(np.linalg.norm(change) / max(float(np.linalg.norm(self.drive)), 1e-300)),
+            size=size,
             own=is_own(part.kind),
             p=p,
             form=part.form,
@@ -277,17 +275,16 @@ class SteadySearch:
 
     def _why_not(self, fit: SteadyFit, row: Candidate, least: float) -> str:
         """The first test that a candidate fails, in words."""
-        part = fit.trial.parts[-1]
+        part = fit.part
         if row.gain < least:
             return f"removes {100 * row.gain:.2g} % of the squared residual of left-out records"
         if not part.effect.admissible(self.system, part.place, row.parameters):
             return "fits only with unphysical values"
         if row.size < credit.LEAST_SIZE:
             return f"its force is {100 * row.size:.2g} % of the drive force: too little to matter"
-        sizes = {q.name: q.neutral for q in part.effect.parameters if q.neutral is not None}
-        spans = fit.intervals()[-1]
-        if sizes and all(spans[name][0] <= neutral <= spans[name][1] for name, neutral in sizes.items()):
-            return f"the 95 % interval of {', '.join(sizes)} contains the value at which it is absent"
+        absent = may_be_absent(part.effect, fit.intervals()[-1])
+        if absent:
+            return f"the 95 % interval of {', '.join(absent)} contains the value at which it is absent"
         return "" if row.p <= credit.ALPHA else f"not significant: p = {row.p:.2g} without an effect"
 
     def _starts(self, trial: Trial, base: SteadyFit) -> list[Array]:
@@ -319,17 +316,11 @@ class SteadySearch:
         return survey(self.system, self.problem.motion)
 
 
-def _nats(fit: SteadyFit, count: int) -> float:
-    """−log-likelihood of a fit with unknown scale, plus one nat a parameter (Akaike)."""
-    return 0.5 * count * float(np.log(max(fit.squares, 1e-300))) + len(fit.theta)
-
-
 def _is_simpler_form(other: Tried, one: Tried) -> bool:
     """Whether another candidate, no worse in the tests, is the same effect with fewer parameters and fits as well."""
-    a, b, count = other.part, one.part, len(one.fit.residual)
+    a, b = other.fit.part, one.fit.part
     simpler = (a.kind, a.on) == (b.kind, b.on) and len(a.names) < len(b.names)
-    simpler = simpler and other.row.accepted >= one.row.accepted
-    return simpler and _nats(other.fit, count) <= _nats(one.fit, count) + TIE_NATS
+    return simpler and other.row.accepted >= one.row.accepted and other.fit.nats <= one.fit.nats + TIE_NATS
 
 
 def mean_forces(system: System, means: Means) -> tuple[Array, Array]:
@@ -398,7 +389,7 @@ def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:
 
 def effects_of(fit: SteadyFit, system: System) -> tuple[FoundEffect, ...]:
     """The parts of a fit as effects, with their intervals."""
-    found = zip(fit.trial.parts, fit.trial.split(fit.theta)[1], fit.intervals(), strict=True)
+    found = zip(fit.trial.parts, fit.parameters, fit.intervals(), strict=True)
     return tuple(effect_of(part, values, system, spans) for part, values, spans in found)
 
 
@@ -414,18 +405,19 @@ class SteadyOutcome:
 
     base: SteadyFit
     final: SteadyFit
-    rounds: tuple[tuple[tuple[Part, ...], tuple[Tried, ...]], ...]
+    rounds: tuple[Round, ...]
     rivals: tuple[Tried, ...]
 
 
 def select_effects(search: SteadySearch) -> SteadyOutcome:
     """Forward selection: effects one after the other, while one is credited."""
     base = current = search.refit()
-    rounds: list[tuple[tuple[Part, ...], tuple[Tried, ...]]] = []
+    rounds: list[Round] = []
     rivals: tuple[Tried, ...] = ()
     for turn in range(MOST_EFFECTS):
         ranked = search.ranked_candidates(current)
-        rounds.append((current.trial.parts, tuple(ranked)))
+        before = tuple((p.kind, p.on) for p in current.trial.parts)
+        rounds.append(Round(before, tuple(one.row for one in ranked[:TABLE_SIZE])))
         if not ranked or not ranked[0].row.accepted:
             break
         current = ranked[0].fit
@@ -449,7 +441,7 @@ def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple
     declared, left = judged(system), mean_forces(system, search.means)[0].ravel()
     options = [("the declared values", system)]
     if float(found.base.left_out @ found.base.left_out) < float(left @ left):
-        options.insert(0, ("refitted values", model_of(found.base.trial, found.base.theta)))
+        options.insert(0, ("refitted values", found.base.model))
     chosen = admitted(options, declared, judged)
     refit = system if chosen.option is None else chosen.option[1]
     remarks = (
@@ -460,7 +452,7 @@ def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple
     answer = Answer("none", (), refit, refit, figures, remarks=remarks)
     if not found.final.trial.parts:
         return answer, found
-    augmented, effects = model_of(found.final.trial, found.final.theta), effects_of(found.final, refit)
+    augmented, effects = found.final.model, effects_of(found.final, refit)
     chosen = admitted([("the effect with refitted values", augmented)], declared, judged, judged(refit))
     if chosen.option is None:
         return replace(answer, verdict="unknown", effects=effects, against=chosen.refusals), found

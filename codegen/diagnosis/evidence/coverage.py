@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,8 @@ from codegen.diagnosis.fit.residual import inverse_dynamics_residual
 from codegen.diagnosis.fit.signals import Motion, is_resolved
 from codegen.diagnosis.fit.starting_values import resonances
 from codegen.diagnosis.fit.trial import Part
-from codegen.effects import CATALOGUE
 from codegen.effects.start import Covered
 from codegen.mechanics.system import Matrix, System
-
-Result = TypeVar("Result")
 
 BINS = 16384
 PADDING = 16
@@ -59,9 +56,9 @@ class Survey:
         Args:
             levels: of the contacts, as refitted. noise: of the positions. coupling: of the compliance fitted there.
         """
-        m = self.motion
-        contact = part.place if _sits_on(part) == "contact" else None
-        i = CATALOGUE[part.kind].coordinate(self.system, part.place)
+        m, sits_on = self.motion, part.effect.sits_on
+        contact = part.place if sits_on == "contact" else None
+        i = part.effect.coordinate(self.system, part.place)
         if contact is None:
             x, v, y = m.positions[:, i], m.velocities[:, i], self.residual[:, i]
         else:
@@ -69,7 +66,7 @@ class Survey:
             x, v = m.positions @ column, m.velocities @ column
             y = self.residual @ column / (column @ column)
         span = max(float(np.ptp(x)), 1e-12)
-        command = m.commands[:, part.place if _sits_on(part) == "input" else 0]
+        command = m.commands[:, part.place if sits_on == "input" else 0]
         return Covered(
             force=max(float(self.drive[:, i].std()), self.mass[i, i] * float(m.accelerations[:, i].std()), 1e-12),
             span=span,
@@ -83,21 +80,18 @@ class Survey:
             sample_time=m.sample_time,
             duration=float(m.time[-1] - m.time[0]),
             cutoff_hz=m.cutoff_hz,
-            periods=self._once(
-                ("periods", _sits_on(part), i, contact), _periods, _sits_on(part), x, v, y, m.usable, span, m.cutoff_hz
-            ),
+            periods=self._once((sits_on, i, contact), lambda: _periods(sits_on, x, v, y, m.usable, span, m.cutoff_hz)),
             coupling=coupling,
-            resonances=self._once(("resonances", i), _resonances, self.residual[:, i], m, i, float(self.mass[i, i])),
+            resonances=self._once(i, lambda: _resonances(self.residual[:, i], m, i, float(self.mass[i, i]))),
         )
 
-    def _once(self, key: Hashable, function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
-        """The function of these arguments, computed once for all effects that ask for it."""
+    def _once(self, key: Hashable, compute: Callable[[], Any]) -> Callable[[], Any]:
+        """The result of a function, computed once for all effects that ask for it."""
 
-        def found() -> Result:
+        def found() -> Any:
             if key not in self._found:
-                self._found[key] = function(*arguments)
-            result: Result = self._found[key]
-            return result
+                self._found[key] = compute()
+            return self._found[key]
 
         return found
 
@@ -117,10 +111,6 @@ def survey(system: System, motion: Motion) -> Survey:
         numbers(system.mass_matrix),
         numbers(system.distribution),
     )
-
-
-def _sits_on(part: Part) -> str:
-    return CATALOGUE[part.kind].sits_on
 
 
 def _resonances(y: Array, motion: Motion, i: int, inertia: float) -> tuple[dict[str, float], ...]:

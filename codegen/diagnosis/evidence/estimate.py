@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,39 +43,30 @@ def estimate(fit: Fit, other: Fit | None = None) -> Estimate:
     moved_by = np.zeros(len(fit.theta)) if other is None else other.theta - fit.theta
     segments, count = len(fit.residual), len(fit.theta)
     clusters = [(0, segments - count), *([(BLOCKS, BLOCKS - 1)] if segments > BLOCKS else [])]
-    found = [
-        _with_intervals(
-            fit,
-            covariance(fit, number) + np.outer(moved_by, moved_by),
-            max(freedom, 3),
-        )
-        for number, freedom in clusters
-    ]
-    return found[0] if len(found) == 1 else _widest(*found)
+    spread = np.outer(moved_by, moved_by)
+    found = [_intervals(fit, covariance(fit, number) + spread, max(freedom, 3)) for number, freedom in clusters]
+    moved, *effects = (_hull(some) for some in zip(*found, strict=True))
+    return Estimate(moved, tuple(effects))
 
 
-def _widest(one: Estimate, other: Estimate) -> Estimate:
-    """The same values, each with the hull of its two intervals."""
-
-    def hull(some: Values, others: Values) -> Values:
-        return {
-            name: (value, (min(low, others[name][1][0]), max(high, others[name][1][1])))
-            for name, (value, (low, high)) in some.items()
-        }
-
-    return Estimate(hull(one.moved, other.moved), tuple(map(hull, one.effects, other.effects)))
+def _hull(some: Sequence[Values]) -> Values:
+    """The same values, each with the hull of its intervals."""
+    ends = {name: [values[name][1] for values in some] for name in some[0]}
+    return {
+        name: (value, (min(low for low, _ in ends[name]), max(high for _, high in ends[name])))
+        for name, (value, _) in some[0].items()
+    }
 
 
-def _with_intervals(fit: Fit, covariance: Array, freedom: int) -> Estimate:
-    """Estimates with intervals by Student's distribution of so many degrees of freedom."""
-    trial = fit.runner.trial
+def _intervals(fit: Fit, covariance: Array, freedom: int) -> list[Values]:
+    """The refitted values, then those of each part, by Student's distribution of so many degrees of freedom."""
+    trial = fit.trial
     half_widths = float(student.ppf(0.5 + CONFIDENCE / 2, freedom)) * np.sqrt(np.diag(covariance))
     low, high = fit.theta - half_widths, fit.theta + half_widths
     k = len(trial.moved)
     ends_of = zip(trial.moved, fit.theta[:k], low[:k], high[:k], strict=True)
-    levels = {s.name: (float(v), (float(a), float(b))) for s, v, a, b in ends_of}
-    effects = []
-    for part, values in zip(trial.parts, trial.split(fit.theta)[1], strict=True):
+    found: list[Values] = [{s.name: (float(v), (float(a), float(b))) for s, v, a, b in ends_of}]
+    for part, values in zip(trial.parts, fit.values[1], strict=True):
         intervals = {}
         for j, (name, coordinate) in enumerate(zip(part.names, part.coordinates, strict=True), k):
             value, half = values[name], float(half_widths[j])
@@ -88,8 +80,8 @@ def _with_intervals(fit: Fit, covariance: Array, freedom: int) -> Estimate:
                 turned = value if name == phase else 0.0
                 intervals[name] = (value, (min(least, turned + first), max(most, turned + last)))
         k += len(part.names)
-        effects.append(intervals)
-    return Estimate(levels, tuple(effects))
+        found.append(intervals)
+    return found
 
 
 def wave_intervals(size: float, covariance: Array, freedom: int) -> tuple[Interval, Interval]:

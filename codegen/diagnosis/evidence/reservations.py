@@ -12,7 +12,7 @@ from codegen.diagnosis.fit.residual import Problem, slip_velocities
 from codegen.diagnosis.fit.signals import Motion, is_resolved
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import FoundEffect
-from codegen.effects import CATALOGUE
+from codegen.effects import Effect
 from codegen.mechanics.system import System
 
 WHOLE_TURN = 2 * np.pi
@@ -26,15 +26,21 @@ LEAST_PERIOD = 0.95
 def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
     """Why an effect is not credited: its interval includes its absence, or the log covers less than its period."""
     words = []
-    sizes = _intervals_of_size(found)
-    if sizes and all(low <= neutral <= high for low, high, neutral in sizes.values()):
-        listed = ", ".join(f"{name} ({low:.3g} to {high:.3g})" for name, (low, high, _) in list(sizes.items())[:3])
+    absent = may_be_absent(part.effect, found.intervals)
+    if absent:
+        spans = ((name, *found.intervals[name]) for name in absent[:3])
+        listed = ", ".join(f"{name} ({low:.3g} to {high:.3g})" for name, low, high in spans)
         words.append(f"the 95 % interval of {listed} contains the value at which {found.kind} is absent")
-    for name, (low, high), least in _below_sight(problem, part, found):
-        words.append(
-            f"the 95 % interval of {name} ({low:.3g} to {high:.3g}) of {found.kind} reaches below {least:.3g} "
-            f"{found.units[name]}: a curve that bends there is a level on this log"
-        )
+    top = _top_speed(problem.system, problem.motion, part)
+    for p in part.effect.parameters:
+        if p.seen_at is None or p.name not in found.intervals:
+            continue
+        (low, high), least = found.intervals[p.name], p.seen_at[0] * top
+        if low < least:
+            words.append(
+                f"the 95 % interval of {p.name} ({low:.3g} to {high:.3g}) of {found.kind} reaches below {least:.3g} "
+                f"{found.units[p.name]}: a curve that bends there is a level on this log"
+            )
     if never_passed(problem.system, problem.motion, part, found.parameters):
         stroke, period = _stroke(problem.system, problem.motion, part), found.parameters["period"]
         unit = found.units["period"]
@@ -49,6 +55,13 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
             f"force to be below the cutoff of {problem.motion.cutoff_hz:.3g} Hz"
         )
     return words
+
+
+def may_be_absent(effect: Effect, intervals: Mapping[str, tuple[float, float]]) -> list[str]:
+    """The parameters that scale an effect, if the interval of each holds the value at which it is absent."""
+    sizes = [(p.name, p.neutral) for p in effect.parameters if p.neutral is not None and p.name in intervals]
+    absent = all(intervals[name][0] <= neutral <= intervals[name][1] for name, neutral in sizes)
+    return [name for name, _ in sizes] if absent else []
 
 
 def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
@@ -92,14 +105,6 @@ def shows_no_bend(system: System, motion: Motion, part: Part, parameters: Mappin
     return any(not low * top <= parameters[name] <= high * top for name, (low, high) in shares.items())
 
 
-def _below_sight(problem: Problem, part: Part, found: FoundEffect) -> list[tuple[str, tuple[float, float], float]]:
-    """Speeds at which a curve bends, with intervals that reach below the least one that the log shows; see above."""
-    top = _top_speed(problem.system, problem.motion, part)
-    form = part.effect.parameters
-    least = {p.name: p.seen_at[0] * top for p in form if p.seen_at is not None and p.name in found.intervals}
-    return [(name, found.intervals[name], one) for name, one in least.items() if found.intervals[name][0] < one]
-
-
 def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
     """The objection to effects with which a friction level is fitted as zero, if its contact never reverses in the log.
 
@@ -120,7 +125,7 @@ def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
     """Parts of a credited effect's curve that the log does not cover, and intervals that it has not, in words."""
     words = []
-    if CATALOGUE[found.kind].with_parameters(list(found.parameters)).rough:
+    if part.effect.rough:
         words.append(
             f"the values of {found.kind} have no interval: its loss is not smooth, so slopes do not bound them"
         )
@@ -129,7 +134,7 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
         unit = found.units["period"]
         words.append(f"{found.kind} on {found.on} is seen over {stroke:.3g} of {period:.3g} {unit} of its period only")
     covered = {"{q}/s": _top_speed(problem.system, problem.motion, part), "s": float(np.ptp(problem.motion.time))}
-    for p in CATALOGUE[found.kind].with_parameters(list(found.parameters)).parameters:
+    for p in part.effect.parameters:
         most = covered.get(p.unit)
         if most is None or p.neutral is not None or not found.parameters[p.name] > most:
             continue
@@ -141,19 +146,9 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
     return words
 
 
-def _intervals_of_size(found: FoundEffect) -> dict[str, tuple[float, float, float]]:
-    """Interval and neutral value of each parameter that scales an effect."""
-    effect = CATALOGUE[found.kind].with_parameters(list(found.parameters))
-    return {
-        p.name: (*found.intervals[p.name], p.neutral)
-        for p in effect.parameters
-        if p.neutral is not None and p.name in found.intervals
-    }
-
-
 def _known_turn(system: System, part: Part, period: float) -> bool:
     """Whether a period is a whole turn of an angle, which is known without a log."""
-    on_angle = CATALOGUE[part.kind].sits_on in ("coordinate", "sensor") and system.position_units[part.place] == "rad"
+    on_angle = part.effect.sits_on in ("coordinate", "sensor") and system.position_units[part.place] == "rad"
     return on_angle and abs(period - WHOLE_TURN) <= 1e-9 * WHOLE_TURN
 
 
@@ -169,9 +164,9 @@ def _top_speed(system: System, motion: Motion, part: Part) -> float:
 
 def _direction(system: System, part: Part) -> NDArray[np.float64]:
     """(n,) the place of an effect as a combination of coordinates; a contact's slip where U is constant."""
-    if CATALOGUE[part.kind].sits_on == "contact":
+    if part.effect.sits_on == "contact":
         column = system.distribution[:, part.place].subs(system.values)
         return np.array([float(c) if c.is_number else 1.0 for c in column])
     direction = np.zeros(system.degrees_of_freedom)
-    direction[part.place if CATALOGUE[part.kind].sits_on in ("coordinate", "sensor", "axis") else 0] = 1.0
+    direction[part.place if part.effect.sits_on in ("coordinate", "sensor", "axis") else 0] = 1.0
     return direction

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import sympy
 
-from codegen.base.arrays import Array
-from codegen.diagnosis.fit.residual import Problem, force_rows, independent_samples, scales, slip_velocities
+from codegen.diagnosis.fit.residual import Problem, force_rows, information, scales, slip_velocities
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.logs import Finding
 
@@ -31,10 +30,11 @@ def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:
     inertias = [s for s in problem.uncertain if s not in still.free_symbols]
     if not inertias:
         return []
-    symbols = [*problem.levels, *problem.uncertain]
-    prior = np.array([0.0] * len(problem.levels) + [problem.deviation[s] ** -2.0 for s in problem.uncertain])
-    variance = np.diag(np.linalg.pinv(_information(problem, symbols, prior), hermitian=True))
-    kept = dict(zip(symbols, variance * prior, strict=True))
+    prior, every = problem.prior_precision, np.ones(len(problem.moved), dtype=bool)
+    rows = force_rows(problem.system, problem, problem.moved)
+    left = scales(rows, prior, every, np.zeros(len(prior)))
+    variance = np.diag(np.linalg.pinv(information(rows, left, prior), hermitian=True))
+    kept = dict(zip(problem.moved, variance * prior, strict=True))
     return [s for s in inertias if kept[s] > KNOWN]
 
 
@@ -42,17 +42,6 @@ def moves_one_way(problem: Problem) -> bool:
     """Whether some contact slips and none ever reverses."""
     slip = slip_velocities(problem.system, problem.motion)[problem.motion.usable]
     return slip.shape[1] > 0 and bool(np.all(np.all(slip > 0, axis=0) | np.all(slip < 0, axis=0)))
-
-
-def _information(problem: Problem, symbols: list[sympy.Symbol], prior: Array) -> Array:
-    """H, (p, p), of the symbols."""
-    rows = force_rows(problem.system, problem, symbols)
-    left = scales(rows, prior, np.ones(len(symbols), dtype=bool), np.zeros(len(symbols)))
-    matrix = np.diag(prior)
-    for one, size in zip(rows, left, strict=True):
-        share = independent_samples(one.residual) / len(one.residual)
-        matrix = matrix + share * one.slopes.T @ one.slopes / size**2
-    return matrix
 
 
 def not_refitted(problem: Problem, symbols: list[sympy.Symbol]) -> tuple[Finding, ...]:

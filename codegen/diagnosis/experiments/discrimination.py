@@ -13,15 +13,14 @@ and Fedorov, with the present log as data.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.diagnosis.evidence.residual_regression import acting_force
-from codegen.diagnosis.experiments.follow import follow
+from codegen.diagnosis.experiments.follow import follow, logged
 from codegen.diagnosis.experiments.setups import Setup, setups
 from codegen.diagnosis.fit.linear import solved
 from codegen.diagnosis.fit.residual import Problem, independent_samples, inverse_dynamics_residual
@@ -105,10 +104,6 @@ class Discrimination:
     log: Log
     models: Sequence[Model]
 
-    @cached_property
-    def problem(self) -> Problem:
-        return Problem(self.search.system, self.search.motion, {})
-
     def tried(self, progress: Callable[[str, float], None] | None = None) -> list[SetupTried]:
         """Every change with its smallest separation over the pairs with the best model, largest first.
 
@@ -146,7 +141,7 @@ class Discrimination:
     def _distance(self, truth: Model, rival: Model, setup: Setup, motion: Motion) -> float:
         again = Problem(self.search.system, motion, {})
         weights = self._weights(truth)
-        logs = [Weighed(UNCHANGED, self.problem, weights), Weighed(setup, again, weights)]
+        logs = [Weighed(UNCHANGED, self.search.problem, weights), Weighed(setup, again, weights)]
         extra = [] if setup.friction is None else [setup.friction]
         targets = [log.residual(truth, np.append(truth.theta, extra if log.setup is setup else [])) for log in logs]
         theta, best = np.append(rival.theta, extra), float("inf")
@@ -172,7 +167,7 @@ class Discrimination:
         return float(np.sqrt(best))
 
     def _weights(self, truth: Model) -> Array:
-        motion, rows = self.problem.motion, self.problem.masks.rows
+        motion, rows = self.search.problem.motion, self.search.problem.masks.rows
         system = truth.system(truth.theta, UNCHANGED)
         left = inverse_dynamics_residual(system, motion)
         acting = acting_force(system, motion)
@@ -189,24 +184,16 @@ class Discrimination:
         """The log's path as a model's machine follows it after a change, and the largest input; None where it fails."""
         motion, h = self.search.motion, self.search.motion.sample_time
         samples = min(len(motion.time), MOST_SAMPLES)
-        count = round(samples / setup.pace)
-        at = np.linspace(0, samples - 1, count)
+        at = np.linspace(0, samples - 1, round(samples / setup.pace))
         path = np.column_stack([np.interp(at, np.arange(samples), x[:samples]) for x in motion.positions.T])
         rate = np.gradient(path, h, axis=0)
         machine = truth.system(truth.theta, setup, setup.friction or 1.0)
         run = follow(self.search, machine, path, rate, path.mean(axis=0), h)
         if run is None:
             return None
-        made = replace(
-            self.log,
-            time=h * np.arange(count, dtype=np.float64),
-            positions=run.positions,
-            velocities=None,
-            inputs=run.inputs,
-            gaps=(),
-        )
         try:
-            return smooth_motion(made, motion.cutoff_hz), float(np.abs(run.inputs).max())
+            made = smooth_motion(logged(self.log, run.positions, run.inputs), motion.cutoff_hz)
+            return made, float(np.abs(run.inputs).max())
         except BadInput:
             return None
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.search import Search
+from codegen.logs import Log
 from codegen.mechanics.system import System
 from codegen.simulate.controller import Feedback, sampled
 from codegen.simulate.loop_run import LoopRun
@@ -36,6 +39,12 @@ def follow(
     start = (target[0], np.zeros_like(target[0]))
     run = run_loop(machine, h, len(target), controller, limit=limit, start=start)
     return run if np.isfinite(run.positions).all() and np.isfinite(run.inputs).all() else None
+
+
+def logged(log: Log, positions: Array, inputs: Array) -> Log:
+    """A log of a simulated run, otherwise as this one."""
+    time = log.sample_time * np.arange(len(positions), dtype=np.float64)
+    return replace(log, time=time, positions=positions, velocities=None, inputs=inputs, gaps=())
 
 
 def loop_gains(search: Search, centre: Array, h: float) -> tuple[Array, Array]:

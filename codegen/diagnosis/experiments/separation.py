@@ -12,17 +12,17 @@ from typing import Any
 
 import numpy as np
 import sympy
+from sympy import sin, tanh
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.diagnosis.experiments.discrimination import Discrimination, Model
-from codegen.diagnosis.experiments.follow import follow
+from codegen.diagnosis.experiments.follow import follow, logged
 from codegen.diagnosis.fit.credit import independent_share
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import LEAST_SEGMENTS, PERIODS, Record, record_of
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import Motion, smooth_motion
-from codegen.diagnosis.fit.trial import model_of
 from codegen.diagnosis.results import MotionTried, Separation, TiedPair
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share
 from codegen.diagnosis.selection.ranking import Ranked, twins
@@ -98,7 +98,7 @@ def separate(
     fits = [*tied, *(in_place(search, outcome, r) for r in _confusable(outcome))]
     pairs = tuple(_tied_pair(search, outcome, fits[0], other) for other in tied[1:])
     reach = reach_of(search.system, search.motion, envelope)
-    machines = [model_of(fit.runner.trial, fit.theta) for fit in tied]
+    machines = [fit.model for fit in tied]
     report = progress or (lambda what, share: None)
     models = [_model(fit) for fit in tied]
     changes = tuple(Discrimination(search, log, models).tried(lambda what, share: report(what, 0.5 * share)))
@@ -132,33 +132,29 @@ def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> 
 
 def _confusable(outcome: Outcome) -> list[Ranked]:
     """The best candidate that this log ruled out although it resembles one that ties: the motion must do so too."""
-    tied = [outcome.final.runner.trial.parts[0], *(r.found.part for r in outcome.rivals)]
+    tied = [outcome.parts[0], *(r.found.part for r in outcome.rivals)]
     confusable = {c.other for part in tied for c in CATALOGUE[part.kind].confused_with}
-    named = {(p.kind, p.on) for p in (*tied, *outcome.final.runner.trial.parts)}
-    named |= {same for r in outcome.first if (r.found.part.kind, r.found.part.on) in named for same in _twins(r)}
-    possible = (r for r in outcome.first if not r.why_not and kinds_of(r.found.part.kind) & confusable)
-    return [r for r in possible if (r.found.part.kind, r.found.part.on) not in named][:MOST_CONFUSABLE]
-
-
-def _twins(ranked: Ranked) -> list[tuple[str, str]]:
-    return twins(ranked.found.part, ranked.found)
+    named = {(p.kind, p.on) for p in (*tied, *outcome.parts)}
+    first = [(r, r.found.part, (r.found.part.kind, r.found.part.on)) for r in outcome.first]
+    named |= {same for r, part, place in first if place in named for same in twins(part, r.found)}
+    possible = [r for r, part, at in first if not r.why_not and at not in named and kinds_of(part.kind) & confusable]
+    return possible[:MOST_CONFUSABLE]
 
 
 def in_place(search: Search, outcome: Outcome, ranked: Ranked) -> Fit:
     """The fit with another candidate in place of the first effect."""
     rival, final = ranked.found, outcome.final
-    moved, found = final.runner.trial.split(final.theta)
-    others = final.runner.trial.parts[1:]
-    return search.with_parts(final, moved, [rival.part, *others], [rival.parameters, *found[1:]])
+    moved, found = final.values
+    return search.with_parts(final, moved, [rival.part, *outcome.parts[1:]], [rival.parameters, *found[1:]])
 
 
 def _tied_pair(search: Search, outcome: Outcome, first: Fit, other: Fit) -> TiedPair:
     """The angle between the parts of the residual that two fits explain, and their distance on this log."""
-    base = outcome.base if len(first.runner.trial.parts) == 1 else search.without(first, 0)
+    base = outcome.base if len(first.trial.parts) == 1 else search.without(first, 0)
     one, two = ((base.residual - fit.residual).ravel() for fit in (first, other))
     size = float(np.linalg.norm(one) * np.linalg.norm(two))
     cosine = float(np.clip(one @ two / size, -1.0, 1.0)) if size > 0 else 1.0
-    parts = [fit.runner.trial.parts[0] for fit in (first, other)]
+    parts = [fit.trial.parts[0] for fit in (first, other)]
     return TiedPair(
         (parts[0].kind, parts[0].on),
         (parts[1].kind, parts[1].on),
@@ -243,14 +239,7 @@ def _search_there(search: Search, log: Log, simulated: LoopRun, seed: int) -> Se
     """The search on the first part of a simulated motion, as if logged; None where it holds too little motion."""
     measured, commands = _measured(search, log, simulated.positions, seed), simulated.inputs
     kept = round(TRAINED * len(measured))
-    made = replace(
-        log,
-        time=log.sample_time * np.arange(kept, dtype=np.float64),
-        positions=measured[:kept],
-        velocities=None,
-        inputs=commands[:kept],
-        gaps=(),
-    )
+    made = logged(log, measured[:kept], commands[:kept])
     try:
         motion = smooth_motion(made, search.motion.cutoff_hz)
         record = replace(record_of(motion, made), noise=search.record.noise, joints=search.record.joints)
@@ -350,48 +339,34 @@ Shape = Callable[[float, float, float], sympy.Expr]
 """(a, Ω, duration) → a motion about zero that stays within ±a and ±aΩ."""
 
 
-def _two_tones(a: float, pace: float, duration: float) -> sympy.Expr:
-    return 0.6 * a * sympy.sin(0.8 * pace * TIME) + 0.35 * a * sympy.sin(1.3 * pace * TIME)
-
-
-def _slow_sweep(a: float, pace: float, duration: float) -> sympy.Expr:
-    turn = 2 * np.pi * SLOW_TURNS / duration
-    return min(a, SLOW * a * pace / turn) * sympy.sin(turn * TIME)
-
-
-def _fast_reversals(a: float, pace: float, duration: float) -> sympy.Expr:
-    return a / 6 * sympy.sin(6 * pace * TIME)
-
-
-def _sweep_and_reversals(a: float, pace: float, duration: float) -> sympy.Expr:
-    turn = 2 * np.pi * SLOW_TURNS / duration
-    return min(0.7 * a, 0.3 * a * pace / turn) * sympy.sin(turn * TIME) + 0.1 * a * sympy.sin(7 * pace * TIME)
+def _turn(duration: float) -> float:
+    """Frequency in rad/s of one slow sweep."""
+    return 2 * np.pi * SLOW_TURNS / duration
 
 
 def _chirp(a: float, pace: float, duration: float) -> sympy.Expr:
     """Up and down twice between Ω and 8 Ω, at a nearly constant top speed."""
     turn = 4 * np.pi / duration
-    phase = 4.5 * pace * TIME - 3.5 * pace / turn * sympy.sin(turn * TIME)
-    return 0.8 * a / (4.5 - 3.5 * sympy.cos(turn * TIME)) * sympy.sin(phase)
-
-
-def _dwells(a: float, pace: float, duration: float) -> sympy.Expr:
-    return a * sympy.tanh(4 * sympy.sin(pace / 4 * TIME))
-
-
-def _other_range(a: float, pace: float, duration: float) -> sympy.Expr:
-    turn = 2 * np.pi / duration
-    return 0.5 * a * sympy.tanh(3 * sympy.sin(turn * TIME)) + 0.45 * a * sympy.sin(pace * TIME)
+    phase = 4.5 * pace * TIME - 3.5 * pace / turn * sin(turn * TIME)
+    return 0.8 * a / (4.5 - 3.5 * sympy.cos(turn * TIME)) * sin(phase)
 
 
 SHAPES: dict[str, Shape] = {
-    "two tones over the whole range": _two_tones,
-    "slow sweep both ways": _slow_sweep,
-    "fast reversals": _fast_reversals,
-    "sweep with fast reversals on it": _sweep_and_reversals,
+    "two tones over the whole range": lambda a, pace, _: (
+        0.6 * a * sin(0.8 * pace * TIME) + 0.35 * a * sin(1.3 * pace * TIME)
+    ),
+    "slow sweep both ways": lambda a, pace, duration: (
+        min(a, SLOW * a * pace / _turn(duration)) * sin(_turn(duration) * TIME)
+    ),
+    "fast reversals": lambda a, pace, _: a / 6 * sin(6 * pace * TIME),
+    "sweep with fast reversals on it": lambda a, pace, duration: (
+        min(0.7 * a, 0.3 * a * pace / _turn(duration)) * sin(_turn(duration) * TIME) + 0.1 * a * sin(7 * pace * TIME)
+    ),
     "chirp up and down": _chirp,
-    "quick moves with rests at both ends": _dwells,
-    "one half of the range, then the other": _other_range,
+    "quick moves with rests at both ends": lambda a, pace, _: a * tanh(4 * sin(pace / 4 * TIME)),
+    "one half of the range, then the other": lambda a, pace, duration: (
+        0.5 * a * tanh(3 * sin(2 * np.pi / duration * TIME)) + 0.45 * a * sin(pace * TIME)
+    ),
 }
 
 

@@ -66,20 +66,19 @@ def restart_within_reach(system: System, motion: Motion, window: slice) -> float
     restart, least = RESTART_S, SHORTEST_PERIODS / motion.cutoff_hz
     while restart / 2 >= least:
         error = free_run_errors(system, motion, window, restart)[0]
-        way = np.sqrt(np.mean(_way_since_restart(motion, restart)[window] ** 2, axis=0))
+        since = motion.measured - motion.measured[_last_restart(motion, restart)]
+        way = np.sqrt(np.mean(since[window] ** 2, axis=0))
         if np.all(np.asarray(error) <= way):
             break
         restart /= 2
     return restart
 
 
-def _way_since_restart(motion: Motion, restart_s: float) -> Array:
-    """(N, n) measured position less that at the last restart."""
-    h, count = motion.sample_time, len(motion.time)
+def _last_restart(motion: Motion, restart_s: float) -> NDArray[np.int_]:
+    """(N,) sample of the last restart; itself before the first one, at ``TRIM_S``."""
+    h, places = motion.sample_time, np.arange(len(motion.time))
     cut, length = round(TRIM_S / h), max(2, round(restart_s / h))
-    places = np.arange(count)
-    last = np.where(places < cut, places, cut + (places - cut) // length * length)
-    return np.asarray(motion.measured - motion.measured[last])
+    return np.where(places < cut, places, cut + (places - cut) // length * length)
 
 
 def free_run_errors(
@@ -116,17 +115,9 @@ def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S
         substeps=_substeps(h),
         trim_s=TRIM_S,
     )
-    predicted[_behind_a_gap(motion.usable, round(TRIM_S / h), max(2, round(restart_s / h)))] = np.nan
+    lost = np.concatenate([[0], np.cumsum(~motion.usable)])  # samples that are not usable before each
+    predicted[lost[1:] > lost[_last_restart(motion, restart_s)]] = np.nan
     return np.asarray(predicted - motion.measured)
-
-
-def _behind_a_gap(usable: NDArray[np.bool_], cut: int, length: int) -> NDArray[np.bool_]:
-    """(N,) samples with an unusable one before them in their run of ``length`` samples; the first starts at ``cut``."""
-    behind = np.zeros(len(usable), dtype=bool)
-    for start in range(cut, len(usable) - cut, length):
-        run = slice(start, min(start + length, len(usable) - cut))
-        behind[run] = np.cumsum(~usable[run]) > 0
-    return behind
 
 
 @recent(OF_MODELS)

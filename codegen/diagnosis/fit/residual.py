@@ -130,6 +130,21 @@ class Problem:
         error = self.system.equation_error
         return [s for s, size in self.deviation.items() if size > 0 and error.has(s) and s not in self.levels]
 
+    @cached_property
+    def moved(self) -> tuple[sympy.Symbol, ...]:
+        """What every fit estimates: the levels, and the uncertain parameters with their deviations as prior."""
+        return (*self.levels, *self.uncertain)
+
+    @cached_property
+    def declared(self) -> Array:
+        """(p,) values of ``moved`` in the spec."""
+        return np.array([float(self.system.values[s]) for s in self.moved])
+
+    @cached_property
+    def prior_precision(self) -> Array:
+        """(p,) inverse variances of ``moved``; 0 for a level."""
+        return np.array([0.0] * len(self.levels) + [self.deviation[s] ** -2.0 for s in self.uncertain])
+
 
 STICK_SHARE = 0.004
 """A contact is at standstill if its slip is slower than this fraction of the 95 % quantile of its speed."""
@@ -381,6 +396,15 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
     return rows
 
 
+def information(rows: Sequence[ForceRows], sizes: Array, prior_precision: Array) -> Array:
+    """(p, p) information of independent samples with these RMS residuals, and of a prior."""
+    matrix = np.diag(prior_precision)
+    for r, size in zip(rows, sizes, strict=True):
+        share = independent_samples(r.residual) / len(r.residual)
+        matrix = matrix + share * r.slopes.T @ r.slopes / size**2
+    return matrix
+
+
 def scales(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.bool_], pull: Array) -> Array:
     """Residual RMS of each coordinate after a linear fit of the ``free`` parameters (p,).
 
@@ -389,10 +413,9 @@ def scales(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.b
     """
     size = np.array([_rms(r.residual) for r in rows])
     for _ in range(REWEIGHED):
-        matrix, vector = np.diag(prior_precision), prior_precision * pull
+        matrix, vector = information(rows, size, prior_precision), prior_precision * pull
         for r, one in zip(rows, size, strict=True):
             share = independent_samples(r.residual) / len(r.residual)
-            matrix = matrix + share * r.slopes.T @ r.slopes / one**2
             vector = vector - share * r.slopes.T @ r.residual / one**2
         change = np.zeros(len(prior_precision))
         if free.any():

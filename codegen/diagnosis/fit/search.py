@@ -222,25 +222,11 @@ class Search:
 
 def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:
     """A search whose fits estimate friction levels freely and toleranced parameters with a prior."""
-    system, levels, uncertain = problem.system, problem.levels, problem.uncertain
-    moved = (*levels, *uncertain)
-    declared = np.array([float(system.values[s]) for s in moved])
-    held = [problem.deviation[s] ** -2.0 for s in uncertain]
-    prior_precision = np.array([0.0] * len(levels) + held)
-    if not is_separable(system):
-        return Search(system, problem.motion, shorter(1.0), moved, declared, prior_precision, shorter)
-    joints = tuple(range(system.degrees_of_freedom))
+    system, estimated = problem.system, (problem.moved, problem.declared, problem.prior_precision)
+    joints = tuple(range(system.degrees_of_freedom)) if is_separable(system) else None
+    rigid = rigid_terms(system, problem.moved) if joints else None
 
-    def by_joint(share: float) -> Record:
+    def records(share: float) -> Record:
         return replace(shorter(share), joints=joints)
 
-    return Search(
-        system,
-        problem.motion,
-        by_joint(1.0),
-        moved,
-        declared,
-        prior_precision,
-        by_joint,
-        rigid=rigid_terms(system, moved),
-    )
+    return Search(system, problem.motion, records(1.0), *estimated, records, rigid=rigid)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import floor, isfinite, log10, sqrt
 
 from codegen.base.text import render
 from codegen.diagnosis.evidence.estimate import Estimate, Interval
-from codegen.diagnosis.evidence.force_evidence import force_evidence, force_gain
+from codegen.diagnosis.evidence.force_evidence import ForceGain, force_evidence, force_gain
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
 from codegen.diagnosis.fit.credit import (
     FAR,
@@ -21,7 +22,7 @@ from codegen.diagnosis.fit.credit import (
 )
 from codegen.diagnosis.fit.measure import force_errors
 from codegen.diagnosis.fit.output_error import Fit, at_limit
-from codegen.diagnosis.fit.residual import Problem, residual_without_levels
+from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_without_levels
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Separation, Verdict
@@ -188,7 +189,7 @@ def acts_on(effect: FoundEffect, system: System) -> int:
     place = places_of(kind, system).index(effect.on)
     match kind.sits_on:
         case "contact":
-            touched = [i for i in range(system.degrees_of_freedom) if system.distribution[i, place] != 0]
+            touched = [i for i in range(system.degrees_of_freedom) if place in contacts_on(system, i)]
         case "input":
             touched = [i for i, g in enumerate(system.force) if g.has(system.inputs[place])]
         case "two coordinates":
@@ -218,8 +219,11 @@ def is_small(left: Sequence[Remainder], material: float) -> bool:
 
 def settled_by_free_runs(final: Fit, share: float, problem: Problem, refit: System, augmented: System) -> bool:
     """``free_runs_settle`` for effects that remove this share of the squared free-run residual."""
-    plain, richer = (residual_without_levels(problem, s) for s in (refit, augmented))
-    return free_runs_settle(final, share, force_gain(problem, plain, richer).left)
+    return free_runs_settle(final, share, _gain(problem, refit, augmented).left)
+
+
+def _gain(problem: Problem, before: System, after: System) -> ForceGain:
+    return force_gain(problem, *(residual_without_levels(problem, s) for s in (before, after)))
 
 
 def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System) -> bool:
@@ -236,8 +240,7 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
     before, after = (force_errors(s, problem.motion, problem.masks)[2] for s in (refit, augmented))
     if after**2 <= (1 - LEAST_SHARE) * before**2:
         return True
-    plain, richer = (residual_without_levels(problem, s) for s in (refit, augmented))
-    return near and force_gain(problem, richer, plain).p > TIE_LEVEL
+    return near and _gain(problem, augmented, refit).p > TIE_LEVEL
 
 
 def against_regression(
@@ -281,7 +284,7 @@ def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) ->
 
 def rivals_of(outcome: Outcome, tied: Sequence[Fit], system: System) -> tuple[FoundEffect, ...]:
     """The rivals of the first effect, with the values of the fits ``tied`` in its place where there are such fits."""
-    first = [(fit.runner.trial.parts[0], fit.runner.trial.split(fit.theta)[1][0]) for fit in tied[1:]]
+    first = [(fit.trial.parts[0], fit.values[1][0]) for fit in tied[1:]]
     others = [(r.found.part, r.found.parameters) for r in outcome.rivals[len(first) :]]
     return tuple(effect_of(part, values, system) for part, values in (*first, *others))
 
@@ -336,20 +339,12 @@ def _listed(outcome: Outcome, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 def _candidate(r: Ranked) -> Candidate:
     part, limits = r.found.part, at_limit(r.found)[-1]
-    also = twins(part, r.found)
-    return _row(part, r.found.parameters, r.evidence, r.ratio, also, limits, r.p, r.size, r.why_not)
+    row = _row(part, r.found.parameters, r.evidence, r.ratio, limits, r.p)
+    return replace(row, also=tuple(twins(part, r.found)), size=r.size, accepted=not r.why_not, why_not=r.why_not)
 
 
 def _row(
-    part: Part,
-    parameters: Mapping[str, float],
-    e: Evidence,
-    free_run: float,
-    also: Sequence[tuple[str, str]],
-    limits: tuple[str, ...],
-    p: float,
-    size: float = float("nan"),
-    why_not: str = "",
+    part: Part, parameters: Mapping[str, float], e: Evidence, free_run: float, limits: tuple[str, ...], p: float
 ) -> Candidate:
     return Candidate(
         kind=part.kind,
@@ -360,10 +355,10 @@ def _row(
         blocks_won=e.won,
         blocks=e.blocks,
         free_run=free_run,
-        accepted=not why_not,
-        why_not=why_not,
-        also=tuple(also),
-        size=size,
+        accepted=True,
+        why_not="",
+        also=(),
+        size=float("nan"),
         own=is_own(part.kind),
         at_limit=limits,
         p=p,
@@ -379,13 +374,14 @@ def standing(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
     every = (outcome.first, *(later.ranked for later in outcome.later))
     shown = {(r.found.part.kind, r.found.part.on) for ranked in every for r in ranked}
     final, rows = outcome.final, []
-    values, limits = final.runner.trial.split(final.theta)[1], at_limit(final)
+    values, limits = final.values[1], at_limit(final)
     for k, part in enumerate(outcome.parts):
         if (part.kind, part.on) in shown:
             continue
         soft, without = search.with_noise_floor(search.without(final, k))
         whole = soft.fitted_again(final)
         e = nested_evidence_of(without, whole)
-        ratio, also = noise_ratio(whole) / noise_ratio(without), part.effect.twins(search.system, part.place)
-        rows.append(_row(part, values[k], e, ratio, also, limits[k], chance(search, whole, e, 1)))
+        ratio = noise_ratio(whole) / noise_ratio(without)
+        row = _row(part, values[k], e, ratio, limits[k], chance(search, whole, e, 1))
+        rows.append(replace(row, also=tuple(part.effect.twins(search.system, part.place))))
     return tuple(rows)

@@ -14,7 +14,7 @@ from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, drive_left
 from codegen.diagnosis.fit.search import Search
-from codegen.diagnosis.fit.trial import model_of, part_of, with_effects, with_values
+from codegen.diagnosis.fit.trial import part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.selection.ranking import credible
@@ -51,7 +51,7 @@ def examine(
     system = search.system
     declared = measured(system)
     if verdict == "unfit":
-        refit = model_of(outcome.base.runner.trial, outcome.base.theta)
+        refit = outcome.base.model
         figures = measured(refit)
         return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
     base = adopt_values(search, outcome.base, problem, system)
@@ -104,7 +104,7 @@ def with_estimate(
     Args:
         outcome: its last fit is free runs with these values. plain: the answer without effects.
     """
-    parts = outcome.final.runner.trial.parts
+    parts = outcome.parts
     named = named_effects(parts, estimate(by_force), plain.refit)
     found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(by_force), strict=True))
     raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, problem))
@@ -159,7 +159,7 @@ def _judged(
     written = replace(plain, effects=found, augmented=chosen.option[1], figures=figures, errors=errors)
     if plain.verdict == "ambiguous":
         return written
-    notes = tuple(w for f, p in zip(found, fit.runner.trial.parts, strict=True) for w in remarks(f, p, problem))
+    notes = tuple(w for f, p in zip(found, fit.trial.parts, strict=True) for w in remarks(f, p, problem))
     return replace(written, remarks=(*notes, *richer.notes, *chosen.remarks))
 
 
@@ -194,7 +194,7 @@ def _examined(
     final = outcome.final
     while True:
         fit, other = search.polished(final)
-        parts = fit.runner.trial.parts
+        parts = fit.trial.parts
         named = named_effects(parts, estimate(fit, other), refit)
         found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
         simpler = in_simpler_form(search, final, found)
@@ -217,8 +217,7 @@ def _examined(
 
 def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> Fit | None:
     """The fit with one effect in a form with fewer parameters, if the intervals allow it for some effect; else None."""
-    trial = fit.runner.trial
-    moved, values = trial.split(fit.theta)
+    trial, (moved, values) = fit.trial, fit.values
     for k, (one, part) in enumerate(zip(found, trial.parts, strict=True)):
         form = CATALOGUE[part.kind].simpler(part.names, one.intervals)
         if form is not None:

@@ -74,7 +74,7 @@ def _tolerances(search: Search, fit: Fit) -> Array:
 
 
 def _changes(search: Search, fit: Fit) -> int:
-    return int((_tolerances(search, fit) >= AT_END * WITHIN).sum()) + len(fit.runner.trial.parts)
+    return int((_tolerances(search, fit) >= AT_END * WITHIN).sum()) + len(fit.trial.parts)
 
 
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
