@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.base.errors import BadInput
+from codegen.diagnosis import steady_runs
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
 from codegen.diagnosis.experiments.separation import separate, tied_fits
@@ -31,16 +32,7 @@ from codegen.diagnosis.reliability import reliability_of
 from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Remainder, Separation
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
-from codegen.diagnosis.steady_runs import (
-    Means,
-    SteadySearch,
-    answer_of,
-    effects_of,
-    figures_of,
-    is_static,
-    means_of,
-    remainders_of,
-)
+from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.augment import augmented_text
 from codegen.diagnosis.verdict.conclusion import (
@@ -59,14 +51,6 @@ from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, only
 from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.verdict.replay import compare_residuals
-from codegen.diagnosis.verdict.wrong_values import (
-    equal_parameters,
-    explaining_values,
-    is_better,
-    moved_values,
-    released,
-    scaled_position,
-)
 from codegen.logs import Log
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
@@ -127,7 +111,7 @@ def diagnose_log(
     report = progress or (lambda station, share: None)
     report("preflight", 0.0)
     case = case_of(spec, system, log, test_log, material)
-    means = means_of(case.log) if is_static(case.problem.system) and not case.faults else None
+    means = steady_runs.means_of(case.log) if steady_runs.is_static(case.problem.system) and not case.faults else None
     if means is None:
         search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
         if not case.faults:  # of which no effect is tried
@@ -144,11 +128,7 @@ def diagnose_log(
 
 @dataclass(frozen=True, eq=False)
 class _FreeRuns:
-    """What the stages of a diagnosis by free runs and force residual have in common.
-
-    Attributes:
-        search: whose segments free runs can follow. base: the refit in it.
-    """
+    """Stages of a diagnosis by free runs and force residual, on segments that free runs can follow; base: the refit."""
 
     case: Case
     search: Search
@@ -206,23 +186,19 @@ class _FreeRuns:
         return replace(answer, remarks=(*answer.remarks, _left_out(outcome, answer))), found
 
     def remarks(self, outcome: Outcome, answer: Answer, in_place: Sequence[Part]) -> Iterator[str]:
-        """Further sentences on an answer.
-
-        Args:
-            in_place: effects in whose place parameters were found wrong.
-        """
+        """Further sentences on an answer, with the effects in whose place parameters were found wrong."""
         case, problem = self.case, self.case.problem
         lacks = answer.verdict == "effect"
         yield from answer.remarks
         if answer.verdict == "unknown":
-            yield from explaining_values(case.spec, answer.refit, problem)
+            yield from wrong_values.explaining_values(case.spec, answer.refit, problem)
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
             yield f"the fit reduces the friction level {name} to zero, its lowest value"
         yield from _in_place(in_place, answer)
-        yield from scaled_position(answer, case.log, case.spec, problem)
+        yield from wrong_values.scaled_position(answer, case.log, case.spec, problem)
         if lacks and not answer.errors:
-            yield from equal_parameters(self.search, self.base, outcome)
-        yield from moved_values(answer, outcome.final if lacks else self.base, problem, case.material)
+            yield from wrong_values.equal_parameters(self.search, self.base, outcome)
+        yield from wrong_values.moved_values(answer, outcome.final if lacks else self.base, problem, case.material)
         yield from _once_on_held_out(answer, case)
 
 
@@ -289,12 +265,12 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     )
 
 
-def _by_means(case: Case, means: Means) -> tuple[Diagnosis, Models]:
+def _by_means(case: Case, means: steady_runs.Means) -> tuple[Diagnosis, Models]:
     """The diagnosis of records at one steady speed each, by their means."""
     problem, count = replace(case.problem, motion=case.motion), len(means)
     data = _data(case, problem, RESTART_S)
     if case.test_log is not None:
-        held = means_of(case.test_log)
+        held = steady_runs.means_of(case.test_log)
     else:
         apart = np.arange(count) % HELD_OUT_EVERY == HELD_OUT_EVERY - 1
         held, means = means.of(apart), means.of(~apart)
@@ -303,11 +279,11 @@ def _by_means(case: Case, means: Means) -> tuple[Diagnosis, Models]:
 
     def measured(model: System) -> ErrorFigures:
         plain = measure(model, case.test.motion, case.test.masks, window)
-        return plain if held is None else figures_of(model, held, plain)
+        return plain if held is None else steady_runs.figures_of(model, held, plain)
 
-    steady = SteadySearch(problem, means, position_noise(case.motion, case.log))
-    answer, found = answer_of(steady, measured, by_means=held is not None)
-    left = remainders_of(answer.adopted or answer.refit, means)
+    steady = steady_runs.SteadySearch(problem, means, position_noise(case.motion, case.log))
+    answer, found = steady_runs.answer_of(steady, measured, by_means=held is not None)
+    left = steady_runs.remainders_of(answer.adopted or answer.refit, means)
     if answer.verdict == "none" and any(r.nature(case.material) == "structured" for r in left):
         answer = replace(answer, verdict="unknown")
     first, *later = found.rounds
@@ -316,8 +292,8 @@ def _by_means(case: Case, means: Means) -> tuple[Diagnosis, Models]:
         problem,
         answer,
         left,
-        [effects_of(one.fit, answer.refit)[0] for one in found.rivals],
-        lambda model: figures_of(model, means, answer.figures[0]).relative_force,
+        [steady_runs.effects_of(one.fit, answer.refit)[0] for one in found.rivals],
+        lambda model: steady_runs.figures_of(model, means, answer.figures[0]).relative_force,
         data | {"segments": len(means), "alpha": ALPHA},
         window,
         records=len(means),
@@ -342,11 +318,7 @@ def _result(
     records: int = 0,
     **tables: Any,
 ) -> tuple[Diagnosis, Models]:
-    """The diagnosis, and its models with the spec that the answer writes; arguments as of ``sentence`` and ``Models``.
-
-    Args:
-        relative_error: of the force on the training log. tables: further fields of the diagnosis.
-    """
+    """The diagnosis, with further fields of it, and its models; arguments as of ``sentence`` and ``Models``."""
     system, written, material = train.system, answer.adopted, case.material
     moved, three = train.moved, (system, answer.refit, answer.augmented)
     named = answer.effects if answer.verdict == "effect" else ()
@@ -411,10 +383,10 @@ def _sought(
     At constant speed these keep their limits: inertia acts on noise and waves alone there, and trades with them.
     """
     outcome = find_effects(search, base, progress, case.faults)
-    free = None if case.faults or case.steady else released(search, base, outcome)
+    free = None if case.faults or case.steady else wrong_values.released(search, base, outcome)
     if free is not None:
         without_limits = find_effects(*free, progress, case.faults)
-        if is_better(free[0], without_limits.final, search, outcome.final):
+        if wrong_values.is_better(free[0], without_limits.final, search, outcome.final):
             return free[0], without_limits, outcome.parts
     return search, outcome, ()
 

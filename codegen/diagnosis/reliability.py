@@ -24,12 +24,7 @@ _COUNTS: TypeAdapter[dict[str, tuple[int, int]]] = TypeAdapter(dict[str, tuple[i
 
 @dataclass(frozen=True)
 class Reliability:
-    """Right verdicts among those of one class.
-
-    Attributes:
-        right, of: counts on logs whose truth is known.
-        name: of the class, as ``class_of`` writes it.
-    """
+    """Right verdicts among those of one class, on logs whose truth is known."""
 
     right: int
     of: int
@@ -58,11 +53,7 @@ class Reliability:
 
 
 def class_of(verdict: str, near: bool) -> str | None:
-    """The class of a verdict; None for those that claim nothing.
-
-    Args:
-        near: whether the final model's error is within ``credit.NEAR_NOISE`` standard deviations of the position noise.
-    """
+    """The class of a verdict, near the noise or not; None for those that claim nothing."""
     return None if verdict in ("unknown", "unfit") else f"{verdict}, {'at' if near else 'above'} the noise"
 
 

@@ -217,11 +217,10 @@ class MotionTried:
 
 @dataclass(frozen=True)
 class SetupTried:
-    """A simulated change of the machine, under which the log's path is followed again.
+    """A simulated change of the machine, the log's path followed again, and the largest input that this needs.
 
     Attributes:
         separation: smallest over the pairs with the best candidate, in standard deviations of its residual.
-        largest_input: that the path then needs.
     """
 
     kind: str
@@ -281,11 +280,7 @@ class Separation:
 
 @dataclass(frozen=True)
 class ProposedTerms:
-    """A sparse sum of terms, expression → weight in SI, fitted to a residual; a proposal, never part of a spec.
-
-    Attributes:
-        share: of the squared held-out residual that the sum removes; NaN where there is too little of it.
-    """
+    """A sparse sum of terms, expression → weight in SI, and the share of a squared held-out residual it removes."""
 
     coordinate: str
     unit: str
@@ -314,9 +309,7 @@ class Proposal:
 class Agreement:
     """Agreement of the friction estimates by the generated tracking observer and by zero-phase inverse dynamics.
 
-    Attributes:
-        correlation: of the two, the second filtered by the observer's own dynamics.
-        relative_difference: RMS of their difference over RMS of the friction.
+    Correlation, the second filtered by the observer's own dynamics, and RMS of the difference over RMS of the friction.
     """
 
     correlation: float
@@ -326,11 +319,7 @@ class Agreement:
 
 @dataclass(frozen=True)
 class CertificateChange:
-    """The certificate before and after: decay rates in 1/s, or the words of a refusal.
-
-    Attributes:
-        lost: proofs beside the certificate that were there before and are not after it: (file, why).
-    """
+    """The certificate before and after: decay rates in 1/s, or the words of a refusal; and proofs lost: (file, why)."""
 
     before: float | str
     after: float | str

@@ -395,13 +395,7 @@ def effects_of(fit: SteadyFit, system: System) -> tuple[FoundEffect, ...]:
 
 @dataclass(frozen=True, eq=False)
 class SteadyOutcome:
-    """The result of forward selection on the means.
-
-    Attributes:
-        base: the refit. final: with effects; the base where there is none. rivals: of the first effect, not told from
-            it.
-        rounds: candidates, each round with the effects found before.
-    """
+    """The result of forward selection on the means: the refit, the fit with effects, and what ties with the first."""
 
     base: SteadyFit
     final: SteadyFit

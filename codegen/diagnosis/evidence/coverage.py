@@ -35,9 +35,7 @@ SMALL_INPUTS = (0.005, 0.01, 0.02, 0.035, 0.05, 0.08, 0.12, 0.18, 0.25, 0.35, 0.
 class Survey:
     """The data from which the ranges of all candidates are computed.
 
-    Attributes:
-        residual: (N, n) force residual of the refitted model. drive: (N, n) low-passed drive force.
-        mass, distribution: M and U at the mean position.
+    (N, n) force residual of the refitted model and low-passed drive force; M and U at the mean position.
     """
 
     system: System

@@ -109,11 +109,7 @@ def wave_intervals(size: float, covariance: Array, freedom: int) -> tuple[Interv
 
 
 def covariance(fit: Fit, clusters: int = 0) -> Array:
-    """(p, p) cluster-robust sandwich covariance in the coordinates of the fit.
-
-    Args:
-        clusters: number of independent groups of consecutive segments, 0 for each segment by itself.
-    """
+    """(p, p) cluster-robust sandwich covariance in a fit's coordinates, by default with each segment a cluster."""
     clusters = clusters or len(fit.residual)
     weights = segment_weights(fit.residual)
     weighted = fit.slopes * weights[:, None]

@@ -114,8 +114,7 @@ class ForceGain:
     def where_large(self, fitted: int = 0) -> float:
         """Probability, by a t test, of such ratios in the blocks with most to explain.
 
-        Args:
-            fitted: parameters fitted to the same residuals: of n values they may take the share fitted/n by chance.
+        Of n values, parameters fitted to the same residuals may take the share fitted/n by chance.
         """
         if not self.ratios or fitted >= self.values:
             return 1.0
@@ -192,10 +191,10 @@ class ForceCriterion:
         return force_gain(self.search.problem, other.without_levels, self.without_levels)
 
     def added_to(self, other: ForceCriterion) -> ForceGain:
-        """The gain of this fit over another that has effects less, both less what levels and toleranced values explain.
+        """The gain over a fit with less effects, both less what levels and values within their tolerances explain.
 
         A refit by free runs may leave a value some standard errors of the force off; what a refit with a worthless
-        effect corrects of that is no evidence for the effect. The slopes by the values are those at the other fit's.
+        effect corrects of that is no evidence for it. The slopes by the values are those at the other fit's.
         """
         if len(self.search.moved) == len(self.search.problem.levels):
             return self.over(other)

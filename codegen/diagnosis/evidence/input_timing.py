@@ -38,9 +38,8 @@ def acting_between_rows(log: Log, inputs: Collection[int]) -> Log:
 def measured_inputs(problem: Problem, log: Log) -> dict[int, Finding]:
     """Index → finding, for the inputs that lead a held command by half a sample.
 
-    Commands do so too in a log that keeps one row of several of a faster loop. The force residual is regressed on the
-    change by a lead of half a sample, with acceleration, speed, its sign and a constant for errors of declared
-    parameters.
+    Commands do so too in a log that keeps one row of several of a faster loop. The force residual is regressed on that
+    change, with acceleration, speed, its sign and a constant for errors of declared parameters.
     """
     system, motion = problem.system, problem.motion
     if system.actuators or log.description.measured_inputs or log.description.input_hold:

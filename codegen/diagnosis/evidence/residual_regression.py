@@ -143,9 +143,8 @@ def acting_force(system: System, motion: Motion) -> Array:
 def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
     """(N, n) the acting force less the share of the residual that is not noise of the measured acceleration.
 
-    The residual is the noise of the input less that in the row of M a, the acting force holds the former: with this
-    share its noise is not correlated with the residual's and does not explain itself. Where no input acts, the acting
-    force.
+    The residual is the noise of the input, which the acting force holds too, less that in the row of M a: with this
+    share the noise does not explain itself. Where no input acts, the acting force.
     """
     reached = np.any(drive_force(system, motion) != 0, axis=0)
     shares = [1 - noise_share(system, motion, residual, i) for i in range(system.degrees_of_freedom)]
@@ -342,10 +341,9 @@ def _pieces(kept: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def _cross_validated(y: Array, groups: Sequence[Array], piece: NDArray[np.int64]) -> tuple[Array, Array]:
-    """Ridge regression with the cross-validated penalty of ``PENALTIES``.
+    """Ridge regression with the cross-validated penalty: shares of y'y removed, and weights fitted to all rows.
 
-    (CHUNKS,) share of y'y that is removed on each piece while its fold is held out, and the weights fitted to all rows,
-    the last that of a constant.
+    (CHUNKS,) shares on each piece while its fold is held out; the last weight is that of a constant.
     """
     fold = piece % FOLDS
     a = np.hstack([*groups, np.ones((len(y), 1))])

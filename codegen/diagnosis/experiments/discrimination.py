@@ -105,11 +105,7 @@ class Discrimination:
     models: Sequence[Model]
 
     def tried(self, progress: Callable[[str, float], None] | None = None) -> list[SetupTried]:
-        """Every change with its smallest separation over the pairs with the best model, largest first.
-
-        Args:
-            progress: called with the change that is computed, and the share of all that is done.
-        """
+        """Every change with its smallest separation over the pairs with the best model, largest first."""
         parts = [p for model in self.models for p in model.trial.parts]
         if any(_keeps_states(model.trial.changed) for model in self.models):
             return []

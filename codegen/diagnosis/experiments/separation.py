@@ -194,8 +194,7 @@ def _try(
     """The smallest separation over all pairs of truth and other candidate.
 
     Args:
-        machines: of those ``fits`` that tie, which are taken as the truth. first: the motion as the first one follows
-            it.
+        machines: of those ``fits`` that tie, taken as the truth. first: the motion as the first one follows it.
     """
     h, least = log.sample_time, float("inf")
     energy = _energy(first, h)
@@ -263,11 +262,7 @@ def _csv(system: System, motion: ExtraMotion, run: LoopRun, h: float) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """The ranges in which the machine may be moved.
-
-    Attributes:
-        centre, half: (n,) of the positions. speed: (n,) largest. inputs: (m,) largest magnitudes.
-    """
+    """The ranges in which the machine may be moved: centre and half width of positions, largest speeds and inputs."""
 
     centre: Array
     half: Array

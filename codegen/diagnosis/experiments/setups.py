@@ -62,9 +62,7 @@ class Setup:
     def values(self, part: Part, values: Mapping[str, float], factor: float) -> dict[str, float]:
         """The parameters of an effect after the change.
 
-        Args:
-            factor: of friction: parameters of an effect on a contact become neutral + factor (value − neutral), where a
-                neutral value, at which the effect is absent, exists.
+        Of an effect on a contact, neutral + factor (value − neutral) where it is absent at a neutral value.
         """
         changed = part.effect.turned(values) if self.turned else dict(values)
         if self.friction is None or part.effect.sits_on != "contact":

@@ -117,8 +117,7 @@ class Evidence:
 def random_signs(t: float) -> float:
     """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), Φ the normal CDF.
 
-    Of B equal gains all are positive with the probability 2^−B: 3 times that for B = 3, 1.7 times for 8, less from 12
-    on.
+    Of B equal gains all are positive with the probability 2^−B: 3 times that for B = 3, 1.7 times for B = 8.
     """
     return 0.5 * erfc(t / sqrt(2))
 
@@ -126,9 +125,8 @@ def random_signs(t: float) -> float:
 def by_random_signs(gains: Array) -> float:
     """One-sided p-value of a sign-flip test: P(Σ s_b |g_b| ≥ Σ g_b) for independent random signs s_b = ±1.
 
-    By the characteristic function Π cos(ω |g_b|), on a grid of the sums of gains g_b (B,); or the normal approximation
-    (``random_signs``) where that is larger: with few blocks it is too small, 0.013 in place of 1/32 for five equal
-    gains.
+    By the characteristic function Π cos(ω |g_b|), on a grid of the sums of gains g_b (B,); or ``random_signs`` where
+    that is larger: with few blocks it is too small, 0.013 in place of 1/32 for five equal gains.
     """
     sizes = np.abs(gains)
     whole = float(sizes.sum())
@@ -167,9 +165,10 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
     far = large = 1.0
     if floor:
         block_before, block_after, block_noise = (_in_blocks(squares) for squares in (before, after, noise))
-        bound = FAR**2 * block_noise
-        far = _of_ratios(np.maximum(block_before, block_noise), np.maximum(block_after, block_noise), bound)
-        large = where_large(*(_in_blocks(np.maximum(squares, noise)) for squares in (before, after)))
+        floored = np.maximum(block_before, block_noise), np.maximum(block_after, block_noise)
+        far = _of_ratios(*floored, np.maximum(*floored) > FAR**2 * block_noise)
+        floored = _in_blocks(np.maximum(before, noise)), _in_blocks(np.maximum(after, noise))
+        large = _of_ratios(*floored, are_large(*floored))
     return Evidence(
         gain=total,
         share=max(of_mean, of_sum),
@@ -187,20 +186,13 @@ def _in_blocks(values: Array) -> Array:
     return np.array([b.sum() for b in np.array_split(values, min(SIGNED, len(values)))])
 
 
-def where_large(before: Array, after: Array) -> float:
-    """One-sided p-value of ``of_logarithms`` over the blocks chosen by ``LARGE``."""
-    chosen = are_large(before, after)
-    return of_logarithms(np.log(before[chosen] / after[chosen]))
-
-
 def are_large(before: Array, after: Array) -> NDArray[np.bool_]:
     """The blocks chosen by ``LARGE``."""
     return np.asarray(np.maximum(before, after) > LARGE * float(np.median(np.minimum(before, after))))
 
 
-def _of_ratios(before: Array, after: Array, above: Array) -> float:
-    """``of_logarithms`` over blocks where either square is above a bound; ``before`` alone would favour any other."""
-    chosen = np.maximum(before, after) > above
+def _of_ratios(before: Array, after: Array, chosen: NDArray[np.bool_]) -> float:
+    """``of_logarithms`` over blocks chosen by both: by ``before`` alone they would favour any other model."""
     return of_logarithms(np.log(before[chosen] / after[chosen]))
 
 
@@ -273,11 +265,7 @@ def noise_ratio(fit: Fit) -> float:
 
 
 def near_noise(fit: Fit, times: float = 1.0) -> bool:
-    """Whether the residual is near the noise, in the median and in all but a share ``FEW`` of the segments.
-
-    Args:
-        times: noise that the fit assumes over the measurement's noise; scales the median.
-    """
+    """Whether the residual is near the noise, ``times`` what the fit assumes, in the median and nearly all segments."""
     return noise_ratio(fit) * times <= NEAR_NOISE and share_far(fit) <= FEW
 
 

@@ -52,7 +52,6 @@ class Joint:
     """One joint as a system with one coordinate.
 
     Attributes:
-        index: of its coordinate. contacts: indices of its contacts.
         inputs: those of the arm that act here. others: positions and speeds of other joints that its effects use.
         system: its inputs are ``inputs``, SIGNALS and ``others``, in this order.
     """
@@ -219,11 +218,7 @@ class Memory:
 
 @dataclass(frozen=True, eq=False)
 class _Compiled:
-    """One joint of one model: its code in the library, and its arguments and states among the model's.
-
-    Attributes:
-        key: of the equations from which that code was made.
-    """
+    """One joint of one model: its code, by the key of its equations, and its arguments and states among the model's."""
 
     joint: Joint
     place: int
@@ -278,32 +273,39 @@ class JointShooter:
         self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int
     ) -> Callable[[Array], Array]:
         """Positions (S, L, n) of every segment, as by ``Shooter.at``; as measured for joints that are not compared."""
-        return lambda states: self._run(model, p, structure, record, drive, substeps, states)
-
-    def _run(
-        self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int, states: Array
-    ) -> Array:
         n, along = len(self._models[model]), self.terms.along(record.positions, record.velocities, record.sample_time)
         p = np.asarray(p, dtype=float)
         off = p[self._rigid[model]] - self.terms.declared
-        out = np.asarray(record.measured[record.start[:, None] + np.arange(record.length)])
-        for one in self._models[model]:
-            i = one.joint.index
-            if record.joints is not None and i not in record.joints:
-                continue
-            here, there = one.structure(structure), np.ascontiguousarray(states[:, [i, n + i]])
-            inputs = drive[:, [self.terms.system.inputs.index(w) for w in one.joint.inputs]]
-            arrays = p[one.arguments], off[along.felt[i]], here.coupling, here.limits, here.rest, record.start, there
-            where = (along, record.length, substeps, here.sigma, here.split, hash(inputs.tobytes()))
-            key = (one.key, *where, *(array.tobytes() for array in arrays))
-            found = self.memory.get(key)
-            if found is None:
-                alone = _record_of(record, i)
-                columns = self._columns(one.joint, inputs, along, off, substeps)
-                found = self._shooter.at(one.place, p[one.arguments], here, alone, columns, substeps)(there)[..., 0]
-                self.memory.put(key, found)
-            out[..., i] = found
-        return out
+
+        def run(states: Array) -> Array:
+            out = np.asarray(record.measured[record.start[:, None] + np.arange(record.length)])
+            for one in self._models[model]:
+                i = one.joint.index
+                if record.joints is not None and i not in record.joints:
+                    continue
+                here, there = one.structure(structure), np.ascontiguousarray(states[:, [i, n + i]])
+                inputs = drive[:, [self.terms.system.inputs.index(w) for w in one.joint.inputs]]
+                arrays = (
+                    p[one.arguments],
+                    off[along.felt[i]],
+                    here.coupling,
+                    here.limits,
+                    here.rest,
+                    record.start,
+                    there,
+                )
+                where = (along, record.length, substeps, here.sigma, here.split, hash(inputs.tobytes()))
+                key = (one.key, *where, *(array.tobytes() for array in arrays))
+                found = self.memory.get(key)
+                if found is None:
+                    alone = _record_of(record, i)
+                    columns = self._columns(one.joint, inputs, along, off, substeps)
+                    found = self._shooter.at(one.place, own, here, alone, columns, substeps)(there)[..., 0]
+                    self.memory.put(key, found)
+                out[..., i] = found
+            return out
+
+        return run
 
     def _columns(self, joint: Joint, inputs: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
         """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step."""

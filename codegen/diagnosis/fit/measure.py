@@ -25,6 +25,7 @@ from codegen.mechanics.system import Matrix, System
 
 RESTART_S = 0.5
 WHOLE = slice(None)
+LONGEST_STEP_S = 5e-4
 SHORTEST_PERIODS = 5.0
 """Shortest free run between two restarts, in periods of the coarse cutoff."""
 
@@ -105,16 +106,9 @@ def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S
     """
     h = motion.sample_time
     start = motion.low_pass(motion.measured)
-    predicted = free_run(
-        system,
-        h,
-        start,
-        central_difference(start, h),
-        motion.commands,
-        restart_s,
-        substeps=_substeps(h),
-        trim_s=TRIM_S,
-    )
+    substeps = int(min(20, max(2, np.ceil(h / LONGEST_STEP_S))))
+    start_speed = central_difference(start, h)
+    predicted = free_run(system, h, start, start_speed, motion.commands, restart_s, substeps, TRIM_S)
     lost = np.concatenate([[0], np.cumsum(~motion.usable)])  # samples that are not usable before each
     predicted[lost[1:] > lost[_last_restart(motion, restart_s)]] = np.nan
     return np.asarray(predicted - motion.measured)
@@ -172,8 +166,3 @@ class Drive:
 
     def _acting(self, forces: Array) -> float:
         return float(power(self._inverse, forces[self.motion.usable]).sum())
-
-
-def _substeps(h: float) -> int:
-    """Number of steps a sample, at most half a millisecond each."""
-    return int(min(20, max(2, np.ceil(h / 5e-4))))

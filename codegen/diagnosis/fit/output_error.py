@@ -230,9 +230,7 @@ def state_slopes(runner: Runner, predict: Callable[[Array], Array], offsets: Arr
 class Starts:
     """Elimination of the segments' start states, which have a wide Gaussian prior.
 
-    Attributes:
-        slopes: (S, K n, 2n) of the prediction. solver: (S, 2n, K n) from a residual to the shift of least squares.
-        width: (S, 2n) prior standard deviations.
+    (S, K n, 2n) slopes of the prediction, (S, 2n, K n) solver for their least-squares shift, (S, 2n) prior deviations.
     """
 
     slopes: Array
@@ -279,8 +277,8 @@ def gauss_newton(
     """Output-error fit by Gauss–Newton steps with Levenberg–Marquardt damping.
 
     Args:
-        starts: by ``state_slopes``. rounds: most steps. difference: step of a slope, over the size of its parameter.
         known: slopes of the first parameters, before projection. residual: at theta and offsets, where it is known.
+        difference: step of a slope, over the size of its parameter.
     """
     first, theta = theta, prior.clip(theta)
     if residual is None or not np.array_equal(theta, first):

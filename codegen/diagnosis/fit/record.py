@@ -153,7 +153,7 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
     length = max(LEAST_SAMPLES, round(shorter * PERIODS / (motion.cutoff_hz * h)))
     stretches = [(0, count)]
     if log.joints:  # records that may each be short: segments lie within them
-        stretches = _runs(usable)
+        stretches = [(one.start, one.stop) for (one,) in find_objects(label(usable)[0])]
         usual = round(float(np.median([stop - start for start, stop in stretches]))) if stretches else length
         length = max(LEAST_SAMPLES, min(length, usual // A_RECORD))
     found = ""
@@ -170,18 +170,13 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
         )
         raise BadInput(log.where, found, expected, code="LOG009")
     steps = tried * max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))
-    starts = _evenly(starts, max(PLENTY, MOST_STEPS // steps))
+    most = max(PLENTY, MOST_STEPS // steps)
+    if len(starts) > most:
+        starts = [starts[k] for k in np.linspace(0, len(starts) - 1, most).round().astype(int)]
     along = motion.measured, motion.positions, motion.velocities, motion.commands
     return Record(
         *along, h, position_noise(motion, log), np.array(starts, dtype=np.int32), tried, integrated=motion.integrated
     )
-
-
-def _evenly(starts: list[int], most: int) -> list[int]:
-    """At most so many of them, evenly spread."""
-    if len(starts) <= most:
-        return starts
-    return [starts[k] for k in np.linspace(0, len(starts) - 1, most).round().astype(int)]
 
 
 def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:
@@ -228,9 +223,3 @@ def _fastest_noise(measured: Array) -> Array:
     above = filtfilt(b, a, measured, axis=0)
     deviations = [np.std(part, axis=0) for part in np.array_split(above, windows)]
     return np.asarray(np.median(deviations, axis=0) / np.sqrt(0.2))
-
-
-def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Half-open index ranges of true values in (N,) flags."""
-    labelled, _ = label(flags)
-    return [(one.start, one.stop) for (one,) in find_objects(labelled)]

@@ -55,8 +55,7 @@ def owners(system: System) -> list[int]:
 def law_function(name: str, system: System, free: Sequence[sympy.Symbol], states: int) -> Any:
     """CasADi function (slip, y, p) → (force, ∂force/∂u, ∂force/∂y, rates, ∂rates/∂u, ∂rates/∂y), all dense.
 
-    The first two have one entry a contact, the others one for each of ``states`` y, constant where this system has
-    less.
+    The first two have one entry a contact, the others one for each of ``states`` y, also those this system lacks.
     """
     count = len(system.contacts)
     slip, y, p = casadi.SX.sym("slip", count), casadi.SX.sym("y", states), casadi.SX.sym("p", len(free))
@@ -304,10 +303,12 @@ def terms_functions(
 ) -> tuple[Any, Any, Any]:
     """Three CasADi functions of a system, all results dense; M is factorised once a step.
 
-    place_NAME (x, w, t, p, share) → (U, M⁻¹U, U'M⁻¹U, inertia of the loads, kept) with M less that inertia; model_NAME
-    (x, v, w, t, p, share, kept, push, bristle) → (M⁻¹(g + push − U (smooth friction + bristle)), levels forward and
-    backward, and those at rest where they may jump): ``kept`` does not depend on v; and resting_NAME (x, w, t, p) → g
-    at v = 0. Without ``loads``, ``share`` and ``push`` have no effect.
+        place_NAME (x, w, t, p, share) → (U, M⁻¹U, U'M⁻¹U, inertia of the loads, kept), M less that inertia
+        model_NAME (x, v, w, t, p, share, kept, push, bristle) → (M⁻¹(g + push − U (smooth friction + bristle)),
+            levels forward and backward, and those at rest where they may jump)
+        resting_NAME (x, w, t, p) → g at v = 0
+
+    ``kept`` does not depend on v. Without ``loads``, ``share`` and ``push`` have no effect.
     """
     n = system.degrees_of_freedom
     x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))

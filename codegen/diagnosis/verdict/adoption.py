@@ -49,11 +49,7 @@ HALF_WIDTH = float(norm.ppf(0.5 + CONFIDENCE / 2))
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """Quadratic log-likelihood of the refitted values θ in information form, by block of the log: ½ θ'Mθ − m'θ.
-
-    Attributes:
-        matrix: (BLOCKS, p, p). vector: (BLOCKS, p).
-    """
+    """Quadratic log-likelihood ½ θ'Mθ − m'θ of the refitted values, by block: (BLOCKS, p, p) and (BLOCKS, p)."""
 
     matrix: Array
     vector: Array
@@ -66,9 +62,7 @@ class Information:
 class Score:
     """Cross-validated errors: each block with the values that were estimated without it.
 
-    Attributes:
-        force: (BLOCKS,) squared force residual, each coordinate in units of what the declared model leaves.
-        run: (BLOCKS,) loss of free runs. count: of residuals in the free runs.
+    (BLOCKS,) squared force residual over the declared model's, and loss of free runs, of ``count`` residuals.
     """
 
     force: Array
@@ -83,11 +77,7 @@ class Score:
 
 @dataclass(frozen=True, eq=False)
 class MapEstimate:
-    """Maximum a posteriori estimate of the refitted values from one likelihood, ``source``.
-
-    Attributes:
-        values: (p,). deviation: (p,) standard errors. moves: (p,) which are estimated; the others are as declared.
-    """
+    """Maximum a posteriori estimate (p,) from one likelihood, its standard errors, and which values are estimated."""
 
     values: Array
     deviation: Array
@@ -119,20 +109,15 @@ class Refit:
 
 
 def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
-    """Choose the values of friction levels and toleranced parameters for a fit whose effects stay as they are.
-
-    Args:
-        fit: on the search's record.
-        system: declared values, with the effects of the fit.
-    """
+    """Choose the values of levels and toleranced parameters for a fit whose effects ``system`` has, and which stay."""
     return CrossValidation(search, fit, problem, system).adopted()
 
 
 def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
     """The values of ``adopt_values``, estimated about themselves where one lies beyond a limit of the fit.
 
-    There the fit is repeated without limits from the values, and so on: a motion is not linear in a mass over so long a
-    way, and a residual that the wrong mass has left made the tolerances look better than they are.
+    A motion is not linear in a mass over so long a way, and the residual that a wrong mass has left made the tolerances
+    look better than they are.
     """
     adopted = adopt_values(search, fit, problem, system)
     away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)

@@ -18,12 +18,7 @@ DIGITS = 6
 
 
 def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[str, float], system: System) -> str:
-    """The spec's text with effects appended, and with friction levels and uncertain parameters replaced.
-
-    Args:
-        values: symbol name → new value, in SI.
-        system: of the spec, for the names of its friction levels.
-    """
+    """The spec's text with effects appended, and with levels and uncertain parameters replaced by values in SI."""
     document, _ = load_mapping(spec.text, str(spec.path))
     if document.get("friction") is None:
         _write_out_joints(document, spec)

@@ -10,16 +10,8 @@ from codegen.base.text import render
 from codegen.diagnosis.evidence.estimate import Estimate, Interval
 from codegen.diagnosis.evidence.force_evidence import ForceGain, force_evidence, force_gain
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
-from codegen.diagnosis.fit.credit import (
-    FAR,
-    LEAST_SHARE,
-    NEAR_NOISE,
-    TIE_LEVEL,
-    Evidence,
-    free_runs_settle,
-    noise_ratio,
-    share_far,
-)
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import noise_ratio
 from codegen.diagnosis.fit.measure import force_errors
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_without_levels
@@ -91,9 +83,9 @@ def sentence(
         records=records,
         refused=None if outcome is None or answer.against else _best_refused(outcome),
         noise=0.0 if outcome is None else noise_ratio(outcome.base),
-        far=0.0 if outcome is None else share_far(outcome.base),
-        far_noise=FAR,
-        near_noise=NEAR_NOISE,
+        far=0.0 if outcome is None else credit.share_far(outcome.base),
+        far_noise=credit.FAR,
+        near_noise=credit.NEAR_NOISE,
         left=left[most] if isfinite(left[most].share) else None,
         left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
         over=main_variables(left[most], material),
@@ -108,7 +100,7 @@ def _best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
     """(kind and form, on, why it is not credited) of the candidate of the first round that explains most on held-out
     segments, as its row of the table has them; None where none explains ``LEAST_SHARE``.
     """
-    refused = [r for r in outcome.first if r.why_not and r.evidence.share >= LEAST_SHARE]
+    refused = [r for r in outcome.first if r.why_not and r.evidence.share >= credit.LEAST_SHARE]
     if not refused:
         return None
     most = max(refused, key=lambda r: r.evidence.share)
@@ -128,11 +120,7 @@ def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:
 
 
 def changes_in_words(left: Remainder, system: System, i: int, material: float, log: Log | None = None) -> list[str]:
-    """When the force balance of a coordinate differs from that of the rest of the log: the ``TOLD`` largest changes.
-
-    Args:
-        log: whose records have times of their own; None where the times are those of the only one.
-    """
+    """When the force balance of a coordinate differs from that of the rest of the log: the ``TOLD`` largest changes."""
     if not left.is_changing(material):
         return []
     force, speed = system.force_unit(i), f"{system.force_unit(i)}*s/{system.position_units[i]}"
@@ -219,7 +207,7 @@ def is_small(left: Sequence[Remainder], material: float) -> bool:
 
 def settled_by_free_runs(final: Fit, share: float, problem: Problem, refit: System, augmented: System) -> bool:
     """``free_runs_settle`` for effects that remove this share of the squared free-run residual."""
-    return free_runs_settle(final, share, _gain(problem, refit, augmented).left)
+    return credit.free_runs_settle(final, share, _gain(problem, refit, augmented).left)
 
 
 def _gain(problem: Problem, before: System, after: System) -> ForceGain:
@@ -234,13 +222,13 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
     """
     if any(t.gap != 0 for t in augmented.transmissions):
         return True
-    near = noise_ratio(final) <= NEAR_NOISE
+    near = noise_ratio(final) <= credit.NEAR_NOISE
     if near and augmented.transmissions:
         return True
     before, after = (force_errors(s, problem.motion, problem.masks)[2] for s in (refit, augmented))
-    if after**2 <= (1 - LEAST_SHARE) * before**2:
+    if after**2 <= (1 - credit.LEAST_SHARE) * before**2:
         return True
-    return near and _gain(problem, augmented, refit).p > TIE_LEVEL
+    return near and _gain(problem, augmented, refit).p > credit.TIE_LEVEL
 
 
 def against_regression(
@@ -251,7 +239,7 @@ def against_regression(
     They must remove most of what a smooth curve over their own variables explains, and explain something beside a line
     of the spectrum that explains more: a vibration in time. Not tested for backlash, nor at the noise of free runs.
     """
-    if noise_ratio(outcome.final) <= NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
+    if noise_ratio(outcome.final) <= credit.NEAR_NOISE or any(t.gap != 0 for t in augmented.transmissions):
         return ""
     acting = [acts_on(effect, problem.system) for effect in named]
     for one in force_evidence(problem, refit, augmented, [effect.kind for effect in named], acting):
@@ -344,7 +332,7 @@ def _candidate(r: Ranked) -> Candidate:
 
 
 def _row(
-    part: Part, parameters: Mapping[str, float], e: Evidence, free_run: float, limits: tuple[str, ...], p: float
+    part: Part, parameters: Mapping[str, float], e: credit.Evidence, free_run: float, limits: tuple[str, ...], p: float
 ) -> Candidate:
     return Candidate(
         kind=part.kind,

@@ -99,11 +99,7 @@ def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, 
 def with_estimate(
     search: Search, outcome: Outcome, problem: Problem, plain: Answer, measured: Measured, by_force: Fit
 ) -> Answer:
-    """The answer with the effects of a fit to the force residual, with the values and intervals of that fit.
-
-    Args:
-        outcome: its last fit is free runs with these values. plain: the answer without effects.
-    """
+    """The answer with the effects, values and intervals of a fit to the force residual, confirmed by the outcome."""
     parts = outcome.parts
     named = named_effects(parts, estimate(by_force), plain.refit)
     found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(by_force), strict=True))
@@ -169,9 +165,9 @@ def references(
     """Held-out errors as declared and of the refit, to compare a model's with, and by how much these may be exceeded.
 
     The motion of a load behind a spring is computed from differentiated noise: there, and where free runs have
-    ``settled`` the question, their squared error alone must fall by ``LEAST_SHARE`` (a negative excess). A force
-    residual is divided by the share of the drive force that friction leaves, which amplifies the noise of the
-    acceleration: so is the refit's.
+    ``settled`` the question, their squared error alone must fall by ``LEAST_SHARE``. The refit's force residual is
+    divided by the share of the drive force that the model's friction leaves, which amplifies the noise of the
+    acceleration alike.
     """
     declared, refit = plain.figures[:2]
     if augmented.transmissions or settled:
@@ -235,10 +231,9 @@ def without_effects(outcome: Outcome) -> Verdict:
 
 
 def _options(system: System, refit: Refit, words: str, without: Mapping[str, float] | None = None) -> list[Option]:
-    """Models that may be written, in order of preference, each once: with refitted values first, then declared ones.
+    """Models that may be written, each once, in order of preference, ``words`` for that with refitted values.
 
     Args:
-        words: description of the model with refitted values.
         without: values adopted for the model without the effects, if ``system`` has effects.
     """
     ways: dict[str, Mapping[str, float]] = {

@@ -50,11 +50,7 @@ DENSE = 2.2 * REACH * FAST
 
 @dataclass(frozen=True, eq=False)
 class Waves:
-    """A sparse sum of harmonics for one coordinate's force residual.
-
-    Attributes:
-        orders: rising. weights: (2 per order) of sine and cosine. share: that it removes on held-out blocks.
-    """
+    """Harmonics of one coordinate's force residual: orders, (2 per order) weights, and the share removed held-out."""
 
     coordinate: int
     period: float
@@ -71,8 +67,7 @@ class Waves:
 def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
     """The outcome with a cogging of several harmonics where free runs credit it, and the search of its last fit.
 
-    Its segments are short where the refit is far from the data: a rotor in steep cogging soon leaves the measured
-    motion.
+    Its segments are short where the refit is far from the data: a rotor in steep cogging soon leaves the motion.
     """
     final_search = near = search
     base, final = outcome.base, outcome.final
@@ -170,8 +165,7 @@ def regress(problem: Problem, force: Array, coordinate: int, period: float) -> W
 def _sparse(grams: Array, highest: int) -> tuple[tuple[int, ...], Array, float]:
     """Orders, weights and the share explained on held-out blocks; orders are added by largest gain.
 
-    Args:
-        grams: (blocks, columns + 1, columns + 1) of offset, direction, sine and cosine of each order, and the force.
+    From (blocks, columns + 1, columns + 1) Grams of offset, direction, sine and cosine of each order, and the force.
     """
     whole = grams.sum(axis=0)
     start = _held_out(grams, [0, 1])

@@ -80,8 +80,7 @@ def _changes(search: Search, fit: Fit) -> int:
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
     """The parameters that explain the log as well as the one effect of an outcome, in words for a remark.
 
-    A mass declared too small by ten tolerances and an inertia error are one motion; the reader may know better than
-    they.
+    A mass declared too small by ten tolerances and an inertia error are one motion; the reader may know better.
     """
     freed = search.without_limits(base) if len(outcome.parts) == 1 else None
     if freed is None:
