@@ -285,15 +285,8 @@ class JointShooter:
                     continue
                 here, there = one.structure(structure), np.ascontiguousarray(states[:, [i, n + i]])
                 inputs = drive[:, [self.terms.system.inputs.index(w) for w in one.joint.inputs]]
-                arrays = (
-                    p[one.arguments],
-                    off[along.felt[i]],
-                    here.coupling,
-                    here.limits,
-                    here.rest,
-                    record.start,
-                    there,
-                )
+                own, felt = p[one.arguments], off[along.felt[i]]
+                arrays = own, felt, here.coupling, here.limits, here.rest, record.start, there
                 where = (along, record.length, substeps, here.sigma, here.split, hash(inputs.tobytes()))
                 key = (one.key, *where, *(array.tobytes() for array in arrays))
                 found = self.memory.get(key)
