@@ -76,26 +76,23 @@ def changes_in_time(
     powers = {name: _sums(block, p**2, count) for name, p in columns.items()}
     y, always, counts = residual[used], list(columns.values()), np.bincount(block, minlength=count).astype(float)
     model, found, left = always, list[tuple[Term, int, int]](), _left(y, always)[1]
-    starts, stops = np.triu_indices(count + 1, LEAST_BLOCKS)
-    short = stops - starts <= count - LEAST_BLOCKS
-    starts, stops = starts[short], stops[short]
+    spans = np.stack(np.triu_indices(count + 1, LEAST_BLOCKS))
+    spans = spans[:, spans[1] - spans[0] <= count - LEAST_BLOCKS]
     while len(found) < MOST_CHANGES:
-        sums = {name: _sums(block, p * left, count) for name, p in columns.items()}
-        best = {name: _best(sums[name], powers[name], starts, stops) for name in columns}
-        most = max(gain for _, gain in best.values())
+        best = {name: _best(_sums(block, p * left, count), powers[name], spans) for name, p in columns.items()}
+        most = max(gain for gain, _ in best.values())
         if most <= 0:
             break
-        name = next(one for one, (_, gain) in best.items() if gain >= AS_GOOD * most)
-        k = best[name][0]
-        start, stop = (int(starts[k]), int(stops[k])) if starts[k] else (int(stops[k]), count)
+        name = next(one for one, (gain, _) in best.items() if gain >= AS_GOOD * most)
+        start, stop = best[name][1]
         added = np.where((block >= start) & (block < stop), columns[name], 0.0)
         coefficients, after = _left(y, [*model, added])
-        by_block = _sums(block, columns[name] * after, count)
-        surely = abs(coefficients[-1]) - SURELY * abs(
-            _bias(counts, powers[name], start, stop, (noise or {}).get(name, 0.0))
-        )
-        if surely < LEAST_Z * _deviation(by_block, powers[name], start, stop):
-            if surely < abs(coefficients[-1]) and len(columns) > 1:
+        by_block, size = _sums(block, columns[name] * after, count), abs(coefficients[-1])
+        in_term = (noise or {}).get(name, 0.0)
+        bias, deviation = _uncertainty(by_block, powers[name], counts, in_term, slice(start, stop))
+        surely = size - SURELY * abs(bias)
+        if surely < LEAST_Z * deviation:
+            if surely < size and len(columns) > 1:
                 del columns[name]
                 continue
             break
@@ -125,36 +122,31 @@ def _left(y: Array, columns: Sequence[Array]) -> tuple[Array, Array]:
     return coefficients, y - matrix @ coefficients
 
 
-def _best(sums: Array, powers: Array, starts: NDArray[np.int_], stops: NDArray[np.int_]) -> tuple[int, float]:
-    """Index of the interval whose own coefficient removes most of Σr², and how much, over one for the whole log."""
+def _best(sums: Array, powers: Array, spans: NDArray[np.int_]) -> tuple[float, tuple[int, int]]:
+    """How much of Σr² an interval's own coefficient removes at most, over one for the whole log, and the interval."""
     along, power = (np.concatenate([[0.0], np.cumsum(z)]) for z in (sums, powers))
+    starts, stops = spans
     within, over = along[stops] - along[starts], power[stops] - power[starts]
     least = 1e-9 * float(power[-1])
     enough = (over > least) & (power[-1] - over > least)
     rest = np.where(enough, power[-1] - over, np.inf)
     gains = within**2 / np.where(enough, over, np.inf) + (along[-1] - within) ** 2 / rest
     k = int(np.argmax(gains))
-    return k, float(gains[k] - along[-1] ** 2 / max(float(power[-1]), 1e-300))
+    span = (int(starts[k]), int(stops[k])) if starts[k] else (int(stops[k]), len(sums))  # the later of two parts
+    return float(gains[k] - along[-1] ** 2 / max(float(power[-1]), 1e-300)), span
 
 
-def _bias(counts: Array, powers: Array, start: int, stop: int, noise: float) -> float:
-    """What noise of this mean square in the term makes of the coefficient of an interval less that of the rest."""
-    inside = np.zeros(len(powers), dtype=bool)
-    inside[start:stop] = True
-    shares = [noise * float(counts[p].sum()) / max(float(powers[p].sum()), 1e-300) for p in (inside, ~inside)]
-    return shares[1] - shares[0]
+def _uncertainty(sums: Array, powers: Array, counts: Array, noise: float, interval: slice) -> tuple[float, float]:
+    """Bias by noise in the term, and standard deviation, of an interval's coefficient less that of the rest.
 
-
-def _deviation(sums: Array, powers: Array, start: int, stop: int) -> float:
-    """Standard deviation of the coefficient of an interval less that of the rest, from the sums over blocks.
-
-    Its variance is at least that of all blocks, so that few calm ones are no evidence.
+    By sums over blocks. The variance is at least that of all blocks, so that few calm ones are no evidence.
     """
     inside = np.zeros(len(sums), dtype=bool)
-    inside[start:stop] = True
+    inside[interval] = True
     everywhere, whole = float((sums**2).sum()), max(float(powers.sum()), 1e-300)
-    variance = 0.0
+    biases, variance = [], 0.0
     for part in (inside, ~inside):
         power = max(float(powers[part].sum()), 1e-300)
+        biases.append(noise * float(counts[part].sum()) / power)
         variance += max(float((sums[part] ** 2).sum()), everywhere * power / whole) / power**2
-    return float(np.sqrt(variance))
+    return biases[1] - biases[0], float(np.sqrt(variance))
