@@ -23,14 +23,14 @@ from scipy.stats import t as student
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.coverage import Survey, survey
-from codegen.diagnosis.evidence.estimate import CONFIDENCE, Interval
+from codegen.diagnosis.evidence.estimate import CONFIDENCE
 from codegen.diagnosis.evidence.reservations import may_be_absent
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.linear import fitted, inverse
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
-from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Remainder, Round, Verdict
+from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Interval, Remainder, Round, Verdict
 from codegen.diagnosis.verdict.answer import Answer, Measured, admitted
 from codegen.diagnosis.verdict.conclusion import TABLE_SIZE, effect_of
 from codegen.effects.register import candidates, is_own

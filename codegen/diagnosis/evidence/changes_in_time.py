@@ -28,8 +28,7 @@ LEAST_BLOCKS = 3
 FEWEST = 16
 """With fewer blocks nothing is sought."""
 LEAST_Z = 6.0
-"""Least difference in standard deviations. An interval is one of B²/2 times four terms, B blocks: for 600 blocks 1 % of
-false alarms asks for 5.8 in Gaussian noise."""
+"""Least difference in standard deviations: of 600²/2 intervals times four terms, 1 % of false alarms asks for 5.8."""
 SURELY = 2.0
 """By how many times what noise in the term makes of it the difference must exceed that; the noise is an estimate."""
 MOST_CHANGES = 12

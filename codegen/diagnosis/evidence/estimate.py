@@ -12,6 +12,7 @@ from scipy.stats import t as student
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.linear import inverse
 from codegen.diagnosis.fit.output_error import Fit, segment_weights
+from codegen.diagnosis.results import Interval
 
 CONFIDENCE = 0.95
 BLOCKS = 16
@@ -20,7 +21,6 @@ BLOCKS = 16
 ELLIPSE = 720
 """Points of an ellipse over which a range is taken."""
 
-Interval = tuple[float, float]
 Values = dict[str, tuple[float, Interval]]
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.residual_regression import (
     LEAST_ROWS,
     explained_over,
@@ -37,8 +38,6 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import with_values
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
-
-Array = NDArray[np.float64]
 
 VARIABLES = {
     "velocity": "speed",

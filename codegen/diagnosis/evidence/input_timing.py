@@ -21,8 +21,7 @@ from codegen.logs import Finding, Log
 NEAR = 0.5, 1.5
 """Range of the estimated lead, in half samples, in which an input is treated as measured."""
 ONE_WAY = 0.98
-"""Least |low-passed sign of the speed| of a sample that is used: near a reversal the machine may stick, which looks
-like a delay."""
+"""Least |low-passed sign of the speed| of a used sample: sticking at a reversal looks like a delay."""
 SURE = 3.5
 """Least lead in standard deviations."""
 

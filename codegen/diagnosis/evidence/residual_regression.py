@@ -39,8 +39,7 @@ DEGREE = 3
 LEAST_ROWS = 200
 """With fewer samples nothing is explained."""
 NEIGHBOURS, LEAST_PERIODS = 2, 6
-"""For a spectral line: neighbouring bins on each side, which allow its amplitude to vary; least number of periods in
-the log."""
+"""Of a spectral line: neighbouring bins on each side, by which its amplitude may vary; least periods in the log."""
 STATE = ("speed", "position", "load", "acceleration", "distance since reversal")
 """Variables of the motion: what they predict is no change in time."""
 REPEATED = 2.0

@@ -10,8 +10,7 @@ from codegen.diagnosis.fit.trial import in_unit
 from codegen.logs import Finding
 
 KNOWN = 0.1
-"""Share of its declared variance to which a log must reduce that of a parameter for it to be refitted: a third of the
-tolerance. Where inertia is seen no better, free runs err by more than the tolerance."""
+"""Largest share of its declared variance that a log leaves of a refitted parameter's: else free runs err by more."""
 
 
 def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:

@@ -123,8 +123,7 @@ class Discrimination:
         """(smallest separation over the pairs, largest input); None where the path cannot be followed."""
         least, most = float("inf"), 0.0
         followed: dict[int, tuple[Motion, float] | None] = {}
-        for one, other in ((a, b) for b in range(1, len(self.models)) for a in (0, b)):
-            rival = other if one == 0 else 0
+        for one, rival in (pair for k in range(1, len(self.models)) for pair in ((0, k), (k, 0))):
             if one not in followed:
                 followed[one] = self._follow(self.models[one], setup)
             path = followed[one]

@@ -34,8 +34,7 @@ from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.sensors import Sensors
 
 SEPARATED = 10.0
-"""Separation asked for, in standard deviations of the noise, between the truth and the other candidate's best fit:
-25 nats; the verdict itself needs about five."""
+"""Separation asked for, in standard deviations of the noise: 25 nats; the verdict itself needs about five."""
 TRAINED = 0.7
 """Share of the motion that is used for fits: a diagnosis without a second log holds the rest out."""
 SEGMENTS = 3 * LEAST_SEGMENTS
@@ -52,8 +51,7 @@ SLOW, SLOW_TURNS = 0.06, 3
 DIGITS = 4
 MOST_RIVALS, MOST_CONFUSABLE = 2, 1
 MOST_SIMULATED = 5_000_000
-"""Samples of all motions that are tried, times the cube of the number of coordinates: an arm takes so much longer that
-only short motions are tried, or none."""
+"""Samples of all motions that are tried, times the cube of the number of coordinates, as a sample takes."""
 
 
 def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:

@@ -13,49 +13,40 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.fit.linear import independent, limited
 from codegen.diagnosis.fit.output_error import BLOCKS, Fit, mean_residuals
-
-Array = NDArray[np.float64]
 
 ALPHA = 0.01
 """False-alarm rate of one round over all its candidates (Bonferroni); up to three rounds may credit something."""
 LEAST_SHARE = 0.05
 """Least share of the squared residual that a candidate must remove (``Evidence.share``)."""
 LEAST_SIZE = 5e-3
-"""Least RMS force of an effect over the RMS drive force; of an effect that is no force, least change of the prediction
-over the change by the drive force (``size_of``)."""
+"""Least RMS force of an effect over the RMS drive force; of an effect that is no force, least ``size_of``."""
 LEAST_NET = 1e-3
-"""Least RMS force difference between the model with the effect and the refit without it, over the RMS drive force: the
-refitted friction levels may already reproduce nearly all of a large effect. For an effect that adds states, ``size_of``
-is compared instead."""
+"""Least RMS force of the model with the effect less that of the refit, whose friction levels may already reproduce
+nearly all of it, over the RMS drive force; for an effect that adds states, least ``size_of``."""
 NEAR_NOISE = 3.0
 """Largest RMS residual, in units of the noise, at which the Gaussian likelihood is used."""
 FAR, FEW = 10.0, 0.05
-"""A refit is incomplete if its RMS residual exceeds ``FAR`` times the noise in more than a share ``FEW`` of the
-segments, however well it fits the others. No practice log without an effect exceeds this."""
+"""A refit is incomplete if its RMS residual exceeds ``FAR`` times the noise in a share of segments above ``FEW``."""
 SETTLED = 1 / 3
-"""Bound on (ratio of squared free-run residuals) · (ratio of squared force residuals), each with the effect over
-without it, below which free-run simulation overrules the force residual (``free_runs_settle``)."""
+"""Bound of ``free_runs_settle`` on the product of both ratios of squared residuals, with the effect over without."""
 FURTHER = 0.4
-"""Least share of the remaining loss that a second or third effect must remove; less can be a misfit of the first
-effect's functional form."""
+"""Least share of the remaining loss that a further effect must remove; less can be a misfit of the first one's form."""
 SIGNED = 48
-"""Number of blocks of consecutive segments in the sign test; segments alone are dependent, since a disturbance may last
-longer than one."""
+"""Blocks of consecutive segments in the sign test: a disturbance may last longer than one segment."""
 SIGN_STEPS = 2000
 """Steps of the grid on which gains with random signs are added, in the sum of their magnitudes."""
 LEAST_FAR = 5
 """Fewest blocks for a t test on the blocks with large residuals only."""
 LARGE = 4.0
-"""Threshold of ``where_large``: a block is used if either model's squared residual exceeds this multiple of the median
-over blocks of the smaller of the two."""
+"""A block is large if either model's square exceeds this multiple of the median of the smaller of the two."""
 AT_NOISE = 0.05
 """Relative excess of the loss over that of pure noise below which the search for effects ends."""
 TIE_LEVEL = 0.05
 TIE_RATIO = 2.0
-"""A rival ties with the best candidate if p > ``TIE_LEVEL`` and its squared residual is at most ``TIE_RATIO`` times the
-best one's."""
+"""A rival ties with the best candidate if p > ``TIE_LEVEL``, with at most ``TIE_RATIO`` times its squared residual."""
 GAIN_STEP = 1e-3
 """Relative step of the drive force in the finite difference of ``_over_drive``."""
 

@@ -29,11 +29,9 @@ AT_END = 0.999
 """Share of the distance to a limit from which on a parameter counts as limited."""
 WIDE = 20.0
 MANY = 12
-"""With more toleranced parameters than this, as for an arm, their slopes are computed once a fit: forces are linear
-in masses and inertias, which change little."""
+"""With more toleranced parameters, as of an arm, in which forces are linear, slopes are computed once a fit."""
 SPEED_SHARE = 0.005
-"""Prior standard deviations of a start state: ``WIDE`` times the noise of the position, and in velocity at least
-this share of the 95 % speed."""
+"""Prior deviations of a start state: ``WIDE`` times the position's noise, and at least this share of the speed."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,8 +22,7 @@ STEPS_PER_PERIOD = 50
 KEPT = 40
 """Averages of the residual that are kept for each segment."""
 PERIODS = 5.0
-"""Length of a segment in periods of the coarse cutoff: long enough to show a wrong force, short enough to correct a
-wrong start."""
+"""Length of a segment in periods of the cutoff: long enough to show a wrong force, short enough to correct a start."""
 LEAST_SAMPLES = 12
 EDGE_S = 0.2
 STILL = 0.02
@@ -32,8 +31,7 @@ LEAST_SEGMENTS = 12
 SHORTENED = (1.0, 0.8, 0.64, 0.5)
 """Shares of the usual segment length, tried in turn where a short log has too few segments."""
 MOST_STEPS, PLENTY = 40_000, 120
-"""Most time steps of all segments, unless there are fewer segments than ``PLENTY``; the kept segments are spread
-over the log."""
+"""Most time steps of all segments, which are spread over the log, unless these are fewer than ``PLENTY``."""
 NOISE_WINDOWS, LEAST_WINDOW = 40, 100
 """Windows in which the noise near the Nyquist frequency is looked at, and the fewest samples of one."""
 JITTERS = 10.0

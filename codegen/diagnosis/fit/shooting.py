@@ -112,8 +112,7 @@ Indices = NDArray[np.int32]
 FLAGS = ("-fno-math-errno", "-fno-trapping-math")
 PLAIN, UNROLLED = ("-O1",), ("-O3", "-fno-tree-vectorize")
 """Compiler flags: for one coordinate with one contact or a few runs, and for many runs of more, whose loops are worth
-unrolling in twice the time. The results are bit-identical at every level; with gcc 12, -O2 takes up to twice the time a
-step."""
+unrolling. The results are bit-identical at every level; with gcc 12, -O2 takes up to twice the time a step."""
 KEPT_LIBRARIES = 32
 _AT_REST = 1e-30
 _REST = 1e-12

@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import floor, isfinite, log10, sqrt
 
 from codegen.base.text import render
-from codegen.diagnosis.evidence.estimate import Estimate, Interval
+from codegen.diagnosis.evidence.estimate import Estimate
 from codegen.diagnosis.evidence.force_evidence import ForceGain, force_evidence, force_gain
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
 from codegen.diagnosis.fit import credit
@@ -17,7 +17,7 @@ from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_without_levels
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.results import Candidate, FoundEffect, Remainder, Round, Separation, Verdict
+from codegen.diagnosis.results import Candidate, FoundEffect, Interval, Remainder, Round, Separation, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, chance, twins
 from codegen.diagnosis.verdict.answer import Answer

@@ -40,8 +40,7 @@ LEAST_SHARE = 0.2
 WORTH = 0.003
 """Least share of that residual that each further harmonic explains."""
 FAST = 3.0
-"""Multiple of the median speed above which samples are left out: harmonics pass too fast there, and other forces
-act."""
+"""Multiple of the median speed above which samples are left out: harmonics pass too fast, and other forces act."""
 REACH = 1.5
 """Highest frequency of a harmonic at the median speed, in cutoffs of the coarse filter."""
 DENSE = 2.2 * REACH * FAST
