@@ -90,7 +90,7 @@ def proposed(case: Case, out: Path, again: bool) -> Proposed:
     kept = out / case.tier / f"{case.name}.json"
     if again or not kept.exists():
         refit, train, test = refitted(case)
-        sums = propose_terms(refit, train, test, slice(0, len(test.motion.time))).coordinates
+        sums = propose_terms(refit, train, test, slice(0, len(test.motion.time)))
         found = Proposed(*readings(refit, train, sums), code_version())
         write_atomically(kept, json.dumps(asdict(found), indent=1))
     return TypeAdapter(Proposed).validate_json(kept.read_bytes())
@@ -119,7 +119,7 @@ def readings(refit: System, train: Problem, sums: Sequence[ProposedTerms]) -> tu
     alone, largest = Reading(), Reading()
     for i, found in enumerate(sums):
         terms = {library[name]: weight for name, weight in found.terms.items()}
-        if not found.share >= LEAST_SHARE:
+        if not found.held_out_share >= LEAST_SHARE:
             continue
         for (term, weight), name in zip(terms.items(), found.terms, strict=True):
             if (term.pattern, term.over, term.of) != (LEVEL, "velocity", i):

@@ -102,8 +102,8 @@ def _compare(pair: Pair, out: Path) -> Compared:
     judge, window = models.test, models.window
     answer = mujoco_answer(system, spec.name, models.train.motion, out)
     found = measure(with_values(system, answer.values), judge.motion, judge.masks, window)
-    sums = propose_terms(models.refit, models.train, judge, window).coordinates[0]
-    left = 1.0 if math.isnan(sums.share) else 1 - sums.share
+    sums = propose_terms(models.refit, models.train, judge, window)[0]
+    left = 1.0 if math.isnan(sums.held_out_share) else 1 - sums.held_out_share
     declared, own, augmented = (
         Errors(e.relative_force, e.free_run_rmse) for e in (said.declared, said.refit, said.augmented)
     )

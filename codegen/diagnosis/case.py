@@ -106,7 +106,6 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
 
 
 def _is_steady(log: Log, motion: Motion) -> bool:
-    """Whether every coordinate runs at constant speed."""
     return len(steady_speeds(log, motion.velocities, motion.usable)) == len(motion.velocities[0])
 
 

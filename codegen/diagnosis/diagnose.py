@@ -160,7 +160,6 @@ class _FreeRuns:
         return remainders(answer.adopted or answer.refit, problem.motion, problem.masks)
 
     def by_force(self, outcome: Outcome, answer: Answer) -> tuple[Answer, Outcome]:
-        """``credited_by_force``."""
         return credited_by_force(
             self.search,
             outcome,
@@ -319,15 +318,14 @@ def _result(
     **tables: Any,
 ) -> tuple[Diagnosis, Models]:
     """The diagnosis, with further fields of it, and its models; arguments as of ``sentence`` and ``Models``."""
-    system, written, material = train.system, answer.adopted, case.material
+    system, written = train.system, answer.adopted
     moved, three = train.moved, (system, answer.refit, answer.augmented)
     named = answer.effects if answer.verdict == "effect" else ()
     values = {} if written is None else {s.name: float(written.values[s]) for s in moved}
     declared, refit, augmented = answer.figures
-    found = case.findings["train"]
     diagnosis = Diagnosis(
         verdict=answer.verdict,
-        sentence=sentence(system, answer, rivals, found, outcome, left, material, experiment, records, case.log),
+        sentence=sentence(case, answer, left, rivals, outcome, experiment, records),
         effects=named,
         declared=declared,
         refit=refit,
@@ -345,7 +343,7 @@ def _result(
         remarks=answer.remarks,
         at_limit=levels_at_zero(system, three[1:], train.levels),
         remainder=left,
-        material=material,
+        material=case.material,
         units={s.name: system.units.get(s, "1") for s in moved},
         **tables,
     )

@@ -42,7 +42,6 @@ class Reliability:
         return float(betaincinv(a, b, tail)), float(betaincinv(a, b, 1 - tail))
 
     def as_json(self) -> dict[str, Any]:
-        """Plain objects for diagnosis.json."""
         return {
             "class": self.name,
             "right": self.right,

@@ -255,7 +255,6 @@ class Separation:
         return best if enough else None
 
     def as_json(self) -> dict[str, Any]:
-        """Plain objects."""
 
         def change(c: SetupTried) -> dict[str, Any]:
             return {"kind": c.kind, "what": c.words, "separation": c.separation, "largest_input": c.largest_input}
@@ -285,24 +284,7 @@ class ProposedTerms:
     coordinate: str
     unit: str
     terms: Mapping[str, float]
-    share: float
-
-
-@dataclass(frozen=True)
-class Proposal:
-    """Terms that sparse regression (PySINDy) proposes for the force residual g − M a − U λ of the refit."""
-
-    coordinates: tuple[ProposedTerms, ...]
-
-    def as_json(self) -> dict[str, Any]:
-        """Plain objects."""
-        coordinates = [asdict(c) for c in self.coordinates]
-        for one in coordinates:
-            one["held_out_share"] = one.pop("share")
-        return {
-            "is": "a proposal by sparse regression, not a finding; it is in no spec and in no code",
-            "coordinates": coordinates,
-        }
+    held_out_share: float
 
 
 @dataclass(frozen=True)
@@ -360,7 +342,7 @@ class Diagnosis:
     standing: tuple[Candidate, ...] = ()
     rivals: tuple[FoundEffect, ...] = ()
     separation: Separation | None = None
-    proposal: Proposal | None = None
+    proposal: tuple[ProposedTerms, ...] | None = None
     parameter_errors: tuple[ParameterError, ...] = ()
     remarks: tuple[str, ...] = ()
     at_limit: tuple[str, ...] = ()
@@ -455,7 +437,12 @@ class Diagnosis:
             if self.certificate is None
             else {**asdict(self.certificate), "lost": dict(self.certificate.lost)},
             "separation": None if self.separation is None else self.separation.as_json(),
-            "proposal": None if self.proposal is None else self.proposal.as_json(),
+            "proposal": None
+            if self.proposal is None
+            else {
+                "is": "a proposal by sparse regression, not a finding; it is in no spec and in no code",
+                "coordinates": [asdict(one) for one in self.proposal],
+            },
         }
         return {name: _plain(value) for name, value in content.items()}
 

@@ -126,17 +126,14 @@ class SteadyFit:
 
     @property
     def part(self) -> Part:
-        """The effect that was added last."""
         return self.trial.parts[-1]
 
     @cached_property
     def parameters(self) -> list[dict[str, float]]:
-        """Of each part."""
         return self.trial.split(self.theta)[1]
 
     @cached_property
     def model(self) -> System:
-        """The system with the values of the fit."""
         return model_of(self.trial, self.theta)
 
     @property
@@ -155,7 +152,6 @@ class SteadyFit:
         return np.asarray(self.residual / np.maximum(1 - leverage, 0.02))
 
     def intervals(self) -> list[dict[str, Interval]]:
-        """95 % intervals of the parameters of each part."""
         free = max(len(self.residual) - len(self.theta), 1)
         deviation = np.sqrt(np.maximum(np.diag(self._inverse), 0.0) * self.squares / free)
         half = float(student.ppf(0.5 + CONFIDENCE / 2, free)) * deviation

@@ -37,7 +37,7 @@ def _proposed(extra: str, folder: Path, shake: float = 0.0) -> ProposedTerms:
         log.inputs[:, 0] -= shake * np.sin(2 * np.pi * 2.9 * log.time)
         problems.append(Problem(system_of(stage()), smooth_motion(log), {}))
     train, test = problems
-    (found,) = propose_terms(train.system, train, test, slice(0, len(test.motion.time))).coordinates
+    (found,) = propose_terms(train.system, train, test, slice(0, len(test.motion.time)))
     return found
 
 
@@ -47,14 +47,14 @@ def test_the_term_that_is_lacking_is_proposed_with_its_weight(tmp_path: Path) ->
     assert list(found.terms) == ["x**2"]
     # The machine has -k x**2 that the model lacks, so g - M a - U lambda of the model is +k x**2.
     assert found.terms["x**2"] == pytest.approx(60, rel=0.05)
-    assert 0.9 < found.share <= 1
+    assert 0.9 < found.held_out_share <= 1
 
 
 @needs_pysindy
 def test_what_no_term_explains_is_not_dressed_up(tmp_path: Path) -> None:
     found = _proposed("", tmp_path, shake=3.0)
     assert found.terms == {}
-    assert found.share == 0
+    assert found.held_out_share == 0
 
 
 @pytest.mark.slow

@@ -115,7 +115,6 @@ def _sums(block: NDArray[np.int_], values: Array, count: int) -> Array:
 
 
 def _left(y: Array, columns: Sequence[Array]) -> tuple[Array, Array]:
-    """Least-squares coefficients, and the residual."""
     matrix = np.column_stack(columns)
     coefficients = np.asarray(np.linalg.lstsq(matrix, y, rcond=None)[0], dtype=np.float64)
     return coefficients, y - matrix @ coefficients

@@ -215,7 +215,6 @@ def _simulated(search: Search, machine: System, reach: Reach, motion: ExtraMotio
 
 
 def _energy(run: LoopRun, h: float) -> float:
-    """∫|w|² dt."""
     return float((run.inputs**2).sum() * h)
 
 

@@ -153,7 +153,6 @@ class Drive:
 
     @cached_property
     def residual(self) -> Array:
-        """(N, n) force residual of the system along the motion."""
         return inverse_dynamics_residual(self.system, self.motion)
 
     @cached_property

@@ -112,7 +112,6 @@ class Fit:
 
     @cached_property
     def model(self) -> System:
-        """The system with the values of the fit."""
         return self.trial.model(*self.values)
 
     @property

@@ -128,7 +128,6 @@ class Trial:
         return np.concatenate([moved, *(p.inward(v) for p, v in zip(self.parts, parameters, strict=True))])
 
     def model(self, moved: Array, found: Sequence[Mapping[str, float]]) -> System:
-        """The system with refitted values and each part with its own."""
         values = dict(zip((s.name for s in self.moved), map(float, moved), strict=True))
         effects = [FoundEffect(p.kind, p.on, one, {}) for p, one in zip(self.parts, found, strict=True)]
         return with_effects(with_values(self.system, values), effects)
@@ -330,5 +329,4 @@ def in_unit(system: System, symbol: sympy.Symbol) -> str:
 
 
 def model_of(trial: Trial, theta: Array) -> System:
-    """The system with the values of a fit's vector."""
     return trial.model(*trial.split(theta))

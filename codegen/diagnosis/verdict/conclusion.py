@@ -7,6 +7,7 @@ from dataclasses import replace
 from math import floor, isfinite, log10, sqrt
 
 from codegen.base.text import render
+from codegen.diagnosis.case import Case
 from codegen.diagnosis.evidence.estimate import Estimate
 from codegen.diagnosis.evidence.force_evidence import ForceGain, force_evidence, force_gain
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
@@ -25,7 +26,7 @@ from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.effects.places import pairs
 from codegen.effects.register import is_own
-from codegen.logs import Finding, Log
+from codegen.logs import Log
 from codegen.mechanics.system import System
 
 TABLE_SIZE = 12
@@ -41,24 +42,21 @@ DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
 
 
 def sentence(
-    system: System,
+    case: Case,
     answer: Answer,
-    rivals: Sequence[FoundEffect],
-    findings: Sequence[Finding],
-    outcome: Outcome | None,
     left: Sequence[Remainder],
-    material: float,
+    rivals: Sequence[FoundEffect],
+    outcome: Outcome | None = None,
     experiment: Separation | None = None,
     records: int = 0,
-    log: Log | None = None,
 ) -> str:
     """The verdict in words, with figures of the coordinate on which the first effect acts.
 
     Args:
-        rivals: of the first effect. findings: of the preflight of the training log. left: remainder, by coordinate.
-        material: share of the drive force above which a force is material; only variables that explain more are named.
+        left: remainder, by coordinate. rivals: of the first effect.
         outcome: of the free-run fits; None where steady records were judged by their means, ``records`` of them.
     """
+    system, material, findings = case.problem.system, case.material, case.findings["train"]
     most = worst(left, material)
     i = acts_on(answer.effects[0], system) if answer.effects else 0
     by_force = not answer.augmented.transmissions and all(isfinite(f.force_rms_rows[i]) for f in answer.figures)
@@ -89,7 +87,7 @@ def sentence(
         left=left[most] if isfinite(left[most].share) else None,
         left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
         over=main_variables(left[most], material),
-        changes=changes_in_words(left[most], system, most, material, log),
+        changes=changes_in_words(left[most], system, most, material, case.log),
         material=material,
         experiment=experiment,
     )
@@ -263,7 +261,6 @@ def effect_of(
 
 
 def named_effects(parts: Sequence[Part], estimated: Estimate, system: System) -> list[FoundEffect]:
-    """Effects with their parameters and intervals."""
     return [
         effect_of(part, {n: v for n, (v, _) in values.items()}, system, {n: one for n, (_, one) in values.items()})
         for part, values in zip(parts, estimated.effects, strict=True)

@@ -58,7 +58,6 @@ class Waves:
     share: float
 
     def parameters(self, richer: CoggingHarmonics) -> dict[str, float]:
-        """The parameters of the cogging effect with these orders."""
         pairs = [(float(a), float(b)) for a, b in self.weights.reshape(-1, 2)]
         return richer.of_orders(self.orders).values(self.period, pairs)
 

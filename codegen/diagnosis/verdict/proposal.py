@@ -11,7 +11,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
-from codegen.diagnosis.results import Proposal, ProposedTerms
+from codegen.diagnosis.results import ProposedTerms
 from codegen.mechanics.system import System
 
 THRESHOLDS = (0.8, 0.5, 0.3, 0.2, 0.1, 0.05)
@@ -44,7 +44,7 @@ def refuse_without_pysindy() -> None:
         )
 
 
-def propose_terms(system: System, train: Problem, test: Problem, window: slice) -> Proposal:
+def propose_terms(system: System, train: Problem, test: Problem, window: slice) -> tuple[ProposedTerms, ...]:
     """Sparse regression of each coordinate's force residual of the refit on x, v, |v|, sgn v and the like.
 
     Columns and residual are low-passed alike. The end of the training rows chooses the threshold; the explained share
@@ -66,7 +66,7 @@ def propose_terms(system: System, train: Problem, test: Problem, window: slice) 
         share = _share(others[seen] @ weights, held_out[seen, i]) if seen.sum() >= LEAST_ROWS else float("nan")
         terms = {name: float(w) for name, w in zip(names, weights, strict=True) if w != 0}
         found.append(ProposedTerms(x.name, system.force_unit(i), terms, share))
-    return Proposal(tuple(found))
+    return tuple(found)
 
 
 def _library(system: System, problem: Problem) -> tuple[list[str], Array]:
