@@ -26,7 +26,7 @@ from codegen.diagnosis.evidence.coverage import Survey, survey
 from codegen.diagnosis.evidence.estimate import CONFIDENCE
 from codegen.diagnosis.evidence.reservations import may_be_absent
 from codegen.diagnosis.fit import credit
-from codegen.diagnosis.fit.linear import fitted, inverse
+from codegen.diagnosis.fit.linear import fitted, inverse, rms
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
@@ -197,7 +197,7 @@ class SteadySearch:
         none = np.zeros(len(theta) - len(self.problem.moved))
         prior, centre = np.append(self.problem.prior_precision, none), np.append(self.problem.declared, none)
         least = 1e-12 * max(float(np.abs(self.drive).max()), 1e-300)
-        scale = max(float(np.sqrt(np.mean(error(theta) ** 2))), least)
+        scale = max(rms(error(theta)), least)
         size = np.where(theta != 0, np.abs(theta), np.where(prior > 0, 1 / np.sqrt(np.maximum(prior, 1e-300)), 1.0))
         for _ in range(WEIGHED):
 
@@ -356,8 +356,7 @@ def figures_of(system: System, means: Means, measured: ErrorFigures) -> ErrorFig
     residual, drive = mean_forces(system, means)
     rows = tuple(float(v) for v in np.sqrt(np.mean(residual**2, axis=0)))
     relative = float(np.linalg.norm(residual) / max(float(np.linalg.norm(drive)), 1e-300))
-    total = float(np.sqrt(np.mean(residual**2)))
-    return replace(measured, force_rms=total, force_rms_rows=rows, relative_force=relative, free_run_parts=())
+    return replace(measured, force_rms=rms(residual), force_rms_rows=rows, relative_force=relative, free_run_parts=())
 
 
 def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:
@@ -378,8 +377,8 @@ def remainders_of(system: System, means: Means) -> tuple[Remainder, ...]:
                 predicted = np.interp(speed[here], speed[[low, high]], r[[low, high]])
                 before, after = before + r[here] ** 2, after + (r[here] - predicted) ** 2
         share = max(0.0, 1 - after / before) if before > 0 else 0.0
-        rms, driven = (float(np.sqrt(np.mean(y**2))) for y in (r, drive[:, i]))
-        found.append(Remainder(rms, rms / driven if driven > 0 else float("inf"), share, {"speed": share}))
+        left, driven = rms(r), rms(drive[:, i])
+        found.append(Remainder(left, left / driven if driven > 0 else float("inf"), share, {"speed": share}))
     return tuple(found)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import f
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.credit import SIGNED, Evidence, evidence_of
+from codegen.diagnosis.fit.credit import Evidence, evidence_of, in_blocks
 from codegen.diagnosis.fit.linear import correlation, solved
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.trial import Trial
@@ -47,10 +47,7 @@ def score_test(before: Fit, after: Fit) -> float:
     change = before.residual - after.residual
     weights = 1 / (1 + (before.residual**2 + change**2).mean(axis=1))
     change = _beside_its_own(before, change, weights)
-    scores, sizes = (
-        np.array([block.sum() for block in np.array_split(weights * (r * change).sum(axis=1), min(SIGNED, len(r)))])
-        for r in (before.residual, change)
-    )
+    scores, sizes = (in_blocks(weights * (r * change).sum(axis=1)) for r in (before.residual, change))
     return along_best(*t_of_scores(scores, sizes), len(after.theta) - len(before.theta))
 
 

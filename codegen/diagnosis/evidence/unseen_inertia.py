@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import sympy
 
-from codegen.diagnosis.fit.residual import Problem, force_rows, information, scales, slip_velocities
+from codegen.diagnosis.fit.residual import Problem, force_rows, information, residual_sizes, slip_velocities
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.logs import Finding
 
@@ -31,7 +31,7 @@ def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:
         return []
     prior, every = problem.prior_precision, np.ones(len(problem.moved), dtype=bool)
     rows = force_rows(problem.system, problem, problem.moved)
-    left = scales(rows, prior, every, np.zeros(len(prior)))
+    left = residual_sizes(rows, prior, every, np.zeros(len(prior)))
     variance = np.diag(np.linalg.pinv(information(rows, left, prior), hermitian=True))
     kept = dict(zip(problem.moved, variance * prior, strict=True))
     return [s for s in inertias if kept[s] > KNOWN]

@@ -22,7 +22,7 @@ from codegen.base.errors import BadInput
 from codegen.diagnosis.evidence.residual_regression import acting_force
 from codegen.diagnosis.experiments.follow import follow, logged
 from codegen.diagnosis.experiments.setups import Setup, setups
-from codegen.diagnosis.fit.linear import solved
+from codegen.diagnosis.fit.linear import rms, solved
 from codegen.diagnosis.fit.residual import Problem, independent_samples, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.shooting import hidden_states
@@ -170,7 +170,7 @@ class Discrimination:
         for i in range(left.shape[1]):
             own = left[rows[:, i], i]
             if len(own):
-                floor = FLOOR * float(np.sqrt(np.mean(acting[rows[:, i], i] ** 2)))
+                floor = FLOOR * rms(acting[rows[:, i], i])
                 power = float(np.mean(own**2)) + floor**2
                 weights[i] = independent_samples(own) / len(own) / max(power, 1e-300)
         return weights

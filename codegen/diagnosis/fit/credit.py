@@ -147,7 +147,7 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
     """
     gains = np.maximum(base, floor) - np.maximum(other, floor)
     total = float(gains.sum())
-    spread = float(np.sqrt((_in_blocks(gains) ** 2).sum()))
+    spread = float(np.sqrt((in_blocks(gains) ** 2).sum()))
     wins = [block.sum() > 0 for block in np.array_split(gains, BLOCKS)]
     before, after, noise = (_squares(losses, kept) for losses in (base, other, np.full(len(base), floor)))
     of_mean = float(1 - np.exp(-2 * total / (len(gains) * kept)))
@@ -155,10 +155,10 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
     of_sum = 1 - max(sum_after, sum_noise) / sum_before if sum_before > sum_noise else 0.0
     far = large = 1.0
     if floor:
-        block_before, block_after, block_noise = (_in_blocks(squares) for squares in (before, after, noise))
+        block_before, block_after, block_noise = (in_blocks(squares) for squares in (before, after, noise))
         floored = np.maximum(block_before, block_noise), np.maximum(block_after, block_noise)
         far = _of_ratios(*floored, np.maximum(*floored) > FAR**2 * block_noise)
-        floored = _in_blocks(np.maximum(before, noise)), _in_blocks(np.maximum(after, noise))
+        floored = in_blocks(np.maximum(before, noise)), in_blocks(np.maximum(after, noise))
         large = _of_ratios(*floored, are_large(*floored))
     return Evidence(
         gain=total,
@@ -172,7 +172,7 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
     )
 
 
-def _in_blocks(values: Array) -> Array:
+def in_blocks(values: Array) -> Array:
     """Sums over ``SIGNED`` blocks of consecutive segments."""
     return np.array([b.sum() for b in np.array_split(values, min(SIGNED, len(values)))])
 

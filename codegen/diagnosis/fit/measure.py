@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.credit import SIGNED
+from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.residual import (
     Masks,
@@ -32,10 +33,10 @@ SHORTEST_PERIODS = 5.0
 
 def measure(system: System, motion: Motion, used: Masks, window: slice, restart_s: float = RESTART_S) -> ErrorFigures:
     """Error figures of a system on one window of a motion; ``used`` are the same samples for every model compared."""
-    per_row, rms, relative = force_errors(system, motion, used, window)
+    per_row, force_rms, relative = force_errors(system, motion, used, window)
     positions, parts = free_run_errors(system, motion, window, restart_s)
-    total = float(np.sqrt(np.mean(np.square(positions))))
-    return ErrorFigures(rms, per_row, relative, total, tuple(positions), parts)
+    total = rms(np.array(positions))
+    return ErrorFigures(force_rms, per_row, relative, total, tuple(positions), parts)
 
 
 def force_errors(

@@ -12,7 +12,7 @@ from scipy.signal import butter, filtfilt
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.diagnosis.fit.signals import Motion
+from codegen.diagnosis.fit.signals import LEAST_WINDOW, NOISE_WINDOWS, Motion
 from codegen.logs import Log
 
 Indices = NDArray[np.int32]
@@ -32,8 +32,6 @@ SHORTENED = (1.0, 0.8, 0.64, 0.5)
 """Shares of the usual segment length, tried in turn where a short log has too few segments."""
 MOST_STEPS, PLENTY = 40_000, 120
 """Most time steps of all segments, which are spread over the log, unless these are fewer than ``PLENTY``."""
-NOISE_WINDOWS, LEAST_WINDOW = 40, 100
-"""Windows in which the noise near the Nyquist frequency is looked at, and the fewest samples of one."""
 JITTERS = 10.0
 """Noise near the Nyquist frequency over the stated one from which on it is jitter and no fast motion."""
 A_RECORD = 3

@@ -405,7 +405,7 @@ def information(rows: Sequence[ForceRows], sizes: Array, prior_precision: Array)
     return matrix
 
 
-def scales(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.bool_], pull: Array) -> Array:
+def residual_sizes(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.bool_], pull: Array) -> Array:
     """Residual RMS of each coordinate after a linear fit of the ``free`` parameters (p,).
 
     Args:

@@ -28,7 +28,7 @@ from codegen.diagnosis.fit.output_error import (
     segment_weights,
     shooting_fit,
 )
-from codegen.diagnosis.fit.residual import ForceRows, Problem, force_rows, independent_samples, scales
+from codegen.diagnosis.fit.residual import ForceRows, Problem, force_rows, independent_samples, residual_sizes
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.diagnosis.results import ParameterError
@@ -359,7 +359,7 @@ class CrossValidation:
         p, declared = self.count, self.search.declared
         matrix, vector = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
         free = np.ones(p, dtype=bool)
-        left = scales(self._rows, self.search.prior_precision, free, np.zeros(p))
+        left = residual_sizes(self._rows, self.search.prior_precision, free, np.zeros(p))
         for rows, size, places in zip(self._rows, left, self._blocks, strict=True):
             weight = independent_samples(rows.residual) / len(rows.residual) / size**2
             for block in range(BLOCKS):
