@@ -95,7 +95,8 @@ def is_static(system: System) -> bool:
 def is_seen(trial: Trial) -> bool:
     """Whether records at steady speed can show the last part of a trial.
 
-    Not a force of the input: at an imposed speed this follows friction, so any function of it would explain friction.
+    Not a force of the input: at an imposed speed the input follows friction, so any function of it would explain
+    friction.
     """
     changed, before = trial.changed, replace(trial, parts=trial.parts[:-1]).changed
     if not is_static(changed):

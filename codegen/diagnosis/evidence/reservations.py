@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.fit.output_error import levels_at_zero
 from codegen.diagnosis.fit.residual import Problem, slip_velocities
 from codegen.diagnosis.fit.signals import Motion, is_resolved
@@ -73,9 +73,8 @@ def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping
 def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
     """Whether an effect's period is nowhere covered at a speed at which its force is below the filter's cutoff."""
     period = parameters.get("period", np.inf)
-    direction = _direction(system, part)
     return period <= _stroke(system, motion, part) and not is_resolved(
-        period, motion.positions @ direction, motion.velocities @ direction, motion.usable, motion.cutoff_hz
+        period, *_along(system, motion, part), motion.usable, motion.cutoff_hz
     )
 
 
@@ -89,8 +88,7 @@ def resolvable_periods(system: System, motion: Motion, part: Part, parameters: M
     stroke, period = _stroke(system, motion, part), parameters.get("period")
     if period is None or stroke <= 0 or _known_turn(system, part, period):
         return 1.0
-    direction = _direction(system, part)
-    x, v = motion.positions @ direction, motion.velocities @ direction
+    x, v = _along(system, motion, part)
     shares = np.geomspace(SHORTEST_PERIOD, 1.0, PERIODS_TRIED)
     seen = (q for q in shares if is_resolved(q * stroke, x, v, motion.usable, motion.cutoff_hz))
     return float(1 / next(seen, 1.0))
@@ -155,18 +153,19 @@ def _known_turn(system: System, part: Part, period: float) -> bool:
 def _stroke(system: System, motion: Motion, part: Part) -> float:
     if not motion.usable.any():
         return 0.0
-    return float(np.ptp((motion.positions @ _direction(system, part))[motion.usable]))
+    return float(np.ptp(_along(system, motion, part)[0][motion.usable]))
 
 
 def _top_speed(system: System, motion: Motion, part: Part) -> float:
-    return float(np.quantile(np.abs(motion.velocities @ _direction(system, part)), MOST_SPEED))
+    return float(np.quantile(np.abs(_along(system, motion, part)[1]), MOST_SPEED))
 
 
-def _direction(system: System, part: Part) -> NDArray[np.float64]:
-    """(n,) the place of an effect as a combination of coordinates; a contact's slip where U is constant."""
+def _along(system: System, motion: Motion, part: Part) -> tuple[Array, Array]:
+    """(N,) position and speed at the place of an effect; of a contact its slip, where U is constant."""
+    direction = np.zeros(system.degrees_of_freedom)
     if part.effect.sits_on == "contact":
         column = system.distribution[:, part.place].subs(system.values)
-        return np.array([float(c) if c.is_number else 1.0 for c in column])
-    direction = np.zeros(system.degrees_of_freedom)
-    direction[part.place if part.effect.sits_on in ("coordinate", "sensor", "axis") else 0] = 1.0
-    return direction
+        direction[:] = [float(c) if c.is_number else 1.0 for c in column]
+    else:
+        direction[part.place if part.effect.sits_on in ("coordinate", "sensor", "axis") else 0] = 1.0
+    return motion.positions @ direction, motion.velocities @ direction

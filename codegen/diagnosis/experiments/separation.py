@@ -51,7 +51,7 @@ SLOW, SLOW_TURNS = 0.06, 3
 DIGITS = 4
 MOST_RIVALS, MOST_CONFUSABLE = 2, 1
 MOST_SIMULATED = 5_000_000
-"""Samples of all motions that are tried, times the cube of the number of coordinates, as a sample takes."""
+"""Samples of all motions that are tried, times the cube of the number of coordinates: of an arm few, or none."""
 
 
 def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:

@@ -60,9 +60,9 @@ class Setup:
         return system
 
     def values(self, part: Part, values: Mapping[str, float], factor: float) -> dict[str, float]:
-        """The parameters of an effect after the change.
+        """The parameters of an effect after the change, with friction times a factor.
 
-        Of an effect on a contact, neutral + factor (value − neutral) where it is absent at a neutral value.
+        A parameter of an effect on a contact becomes neutral + factor (value − neutral), where it has a neutral value.
         """
         changed = part.effect.turned(values) if self.turned else dict(values)
         if self.friction is None or part.effect.sits_on != "contact":

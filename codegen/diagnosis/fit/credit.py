@@ -108,7 +108,8 @@ class Evidence:
 def random_signs(t: float) -> float:
     """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), Φ the normal CDF.
 
-    Of B equal gains all are positive with the probability 2^−B: 3 times that for B = 3, 1.7 times for B = 8.
+    An approximation: B equal gains are all positive with the probability 2^−B, 3 times 1 − Φ(√B) for B = 3, 1.7 times
+    for 8.
     """
     return 0.5 * erfc(t / sqrt(2))
 
@@ -256,7 +257,11 @@ def noise_ratio(fit: Fit) -> float:
 
 
 def near_noise(fit: Fit, times: float = 1.0) -> bool:
-    """Whether the residual is near the noise, ``times`` what the fit assumes, in the median and nearly all segments."""
+    """Whether the residual is near the noise, in the median and in all but a share ``FEW`` of the segments.
+
+    Args:
+        times: noise that the fit assumes over the measurement's, which scales the median.
+    """
     return noise_ratio(fit) * times <= NEAR_NOISE and share_far(fit) <= FEW
 
 

@@ -31,7 +31,7 @@ WIDE = 20.0
 MANY = 12
 """With more toleranced parameters, as of an arm, in which forces are linear, slopes are computed once a fit."""
 SPEED_SHARE = 0.005
-"""Prior deviations of a start state: ``WIDE`` times the position's noise, and at least this share of the speed."""
+"""Prior deviations of a start state: ``WIDE`` times the noise; of its velocity at least this share of the top speed."""
 
 
 @dataclass(frozen=True, eq=False)
