@@ -65,7 +65,7 @@ def passes(r: Array, candidate: Candidate, share: float, count: int) -> bool:
     left = float(np.sum((r - force) ** 2) / np.sum(r**2))
     nats = slow_noise_likelihood(r - force, 1.0) - slow_noise_likelihood(r, 1.0)
     scores, sizes = (np.array([p.sum() for p in np.array_split(y * force, SIGNED)]) for y in (r, force))
-    p = ForceGain(left, 0.0, 0.0, t_of_scores(scores, sizes), nats).p_added(k)
+    p = ForceGain(left, 0.0, t_of_scores(scores, sizes), nats).p_added(k)
     return left <= 1 - LEAST_SHARE and count * periods * p / share <= ALPHA
 
 

@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 from scipy.stats import binom
 
 from codegen.diagnosis.evidence.force_evidence import ForceGain, force_gain
-from codegen.diagnosis.fit.credit import ALPHA, Evidence
+from codegen.diagnosis.fit.credit import ALPHA, Evidence, random_signs
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import (
     Masks,
@@ -89,7 +89,7 @@ def test_what_a_few_accelerations_show_is_no_chance(log: Log) -> None:
     after = draw.normal(size=(count, 1))
     jerk = np.isin(np.arange(count) * 40 // count, draw.choice(40, 10, replace=False))[:, None]
     gain = force_gain(problem, np.where(jerk, 30.0, 1.0) * after, after)
-    assert gain.t < np.sqrt(20) and gain.p < 1e-8
+    assert gain.by_signs > random_signs(np.sqrt(20)) and gain.p < 1e-8
     assert force_gain(problem, after, np.where(jerk, 30.0, 1.0) * after).p == 1.0
 
 
@@ -121,7 +121,7 @@ def test_equal_gains_in_five_blocks_tell_no_rivals_apart(log: Log) -> None:
     sizes, sign = np.ones(block.shape), np.where(np.arange(len(block)) % 2, 1.0, -1.0)[:, None]
     larger = np.where(np.isin(block, [3, 11, 22, 31, 44]), 1.2, 1.0)
     gain = replace(force_gain(problem, larger * sign * sizes, sizes), ratios=(), where_apart=1.0, nats=50.0)
-    assert gain.t == pytest.approx(np.sqrt(5), rel=0.02)
+    assert gain.by_signs == pytest.approx(1 / 32, rel=0.2)
     assert gain.p_of_rivals() == pytest.approx(3 / 32, rel=0.2)
 
 
@@ -235,7 +235,7 @@ def test_a_coefficient_five_deviations_from_zero_is_no_chance_though_the_gains_o
     before = noise - wave * float(noise[rows] @ wave[rows] / (wave[rows] @ wave[rows])) + 5 * error * wave
     gain = force_gain(problem, before, before - 5 * error * wave)
     assert gain.score[0] == pytest.approx(5, rel=0.2) and gain.p_added(1) < 1e-4
-    assert gain.t < 3.2 and gain.p > 1e-3
+    assert gain.by_signs > random_signs(3.2) and gain.p > 1e-3
 
 
 @pytest.mark.parametrize("used", [1.0, 0.25])

@@ -72,7 +72,6 @@ class ForceGain:
 
     left: float
     nats: float
-    t: float
     score: tuple[float, float] = (0.0, 0.0)
     nats_added: float = 0.0
     ratios: tuple[float, ...] = ()
@@ -155,12 +154,9 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     one, other = squares[:, some]
     large = are_large(one, other) if some.any() else np.zeros(0, dtype=bool)
     ratios = tuple(np.log(one[large] / other[large]).tolist())
-    spread = float(np.sqrt((blocks**2).sum()))
-    t = float(blocks.sum()) / spread if spread > 0 else 0.0
     many = float(values[some][large].sum())
-    return ForceGain(
-        left, nats, t, t_of_scores(*scores), added, ratios, many, by_shifts(pairs), by_random_signs(blocks)
-    )
+    signs = by_random_signs(blocks)
+    return ForceGain(left, nats, t_of_scores(*scores), added, ratios, many, by_shifts(pairs), signs)
 
 
 def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]]) -> Array:
