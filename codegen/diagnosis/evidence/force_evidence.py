@@ -61,8 +61,7 @@ class ForceGain:
     Attributes:
         left: squared residual over the other model's, on the coordinate where they differ most.
         nats: gain in log-likelihood for the number of independent residuals.
-        t: sum of the gains of blocks of the log over the root of the sum of their squares. by_signs:
-            ``by_random_signs``.
+        by_signs: p of the gains of blocks of the log if their signs are random (``by_random_signs``).
         score: ``t_of_scores`` of the sums over blocks of r'(r − r₁), r the other model's residual and r₁ this one's.
         nats_added: gain in log-likelihood where either residual may be slow noise in part (``slow_noise_likelihood``).
         ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
