@@ -128,12 +128,15 @@ def diagnose_log(
 
 @dataclass(frozen=True, eq=False)
 class _FreeRuns:
-    """Stages of a diagnosis by free runs and force residual, on segments that free runs can follow; base: the refit."""
+    """Stages of a diagnosis by free runs and force residual.
+
+    Attributes:
+        search: with segments short enough for free runs to follow the motion. base: the refit in it.
+    """
 
     case: Case
     search: Search
     base: Fit
-    report: Progress
 
     @cached_property
     def restart_s(self) -> float:
@@ -158,17 +161,6 @@ class _FreeRuns:
         """The remainder of the model that an answer writes."""
         problem = self.case.problem
         return remainders(answer.adopted or answer.refit, problem.motion, problem.masks)
-
-    def by_force(self, outcome: Outcome, answer: Answer) -> tuple[Answer, Outcome]:
-        return credited_by_force(
-            self.search,
-            outcome,
-            self.case.problem,
-            answer,
-            self.measured,
-            lambda done: self.report("effects by the force residual", 0.8 + 0.05 * done),
-            HeldOut(self.held_out, self.measured),
-        )
 
     def without_tied(self, last: Search, outcome: Outcome, far: bool) -> tuple[Answer, Outcome] | None:
         """The answer by the effects that all tied models have in common; None where these alone are not credited.
@@ -201,10 +193,6 @@ class _FreeRuns:
         yield from _once_on_held_out(answer, case)
 
 
-def _is_far(fit: Fit) -> bool:
-    return noise_ratio(fit) > NEAR_NOISE
-
-
 def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -> tuple[Diagnosis, Models]:
     """The diagnosis by free runs and force residual of a motion."""
     problem, system = case.problem, case.problem.system
@@ -216,11 +204,19 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     outcome, last = with_harmonics(search, outcome, problem) if not case.faults else (outcome, search)
 
     report("values and held-out error", 0.78)
-    runs = _FreeRuns(case, search, base, report)
+    runs = _FreeRuns(case, search, base)
     answer, outcome = runs.examined(last, outcome)
-    far = _is_far(outcome.final if answer.verdict in ("effect", "ambiguous") else base)
+    far = noise_ratio(outcome.final if answer.verdict in ("effect", "ambiguous") else base) > NEAR_NOISE
     if answer.verdict != "none" and far and not case.faults:
-        answer, outcome = runs.by_force(outcome, answer)
+        answer, outcome = credited_by_force(
+            search,
+            outcome,
+            problem,
+            answer,
+            runs.measured,
+            lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
+            HeldOut(runs.held_out, runs.measured),
+        )
     tied: list[Fit] = []
     experiment, excitation = None, None
     if answer.verdict == "ambiguous":
@@ -259,7 +255,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         agreement=compare_residuals(case.spec, system, problem.motion),
         later_rounds=rounds(outcome),
         standing=standing(last, outcome),
-        reliability=reliability_of(answer.verdict, not _is_far(outcome.final)),
+        reliability=reliability_of(answer.verdict, noise_ratio(outcome.final) <= NEAR_NOISE),
         proposal=propose_terms(answer.refit, problem, case.test, case.window) if unknown else None,
     )
 
