@@ -127,10 +127,7 @@ def _judged(
     fit: Fit,
     found: tuple[FoundEffect, ...],
 ) -> Answer:
-    """The answer with the effects found, or ``plain`` with the reason if a check refuses them.
-
-    The checks are by the force residual, by a regression of it on smooth curves, and by held-out data.
-    """
+    """The answer with the effects found, or ``plain`` with the reason if force residual or held-out data refuse them."""
     system = with_effects(final_search.system, found)
     richer = adopt_values(final_search, fit, problem, system)
     without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}

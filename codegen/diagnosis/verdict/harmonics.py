@@ -85,7 +85,10 @@ def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[
             waves = _best(periods, system, problem, i)
             if waves is None:
                 continue
-            fitted = pruned(near, _fitted(near, final, moved, kept, waves, effect), MOST_ORDER, spared=1)
+            part = part_of(effect.of_orders(waves.orders), i, near.system)
+            parts, values = [final.trial.parts[k] for k in kept], [final.values[1][k] for k in kept]
+            richer = near.with_parts(final, moved, [*parts, part], [*values, waves.parameters(effect)])
+            fitted = pruned(near, richer, MOST_ORDER, spared=1)
             if best is None or worth_it(near, best, fitted, MOST_ORDER):
                 best = fitted
         if best is not None and credible(near, base, best, MOST_ORDER) and worth_it(near, final, best, MOST_ORDER):
@@ -200,12 +203,6 @@ def _held_out(grams: Array, used: Sequence[int]) -> float:
         inner = block[np.ix_(used, used)]
         error += float(block[-1, -1] - 2 * weights @ block[used, -1] + weights @ inner @ weights)
     return error
-
-
-def _fitted(search: Search, fit: Fit, moved: Array, kept: Sequence[int], waves: Waves, richer: CoggingHarmonics) -> Fit:
-    part = part_of(richer.of_orders(waves.orders), waves.coordinate, search.system)
-    parts, values = [fit.trial.parts[k] for k in kept], [fit.values[1][k] for k in kept]
-    return search.with_parts(fit, moved, [*parts, part], [*values, waves.parameters(richer)])
 
 
 def _adopted(search: Search, outcome: Outcome, before: Fit, richer: Fit) -> Outcome:
