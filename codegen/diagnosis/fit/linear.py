@@ -26,8 +26,9 @@ def inverse(matrix: Array) -> Array:
 
 
 def fitted(columns: Array, values: Array, rcond: float = 1e-9) -> Array:
-    """(p,) weights of columns (N, p) that fit values (N,) best."""
-    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    """(p,) weights of columns (N, p) that fit values (N,) best; about zero for a column of zeros."""
+    norm = np.linalg.norm(columns, axis=0)
+    size = np.where(norm > 0, norm, 1.0)
     return np.asarray(np.linalg.lstsq(columns / size, values, rcond=rcond)[0] / size)
 
 

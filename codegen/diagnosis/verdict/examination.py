@@ -127,7 +127,7 @@ def _judged(
     fit: Fit,
     found: tuple[FoundEffect, ...],
 ) -> Answer:
-    """The answer with the effects found, or ``plain`` with the reason if force residual or held-out data refuse them."""
+    """The answer with the effects found, or ``plain`` with the reason if force residual or held-out data refuse."""
     system = with_effects(final_search.system, found)
     richer = adopt_values(final_search, fit, problem, system)
     without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
