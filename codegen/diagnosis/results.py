@@ -187,30 +187,30 @@ class TiedPair:
     """Two candidates, (kind, on) each, that the log does not tell apart.
 
     Attributes:
-        angle: degrees between the parts of the refit's residual that the two explain on this log; 0: the same motion.
-        distance: how much better the first fits this log, in standard deviations of the noise. Negative where the other
-            does: the force residual or later rounds may prefer the first all the same.
-        separated_by: experiment that the catalogue names for telling the two apart; may be empty.
+        angle_deg: between the parts of the refit's residual that the two explain on this log; 0: the same motion.
+        distance_on_this_log: how much better the first fits, in standard deviations of the noise. Negative where the
+            other does: the force residual or later rounds may prefer the first all the same.
+        catalogue: experiment that the catalogue names for telling the two apart; may be empty.
     """
 
     first: tuple[str, str]
     other: tuple[str, str]
-    angle: float
-    distance: float
-    separated_by: str
+    angle_deg: float
+    distance_on_this_log: float
+    catalogue: str
 
     @property
     def better(self) -> tuple[str, str]:
         """The one that fits this log better."""
-        return self.first if self.distance >= 0 else self.other
+        return self.first if self.distance_on_this_log >= 0 else self.other
 
 
 @dataclass(frozen=True)
 class MotionTried:
-    """A simulated extra motion: duration in s, energy ∫|w|² dt, and smallest separation, in noise, over the pairs."""
+    """A simulated extra motion: duration, energy ∫|w|² dt, and smallest separation, in noise, over the pairs."""
 
     name: str
-    duration: float
+    duration_s: float
     energy: float
     separation: float
 
@@ -224,7 +224,7 @@ class SetupTried:
     """
 
     kind: str
-    words: str
+    what: str
     separation: float
     largest_input: float
 
@@ -255,25 +255,15 @@ class Separation:
         return best if enough else None
 
     def as_json(self) -> dict[str, Any]:
-
-        def change(c: SetupTried) -> dict[str, Any]:
-            return {"kind": c.kind, "what": c.words, "separation": c.separation, "largest_input": c.largest_input}
-
-        def motion(m: MotionTried) -> dict[str, Any]:
-            return {"name": m.name, "duration_s": m.duration, "energy": m.energy, "separation": m.separation}
-
-        def pair(a: TiedPair) -> dict[str, Any]:
-            first, other = _places((a.first, a.other))
-            figures = {"angle_deg": a.angle, "distance_on_this_log": a.distance, "catalogue": a.separated_by}
-            return {"first": first, "other": other, **figures}
-
         return {
-            "pairs": [pair(a) for a in self.pairs],
+            "pairs": [
+                asdict(a) | dict(zip(("first", "other"), _places((a.first, a.other)), strict=True)) for a in self.pairs
+            ],
             "separation_needed": self.needed,
-            "motion": None if self.chosen is None else motion(self.chosen) | {"reference": dict(self.references)},
-            "tried": [motion(m) for m in self.tried],
-            "change": None if self.change is None else change(self.change),
-            "changes": [change(c) for c in self.changes],
+            "motion": None if self.chosen is None else asdict(self.chosen) | {"reference": dict(self.references)},
+            "tried": [asdict(motion) for motion in self.tried],
+            "change": None if self.change is None else asdict(self.change),
+            "changes": [asdict(change) for change in self.changes],
         }
 
 

@@ -89,7 +89,7 @@ def test_a_look_alike_that_the_log_ruled_out_does_not_come_back(tmp_path: Path) 
     assert told.chosen is not None
     # It ties with a gain; on moves with rests it would be apart from that, and be called a delay.
     assert {told.pairs[0].first[0], told.pairs[0].other[0]} == {"actuator_lag", "input_gain"}
-    again = log_of(coarse(plant, told.references["x"], told.chosen.duration, "1e-3"), tmp_path, "again.csv")
+    again = log_of(coarse(plant, told.references["x"], told.chosen.duration_s, "1e-3"), tmp_path, "again.csv")
     second, _ = diagnose_log(spec, system_of(spec), again)
     assert [e.kind for e in second.effects] == ["actuator_lag"]
 
@@ -128,7 +128,7 @@ def test_no_motion_tells_exact_twins_apart(tmp_path: Path) -> None:
     told, excitation = separate(search, outcome, tied_fits(search, outcome), log, {})
     assert told.chosen is None
     assert excitation is None
-    assert told.pairs[0].angle < 2  # two fits of noisy positions stop a degree apart
+    assert told.pairs[0].angle_deg < 2  # two fits of noisy positions stop a degree apart
     assert len(told.tried) == len(library(reach_of(system, motion, {}), motion))
     assert max(m.separation for m in told.tried) < 2
 
