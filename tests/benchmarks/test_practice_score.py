@@ -161,7 +161,7 @@ def test_pysindy_names_what_its_library_holds(
     tmp_path: Path, kind: str, on: str, name: str, value: float, kinds: tuple[str, ...]
 ) -> None:
     train, test = problems(tmp_path, f"[{{kind: {kind}, on: {on}, parameters: {{{name}: {value}}}}}]")
-    sums = propose_terms(train.system, train, test, slice(0, len(test.motion.time))).coordinates
+    sums = propose_terms(train.system, train, test, slice(0, len(test.motion.time)))
     alone, _ = readings(train.system, train, sums)
     assert alone.kinds == kinds
 
@@ -169,7 +169,7 @@ def test_pysindy_names_what_its_library_holds(
 @needs_pysindy
 def test_pysindy_names_nothing_where_nothing_is_missing(tmp_path: Path) -> None:
     train, test = problems(tmp_path, "[]")
-    sums = propose_terms(train.system, train, test, slice(0, len(test.motion.time))).coordinates
+    sums = propose_terms(train.system, train, test, slice(0, len(test.motion.time)))
     assert readings(train.system, train, sums) == (Reading(), Reading())
 
 
