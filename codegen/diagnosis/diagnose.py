@@ -128,11 +128,7 @@ def diagnose_log(
 
 @dataclass(frozen=True, eq=False)
 class _FreeRuns:
-    """Stages of a diagnosis by free runs and force residual.
-
-    Attributes:
-        search: with segments short enough for free runs to follow the motion. base: the refit in it.
-    """
+    """Stages of a diagnosis by free runs, on segments so short that these follow the motion; ``base``: the refit."""
 
     case: Case
     search: Search
@@ -163,15 +159,12 @@ class _FreeRuns:
         return remainders(answer.adopted or answer.refit, problem.motion, problem.masks)
 
     def without_tied(self, last: Search, outcome: Outcome, far: bool) -> tuple[Answer, Outcome] | None:
-        """The answer by the effects that all tied models have in common; None where these alone are not credited.
-
-        Args:
-            far: whether the models end far from the noise; near it the common effects must leave little.
-        """
+        """The answer by the effects that all tied models have in common; None where these do not suffice."""
         common = common_effects(last, outcome)
         if common is None:
             return None
         answer, found = self.examined(*common)
+        # Near the noise they must leave little.
         if answer.verdict != "effect" or not (far or is_small(self.left_by(answer), self.case.material)):
             return None
         return replace(answer, remarks=(*answer.remarks, _left_out(outcome, answer))), found

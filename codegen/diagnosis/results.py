@@ -217,11 +217,7 @@ class MotionTried:
 
 @dataclass(frozen=True)
 class SetupTried:
-    """A simulated change of the machine, the log's path followed again, and the largest input that this needs.
-
-    Attributes:
-        separation: smallest over the pairs with the best candidate, in standard deviations of its residual.
-    """
+    """A simulated change of the machine on the log's path: separation in standard deviations, and input needed."""
 
     kind: str
     what: str

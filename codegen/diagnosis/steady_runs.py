@@ -93,10 +93,9 @@ def is_static(system: System) -> bool:
 
 
 def is_seen(trial: Trial) -> bool:
-    """Whether records at steady speed can show the last part of a trial.
+    """Whether records at steady speed can show the last part of a trial, which is no force of the input.
 
-    Not a force of the input: at an imposed speed the input follows friction, so any function of it would explain
-    friction.
+    At an imposed speed the input follows friction, so any function of it would explain friction.
     """
     changed, before = trial.changed, replace(trial, parts=trial.parts[:-1]).changed
     if not is_static(changed):
@@ -416,11 +415,7 @@ def select_effects(search: SteadySearch) -> SteadyOutcome:
 
 
 def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple[Answer, SteadyOutcome]:
-    """The answer, which held-out records may refuse.
-
-    Args:
-        by_means: whether held-out data are means of steady records, for which free runs are not used.
-    """
+    """The answer, which held-out records may refuse; by free runs too unless they are judged ``by_means``."""
     system, found = search.system, select_effects(search)
 
     def judged(model: System) -> ErrorFigures:

@@ -38,11 +38,7 @@ AS_GOOD = 0.95
 
 @dataclass(frozen=True)
 class ChangesInTime:
-    """What changes in time.
-
-    Attributes:
-        share: of Σr² that the changes explain. whole: with coefficients that are the same in the whole log.
-    """
+    """Changes in time, the share of Σr² that they explain, and that with unchanged coefficients in addition."""
 
     changes: tuple[Change, ...]
     share: float

@@ -49,11 +49,7 @@ class Survey:
     def covered(
         self, part: Part, levels: Sequence[float], noise: Array, coupling: Mapping[str, float] | None = None
     ) -> Covered:
-        """The range that the log covers at the place of ``part``.
-
-        Args:
-            levels: of the contacts, as refitted. noise: of the positions. coupling: of the compliance fitted there.
-        """
+        """The range that the log covers at the place of ``part``, with the levels of the contacts as refitted."""
         m, sits_on = self.motion, part.effect.sits_on
         contact = part.place if sits_on == "contact" else None
         i = part.effect.coordinate(self.system, part.place)

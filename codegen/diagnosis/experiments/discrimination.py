@@ -45,12 +45,7 @@ FLOOR = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A fitted model as a function of its parameters.
-
-    Attributes:
-        trial: the declared system with effects. theta: (p,) refitted values, then the effects' own, SI.
-        prior_precision: (p,) diagonal of P.
-    """
+    """A fitted model as a function of its parameters (p,): refitted values, then the effects' own, in SI."""
 
     trial: Trial
     theta: Array

@@ -22,11 +22,7 @@ LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
 def follow(
     search: Search, machine: System, target: Array, rate: Array, centre: Array, h: float, limit: Array | None = None
 ) -> LoopRun | None:
-    """The simulated run along (N, n) positions and their rates; None where it diverges.
-
-    Args:
-        centre: (n,) positions at which the loop is critically damped. limit: (m,) of the inputs.
-    """
+    """The simulated run along (N, n) positions and rates, critically damped at ``centre``; None if it diverges."""
     position_gain, velocity_gain = loop_gains(search, centre, h)
     controller = Feedback(
         len(machine.inputs),

@@ -108,8 +108,7 @@ class Evidence:
 def random_signs(t: float) -> float:
     """One-sided p-value of ``Evidence.t`` if the gain of each block has a random sign: 1 − Φ(t), Φ the normal CDF.
 
-    An approximation: B equal gains are all positive with the probability 2^−B, 3 times 1 − Φ(√B) for B = 3, 1.7 times
-    for 8.
+    B equal gains are all positive with the probability 2^−B, 3 times 1 − Φ(√B) for B = 3 and 1.7 times for B = 8.
     """
     return 0.5 * erfc(t / sqrt(2))
 
@@ -141,11 +140,7 @@ def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
 
 
 def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Evidence:
-    """Evidence for ``other`` over ``base``, both (S,) held-out losses of segments with ``kept`` residuals each.
-
-    Args:
-        floor: loss of a segment whose residual is pure noise; smaller losses are raised to it.
-    """
+    """Evidence for ``other`` by (S,) held-out losses of ``kept`` residuals, raised to ``floor``, that of noise."""
     gains = np.maximum(base, floor) - np.maximum(other, floor)
     total = float(gains.sum())
     spread = float(np.sqrt((in_blocks(gains) ** 2).sum()))

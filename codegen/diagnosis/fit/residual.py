@@ -31,11 +31,7 @@ from codegen.spec.functions import Sgn
 
 
 def evaluate_forces(system: System, columns: Sequence[Matrix], motion: Motion, inputs: Array | None = None) -> Array:
-    """(columns, N, n) generalised forces, unfiltered, along the motion corrected for the declared sensor errors.
-
-    Args:
-        columns: n by 1 matrices over x, v, w, accelerations and parameters. inputs: (N, m), in place of the motion's.
-    """
+    """(columns, N, n) forces by n by 1 matrices, unfiltered, along the motion corrected for declared sensor errors."""
     at = points(system, motion, motion.inputs if inputs is None else inputs)
     found = over_rows(force_function(system, columns), at).reshape(len(at), len(columns), -1)
     return np.ascontiguousarray(found.transpose(1, 0, 2))
@@ -54,11 +50,7 @@ def force_function(
     values: Mapping[sympy.Symbol, float] | None = None,
     slopes: bool = False,
 ) -> casadi.Function:
-    """Forces, or their ``slopes`` by symbols, as a function of a point of the motion followed by ``symbols``.
-
-    Args:
-        values: of symbols, in place of the system's.
-    """
+    """Forces, or their ``slopes`` by symbols, as a function of a point of the motion followed by the symbols."""
     variables = [*system.positions, *system.velocities, *system.accelerations, *system.inputs, TIME]
     point, more = casadi.SX.sym("point", len(variables)), casadi.SX.sym("more", len(symbols))
     names = symbol_values({**system.values, **(values or {})}, (variables, point), (symbols, more))
@@ -268,7 +260,8 @@ def drive_left(system: System, motion: Motion) -> Array:
 
     The median over samples of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs, over that for f = g with the
     logged inputs. By derivatives, since a dead zone passes an error of the drive unchanged; without samples at which a
-    saturation passes nothing. At very low speed the sign of the speed is noise, so the mean may exceed 1.
+    saturation passes nothing. The median, since at very low speed the sign of the speed is noise and friction may seem
+    to add.
     """
     n = system.degrees_of_freedom
     if not _changes_drive(system):
@@ -406,11 +399,7 @@ def information(rows: Sequence[ForceRows], sizes: Array, prior_precision: Array)
 
 
 def residual_sizes(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.bool_], pull: Array) -> Array:
-    """Residual RMS of each coordinate after a linear fit of the ``free`` parameters (p,).
-
-    Args:
-        prior_precision, pull: (p,) of the Gaussian prior, and its centre minus the system's values.
-    """
+    """Residual RMS of each coordinate after a linear fit of the ``free`` parameters, ``pull`` from their prior."""
     size = np.array([_rms(r.residual) for r in rows])
     for _ in range(REWEIGHED):
         matrix, vector = information(rows, size, prior_precision), prior_precision * pull

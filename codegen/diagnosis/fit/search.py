@@ -178,11 +178,7 @@ class Search:
         return self.fitted_again(replace(fit, runner=runner, offsets=self.record.at_rest))
 
     def fit_from(self, runner: Runner, theta: Array, base: Fit, rounds: int, raw: Sequence[Array] | None = None) -> Fit:
-        """The fit of a trial with one part more than the base's, from ``theta``, with the base's start states.
-
-        Args:
-            raw: slopes by the base's parameters, before projection; by default those of the base.
-        """
+        """The fit of a trial with one part more than the base's, from ``theta``, with the base's starts and slopes."""
         prior, known = self.prior(runner.trial, theta, base.prior.tempering), base.raw_slopes if raw is None else raw
         return gauss_newton(runner, theta, base.offsets, base.starts, prior, rounds, known)
 

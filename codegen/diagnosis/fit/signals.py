@@ -95,11 +95,7 @@ def _butterworth(share: float) -> tuple[Array, Array]:
 
 
 def is_resolved(period: float, x: Array, v: Array, used: NDArray[np.bool_], cutoff_hz: float) -> bool:
-    """Whether some stretch of the motion covers a spatial period slowly enough: |v|/period below the cutoff.
-
-    Args:
-        x, v, used: (N,) positions, velocities, and samples away from ends and gaps.
-    """
+    """Whether a motion (N,) covers a spatial period somewhere so slowly that |v|/period is below the cutoff."""
     slow = used & (np.abs(v) <= cutoff_hz * period)
     first = np.flatnonzero(slow & ~np.concatenate([[False], slow[:-1]]))
     if not len(first):
@@ -191,11 +187,7 @@ def derivative_noise(noise: Array, cutoff_hz: float, h: float, order: int, integ
 
 
 def quiet_cutoff(positions: Array, h: float, integrated: Sequence[bool] = ()) -> float:
-    """The highest cutoff in Hz at which the acceleration is mostly motion and not noise.
-
-    The noise is estimated above a fifth of the sample rate and taken as white. Above 20 Hz only where most of the
-    acceleration is there.
-    """
+    """The highest cutoff in Hz at which the acceleration is mostly motion, not white noise; seldom above 20 Hz."""
     noise = white_noise(positions, low_pass(positions, 0.2 / h, h), 0.2 / h, h, integrated)
 
     def quiet(cutoffs: Sequence[float]) -> tuple[float, Array] | None:

@@ -42,11 +42,7 @@ TRIES, SIMPLEX = 120, 0.5
 
 
 def starting_points(runner: Runner, base: Fit, covered: Covered, most: int) -> list[tuple[float, Array]]:
-    """The best starting values, as (cost after one linear step, theta of the trial), best first.
-
-    Args:
-        runner: of the trial with the part last. base: the fit without it. covered: by the log where the part acts.
-    """
+    """The best starting values of the trial's last part, as (cost after one linear step, theta), best first."""
     part = runner.trial.parts[-1]
     effect, moved, found = part.effect, _projected_slopes(base), []
     for shape in effect.starts(covered):

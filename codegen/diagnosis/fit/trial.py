@@ -69,11 +69,7 @@ def part_of(effect: Effect, place: int, system: System) -> Part:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A system with parts, in the order in which they were found.
-
-    Attributes:
-        moved: friction levels and toleranced parameters, which every fit estimates.
-    """
+    """A system with parts, in the order found; ``moved`` are the levels and toleranced parameters of every fit."""
 
     system: System
     parts: tuple[Part, ...]
