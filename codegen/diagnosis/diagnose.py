@@ -209,6 +209,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             runs.measured,
             lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
             HeldOut(runs.held_out, runs.measured),
+            case.steady,
         )
     tied: list[Fit] = []
     experiment, excitation = None, None

@@ -282,6 +282,13 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
         )
         verdicts[data] = answer.verdict, [e.kind for e in answer.effects]
     assert verdicts == {None: ("ambiguous", ["offset"]), held_out: ("effect", ["spring"])}
+    monkeypatch.setattr(force_led, "better_values", lambda search, led: "the value m = 3 kg explains")
+    for steady, verdict in ((False, "unknown"), (True, "effect")):
+        answer, _ = force_led.credited_by_force(
+            search, outcome, tied.fits.problem, plain, held_out.measured, lambda _: None, held_out, steady
+        )
+        assert answer.verdict == verdict
+        assert steady or "spring on x, but in free runs the value m = 3 kg explains" in answer.remarks[-1]
 
 
 def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(

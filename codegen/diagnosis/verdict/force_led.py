@@ -51,6 +51,7 @@ from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.conclusion import named_effects
 from codegen.diagnosis.verdict.examination import with_estimate
 from codegen.diagnosis.verdict.held_out import HeldOut, in_words
+from codegen.diagnosis.verdict.wrong_values import better_values
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
 
@@ -221,18 +222,21 @@ def credited_by_force(
     measured: Callable[[System], ErrorFigures],
     report_progress: Callable[[float], None],
     held_out: HeldOut | None = None,
+    steady: bool = False,
 ) -> tuple[Answer, Outcome]:
     """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
 
     The values and intervals of the effects are those of the fit to the force residual. The effects are examined as
     others are: by their intervals, by a smooth curve over their own variable, and by held-out data, which may refuse
-    some of those that tie (``told_by_held_out``). Effects that free runs credited are replaced only if
-    ``against_free_runs`` gives a reason.
+    some of those that tie (``told_by_held_out``). They are not credited where wrong values of the spec's own parameters
+    explain the free runs better. Effects that free runs credited are replaced only if ``against_free_runs`` gives a
+    reason.
 
     Args:
         outcome: of the selection by free runs. answer: the answer from that outcome.
         problem: the declared system on the log's motion.
         held_out: data that no fit has seen; None where they tell no candidates apart.
+        steady: whether the log runs at constant speed, at which parameters keep their tolerances.
     """
     doubtful: list[str] = []
     found = selected_by_force(search, outcome.base, problem, report_progress, doubtful.append)
@@ -263,6 +267,11 @@ def credited_by_force(
     second = with_estimate(search, led, problem, plain, measured, found.fit)
     if second.verdict != plain.verdict:
         return answer, outcome
+    better = "" if steady else better_values(search, led)
+    if better:
+        named = " and ".join(f"{e.kind} on {e.on}" for e in second.effects)
+        words = f"the residual force alone would name {named}, but in free runs {better} the training log better"
+        return replace(answer, remarks=(*answer.remarks, words)), outcome
     words = f"found by the residual force, and confirmed by free runs with these values; by free runs alone {alone}"
     return replace(second, remarks=(*second.remarks, words, *refused)), led
 

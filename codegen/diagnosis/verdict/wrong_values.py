@@ -83,20 +83,36 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
     A mass declared too small by ten tolerances and an inertia error are one motion; the reader may know better.
     """
     freed = search.without_limits(base) if len(outcome.parts) == 1 else None
-    if freed is None:
-        return []
-    fit, away = freed[1], _tolerances(search, freed[1])
-    far = np.flatnonzero(away >= AT_END * WITHIN)
-    if not len(far) or _gain(fit, outcome.final) < -BETTER:
+    if freed is None or _gain(freed[1], outcome.final) < -BETTER:
         return []
     (part,) = outcome.parts
+    words = _far_values(search, freed[1])
+    return [f"{words} the training log as well as {part.kind} on {part.on} does"] if words else []
+
+
+def better_values(search: Search, outcome: Outcome) -> str:
+    """The values out of their tolerances that explain the log better than an outcome's effects; empty if none do.
+
+    For effects whose values the force residual gave: free runs fit them again for this comparison.
+
+    Args:
+        outcome: its last fit are free runs with its effects.
+    """
+    freed = released(search, outcome.base, replace(outcome, final=search.fitted_again(outcome.final)))
+    return "" if freed is None else _far_values(search, freed[1])
+
+
+def _far_values(search: Search, fit: Fit) -> str:
+    """What a fit without limits moved by ``WITHIN`` tolerances or more, with the verb that follows; empty if nothing."""
+    away = _tolerances(search, fit)
     values = [
         f"{search.moved[k]} = {fit.theta[k]:.4g}{in_unit(search.system, search.moved[k])} in place of the declared "
         f"{search.declared[k]:.4g}{in_unit(search.system, search.moved[k])} ({away[k]:.2g} tolerances away)"
-        for k in far
+        for k in np.flatnonzero(away >= AT_END * WITHIN)
     ]
-    subject = f"the values {' and '.join(values)} explain" if len(far) > 1 else f"the value {values[0]} explains"
-    return [f"{subject} the training log as well as {part.kind} on {part.on} does"]
+    if len(values) < 2:
+        return "".join(f"the value {one} explains" for one in values)
+    return f"the values {' and '.join(values)} explain"
 
 
 def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[str]:
