@@ -1,14 +1,11 @@
 """Changes in time of the force balance: intervals in which a constant force, or another coefficient, explains more.
 
 Held-out pieces of the log cannot show what happens once; the scatter of the residual in the rest of the log can
-(epidemic changepoints). In each interval of blocks of the log the low-passed residual r is regressed on one of
-
-- a constant (an external force), - the sign of the slip (another friction level), - the row of M a (another inertia), -
-the slip velocity (another viscous friction),
-
-with one coefficient inside and another outside. The interval and term that remove most of Σr² join a joint regression,
-and the next are sought in what that leaves, while the two coefficients differ by ``LEAST_Z`` standard deviations, which
-are those of the sums over blocks: the noise need not be white within a block.
+(epidemic changepoints). In each interval of blocks of the log the low-passed residual r is regressed on a constant (an
+external force), the sign of the slip (another friction level), the row of M a (another inertia) or the slip velocity
+(another viscous friction), with one coefficient inside and another outside. The interval and term that remove most of
+Σr² join a joint regression, and the next are sought in what that leaves, while the two coefficients differ by
+``LEAST_Z`` standard deviations, those of the sums over blocks: the noise need not be white within a block.
 """
 
 from __future__ import annotations
