@@ -147,6 +147,12 @@ class Fit:
         steps = STEP * np.maximum(np.abs(self.theta), 1e-3)
         return _slopes(self.runner, self.theta, self.offsets, self.unprojected, steps, {})
 
+    @cached_property
+    def projected_slopes(self) -> Array:
+        """(p, S, K n) the same less what start states explain."""
+        slopes = [self.starts.project(slope, slope=True) for slope in self.raw_slopes]
+        return np.stack(slopes) if slopes else np.zeros((0, *self.residual.shape))
+
     def rows_of(self, joint: int) -> slice:
         """The rows of a joint, where an arm is run joint by joint."""
         joints = self.runner.record.joints

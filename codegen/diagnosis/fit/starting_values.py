@@ -44,17 +44,17 @@ TRIES, SIMPLEX = 120, 0.5
 def starting_points(runner: Runner, base: Fit, covered: Covered, most: int) -> list[tuple[float, Array]]:
     """The best starting values of the trial's last part, as (cost after one linear step, theta), best first."""
     part = runner.trial.parts[-1]
-    effect, moved, found = part.effect, _projected_slopes(base), []
+    effect, found = part.effect, []
     for shape in effect.starts(covered):
         if not effect.scaling:
-            found.append(_with_values(runner, base, moved, part.inward(shape)))
+            found.append(_with_values(runner, base, part.inward(shape)))
             continue
         columns = []
         for probe, size in effect.probes(shape, covered):
             theta = np.concatenate([base.theta, part.inward(probe)])
             slope = (base.unprojected - mean_residuals(runner, runner.run(theta, base.offsets))) / size
             columns.append(base.starts.project(slope, slope=True))
-        step, cost = _linear_step(base, base.unprojected, np.concatenate([moved, np.stack(columns)]))
+        step, cost = _linear_step(base, base.unprojected, np.concatenate([base.projected_slopes, np.stack(columns)]))
         values = effect.weighted(shape, step[len(base.theta) :].tolist())
         theta = np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
         found.append((cost, theta))
@@ -67,28 +67,22 @@ def simplex_search(runner: Runner, base: Fit, theta: Array) -> tuple[float, Arra
 
     The other parameters follow by one linear step for each evaluation.
     """
-    size, moved = len(runner.trial.parts[-1].names), _projected_slopes(base)
+    size = len(runner.trial.parts[-1].names)
     first = theta[-size:]
     simplex = np.vstack([first, first + SIMPLEX * np.eye(size)])
     best = minimize(
-        lambda inner: _with_values(runner, base, moved, inner)[0],
+        lambda inner: _with_values(runner, base, inner)[0],
         first,
         method="Nelder-Mead",
         options={"maxfev": TRIES, "initial_simplex": simplex},
     )
-    return _with_values(runner, base, moved, best.x)
+    return _with_values(runner, base, best.x)
 
 
-def _projected_slopes(base: Fit) -> Array:
-    if not base.raw_slopes:
-        return np.zeros((0, *base.residual.shape))
-    return np.stack([base.starts.project(slope, slope=True) for slope in base.raw_slopes])
-
-
-def _with_values(runner: Runner, base: Fit, moved: Array, inner: Array) -> tuple[float, Array]:
-    """(cost, theta) with these values of the last part, all others by one linear step along the slopes ``moved``."""
+def _with_values(runner: Runner, base: Fit, inner: Array) -> tuple[float, Array]:
+    """(cost, theta) with these values of the last part, all other parameters by one linear step from the base."""
     theta = np.concatenate([base.theta, inner])
-    step, cost = _linear_step(base, mean_residuals(runner, runner.run(theta, base.offsets)), moved)
+    step, cost = _linear_step(base, mean_residuals(runner, runner.run(theta, base.offsets)), base.projected_slopes)
     theta[: len(base.theta)] += step
     return cost, theta
 
