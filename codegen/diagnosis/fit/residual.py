@@ -140,6 +140,8 @@ class Problem:
 
 STICK_SHARE = 0.004
 """A contact is at standstill if its slip is slower than this fraction of the 95 % quantile of its speed."""
+GAIN_STEP = 1e-3
+"""Relative step of a value for the slope of the drive force, which is usually linear in it."""
 LEAST_LEFT = 1e-6
 """Lower limit of ``drive_left``, to avoid a division by zero."""
 LONGEST_CROSSING_S = 0.03
@@ -278,6 +280,23 @@ def drive_left(system: System, motion: Motion) -> Array:
     return np.clip(left, LEAST_LEFT, 1 / LEAST_LEFT)
 
 
+def drive_symbols(system: System) -> set[sympy.Symbol]:
+    """Symbols of the drive force: of ∂g/∂w."""
+    found: set[sympy.Symbol] = Matrix(system.force).jacobian(Matrix(system.inputs)).free_symbols
+    return found
+
+
+def drive_gain(system: System, other: System, motion: Motion) -> Array:
+    """RMS drive force Σ w ∂g/∂w by the logged inputs over that of another system, (n,); 1 where that has none."""
+    inputs = Matrix(system.inputs)
+    drives = (
+        evaluate_forces(s, [Matrix(s.force.jacobian(inputs) * inputs)], motion, motion.inputs)[0]
+        for s in (system, other)
+    )
+    own, its = (np.sqrt(np.mean(d[motion.usable] ** 2, axis=0)) for d in drives)
+    return np.asarray(np.where(its > 0, own / np.where(its > 0, its, 1.0), 1.0))
+
+
 def drive_share(system: System, other: System, motion: Motion, rows: NDArray[np.bool_]) -> float:
     """RMS of the effect of the inputs on g − U λ over that of another system; the least over coordinates.
 
@@ -386,6 +405,23 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
         used = np.flatnonzero(problem.masks.rows[:, i])
         if len(used):
             rows.append(ForceRows(used, residual[used, i], slopes[used, i]))
+    return rows
+
+
+def relative_force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
+    """``force_rows`` of the residual over ``drive_gain``, which is 1 at the values: slopes ∂r/∂θ − r ∂gain/∂θ.
+
+    A weaker drive, with all other forces smaller alike, leaves a smaller residual and is the same motion.
+    """
+    rows = force_rows(system, problem, symbols)
+    moved = np.flatnonzero(problem.masks.rows.any(axis=0))
+    for k, s in enumerate(symbols):
+        if s in drive_symbols(system) and system.values[s] != 0:
+            step = GAIN_STEP * abs(float(system.values[s]))
+            other = system.with_parameters({s: system.values[s] + step}, {})
+            slope = (drive_gain(other, system, problem.motion)[moved] - 1) / step
+            for r, one in zip(rows, slope, strict=True):
+                r.slopes[:, k] -= one * r.residual
     return rows
 
 

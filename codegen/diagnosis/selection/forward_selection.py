@@ -300,7 +300,7 @@ def _swapped(
         tried = fit_candidates(search, without, others, lambda share: None)
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
         good = in_simplest_forms([f for f in good if not _refused_by_force(search, without, f)])
-        if good and good[0].cost < current.cost - BETTER:
+        if good and good[0].cost < current.cost - BETTER and not _force_speaks_for(here, good[0]):
             return search.fitted_again(good[0]), {}
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
         same = [f for f in own if not runs_prefer(search, current, f)]
@@ -310,6 +310,14 @@ def _swapped(
         else:
             tied[k] = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]
     return None, {k: found for k, found in tied.items() if found}
+
+
+def _force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
+    """Whether the force residual prefers the effects to a replacement whose free runs end far from the noise.
+
+    A few nats of free runs that follow neither model decide nothing then.
+    """
+    return not credit.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found))
 
 
 def _refused_by_force(search: Search, without: Fit, found: Fit) -> bool:

@@ -28,7 +28,7 @@ from codegen.diagnosis.fit.output_error import (
     segment_weights,
     shooting_fit,
 )
-from codegen.diagnosis.fit.residual import ForceRows, Problem, force_rows, independent_samples, residual_sizes
+from codegen.diagnosis.fit.residual import ForceRows, Problem, independent_samples, relative_force_rows, residual_sizes
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.diagnosis.results import ParameterError
@@ -330,7 +330,7 @@ class CrossValidation:
 
     @cached_property
     def _rows(self) -> list[ForceRows]:
-        return force_rows(self.system, self.problem, self.search.moved)
+        return relative_force_rows(self.system, self.problem, self.search.moved)
 
     @cached_property
     def _sizes(self) -> Array:

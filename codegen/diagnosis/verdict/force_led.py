@@ -28,7 +28,13 @@ from codegen.diagnosis.fit.output_error import (
     segment_weights,
     shooting_fit,
 )
-from codegen.diagnosis.fit.residual import Problem, drive_share, residual_at_drive
+from codegen.diagnosis.fit.residual import (
+    Problem,
+    drive_gain,
+    drive_share,
+    drive_symbols,
+    residual_at_drive,
+)
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.starting_values import STEP, ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
@@ -126,7 +132,15 @@ class ForceFits:
         return less <= CLOSE * most and plain - most <= CLOSE * (plain - less)
 
     def _forces(self, trial: Trial, theta: Array) -> Array:
-        return residual_at_drive(model_of(trial, theta), self.problem.motion)
+        """Residual over the drive force that the values leave: a weaker drive makes every force smaller."""
+        model, motion = model_of(trial, theta), self.problem.motion
+        forces = residual_at_drive(model, motion)
+        return forces / drive_gain(model, self.problem.system, motion) if self._moves_drive else forces
+
+    @cached_property
+    def _moves_drive(self) -> bool:
+        """Whether a refitted parameter scales the drive force."""
+        return not drive_symbols(self.problem.system).isdisjoint(self.search.moved)
 
     def _residual(self, trial: Trial, theta: Array) -> Array:
         """Scaled residuals of each block, (SIGNED, K); shorter blocks are padded with zeros."""

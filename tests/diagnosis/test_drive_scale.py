@@ -1,0 +1,68 @@
+"""A toleranced constant of the drive: a weaker drive with all forces smaller alike is the same motion, and no gain."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem, drive_gain, force_rows, relative_force_rows
+from codegen.diagnosis.fit.search import Search, search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import with_values
+from codegen.diagnosis.verdict.adoption import adopt_values
+from codegen.diagnosis.verdict.force_led import ForceFits
+from codegen.mechanics.system import System
+from codegen.spec import Spec, parse_spec
+from tests.diagnosis.stage import log_of, stage, system_of
+
+RIPPLE = "[{kind: cogging, on: x, parameters: {amplitude: 2.0, period: 0.013, phase: 0.3}}]"
+"""Which no parameter explains: what is left of it falls with the drive."""
+
+
+def driven(effects: str = "[]") -> Spec:
+    """The stage with a motor constant kt of 1 N/N."""
+    text = stage(effects).text.replace("force: [w - b*v]", "force: [kt*w - b*v]")
+    return parse_spec(text.replace("parameters:\n", "parameters:\n  kt: {value: 1, unit: 1}\n", 1), Path("stage.yaml"))
+
+
+def problem_on(folder: Path) -> tuple[Search, Problem]:
+    log, system = log_of(stage(RIPPLE), folder, "train.csv"), system_of(driven())
+    motion = smooth_motion(log)
+    problem = Problem(system, motion, {s: {"kt": 0.1, "m": 0.2, "b": 0.6}[s.name] for s in named(system)})
+    return search_on(problem, lambda share: record_of(motion, log, share)), problem
+
+
+def named(system: System) -> list:
+    return [s for name in ("kt", "m", "b") for s in system.values if s.name == name]
+
+
+def test_slopes_are_those_of_the_residual_over_the_drive(tmp_path: Path) -> None:
+    """By central differences of r/gain; along kt, m, b and the level together it does not change at all."""
+    _, problem = problem_on(tmp_path)
+    system, symbols = problem.system, [*named(problem.system), *problem.levels]
+    (rows,) = relative_force_rows(system, problem, symbols)
+
+    def relative(values: dict[str, float]) -> np.ndarray:
+        other = with_values(system, values)
+        (at,) = force_rows(other, problem, symbols)
+        return at.residual / drive_gain(other, system, problem.motion)[0]
+
+    for k, s in enumerate(symbols):
+        value, step = float(system.values[s]), 1e-4 * float(system.values[s])
+        found = (relative({s.name: value + step}) - relative({s.name: value - step})) / (2 * step)
+        assert rows.slopes[:, k] == pytest.approx(found, abs=1e-5 * np.abs(found).max())
+    together = sum(rows.slopes[:, k] * float(system.values[s]) for k, s in enumerate(symbols))
+    assert np.abs(together).max() < 1e-9 * np.abs(rows.residual).max()
+
+
+def test_a_residual_that_nothing_explains_makes_no_drive_weaker(tmp_path: Path) -> None:
+    search, problem = problem_on(tmp_path)
+    base = search.refit()
+    refit = adopt_values(search, base, problem, search.system).mapping()
+    assert refit["kt"] == pytest.approx(1.0, abs=0.02)
+    fits = ForceFits(search, problem, base)
+    by_force = dict(zip((s.name for s in search.moved), fits.plain.theta, strict=True))
+    assert by_force["kt"] == pytest.approx(1.0, abs=0.02)
