@@ -167,6 +167,17 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     assert forward_selection._reconsidered(search, current, [], []) == (current, [])
 
 
+@pytest.mark.parametrize(("near", "prefers", "speaks"), [(False, True, True), (True, True, False), (False, False, False)])
+def test_a_replacement_that_the_force_residual_speaks_against_is_none_far_from_the_noise(
+    near: bool, prefers: bool, speaks: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A saturation found to 0.4 % gave way to a soft compliance by a few nats of free runs at 25 times the noise."""
+    monkeypatch.setattr(forward_selection.credit, "near_noise", lambda found: near)
+    monkeypatch.setattr(forward_selection, "force_prefers", lambda here, other: prefers)
+    here: Any = SimpleNamespace(search=None)
+    assert forward_selection._force_speaks_for(here, fit(part_named("compliance"))) is speaks
+
+
 def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """Part of a wave longer than the stroke fits a spring's line; it replaced the spring and was then refused."""
     wave = fit(part_named("cogging"))
@@ -187,7 +198,12 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     current.cost = 100.0
     assert forward_selection._swapped(search, current, [], []) == (None, {})
     monkeypatch.setattr(ranking, "unseen_shape", lambda search, found: "")
+    monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: False)
     assert forward_selection._swapped(search, current, [], [])[0] is wave
+    monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: True)
+    monkeypatch.setattr(forward_selection, "runs_prefer", lambda *_: True)
+    assert forward_selection._swapped(search, current, [], []) == (None, {})
+    monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: False)
     monkeypatch.setattr(forward_selection, "matters", lambda *_: False)  # a lag of 1e-15 s ties with anything
     assert forward_selection._swapped(search, current, [], []) == (None, {})
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
