@@ -167,7 +167,9 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     assert forward_selection._reconsidered(search, current, [], []) == (current, [])
 
 
-@pytest.mark.parametrize(("near", "prefers", "speaks"), [(False, True, True), (True, True, False), (False, False, False)])
+@pytest.mark.parametrize(
+    ("near", "prefers", "speaks"), [(False, True, True), (True, True, False), (False, False, False)]
+)
 def test_a_replacement_that_the_force_residual_speaks_against_is_none_far_from_the_noise(
     near: bool, prefers: bool, speaks: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
