@@ -127,8 +127,9 @@ class Loop:
 def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
     """Input index → its loop.
 
-    A key of ``reference:`` is the name of a coordinate or of an input. It is paired with the only input (coordinate) of
-    the machine, or, if there are several, with the one of the same index.
+    A key of ``reference:`` is the name of a coordinate or of an input. A coordinate is paired with the input that acts
+    on it by ``force:``, or with the only input of the machine; an input with the coordinate on which it acts. Of
+    several, the one of the same index is taken.
 
     Raises:
         BadInput: for a reference without such an input or without a position gain, two references for one input, two
@@ -138,14 +139,7 @@ def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
     loops: dict[int, Loop] = {}
     for name, reference in simulation.reference.items():
         place = spec.place(f"simulation.reference.{name}")
-        if name in coordinates:
-            coordinate = coordinates.index(name)
-            index = 0 if len(inputs) == 1 else coordinate
-        else:
-            index = inputs.index(name)
-            coordinate = 0 if len(coordinates) == 1 else index
-        if index >= len(inputs) or coordinate >= len(coordinates):
-            raise _refused(place, f"a reference for `{name}`, which no input moves", f"one of {', '.join(inputs)}")
+        index, coordinate = _paired(spec, name, place)
         if index in loops:
             raise _refused(place, f"a second reference for the input `{inputs[index]}`", "one reference per input")
         if any(loop.coordinate == coordinate and loop.reference != reference for loop in loops.values()):
@@ -160,6 +154,35 @@ def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
                 place = spec.place(f"simulation.{section}.{name}")
                 raise _refused(place, "a gain without a reference", f"a `reference:` for `{name}` to follow")
     return loops
+
+
+def _paired(spec: Spec, name: str, place: Place) -> tuple[int, int]:
+    """The indices of the input and the coordinate that a reference for this input or coordinate pairs."""
+    coordinates, inputs, acting = list(spec.positions), [i.name for i in spec.inputs], _acting(spec)
+    controls = name in coordinates
+    own, others = (coordinates, inputs) if controls else (inputs, coordinates)
+    index = own.index(name)
+    found = [j if controls else k for j, k in acting if index == (k if controls else j)]
+    found = [0] if len(others) == 1 else found
+    if index not in found and len(found) != 1:
+        several = " and ".join(f"`{others[k]}`" for k in found)
+        which = f"{several} act" if found else "no input acts"
+        what = f"a reference for `{name}`, on which {which}" if controls else f"a reference for `{name}`: on {several}"
+        pairs = [f"`{coordinates[k]}` (by `{inputs[j]}`)" for j, k in acting if k < len(coordinates)]
+        raise _refused(place, what, f"one for {' or '.join(pairs)}")
+    other = index if index in found else found[0]
+    return (other, index) if controls else (index, other)
+
+
+def _acting(spec: Spec) -> list[tuple[int, int]]:
+    """(input, coordinate) for each coordinate on which an input acts by ``force:``.
+
+    An input that stands nowhere there, as that of a motor in a robot file, acts on the coordinate of its own index.
+    """
+    symbols = [{s.name for s in force.free_symbols} for force in spec.force]
+    found = [(j, k) for j, i in enumerate(spec.inputs) for k, names in enumerate(symbols) if i.name in names]
+    known = {j for j, _ in found}
+    return [*found, *((j, j) for j in range(len(spec.inputs)) if j not in known)]
 
 
 def _refused(place: Place, found: str, expected: str) -> BadInput:

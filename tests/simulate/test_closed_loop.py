@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from codegen.base.errors import BadInput
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensors import VELOCITY_FILTER_SAMPLES
-from tests.machines import arm, one_mass, two_mass
+from tests.machines import arm, one_mass, read_machine, two_mass
 from tests.told import refused
 
 EARLIER = 20
@@ -166,3 +168,48 @@ def test_machine_without_inputs_or_friction_forces():
 def test_what_cannot_be_simulated_is_refused(more: str, expected: str):
     with refused(expected):
         simulate(*one_mass(more=more))
+
+
+TABLE = """\
+name: table
+coordinates:
+  x: {{velocity: v, unit: m}}
+  y: {{velocity: s, unit: m}}
+  z: {{velocity: u, unit: m}}
+inputs:
+  Fy: {{unit: N}}
+  Fx: {{unit: N}}
+parameters:
+  m: {{value: 2, unit: kg}}
+mass_matrix: [[m, 0, 0], [0, m, 0], [0, 0, m]]
+force: [Fx, Fy, {third}]
+friction:
+  distribution: [[1, 0], [0, 1], [0, 0]]
+  contacts:
+    - {{name: a, law: coulomb, a: 1, unit: N}}
+    - {{name: b, law: coulomb, a: 1, unit: N}}
+"""
+
+
+def test_a_reference_is_followed_by_the_input_that_acts_on_its_coordinate():
+    """Inputs in another order than coordinates; by index x would be driven away to 266 m."""
+    gains = "Fx: 800, Fy: 800", "Fx: 60, Fy: 60"
+    for reference in ("x: 0.1, y: -0.05", "Fx: 0.1, Fy: -0.05"):
+        more = simulation(reference=reference, position_gain=gains[0], velocity_gain=gains[1])
+        log = simulate(*read_machine(TABLE.format(third="0") + more))
+        assert log.true_positions[-1] == pytest.approx([0.1, -0.05, 0], abs=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("reference", "third", "found"),
+    [
+        ("z", "0", "`z`, on which no input acts; expected one for `y` (by `Fy`) or `x` (by `Fx`)"),
+        ("z", "Fx + Fy", "`z`, on which `Fy` and `Fx` act"),
+        ("Fx", "Fx", "`Fx`: on `x` and `z`"),
+    ],
+)
+def test_a_reference_that_no_single_input_moves_is_refused(reference: str, third: str, found: str):
+    gain = "Fx: 800, Fy: 800"
+    spec, system = read_machine(TABLE.format(third=third) + simulation(reference=f"{reference}: 0", position_gain=gain))
+    with pytest.raises(BadInput, match=re.escape(found)):
+        simulate(spec, system)
