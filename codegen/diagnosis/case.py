@@ -10,12 +10,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
 import sympy
 
 from codegen.diagnosis.evidence.input_timing import acting_between_rows, measured_inputs
+from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.evidence.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
+from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.residual import Problem
-from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, Motion, smooth_motion
+from codegen.diagnosis.fit.signals import (
+    FASTER_HZ,
+    MOSTLY_FASTER,
+    NOISE_SHARE,
+    SHORTEST_TEST_S,
+    Motion,
+    smooth_motion,
+)
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.logs.motion import steady_speeds
@@ -85,7 +95,7 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
     if test_log is not None:
         test_log, cut = excerpt(test_log)
         findings["test"] = (*cut, *preflight(test_log, spec), *unknown_starts(system, test_log))
-    motion = smooth_motion(log)
+    motion = smoothed(log, system)
     split = len(motion.time) if test_log is not None else round(len(motion.time) * (1 - HELD_OUT_SHARE))
     problem = Problem(system, _restrict(motion, split), deviations)
     if _is_steady(log, motion) or moves_one_way(problem):
@@ -98,11 +108,31 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
         findings["train"] += tuple(measured.values())
         log = acting_between_rows(log, measured)
         test_log = None if test_log is None else acting_between_rows(test_log, measured)
-        motion = smooth_motion(log)
+        motion = smoothed(log, system)
         problem = Problem(system, _restrict(motion, split), deviations)
     other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
     window = slice(split if test_log is None else 0, len(other.time))
     return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
+
+
+def smoothed(log: Log, system: System) -> Motion:
+    """The motion of a log, by a faster cutoff where its inputs act mostly above the usual one.
+
+    At constant speed the current of a motor carries its cogging, and the acceleration, by which the usual cutoff is
+    chosen, is little more than noise. What counts then is that the noise of M a is at most ``NOISE_SHARE`` of the drive
+    force.
+    """
+    motion = smooth_motion(log)
+    above = np.mean((log.inputs - motion.low_pass(log.inputs)) ** 2, axis=0)
+    if log.cutoff_hz or not np.any(above > MOSTLY_FASTER * np.mean(log.inputs**2, axis=0)):
+        return motion
+    for cutoff in (hz for hz in FASTER_HZ if motion.cutoff_hz < hz <= 0.1 / log.sample_time):
+        faster = smooth_motion(log, cutoff)
+        drive = np.mean(faster.low_pass(drive_force(system, faster))[faster.usable] ** 2, axis=0)
+        noise = [inertia_noise(system, faster, i) for i in range(len(drive))]
+        if np.all(np.array(noise)[drive > 0] <= NOISE_SHARE**2 * drive[drive > 0]):
+            return faster
+    return motion
 
 
 def _is_steady(log: Log, motion: Motion) -> bool:

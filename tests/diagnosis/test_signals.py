@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from codegen.diagnosis.case import smoothed
 from codegen.diagnosis.fit.measure import free_run_errors
 from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, low_pass, quiet_cutoff, smooth_motion
 from tests.diagnosis.stage import log_of, stage, system_of
@@ -80,3 +83,17 @@ def test_the_cutoff_falls_with_noise_until_acceleration_is_motion() -> None:
     assert found == sorted(found, reverse=True)
     assert found[0] == 20.0
     assert found[-1] < 5.0
+
+
+@pytest.mark.parametrize(("noise", "faster"), [(2e-6, True), (2e-3, False)])
+def test_the_cutoff_rises_where_the_current_carries_what_the_motion_does_not_show(
+    noise: float, faster: bool, tmp_path: Path
+) -> None:
+    """At 0.1 m/s a wave of 30 Hz takes 20 N, and the axis turns smoothly; not where the noise of M a is as large."""
+    log = log_of(stage(duration=8.0), tmp_path, "log.csv")
+    x = 0.1 * log.time + noise * np.random.default_rng(3).normal(size=len(log.time))
+    held = replace(log, positions=x[:, None], inputs=4.6 + 20 * np.sin(2 * np.pi * 30 * log.time)[:, None])
+    usual = smooth_motion(held).cutoff_hz
+    assert usual <= 20
+    assert smoothed(held, system_of(stage())).cutoff_hz == (40.0 if faster else usual)
+    assert smoothed(replace(held, inputs=held.inputs * 0 + 4.6), system_of(stage())).cutoff_hz == usual

@@ -29,11 +29,11 @@ CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
 NOISE_WINDOWS, LEAST_WINDOW, MOST_FREQUENCY = 40, 100, 0.47
 """For the noise of a speed: windows of the log, least samples of one, and highest frequency over the sample rate."""
 NOISE_SHARE = 0.05
-"""Largest share of noise in the low-passed acceleration, on every coordinate."""
+"""Largest share of noise in the low-passed acceleration, or of that in M a in the drive force, on every coordinate."""
 FASTER_HZ = (80.0, 56.0, 40.0, 28.0)
 """Cutoffs for a motion that is mostly above the usual ones, such as a motor's cogging at speed."""
 MOSTLY_FASTER = 0.5
-"""Share of a coordinate's squared acceleration that the usual cutoff must lose for a faster one."""
+"""Share of a squared acceleration, or of an input's square, that the usual cutoff must lose for a faster one."""
 
 
 @dataclass(frozen=True, eq=False)
