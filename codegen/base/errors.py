@@ -79,6 +79,16 @@ class BadInput(Exception):
         return tuple(sorted((self, *self.others), key=lambda f: (f.place.line is None, f.place.line or 0)))
 
 
+class UnknownName(BadInput):
+    """A name that is none of the known ones; ``name`` is what was written."""
+
+    def __init__(
+        self, place: Place | str, name: str, found: str, expected: str, nearest: str | None = None, code: str = ""
+    ) -> None:
+        super().__init__(place, found, expected, nearest, code=code)
+        self.name = name
+
+
 class Faults:
     """The faults of a file, noted one by one and raised together."""
 
@@ -154,7 +164,8 @@ def refuse_unknown(
     names = list(known)
     if name not in names:
         expected = expected or f"one of {', '.join(names)}"
-        raise BadInput(place, f"{what} `{name}`".lstrip(), expected, nearest_name(name, names), code=code)
+        nearest = nearest_name(name, names)
+        raise UnknownName(place, name, f"{what} `{name}`".lstrip(), expected, nearest, code=code)
 
 
 def nearest_name(word: str, known: Iterable[str]) -> str | None:

@@ -84,10 +84,13 @@ def read_bytes(path: Path, expected: str, largest: int, named_at: Place | None =
 
 def read_text(path: Path, expected: str, largest: int = LARGEST_TEXT) -> str:
     """The text of a regular file. Raises BadInput as ``opened``, and if it is not UTF-8."""
+    data = read_bytes(path, expected, largest)
     try:
-        return read_bytes(path, expected, largest).decode("utf-8")
+        return data.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise BadInput(Place(str(path)), f"byte {error.start} is not UTF-8", expected, code="FILE006") from None
+        line = data.count(b"\n", 0, error.start) + 1
+        found, wanted = f"byte {error.start} is not UTF-8", f"{expected}; save it as UTF-8"
+        raise BadInput(Place(str(path), line), found, wanted, code="FILE006") from None
 
 
 def read_or_none(path: Path) -> str | None:

@@ -8,11 +8,13 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, refuse_unknown
+from codegen.base.errors import BadInput, Faults, nearest_name
 from codegen.mechanics.sparse import diagonal
 from codegen.mechanics.system import Matrix
+from codegen.spec.decimal_comma import QUESTION, maybe_commas
 from codegen.spec.expression import exact_number
 from codegen.spec.model import ObserverChoice, Spec, symbol
+from codegen.spec.row_counts import refuse_other_shape
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,11 @@ def read_gain(
             raise BadInput(place, f"{name}: {raw}", f"{shape} rows, since the matrix is not square", code="SPEC015")
         raw = [raw] * len(rows)
     elif all(isinstance(entry, list) for entry in raw):
-        return _full(name, raw, rows, columns, place)
+        return _full(spec, name, raw, rows, columns)
     elif any(isinstance(entry, list) for entry in raw) or len(raw) != len(rows) or not square:
         expected = f"a scalar, {len(rows)} diagonal entries or {shape} rows"
+        if square and maybe_commas(raw, len(rows)):
+            expected += f"; {QUESTION}"
         raise BadInput(place, f"{name} of length {len(raw)}", expected, code="SPEC015")
     numbers = [exact_number(str(entry), place) for entry in raw]
     for label, number in zip(rows, numbers, strict=True):
@@ -82,11 +86,10 @@ def read_gain(
     return GainMatrix(diagonal(symbols), dict(zip(symbols, numbers, strict=True)))
 
 
-def _full(name: str, raw: Any, rows: list[str], columns: list[str], place: Any) -> GainMatrix:
-    widths = {len(row) for row in raw}
-    if len(raw) != len(rows) or widths != {len(columns)}:
-        found = f"{name} of {len(raw)} rows of {'/'.join(map(str, sorted(widths)))}"
-        raise BadInput(place, found, f"{len(rows)} by {len(columns)}", code="SPEC015")
+def _full(spec: Spec, name: str, raw: Any, rows: list[str], columns: list[str]) -> GainMatrix:
+    key = f"observer.gains.{name}"
+    place = spec.place(key)
+    refuse_other_shape(raw, (len(rows), len(columns)), key, spec.place, what=f"{name} of ")
     matrix, values = sympy.zeros(len(rows), len(columns)), {}
     for i, row in enumerate(rows):
         for j, column in enumerate(columns):
@@ -107,6 +110,9 @@ def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: Sequence[str
             if name == "K_v" and choice.velocity == "measured":
                 expected = "no K_v with `velocity: measured`, since it is the gain of the velocity observer"
                 raise BadInput(place, "a gain `K_v`", expected, "velocity: estimated", code="SPEC004")
-            expected = f"{', '.join(known)} for {choice.kind}"
-            refuse_unknown(name, known, place, "unknown gain", expected, code="SPEC008")
+            if name not in known:
+                missing = [gain for gain in known if gain not in choice.gains]
+                meant = nearest_name(name, missing or known) or (missing[0] if len(missing) == 1 else None)
+                expected = f"{', '.join(known)} for {choice.kind}"
+                raise BadInput(place, f"unknown gain `{name}`", expected, meant, code="SPEC008")
     faults.raise_noted()

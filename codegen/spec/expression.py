@@ -22,8 +22,9 @@ from typing import Any
 
 import sympy
 
-from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
-from codegen.spec.functions import CONSTANTS, FUNCTIONS, Magnitude, Sgn
+from codegen.base.errors import BadInput, Place, UnknownName, nearest_name
+from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_expression, comma_in_value, with_point
+from codegen.spec.functions import CONSTANTS, FUNCTIONS, OTHER_NAMES, Magnitude, Sgn
 
 RANGE = "a finite number between 1e-300 and 1e300 in size"
 
@@ -76,7 +77,7 @@ class Expression:
 
     Attributes:
         text: what the author wrote, on one line.
-        tree: its syntax tree; holds arithmetic only.
+        tree: its syntax tree; holds arithmetic only. Its places are in the text with ``**`` for ``^``.
     """
 
     text: str
@@ -101,7 +102,20 @@ class Expression:
 
     def source(self, node: ast.expr) -> str:
         """The author's words for one node of the tree."""
-        return ast.get_source_segment(self.text, node) or self.text
+        return _written(node, self.text)
+
+
+def _written(node: ast.expr, text: str) -> str:
+    """The part of a text, which may have ``^``, that a node of its tree stands for."""
+    if node.end_col_offset is None:
+        return text
+    places = _places(text)
+    return text[places[node.col_offset] : places[node.end_col_offset - 1] + 1]
+
+
+def _places(text: str) -> list[int]:
+    """For each character of the text with ``**`` for ``^``, its place in the text itself."""
+    return [k for k, letter in enumerate(text) for _ in range(1 + (letter == "^"))]
 
 
 def exact_number(text: str, place: Place) -> sympy.Rational:
@@ -109,6 +123,9 @@ def exact_number(text: str, place: Place) -> sympy.Rational:
     try:
         size = float(text)
     except ValueError:
+        if comma_in_value(text):
+            expected = f"a decimal point: {with_point(text)}"
+            raise BadInput(place, f"`{text}` with {DECIMAL_COMMA}", expected, code="SPEC006") from None
         raise BadInput(place, f"`{text}` is not a number", "a number", code="SPEC006") from None
     zero = not re.search("[1-9]", re.split("[eE]", text)[0])  # 1e-999 is not, though its double is
     if not math.isfinite(size) or not (zero or in_range(size)):
@@ -125,7 +142,7 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
     Raises:
         BadInput: if the text is not an expression of numbers, names, + - * / ** (or ^) and the listed functions.
     """
-    words = " ".join(str(text).split()).replace("^", "**")
+    words = " ".join(str(text).split())
     if not words:
         raise BadInput(place, "an empty expression", "an expression such as `m*g*sin(q)`", code="SPEC010")
     if not words.isascii():  # Python would read a full-width x as x
@@ -134,15 +151,19 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         raise BadInput(place, f"`{foreign}` in `{words}`", expected, code="SPEC010")
     if len(words) > LONGEST:
         raise BadInput(place, f"an expression of {len(words)} characters", f"at most {LONGEST}", code="SPEC011")
+    if comma := comma_in_expression(words, list(FUNCTIONS)):
+        expected = f"a decimal point: {with_point(comma)}"
+        raise BadInput(place, f"`{comma}` with {DECIMAL_COMMA} in `{words}`", expected, code="SPEC010")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # Python warns of `2if`; here it is as wrong as any other text
-            tree = ast.parse(words, mode="eval").body
+            tree = ast.parse(words.replace("^", "**"), mode="eval").body
         if max(accumulate((c == "(") - (c == ")") for c in words)) > MOST_PARENTHESES:
             raise RecursionError
         _check(tree, words, place)
     except SyntaxError as error:
-        near = words[max(0, (error.offset or 1) - 1) :][:20] or "the end"
+        places = _places(words)[max(0, (error.offset or 1) - 1) :]
+        near = words[places[0] :][:20] if places else "the end"
         found = f"`{words}` cannot be read at `{near}`"
         raise BadInput(place, found, "an expression such as `-k*x + w`", code="SPEC010") from None
     except (RecursionError, MemoryError, ValueError):
@@ -154,7 +175,7 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
 def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
     if depth > DEEPEST:
         raise RecursionError
-    what = ast.get_source_segment(text, node) or text
+    what = _written(node, text)
     match node:
         case ast.Constant(value=bool() | None | str() | bytes()) | ast.Constant(value=complex()):
             raise BadInput(place, f"`{what}`", "a number, a name or an operation", code="SPEC011")
@@ -174,7 +195,9 @@ def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
         case ast.Call(func=ast.Name(id=name)) if name in FUNCTIONS:
             raise BadInput(place, f"`{what}`", f"one argument for {name}", code="SPEC011")
         case ast.Call(func=ast.Name(id=name)):
-            refuse_unknown(name, FUNCTIONS, place, "a call of", code="SPEC008")
+            expected = f"one of {', '.join(FUNCTIONS)}"
+            nearest = OTHER_NAMES.get(name) or nearest_name(name, FUNCTIONS)
+            raise UnknownName(place, name, f"a call of `{name}`", expected, nearest, code="SPEC008")
         case _:
             raise BadInput(place, f"`{what}`", "numbers, names, + - * / ** and " + ", ".join(FUNCTIONS), code="SPEC011")
 
@@ -211,7 +234,8 @@ def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
         case ast.Name(id=name):
             found = f"unknown name `{name}` in `{whole.text}`"
             expected = algebra.expected
-            raise BadInput(whole.place, found, expected, nearest_name(name, sorted(algebra.names)), code="SPEC008")
+            nearest = nearest_name(name, sorted(algebra.names))
+            raise UnknownName(whole.place, name, found, expected, nearest, code="SPEC008")
         case ast.UnaryOp(op=op, operand=operand):
             value = evaluate_tree(operand, whole, algebra)
             return -value if isinstance(op, ast.USub) else value

@@ -74,4 +74,6 @@ FUNCTIONS: dict[str, Any] = {
     "abs": Magnitude,
     "sgn": Sgn,
 }
+OTHER_NAMES = {"sign": "sgn", "signum": "sgn", "fabs": "abs", "ln": "log", "power": "^", "pow": "^"}
+"""What other languages call a function or an operator → what it is called here."""
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi}

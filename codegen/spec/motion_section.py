@@ -18,6 +18,7 @@ from codegen.spec.missing_units import refuse_missing_units
 from codegen.spec.model import NO_INPUTS, Coordinate, Input, symbol
 from codegen.spec.motion import DIRECTIONS, Constraints, Form, KinematicTree, Lagrangian, Sliding, Topology
 from codegen.spec.motion_units import Units
+from codegen.spec.row_counts import refuse_other_shape
 from codegen.spec.schema import SpecDocument, TopologySection
 from codegen.spec.si_units import Dimension
 from codegen.spec.units import UnitMismatch
@@ -221,13 +222,11 @@ class _MotionReader:
         return total
 
     def _matrix(self, key: str, rows: list[list[str]], shape: tuple[int, int], column: bool = False) -> Rows:
-        widths = {len(row) for row in rows}
-        if len(rows) != shape[0] or widths != {shape[1]}:
-            found = f"{len(rows)} entries" if column else f"{len(rows)} rows of {'/'.join(map(str, sorted(widths)))}"
-            wanted = f"{shape[0]} entries, one a coordinate" if column else f"{shape[0]} by {shape[1]}"
-            if key == "friction.distribution":
-                wanted += " (coordinates by contacts)"
-            raise BadInput(self.place(key), found, wanted, code="SPEC015")
+        if column and len(rows) != shape[0]:
+            expected = f"{shape[0]} entries, one a coordinate"
+            raise BadInput(self.place(key), f"{len(rows)} entries", expected, code="SPEC015")
+        meaning = " (coordinates by contacts)" if key == "friction.distribution" else ""
+        refuse_other_shape(rows, shape, key, self.place, meaning=meaning)
         return [
             [
                 parse_expression(x, self.place(f"{key}[{i}]" if column else f"{key}[{i}][{j}]"))

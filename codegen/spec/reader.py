@@ -11,7 +11,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import sympy
 
-from codegen.base.errors import BadInput, Faults, Place, refuse_unknown
+from codegen.base.errors import BadInput, Faults, Place, UnknownName, refuse_unknown
 from codegen.base.input_files import read_text
 from codegen.spec.expression import exact_number, printed
 from codegen.spec.model import (
@@ -38,6 +38,8 @@ from codegen.spec.yaml_text import load_plain
 TOLERANCE = "tolerance"
 OTHER_UNITS = "logs in other units are brought to it by their `scale:`"
 """The key of a parameter that contacts do not have."""
+VELOCITIES = ("{}_dot", "{}dot", "dot_{}", "d{}", "d_{}", "{}_d", "{}_vel", "vel_{}", "v_{}")
+"""What the velocity of a coordinate is often called."""
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
@@ -151,8 +153,20 @@ class _Reading:
         try:
             return read(*given, **named)
         except BadInput as fault:
-            self.faults.noted.append(fault)
+            self.faults.noted.append(self._with_velocity(fault))
             return None
+
+    def _with_velocity(self, fault: BadInput) -> BadInput:
+        """The fault; of a name such as ``q_dot``, where the velocity of q has another, with that name."""
+        others = tuple(map(self._with_velocity, fault.others))
+        if isinstance(fault, UnknownName):
+            for name, coordinate in self.document.coordinates.items():
+                if fault.name in (pattern.format(name) for pattern in VELOCITIES):
+                    expected = f"`{coordinate.velocity}`: the velocity of {name} is called {coordinate.velocity}"
+                    fault = BadInput(fault.place, fault.found, expected, code=fault.code)
+                    break
+        fault.others = others
+        return fault
 
     def _file_name(self, name: str) -> None:
         self._name(name, "name")

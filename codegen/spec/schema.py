@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, WithJsonSchema
 
+from codegen.spec.decimal_comma import QUESTION, maybe_commas
 from codegen.spec.quantity import split_quantity
 
 
@@ -47,7 +48,8 @@ def _unit_like(value: object) -> object:
 
 def _range_like(value: object) -> object:
     if not isinstance(value, list) or len(value) != 2:
-        raise ValueError("expected a range [low, high]")
+        question = f"; {QUESTION}" if isinstance(value, list) and maybe_commas(value, 2) else ""
+        raise ValueError(f"expected a range [low, high]{question}")
     return value
 
 

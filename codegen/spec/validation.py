@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_value, with_point
 from codegen.spec.quantity import split_quantity
 
 EXAMPLE = 60
@@ -102,6 +103,9 @@ def _explain(
                 depth = _list_depth(model, steps)
                 expected += f", as in `{'[' * depth}{one}{']' * depth}`"
     found = fault["input"]
+    if fault["type"] == "value_error" and isinstance(found, str) and comma_in_value(found):
+        words = f"`{found}` with {DECIMAL_COMMA}"
+        return BadInput(place, words, f"a decimal point: {with_point(found)}", code="SPEC006")
     nearest = nearest_name(str(found), re.findall(r"'(\w+)'", expected)) if fault["type"] == "literal_error" else None
     words = "nothing" if found is None else f"`{found}`" if not isinstance(found, (dict, list)) else _shape(found)
     return BadInput(place, words, expected, nearest, code="SPEC006")

@@ -16,6 +16,7 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.parser import RoundTripParser
 
 from codegen.base.errors import BadInput, Place
+from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_at_joint, with_point
 from codegen.spec.ranges import MARK, expanded
 from codegen.spec.yaml_limits import Limits
 
@@ -108,7 +109,7 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
     places: dict[str, Place] = {}
     if MARK in text:
         document = expanded(document, file)
-    _collect(document, "", file, places)
+    _collect(document, "", file, places, text.splitlines())
     return document, places
 
 
@@ -129,6 +130,8 @@ def _refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
         if bare is not None:
             line, key, value = bare
             return BadInput(Place(file, line + 1), f"the key `{key}` without `:`", f"`{key}: {value}`", code="SPEC001")
+    if error.problem_mark and (bracket := _bracket_in_value(text.splitlines(), error.problem_mark)):
+        return BadInput(Place(file, error.problem_mark.line + 1), *bracket, code="SPEC001")
     found, expected, where_it_begins = problem, "YAML 1.2", False
     for start, plain in FAULTS.items():
         if problem.startswith(start):
@@ -140,6 +143,28 @@ def _refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
 
 _BARE_KEY = re.compile(r"\s*(\w+)\s+([^\s:#][^:#]*)(#.*)?")
 _BARE_MAPPING = re.compile(r"\s*(\w+)\s+([{\[].*)")
+
+
+_WITH_BRACKETS = re.compile(
+    r"(?:(?P<key>\w+)\s*:\s+)?(?P<value>[^\s,{}\[\]:\"'][^,{}\[\]:]*(?:\[[^,{}\[\]]*\][^,{}\[\]:]*|\{[^,{}\[\]]*\}[^,{}\[\]:]*)+)"
+)
+
+
+def _bracket_in_value(lines: Sequence[str], mark: Any) -> tuple[str, str] | None:
+    """(found, expected) where the parser met a bracket inside a value, ``{q: axes[0].pos}``; None for another fault.
+
+    Inside of brackets a value without quotes ends before a bracket, so the parser misses a comma there.
+    """
+    line = lines[mark.line] if mark.line < len(lines) else ""
+    bracket = line[mark.column : mark.column + 1]
+    if bracket not in ("[", "{"):
+        return None
+    for value in _WITH_BRACKETS.finditer(line):
+        if value.start("value") < mark.column < value.end():
+            key, word = value["key"], value["value"].strip()
+            quoted = f'`{key}: "{word}"`' if key else f'`"{word}"`'
+            return f"`{word}` with `{bracket}` inside brackets, without quotes", f"quotes around it: {quoted}"
+    return None
 
 
 def _key_without_colon(lines: Sequence[str], at: int) -> tuple[int, str, str] | None:
@@ -163,11 +188,14 @@ def _key(name: object) -> str:
     return {True: "true", False: "false"}[name] if isinstance(name, bool) else "null" if name is None else str(name)
 
 
-def _collect(node: Any, key: str, file: str, places: dict[str, Place]) -> None:
+def _collect(node: Any, key: str, file: str, places: dict[str, Place], lines: Sequence[str]) -> None:
     """Add the place of each key in a node, and of each entry of its lists.
 
     Raises:
         BadInput: for a number with a decimal comma in a mapping, ``{value: 24,5}``, whose comma ends the value.
+
+    Args:
+        lines: of the text, from which such a number is quoted: of ``05`` the node has 5.
     """
     listed = isinstance(node, CommentedSeq)
     entries = enumerate(node) if listed else node.items() if isinstance(node, CommentedMap) else ()
@@ -176,11 +204,20 @@ def _collect(node: Any, key: str, file: str, places: dict[str, Place]) -> None:
         inner = f"{key}[{name}]" if listed else f"{key}.{_key(name)}" if key else _key(name)
         position = (node.lc.data or {}).get(name)
         places[inner] = Place(file, position[0] + 1 if position else None, inner)
-        if not listed and value is None and isinstance(before, int) and isinstance(name, int):
-            found, expected = f"`{before}` and a decimal comma", "a decimal point, as in `24.5`"
+        written = _entry_at(lines, position) or _key(name)
+        if not listed and value is None and comma_at_joint(before, written):
+            number = f"{before},{written}"
+            found, expected = f"`{number}` with {DECIMAL_COMMA}", f"a decimal point: {with_point(number)}"
             raise BadInput(Place(file, position[0] + 1 if position else None, key), found, expected, code="SPEC001")
         before = value
-        _collect(value, inner, file, places)
+        _collect(value, inner, file, places, lines)
+
+
+def _entry_at(lines: Sequence[str], position: Sequence[int] | None) -> str:
+    """The text of an entry in braces, from where it begins to the next comma or brace; "" where that is not known."""
+    if position is None or position[0] >= len(lines):
+        return ""
+    return re.split(r"[,{}\[\]]", lines[position[0]][position[1] :])[0].strip()
 
 
 def dump(document: Any) -> str:

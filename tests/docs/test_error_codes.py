@@ -11,9 +11,9 @@ from tests.app.command import stiction
 
 from .commands import ROOT
 
-PASSED_ON = {"error.code", "code"}
-"""Of a fault that is raised again with another place, or by ``refuse_unknown``."""
-RAISING = {"BadInput", "refuse_unknown"}
+PASSED_ON = {"error.code", "fault.code", "code"}
+"""Of a fault that is raised again with another place or other words, or by ``refuse_unknown``."""
+RAISING = {"BadInput", "UnknownName", "refuse_unknown"}
 
 
 def codes_in_use() -> Counter[str]:

@@ -98,7 +98,11 @@ REFUSED = {
     "unknown gain": (observed("{K_F: 1, K_v: 1, K_w: 1}"), "unknown gain `K_w`", "K_v"),
     "wrong length": (observed("{K_F: [1, 2, 3], K_v: 1}", text=TWO_MASS), "K_F of length 3", None),
     "wrong rows": (observed("{K_F: [[1, 2]], K_v: 1}", text=TWO_MASS), "K_F of 1 rows of 2", None),
-    "ragged rows": (observed("{K_F: [[1, 2], [3]], K_v: 1}", text=TWO_MASS), "K_F of 2 rows of 1/2", None),
+    "ragged rows": (
+        observed("{K_F: [[1, 2], [3]], K_v: 1}", text=TWO_MASS),
+        "row 2 has 1 entry",
+        None,
+    ),
     "negative K_F": (observed("{K_F: -1, K_v: 1}"), "K_F = -1", None),
     "zero K_v": (observed("{K_F: 1, K_v: 0}"), "K_v = 0", None),
     "positive K_2": (observed("{K_2: 1}", "to", velocity="measured"), "K_2 = 1", None),

@@ -64,7 +64,7 @@ FAULTS: dict[str, tuple[str, str, str, str | None]] = {
     ),
     "a number with its unit": ("value: 2,", "value: 2 kg,", "SPEC006 `2 kg`", None),
     # shapes
-    "mass matrix not square": ("  - [0, J]", "  - [0]", "SPEC015 2 1/2 2 2", None),
+    "mass matrix not square": ("  - [0, J]", "  - [0]", "SPEC015 2 row 1 entry 2", None),
     "mass matrix too small": ("  - [0, J]\n", "", "SPEC015 1 2 2 2", None),
     "force too long": ("  - w - k*x\n", "  - w - k*x\n  - 0\n", "SPEC015 3 2", None),
     "U misses a column": ("[[1, 0], [0, 1]]", "[[1], [0]]", "SPEC015 2 2", None),

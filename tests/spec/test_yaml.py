@@ -27,7 +27,9 @@ def told(text: str) -> BadInput:
     ("text", "line", "words"),
     [
         ("name: a\nname: b\n", 2, "SPEC005"),
-        (GOOD.replace("value: 2,", "value: 2,05,"), 9, "SPEC001 `2` comma `24.5`"),
+        (GOOD.replace("value: 2,", "value: 2,05,"), 9, "SPEC001 `2,05` comma `2.05`"),
+        (GOOD.replace("value: 2,", "value: 2,5e-3,"), 9, "SPEC001 `2,5e-3` comma `2.5e-3`"),
+        (GOOD.replace("w: {unit: N}", "w: {unit: 0,5 N}"), 7, "SPEC001 `0,5 N` comma"),
         (GOOD.replace("  k: {", "  mass: {"), 13, "SPEC005"),
         ("name: [1, 2\nforce: 3\n", 1, "SPEC001"),
         ("inputs:\n  w: {unit: N\nforce: 3\n", 2, "SPEC001"),

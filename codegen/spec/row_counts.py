@@ -1,0 +1,36 @@
+"""Matrices of a spec with a wrong number of rows or entries, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from codegen.base.errors import BadInput, Place
+from codegen.spec.decimal_comma import QUESTION, maybe_commas
+
+
+def refuse_other_shape(
+    rows: Sequence[Sequence[object]],
+    shape: tuple[int, int],
+    key: str,
+    place: Callable[[str], Place],
+    what: str = "",
+    meaning: str = "",
+) -> None:
+    """Raise BadInput unless a matrix has ``shape``, with the rows that are too short or too long, at the first of them.
+
+    Args:
+        what: is said before the rows, such as ``K_F of ``; ``meaning`` after the shape.
+    """
+    odd = [i for i, row in enumerate(rows) if len(row) != shape[1]]
+    if len(rows) == shape[0] and not odd:
+        return
+    at = place(key)
+    if len({len(row) for row in rows}) > 1:
+        found = f"{len(rows)} rows, of which " + ", ".join(f"row {i + 1} has {len(rows[i])} entries" for i in odd)
+        at = replace(at, line=place(f"{key}[{odd[0]}]").line)
+    else:
+        found = f"{len(rows)} rows of {len(rows[0]) if rows else 0}"
+    question = f"; {QUESTION}" if any(maybe_commas(rows[i], shape[1]) for i in odd) else ""
+    expected = f"{shape[0]} by {shape[1]}{meaning}{question}"
+    raise BadInput(at, what + found.replace(" 1 entries", " 1 entry"), expected, code="SPEC015")

@@ -1,0 +1,162 @@
+"""Slips of writing that have one likely cause: the message says it, at the line, with what to write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import stiction
+from codegen.base.errors import BadInput
+from codegen.spec import parse_spec, read_spec
+from codegen.spec.yaml_text import load_mapping
+from tests.told import refused
+
+from .faults import GOOD
+
+QUESTION = "or are these decimal commas?"
+
+
+def told(text: str) -> BadInput:
+    with pytest.raises(BadInput) as caught:
+        parse_spec(text, Path("slider.yaml"))
+    return caught.value
+
+
+def derived(tmp_path: Path, text: str) -> BadInput:
+    """What ``derive`` refuses: gains are read once the observer is known."""
+    (tmp_path / "slider.yaml").write_text(text)
+    with pytest.raises(BadInput) as caught:
+        stiction.derive(tmp_path / "slider.yaml")
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "quoted"),
+    [
+        ("columns: {phi: axes[0].pos, th: q}\n", 1, '`phi: "axes[0].pos"`'),
+        ("columns: {th: q, phi: axes[0].pos}\n", 1, '`phi: "axes[0].pos"`'),
+        ("columns:\n  {th: q,\n   phi: q[1]}\n", 3, '`phi: "q[1]"`'),
+        ("columns: {q: a[0].b[1].c}\n", 1, '`q: "a[0].b[1].c"`'),
+        ("columns: [t, q[0]]\n", 1, '`"q[0]"`'),
+    ],
+)
+def test_brackets_in_braces_need_quotes(text: str, line: int, quoted: str) -> None:
+    with refused("SPEC001") as fault:
+        load_mapping(text, "meta.yaml")
+    assert fault.value.place.line == line
+    assert quoted in fault.value.expected
+    assert "not closed" not in str(fault.value)
+    written = quoted.strip("`")
+    value = written.rpartition(": ")[2].strip('"')
+    assert value in str(load_mapping(text.replace(value, f'"{value}"'), "meta.yaml")[0])
+
+
+@pytest.mark.parametrize("text", ["a: [1, 2\nb: 3\n", "a: {b: 1\nc: 2\n"])
+def test_brackets_that_are_not_closed(text: str) -> None:
+    with refused("SPEC001") as fault:
+        load_mapping(text, "meta.yaml")
+    assert "not closed" in fault.value.found
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "right"),
+    [
+        ("  mass: {value: 2, unit: kg}", "  mass:\n    value: 0,05\n    unit: kg", 10, "`0.05`"),
+        ("sample_time: 0.001", "sample_time: 0,5 ms", 29, "`0.5 ms`"),
+        ("sample_time: 0.001", "sample_time: 0,0005", 29, "`0.0005`"),
+        ("w - k*x", "w - 0,05*k*x", 18, "`0.05`"),
+        ("w - k*x", "w - k*x*sin(0,5*q)", 18, "`0.5`"),
+        ("- [mass, 0]", "- ['1,5*mass', 0]", 15, "`1.5`"),
+        (
+            "    - {name: rail, law: coulomb, a: 5, unit: N}",
+            "    - name: rail\n      a: 0,5\n      unit: N",
+            24,
+            "`0.5`",
+        ),
+        ("value: 2,", "value: 2, tolerance: '0,5%',", 9, "`0.5`"),
+        ("  mass: {value: 2, unit: kg}", "  mass:\n    value: 1,000\n    unit: kg", 10, "`1000`"),
+    ],
+)
+def test_a_decimal_comma(old: str, new: str, line: int, right: str) -> None:
+    fault = told(GOOD.replace(old, new))
+    assert "a decimal comma" in fault.found
+    assert "a decimal point" in fault.expected
+    assert right in fault.expected
+    assert fault.place.line == line
+
+
+def test_a_comma_between_arguments_is_no_decimal_comma() -> None:
+    fault = told(GOOD.replace("w - k*x", "w - hypot(3,4)*k"))
+    assert "decimal" not in str(fault)
+    assert "`hypot`" in fault.found
+
+
+@pytest.mark.parametrize(
+    ("entries", "asked"),
+    [
+        ("[-3,2, 3,2]", True),
+        ("[0, 0,5]", True),
+        ("[1.5, 2.5, 3.5]", False),
+        ("[-1, -2, -3]", False),
+        ("[1, 2, 3, 4, 5]", False),
+    ],
+)
+def test_a_range_with_more_entries(entries: str, asked: bool) -> None:
+    fault = told(GOOD.replace("x: [-1, 1]", f"x: {entries}"))
+    assert fault.place.line == 31
+    assert (QUESTION in fault.expected) == asked
+
+
+def test_gains_with_more_entries(tmp_path: Path) -> None:
+    fault = derived(tmp_path, GOOD.replace("K_F: 10", "K_F: [0,00107, 0,404]"))
+    assert QUESTION in fault.expected
+    assert QUESTION not in derived(tmp_path, GOOD.replace("K_F: 10", "K_F: [1.5, 2.5, 3.5]")).expected
+
+
+@pytest.mark.parametrize(
+    ("rows", "words", "line"),
+    [
+        ("  - [mass, 0]\n  - [0]\n", "2 rows, of which row 2 has 1 entry", 16),
+        ("  - [mass]\n  - [0, J]\n", "2 rows, of which row 1 has 1 entry", 15),
+        ("  - [mass, 0, 0]\n  - [0]\n", "2 rows, of which row 1 has 3 entries, row 2 has 1 entry", 15),
+        ("  - [mass]\n  - [0]\n", "2 rows of 1", 14),
+    ],
+)
+def test_a_ragged_matrix_names_its_row(rows: str, words: str, line: int) -> None:
+    fault = told(GOOD.replace("  - [mass, 0]\n  - [0, J]\n", rows))
+    assert fault.found == words
+    assert fault.place.line == line
+
+
+@pytest.mark.parametrize(("written", "meant"), [("sign", "sgn"), ("fabs", "abs"), ("ln", "log"), ("sinn", "sin")])
+def test_a_function_by_its_name_elsewhere(written: str, meant: str) -> None:
+    assert told(GOOD.replace("w - k*x", f"w - k*x*{written}(q)")).nearest == meant
+
+
+@pytest.mark.parametrize("written", ["q_dot", "qdot", "dq"])
+def test_a_velocity_by_the_name_of_its_coordinate(written: str) -> None:
+    for text in (GOOD.replace("-J*om/tau", f"-J*{written}/tau"), GOOD.replace("  x: [-1, 1]", f"  {written}: [-1, 1]")):
+        assert "the velocity of q is called om" in told(text).expected
+
+
+def test_an_unknown_gain_is_the_missing_one(tmp_path: Path) -> None:
+    assert derived(tmp_path, GOOD.replace("K_F: 10, K_v", "K_2: 10, K_v")).nearest == "K_F"
+    assert derived(tmp_path, GOOD.replace("K_F: 10, K_v", "K_F: 10, K_f")).nearest == "K_v"
+
+
+@pytest.mark.parametrize(
+    ("written", "quoted"), [("x^^2", "`^2`"), ("x^2 + 3*(x^^2)", "`^2)`"), ("x^2**v", "`2**v`"), ("x^v", "`x^v`")]
+)
+def test_a_power_is_quoted_as_it_is_written(written: str, quoted: str) -> None:
+    found = told(GOOD.replace("w - k*x", f"w - {written}")).found
+    assert quoted in found
+    assert "****" not in found
+
+
+def test_a_file_in_another_encoding_is_named_by_line(tmp_path: Path) -> None:
+    path = tmp_path / "slider.yaml"
+    path.write_bytes(GOOD.replace("source: a test", "source: Prüfstand").encode("windows-1252"))
+    with refused("FILE006 slider.yaml:2") as fault:
+        read_spec(path)
+    assert "save it as UTF-8" in fault.value.expected
