@@ -353,8 +353,11 @@ class Diagnosis:
         """Why a candidate of the first round that passes every test is not in the verdict; empty for another one."""
         place = (candidate.kind, candidate.on)
         named = [(e.kind, e.on) for e in self.effects]
-        if not candidate.accepted or place in named or self.verdict == "unfit":
+        if not candidate.accepted or self.verdict == "unfit":
             return ""
+        if place in named:
+            form = self.effects[named.index(place)].parameters
+            return "" if form.keys() == candidate.parameters.keys() else f"the form with {', '.join(form)} is named"
         if self.verdict == "ambiguous":
             tied = place in [(e.kind, e.on) for e in self.rivals] or candidate is self.candidates[0]
             return "this log does not tell it from the others that tie" if tied else "explains less than those that tie"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -73,6 +74,10 @@ def test_a_better_one_that_is_not_named_and_a_tie():
     rival = FoundEffect("spring", "x", {}, {}, (), {})
     tied = diagnosis("ambiguous", candidate("cogging", 0.72), candidate("spring", 0.7), rivals=(rival,))
     assert tied.not_named(tied.candidates[1]) == "this log does not tell it from the others that tie"
+    forms = [replace(candidate("cogging", 0.8), parameters={name: 1.0}) for name in ("amplitude", "sin_1")]
+    named = (FoundEffect("cogging", "x", {"amplitude": 1.0}, {}, (), {}),)
+    found = diagnosis("effect", *forms, effects=named)
+    assert [found.not_named(one) for one in forms] == ["", "the form with amplitude is named"]
     for verdict in ("unknown", "none"):
         other = diagnosis(verdict, candidate("cogging", 0.72))
         assert "see the verdict" in other.not_named(other.candidates[0])
