@@ -62,3 +62,9 @@ def float_above(x: Fraction) -> float:
     """The least float whose shortest decimal is no less."""
     near = float(x)
     return near if Fraction(repr(near)) >= x else nextafter(near, inf)
+
+
+def in_percent(share: float, digits: int = 2) -> str:
+    """A share in %, without an exponent: 120 % and not 1.2e+02 %."""
+    value = 100 * share
+    return f"{value:.0f} %" if abs(value) >= 99.5 else f"{value:.{digits}g} %"

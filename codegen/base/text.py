@@ -17,7 +17,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Undefined
 from markupsafe import Markup
 
 from codegen.base.resources import resource_folder
-from codegen.base.significant import instant, rounded_to, with_deserved_digits
+from codegen.base.significant import in_percent, instant, rounded_to, with_deserved_digits
 from codegen.base.user_text import PRINTED, UserText, comment_text, terminal_text
 
 LANGUAGES = {
@@ -64,6 +64,7 @@ def environment(language: str = WORDS) -> Environment:
     made.filters["zip3"] = lambda a, b, c: list(zip(a, b, c, strict=True))
     made.filters["column_widths"] = lambda rows: [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     made.filters["by_interval"] = with_deserved_digits
+    made.filters["in_percent"] = in_percent
     made.filters["comment"] = lambda line: Markup(comment_text(line))
     made.filters["instant"] = instant
     made.filters["up"] = partial(rounded_to, rounding=ROUND_CEILING)

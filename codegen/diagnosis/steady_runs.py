@@ -22,6 +22,7 @@ from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from codegen.base.arrays import Array
+from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.coverage import Survey, survey
 from codegen.diagnosis.evidence.estimate import CONFIDENCE
 from codegen.diagnosis.evidence.reservations import may_be_absent
@@ -273,11 +274,11 @@ class SteadySearch:
         """The first test that a candidate fails, in words."""
         part = fit.part
         if row.gain < least:
-            return f"removes {100 * row.gain:.2g} % of the squared residual of left-out records"
+            return f"removes {in_percent(row.gain)} of the squared residual of left-out records"
         if not part.effect.admissible(self.system, part.place, row.parameters):
             return "fits only with unphysical values"
         if row.size < credit.LEAST_SIZE:
-            return f"its force is {100 * row.size:.2g} % of the drive force: too little to matter"
+            return f"its force is {in_percent(row.size)} of the drive force: too little to matter"
         absent = may_be_absent(part.effect, fit.intervals()[-1])
         if absent:
             return f"the 95 % interval of {', '.join(absent)} contains the value at which it is absent"

@@ -9,6 +9,7 @@ from math import pi, sqrt
 import numpy as np
 import sympy
 
+from codegen.base.significant import in_percent
 from codegen.effects.effect import Confusion, Effect, EffectParameter, Symbols
 from codegen.effects.on_coordinate import InertiaError
 from codegen.effects.places import coupled_or_varying
@@ -62,7 +63,7 @@ class _OnAxis(Effect):
         share = values["load_fraction"]
         if share >= LEAST_LOAD:
             return ""
-        return f"its load is {100 * share:.2g} % of the inertia: it acts at its resonance alone"
+        return f"its load is {in_percent(share)} of the inertia: it acts at its resonance alone"
 
     def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
         """An inertia without the load: a spring that is too soft to move it leaves the motor alone."""

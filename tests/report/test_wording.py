@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from codegen.base.significant import significant_digits, with_deserved_digits
+from codegen.base.significant import in_percent, significant_digits, with_deserved_digits
 from codegen.report.wording import estimated
 
 
@@ -30,3 +30,11 @@ def test_no_more_digits_than_asked_for() -> None:
     assert with_deserved_digits(0.0412345, (0.02, 0.06)) == "0.041"
     assert with_deserved_digits(0.0412345, ()) == "0.04123"
     assert significant_digits(1.0, (-1e6, 1e6)) == 1
+
+
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [(1.237, "124 %"), (-2.04, "-204 %"), (0.996, "100 %"), (0.987, "99 %"), (0.0123, "1.2 %"), (0.0, "0 %")],
+)
+def test_a_share_in_percent_has_no_exponent(share: float, words: str) -> None:
+    assert in_percent(share) == words

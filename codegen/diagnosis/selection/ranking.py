@@ -9,6 +9,7 @@ from math import comb, prod
 import numpy as np
 from numpy.typing import NDArray
 
+from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.acceleration_error import rings
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.reservations import (
@@ -394,7 +395,7 @@ def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
     net = before.search.drive.share(after.residual - before.residual)
     if net >= credit.LEAST_NET:
         return ""
-    return f"changes the force by {100 * net:.2g} % of the drive force once values are refitted: too little to matter"
+    return f"changes the force by {in_percent(net)} of the drive force once values are refitted: too little to matter"
 
 
 def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
@@ -415,7 +416,7 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
     if net >= FORM_ERROR * most:
         return ""
     return (
-        f"changes the force by {100 * net:.2g} % of the drive force, where {larger.kind} makes {100 * most:.2g} %: no "
+        f"changes the force by {in_percent(net)} of the drive force, where {larger.kind} makes {in_percent(most)}: no "
         "more than a misfit of that curve's form may leave"
     )
 
@@ -460,9 +461,9 @@ def _why_not(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: f
     if e.gain <= 0:
         return "does not reduce the error on held-out segments"
     if e.share < credit.LEAST_SHARE:
-        return f"removes {100 * e.share:.2g} % of the squared free-run error on held-out segments"
+        return f"removes {in_percent(e.share)} of the squared free-run error on held-out segments"
     if size < _least_size(found):
-        return f"its force is {100 * size:.2g} % of the drive force: too little to matter"
+        return f"its force is {in_percent(size)} of the drive force: too little to matter"
     if not admissible(search, found):
         return "fits only with unphysical values"
     here = found.part.effect.coordinate(search.system, found.part.place)
@@ -508,21 +509,21 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     motion = before.search.motion
     acting = drive_share(after.fit.model, before.fit.model, motion, before.search.problem.masks.rows)
     if acting < LEAST_DRIVE:
-        return f"leaves {100 * acting:.2g} % of the drive force: a machine that moves needs more"
+        return f"leaves {in_percent(acting)} of the drive force: a machine that moves needs more"
     left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)
     scale = float(np.min(left / had))  # p
     remaining = acting / scale  # q
     if remaining < 1 - credit.LEAST_SHARE and _leaves_more(before, after, remaining**2, CONTRADICTED):
-        return f"leaves {100 * acting:.2g} % of the drive force, and a larger share of that unexplained"
+        return f"leaves {in_percent(acting)} of the drive force, and a larger share of that unexplained"
     small, far = 1 - credit.LEAST_SHARE, noise_ratio(after.fit) > credit.NEAR_NOISE
     by_runs = 1 - e.share > small * remaining**2
     if far and remaining < small and by_runs and _leaves_more(before, after, remaining**2, small):
-        return f"leaves {100 * acting:.2g} % of the drive force, and explains no larger share of that"
+        return f"leaves {in_percent(acting)} of the drive force, and explains no larger share of that"
     if scale >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * scale**2:
         return ""
     if after.over(before).left <= 1 - credit.LEAST_SHARE:
         return ""
-    return f"leaves {100 * left.min():.2g} % of the drive force for the motion, and explains no larger share of that"
+    return f"leaves {in_percent(left.min())} of the drive force for the motion, and explains no larger share of that"
 
 
 def _leaves_more(before: ForceCriterion, after: ForceCriterion, part: float, times: float) -> bool:
@@ -585,4 +586,4 @@ def acts_as_its_limit(search: Search, found: Fit) -> str:
     )
     if own >= credit.LEAST_SIZE:
         return ""
-    return f"acts as {kind}: its own force beside that is {100 * own:.2g} % of the drive force"
+    return f"acts as {kind}: its own force beside that is {in_percent(own)} of the drive force"

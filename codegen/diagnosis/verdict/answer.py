@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from codegen.base.significant import in_percent
 from codegen.diagnosis.fit.credit import LEAST_SHARE, TIE_LEVEL, random_signs
 from codegen.diagnosis.results import ErrorFigures, FoundEffect, ParameterError, Verdict
 from codegen.diagnosis.verdict.adoption import SAME
@@ -182,6 +183,6 @@ def _list(worse: Mapping[str, float]) -> str:
             return "diverge"
         if ratio > 2:
             return f"larger by a factor of {ratio:.3g}"
-        return f"{100 * (ratio - 1):.2g} % larger" if ratio > 1 else f"only {100 * (1 - ratio):.2g} % smaller"
+        return f"{in_percent(ratio - 1)} larger" if ratio > 1 else f"only {in_percent(1 - ratio)} smaller"
 
     return " and ".join(f"the {name} {words(ratio)}" for name, ratio in worse.items())

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import floor, isfinite, log10, sqrt
 
+from codegen.base.significant import in_percent
 from codegen.base.text import render
 from codegen.diagnosis.case import Case
 from codegen.diagnosis.evidence.estimate import Estimate
@@ -129,7 +130,7 @@ def changes_in_words(left: Remainder, system: System, i: int, material: float, l
             case "force":
                 what = f"a force of {'-' if more else '+'}{size} {force} acts that the model lacks"
             case "inertia":
-                share = f"{100 * abs(change.coefficient):.2g} % of the declared one"
+                share = f"{in_percent(abs(change.coefficient))} of the declared one"
                 what = f"the inertia is {'larger' if more else 'smaller'} by {share}"
             case "friction level":
                 what = f"the friction level is {size} {force} {'higher' if more else 'lower'}"
@@ -246,8 +247,8 @@ def against_regression(
         if one.alone < one.line and one.with_line - one.line < MOST * one.alone:
             return (
                 f"a vibration of constant frequency, {one.line_hz:.3g} Hz, explains {100 * one.line:.0f} % of the "
-                f"residual force; the law explains {100 * one.alone:.2g} %, and in addition to the vibration "
-                f"{100 * max(0.0, one.with_line - one.line):.2g} %"
+                f"residual force; the law explains {in_percent(one.alone)}, and in addition to the vibration "
+                f"{in_percent(max(0.0, one.with_line - one.line))}"
             )
     return ""
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.evidence.reservations import objections
 from codegen.diagnosis.fit import credit
@@ -419,7 +420,7 @@ def _not_confirmed(plain: Fit, fit: Fit) -> str:
     )
     share = _evidence_of_blocks(plain, fit).share
     return (
-        f"the residual force alone would name {effects}, which removes {100 * share:.3g} % of its square; free runs "
+        f"the residual force alone would name {effects}, which removes {in_percent(share, 3)} of its square; free runs "
         "with that are not surely better than without, so it is not credited"
     )
 
@@ -541,8 +542,8 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     why_not = ""
     share = min(one.share, 1 - ratio**2)
     if 1 - share > (1 - least) * acting**2:
-        why_not = f"removes {100 * share:.2g} % of the squared force residual on held-out blocks"
-        why_not += f" and leaves {100 * acting:.2g} % of the drive force" if acting < 0.99 else ""
+        why_not = f"removes {in_percent(share)} of the squared force residual on held-out blocks"
+        why_not += f" and leaves {in_percent(acting)} of the drive force" if acting < 0.99 else ""
     elif not matters(fits.search, found, plain):
         why_not = "its force is too little to matter"
     elif p > credit.ALPHA:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.fit.measure import Drive
 from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
@@ -140,10 +141,10 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
         unit, tolerance = in_unit(declared, s), problem.deviation[s]
         part = abs(now - was) / tolerance
         where = "within" if part <= 1 else f"{part:.2g} times"
-        of = f"{where} its tolerance of {100 * tolerance / abs(was):.3g} %"
+        of = f"{where} its tolerance of {in_percent(tolerance / abs(was), 3)}"
         words.append(
             f"the written spec has {s.name} = {now:.5g}{unit} in place of {was:.5g}{unit} ({of}; 95 %: {low:.6g} to "
-            f"{high:.6g}): a change of {100 * share:.2g} % of the drive force"
+            f"{high:.6g}): a change of {in_percent(share)} of the drive force"
         )
     return words
 

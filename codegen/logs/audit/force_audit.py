@@ -18,6 +18,7 @@ from scipy.optimize import minimize_scalar
 
 from codegen.base.arrays import Array
 from codegen.base.errors import Place
+from codegen.base.significant import in_percent
 from codegen.logs.audit.force_balance import Forces, forces_along, unexplained
 from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside, audit_inputs, audit_undriven, not_judged
 from codegen.logs.audit.position_scale import position_scales
@@ -201,8 +202,8 @@ def _other_unit(
     if not fits:
         return
     words = (
-        f"The scale of {name} seems off: is {name} in {unit}? As {taken}, motion and inputs leave {100 * now:.2g} % of "
-        f"the squared forces unbalanced, as {unit} {100 * least:.2g} %. "
+        f"The scale of {name} seems off: is {name} in {unit}? As {taken}, motion and inputs leave {in_percent(now)} of "
+        f"the squared forces unbalanced, as {unit} {in_percent(least)}. "
         f"(`units: {{{name}: {unit}}}` in meta.yaml beside the log)"
     )
     yield Finding("problem", f"scale of {name}", words, {"misfit": now, "misfit_in_unit": least})
@@ -235,7 +236,7 @@ def _no_unit(name: str, spec: Spec, factor: float, misfits: dict[str, float]) ->
     scale = 1 / (gears[0][1] if gears else factor)
     gear = gears[0][0] if gears else ""
     same = f" The parameter {gear} has this value: is {name} measured on the other side of a gear?" if gear else ""
-    left = {key: f"{100 * value:.2g} %" for key, value in misfits.items()}
+    left = {key: f"{in_percent(value)}" for key, value in misfits.items()}
     words = (
         f"The scale of {name} seems off by a factor of {factor:.3g}: as it is, motion and inputs leave "
         f"{left['misfit']} of the squared forces unbalanced, divided by this factor {left['misfit_scaled']}, in no "
@@ -312,7 +313,7 @@ def _exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, for
         lines.append(f"`columns: {{{entries}}}`")
     words = (
         f"The columns of {', or those of '.join(which)} seem exchanged: as the log is read, motion and inputs leave "
-        f"{100 * now:.2g} % of the squares unbalanced, otherwise {100 * best:.2g} %. "
+        f"{in_percent(now)} of the squares unbalanced, otherwise {in_percent(best)}. "
         f"({' or '.join(lines)} in meta.yaml beside the log)"
     )
     yield Finding("problem", "columns", words, {"misfit": now, "misfit_exchanged": best})
@@ -379,8 +380,8 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
         if share > COMPUTED or other < least or _swings(left[:, 2], left[:, 3:]):
             continue
         words = (
-            f"The force of the inputs on {c.name} is a function of {c.name} alone, to {100 * share:.2g} %, but the "
-            f"motion takes {100 * other:.2g} % that no such function gives. So it was computed from {c.name}, as a "
+            f"The force of the inputs on {c.name} is a function of {c.name} alone, to {in_percent(share)}, but the "
+            f"motion takes {in_percent(other)} that no such function gives. So it was computed from {c.name}, as a "
             "controller does that compensates gravity, and what moves the machine (a hand?) is in no column: "
             "friction, inertia and effects cannot be learnt from this log."
         )

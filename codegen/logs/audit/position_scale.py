@@ -23,6 +23,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from codegen.base.arrays import Array
+from codegen.base.significant import in_percent
 from codegen.logs.audit.force_balance import Forces, forces_along, partial_correlation
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, scaled
@@ -162,8 +163,8 @@ def _finding(
     line = f"`scale: {{{name}: {log.description.stated_scale(name, spec) / ratio:.4g}}}`"
     words = (
         f"The scale of {name} seems off by a factor of {k:.3g}: as it is, motion and inputs leave "
-        f"{100 * plain.left:.2g} % of the squared forces unbalanced; divided by this factor "
-        f"{100 * position.left:.2g} %, with the declared inertia and viscous friction. "
+        f"{in_percent(plain.left)} of the squared forces unbalanced; divided by this factor "
+        f"{in_percent(position.left)}, with the declared inertia and viscous friction. "
         f"Is it {side}? ({line} in meta.yaml beside the log){excluded}"
     )
     if rivals:
