@@ -175,9 +175,9 @@ def test_free_runs_do_not_keep_a_compliance_that_the_force_does_not_need(
         return against_free_runs(found, fit)
 
     assert said("viscous", "spring") == ""
-    assert said("viscous", "spring", "compliance") == "of which the residual force does not need compliance"
+    assert said("viscous", "spring", "compliance") == "but the residual force shows no compliance"
     assert said("quadratic_drag") == "which leaves more of the residual force"
-    curve = "of which the residual force does not need b_inf and v_s of viscous"
+    curve = "but the residual force shows no b_inf and v_s of viscous"
     assert said("viscous", "spring", form=-1) == curve
 
 

@@ -287,7 +287,10 @@ def credited_by_force(
         named = " and ".join(f"{e.kind} on {e.on}" for e in second.effects)
         words = f"the residual force alone would name {named}, but in free runs {better} the training log better"
         return replace(answer, remarks=(*answer.remarks, words)), outcome
-    words = f"found by the residual force, and confirmed by free runs with these values; by free runs alone {alone}"
+    words = (
+        "found by the residual force, and confirmed by free runs of the training log with these values; by free runs "
+        f"alone {alone}"
+    )
     return replace(second, remarks=(*second.remarks, words, *refused)), led
 
 
@@ -342,7 +345,7 @@ def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
     gained = _evidence_of_blocks(needed, found.fit)
     not_needed = sorted(kind for kind, _ in known.keys() - _forms(needed.trial.parts).keys())
     if (not_needed or larger) and random_signs(-gained.t) > credit.TIE_LEVEL:
-        return f"of which the residual force does not need {' and '.join(not_needed or larger)}"
+        return f"but the residual force shows no {' and '.join(not_needed or larger)}"
     leaves_more = random_signs(gained.t) <= credit.TIE_LEVEL and not fits.nearly_alike(needed, found.fit)
     return "which leaves more of the residual force" if leaves_more else ""
 
