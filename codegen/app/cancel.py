@@ -145,14 +145,14 @@ class CancelReport(Result):
 @verb
 def cancel(
     source: Source,
-    folder: str | Path | None = None,
+    out: str | Path | None = None,
     hunt: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> CancelReport:
     """Which friction the inputs of a spec can cancel, and the cancelling input that the spec asks for.
 
     Args:
-        folder: for cancellation.json; None writes nothing.
+        out: folder for cancellation.json; None writes nothing.
         hunt: simulate the closed loop of controller, observer and cancelling input, and look for limit cycles.
         progress: called with the share of this simulation that is done, from 0 to 1.
 
@@ -161,8 +161,8 @@ def cancel(
     """
     machine = derived_from(source)
     spec = machine.spec
-    if folder is not None:
-        refuse_target(Path(folder) / NUMBERS, {"the spec itself": spec.path})
+    if out is not None:
+        refuse_target(Path(out) / NUMBERS, {"the spec itself": spec.path})
     system = machine.system
     choice = spec.cancellation or CancellationChoice()
     found = reach(spec, system, choice.weight)
@@ -176,10 +176,10 @@ def cancel(
     if hunt and plan is not None:
         report = replace(report, hunting=hunting(spec, system, progress))
     require_finite(spec, report.content, "the cancellation")
-    if folder is None:
+    if out is None:
         return report
-    write_all(Path(folder), {NUMBERS: json_text(report.content)})
-    return replace(report, files=(Path(folder) / NUMBERS,))
+    write_all(Path(out), {NUMBERS: json_text(report.content)})
+    return replace(report, files=(Path(out) / NUMBERS,))
 
 
 def _verdict(v: Verdict) -> dict[str, Any]:

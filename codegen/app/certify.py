@@ -90,10 +90,10 @@ def _solved(analysis: Analysis, times: Mapping[str, float]) -> bool:
 
 
 @verb
-def write_certificate(certificate: Certificate, path: str | Path) -> Path:
+def write_certificate(certificate: Certificate, out: str | Path) -> Path:
     """Write a certificate's JSON."""
-    write_atomically(Path(path), certificate.text)
-    return Path(path)
+    write_atomically(Path(out), certificate.text)
+    return Path(out)
 
 
 def certified_text(found: Certified, target: Path | None) -> str:

@@ -23,7 +23,7 @@ from codegen.base.shown import Result, json_text
 from codegen.base.text import render
 from codegen.diagnosis.case import Findings
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis
+from codegen.diagnosis.results import MATERIAL, CertificateChange, Diagnosis, FoundEffect, Verdict
 from codegen.logs import Allowance, read_logs
 from codegen.spec import parse_spec
 from codegen.spec.free_gains import free_gains_in_words
@@ -51,6 +51,16 @@ class Diagnosed(Result):
     files: tuple[str, ...]
     notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     log_sha256: tuple[str, ...] = ()
+
+    @property
+    def verdict(self) -> Verdict:
+        """``effect``, ``none``, ``ambiguous``, ``unknown`` or ``unfit``."""
+        return self.diagnosis.verdict
+
+    @property
+    def effects(self) -> tuple[FoundEffect, ...]:
+        """The effects that were found, with parameters in SI and their 95 % intervals; () where there is none."""
+        return self.diagnosis.effects
 
     @property
     def summary(self) -> Mapping[str, object]:

@@ -80,11 +80,11 @@ class GainReport(Result):
 
 
 @verb
-def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] = ()) -> GainReport:
+def gains(source: Source, out: str | Path | None = None, over: Sequence[str] = ()) -> GainReport:
     """Which gains of a spec's observer are stable over its envelope, with what margin, and which to take.
 
     Args:
-        folder: for gains.json, gains.png and, where a gain set is suggested, spec.yaml with it; None writes nothing.
+        out: folder for gains.json, gains.png and, where a gain set is suggested, spec.yaml with it; None for none.
         over: the two gains of the map (``h`` is the sample time).
 
     Raises:
@@ -93,10 +93,10 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
     """
     machine = derived_from(source)
     spec = machine.spec
-    if folder is not None:
+    if out is not None:
         for name in (NUMBERS, MAP, SPEC):
-            refuse_target(Path(folder) / name, {"the spec itself": spec.path})
-        refuse_foreign(Path(folder), SPEC, (NUMBERS,))
+            refuse_target(Path(out) / name, {"the spec itself": spec.path})
+        refuse_foreign(Path(out), SPEC, (NUMBERS,))
     bounds: tuple[GainBound, ...] = ()
 
     def divisor(axes: Sequence[GainAxis], suggestion: Suggestion) -> int:
@@ -107,7 +107,7 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
     report = assess(spec, machine.nominal.observer, over, divisor)
     bounds = tuple(one for one in bounds if report.suggestion and one.divisor in (1, report.suggestion.divisor))
     require_finite(spec, gains_json(report), "what the gains do")
-    if folder is None:
+    if out is None:
         return GainReport(report, (), bounds)
     from codegen.report.gain_map import gain_map_png  # matplotlib costs a second that the text need not pay
 
@@ -117,8 +117,8 @@ def gains(source: Source, folder: str | Path | None = None, over: Sequence[str] 
     }
     if report.suggestion is not None:
         files[SPEC] = suggested_text(spec, report.axes, report.suggestion)
-    write_all(Path(folder), files, (NUMBERS,))
-    return GainReport(report, tuple(Path(folder) / name for name in files), bounds)
+    write_all(Path(out), files, (NUMBERS,))
+    return GainReport(report, tuple(Path(out) / name for name in files), bounds)
 
 
 def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[str, Any]:

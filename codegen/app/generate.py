@@ -126,7 +126,7 @@ class GeneratedFmu(Certifiable):
 @verb
 def generate(
     source: Source,
-    folder: str | Path | None = None,
+    out: str | Path | None = None,
     check_only: bool = False,
     uncertified: bool = False,
     overrides: Overrides | None = None,
@@ -135,7 +135,7 @@ def generate(
     """C, Python, certificate and README of a spec's observer.
 
     Args:
-        folder: where to write; ``generated/NAME`` by default.
+        out: folder to write to; ``generated/NAME`` by default.
         check_only: write nothing; say what on disk is not current.
         uncertified: write the code even where no certificate can be given.
         overrides: the command's own choices of precision, fault policy and targets.
@@ -147,7 +147,7 @@ def generate(
     """
     machine = derived_from(source).with_overrides(overrides)
     spec = machine.spec
-    target = Path(folder) if folder is not None else Path("generated") / spec.name
+    target = Path(out) if out is not None else Path("generated") / spec.name
     if not check_only:
         refuse_target(target / MANIFEST)
     files, outcome = machine.files, machine.outcome
@@ -160,7 +160,7 @@ def generate(
             otherwise = "--force, which discards the edits"
             refuse_edited(target, {**dict.fromkeys(BESIDE), **files}, otherwise, spec.name)
         write_all(target, files, (MANIFEST,))
-        _make_importable(target, folder)
+        _make_importable(target, out)
         _drop_old_proofs(target, spec, files)
     return Generated(target, files, outcome)
 
@@ -168,7 +168,7 @@ def generate(
 @verb
 def generate_fmu(
     source: Source,
-    folder: str | Path | None = None,
+    out: str | Path | None = None,
     version: str = VERSIONS[0],
     check_only: bool = False,
     uncertified: bool = False,
@@ -178,7 +178,7 @@ def generate_fmu(
     """Build the FMU of a spec's observer with the local C compiler.
 
     Args:
-        folder: where NAME.fmu is written; ``generated/NAME`` by default.
+        out: folder for NAME.fmu; ``generated/NAME`` by default.
         version: of FMI, ``3.0`` or ``2.0``.
         check_only: write nothing; say whether the file on disk is current.
         uncertified: write it even where no certificate can be given.
@@ -194,7 +194,7 @@ def generate_fmu(
     machine = derived_from(source).with_overrides(overrides)
     files, outcome = machine.files, machine.outcome
     fmu = emit_fmu(machine.program, dict(files), version)
-    target = (Path(folder) if folder is not None else Path("generated") / machine.spec.name) / fmu.name
+    target = (Path(out) if out is not None else Path("generated") / machine.spec.name) / fmu.name
     members = tuple(sorted(fmu.members))
     if check_only:
         return GeneratedFmu(target, version, members, outcome, _bytes_of(target) != fmu.data)
@@ -314,10 +314,10 @@ def listed_files(folder: Path) -> dict[str, object]:
         return {}
 
 
-def _make_importable(target: Path, folder: str | Path | None) -> None:
+def _make_importable(target: Path, out: str | Path | None) -> None:
     """In the default place, let ``from generated import NAME`` find this folder and no other package of that name."""
     marker = target.parent / "__init__.py"
-    if folder is None and not is_there(marker):
+    if out is None and not is_there(marker):
         write_atomically(marker, render("text/generated_init.py.j2"))
 
 

@@ -28,7 +28,7 @@ def shipped_specs() -> dict[str, Path]:
 
 @verb
 def init(
-    name: str, source: str | Path | None = None, folder: str | Path = ".", log: str | Path | None = None
+    name: str, source: str | Path | None = None, out: str | Path = ".", log: str | Path | None = None
 ) -> tuple[Path, ...]:
     """Write NAME.yaml, a commented spec that ``check`` accepts.
 
@@ -36,6 +36,7 @@ def init(
         name: of the machine, and of the file; or a robot file, whose name it then has.
         source: a spec, a shipped one by its name (``specs/two_mass.yaml`` or ``two_mass``), a robot description (URDF)
             or a MuJoCo model (MJCF, .xml); None for a new machine of one mass.
+        out: folder to write to.
         log: of a robot: its columns are named in the spec where their names are recognised.
 
     Returns:
@@ -49,7 +50,7 @@ def init(
     if not is_identifier(name):
         found = f"`{name}`"
         raise BadInput("NAME", found, "letters, digits and _, starting with a letter, such as my_axis", code="SPEC009")
-    target = Path(folder) / f"{name}.yaml"
+    target = Path(out) / f"{name}.yaml"
     refuse_target(target)
     if is_there(target):
         raise BadInput(str(target), "the file exists already", "another name, or another folder", code="FILE004")
@@ -64,9 +65,9 @@ def init(
         files = robot_files(name, Path(source), None if log is None else Path(log))
     else:
         files = _of_spec(name, _found(source))
-    _refuse_other_robot(Path(folder), target.name, files)
-    write_all(Path(folder), files)
-    return tuple(Path(folder) / file for file in files)
+    _refuse_other_robot(Path(out), target.name, files)
+    write_all(Path(out), files)
+    return tuple(Path(out) / file for file in files)
 
 
 def _found(source: str | Path) -> Path:

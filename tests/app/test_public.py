@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -185,7 +186,7 @@ def test_diagnose_is_the_verb(one: api.Machine, tmp_path: Path) -> None:
     stiction("diagnose", ONE, log, "-o", tmp_path / "by_command")
     by_method, by_command = (tmp_path / f / "diagnosis.json" for f in ("by_method", "by_command"))
     assert by_method.read_bytes() == by_command.read_bytes()
-    assert found.diagnosis.verdict == json.loads(by_method.read_text("utf-8"))["verdict"]
+    assert found.verdict == json.loads(by_method.read_text("utf-8"))["verdict"]
     shows_itself(found)
 
 
@@ -232,3 +233,9 @@ def test_choices_of_the_command_change_the_code_and_share_the_mechanics(one: api
     assert "float x;" in single.sources["one_mass.h"] and "double x;" in one.sources["one_mass.h"]
     with pytest.raises(api.BadInput, match="--precision"):
         one.generate(overrides=api.Overrides(precision="half"))
+
+
+def test_a_result_of_diagnose_has_verdict_and_effects_itself() -> None:
+    within: Any = SimpleNamespace(verdict="effect", effects=("cogging",))
+    found = api.Diagnosed(within, Path("folder"), ())
+    assert (found.verdict, found.effects) == (within.verdict, within.effects)
