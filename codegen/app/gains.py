@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.analysis.feasibility.axes import GainAxis
+from codegen.analysis.feasibility.axes import GainAxis, unit_notes
 from codegen.analysis.feasibility.failure import Failure
 from codegen.analysis.feasibility.gains import Feasibility, GainSet, assess
 from codegen.analysis.feasibility.noise import DEFAULT_STEP
@@ -52,11 +52,17 @@ class GainReport(Result):
         return {**varied, "suggested": ", ".join(f"{name} = {v:g}" for name, v in found.suggestion.numbers.items())}
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """On free gains whose one number stands for gains in different units."""
+        return unit_notes(self.feasibility.axes, self.feasibility.observer)
+
+    @property
     def view(self) -> dict[str, Any]:
         """What the text template needs."""
         report = self.feasibility
         return {
             "files": self.files,
+            "notes": self.notes,
             "bounds": self.bounds,
             "no_bound": why_no_bound(report, self.bounds),
             "useful": USEFUL,
@@ -134,6 +140,7 @@ def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[st
         "position_noise_given": list(report.noise.given),
         "position_noise_from": dict(zip(report.spec.positions, report.noise.sources, strict=True)),
         "axes": [_axis_json(report, axis) for axis in report.axes],
+        "notes": list(unit_notes(report.axes, observer)),
         "chosen": _set_json(report.chosen),
         "suggested": _set_json(report.suggested),
         "suggested_divided_by": report.suggestion.divisor if report.suggestion else None,

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from codegen.analysis.feasibility.axes import gain_axes, unit_notes
+from codegen.app.derived import Derived
 from codegen.base.errors import BadInput
+from codegen.spec import parse_spec
+from tests.spec.faults import GOOD
 from tests.told import refused
 
 from .gain_specs import MASS, assessed, estimated_cfo, radius, spec_of
@@ -163,3 +169,17 @@ def test_one_entry_of_a_matrix_may_be_free_and_axes_may_be_named() -> None:
 def test_a_bad_range_is_told(gains: str) -> None:
     with pytest.raises(BadInput, match=r"observer\.gains\.K_F"):
         spec_of(gains)
+
+
+def test_one_free_number_for_gains_of_different_units_is_noted() -> None:
+    scalar, listed = "K_F: {free: [0.1, 1000]}", "K_F: [{free: [0.1, 1000]}, {free: [0.1, 1000]}]"
+
+    def notes(gain: str) -> tuple[str, ...]:
+        machine = Derived(parse_spec(GOOD.replace("K_F: 10", gain), Path("slider.yaml")))
+        observer = machine.nominal.observer
+        return unit_notes(gain_axes(machine.spec, observer), observer)
+
+    (note,) = notes(scalar)
+    assert "K_F_rail in N*s/m, K_F_hinge in N*m*s/rad" in note
+    assert f"`{listed}`" in note
+    assert notes(listed) == notes("K_F: 10") == ()

@@ -118,6 +118,7 @@ def test_json_holds_grid_values_and_boundary(free: Path) -> None:
             "position_noise_given",
             "position_noise_from",
             "axes",
+            "notes",
             "chosen",
             "suggested",
             "rule",

@@ -96,6 +96,24 @@ def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
     return tuple(axes)
 
 
+def unit_notes(axes: Sequence[GainAxis], observer: Observer) -> tuple[str, ...]:
+    """For each free gain whose one number stands for gains in different units: what that means, and what to write.
+
+    Which gains such a number stands for depends on the units: their ratio is another one in mm than in m.
+    """
+    notes = []
+    for axis in axes:
+        if axis.chosen is None and len({observer.gain_units[s] for s in axis.weights}) > 1:
+            each = ", ".join(f"{s} in {observer.gain_units[s]}" for s in axis.weights)
+            low, high = (-axis.high, -axis.low) if axis.negative else (axis.low, axis.high)
+            entry = f"{{free: [{low:g}, {high:g}]}}"
+            notes.append(
+                f"{axis.name} is one number for gains of different units ({each}); to choose each by itself, write a"
+                f" list with a range for each: `{axis.name}: [{', '.join([entry] * len(axis.weights))}]`"
+            )
+    return tuple(notes)
+
+
 def sample_time_axis(observer: Observer) -> GainAxis:
     """The sample time as an axis of the map, two decades around the spec's."""
     h = float(observer.sample_time)
