@@ -247,16 +247,21 @@ class _Search:
         if not lacking:
             return
         first = self.missing[lacking[0]]
-        if not told:
+        if not told and (len(lacking) == 1 or any("an expression" in self.missing[s].expected for s in lacking)):
             raise first
         counted = "t" in lacking and "t" not in found and all(map(is_counter, left))
         absent = f"no {'columns' if len(lacking) > 1 else 'column'} {', '.join(f'`{s}`' for s in lacking)}"
-        lines = lines_of(told, {s: "..." for s in lacking if s not in found and not (s == "t" and counted)})
+        blank = "NUMBER" if self.headless else "..."
+        lines = lines_of(told, {s: blank for s in lacking if s not in found and not (s == "t" and counted)})
         if counted:
             lines += " and `sample_time: SECONDS`"
-        option = "" if counted else _options(told, lacking)
-        expected = f"{lines} in meta.yaml beside the log{option} ({reasons(told)}); it has {listing(self.names)}"
-        nearest = told[0].column if told[0].symbol == lacking[0] else None
+        elif "t" in lacking and "t" not in found:
+            lines += " (or `sample_time: SECONDS` in place of t)"
+        option = "" if counted or not told else _options(told, lacking)
+        why = f" ({reasons(told)})" if told else ""
+        has = f"NUMBER from 1 to {len(self.names)}" if self.headless else f"it has {listing(self.names)}"
+        expected = f"{lines} in meta.yaml beside the log{option}{why}; {has}"
+        nearest = told[0].column if told and told[0].symbol == lacking[0] else None
         raise BadInput(first.place, absent, expected, nearest, code="LOG003")
 
     def _integrated(self) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """What the name of a log's column says: its unit (``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm``, ``x_mm``), and which
-variable it may hold, for those that a log does not name: by name, by unit, by what is usually called so, or since no
-other is left.
+variable it may hold, for those that a log does not name: by name, by unit, by what is usually called so, by numbers,
+or since no other is left.
 A proposal is only shown in a message; no column is read because of it.
 """
 
@@ -116,6 +116,10 @@ def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spe
             found = [name for name in left if like(symbol, name, left, spec)]
             if len(found) == 1:
                 told[symbol] = _proposed(symbol, found[0], left.pop(found[0]), why, spec)
+    for group in _alike([symbol for symbol in symbols if symbol not in told], spec):
+        names = _numbered(group, left, spec)
+        for symbol, name in zip(group, names, strict=False):
+            told[symbol] = _proposed(symbol, name, left.pop(name), "by usual names and numbers", spec)
     rest = [symbol for symbol in symbols if symbol not in told]
     if len(rest) == 1 and len(left) == 1:
         ((name, unit),) = left.items()
@@ -124,6 +128,27 @@ def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spe
         if not counted and (known == "" or _fits(known, unit_of(rest[0], spec))):
             told[rest[0]] = _proposed(rest[0], name, unit, "since no other column is left", spec)
     return tuple(told[symbol] for symbol in symbols if symbol in told)
+
+
+def _alike(symbols: Sequence[str], spec: Spec) -> list[list[str]]:
+    """Symbols of one kind (positions, velocities, inputs) and unit together, in the order of the spec, from two on."""
+    kinds = (spec.positions, spec.velocities, [i.name for i in spec.inputs])
+    units = {symbol: unit_of(symbol, spec) for symbol in symbols}
+    groups = [[s for s in kind if units.get(s) == unit] for kind in kinds for unit in dict.fromkeys(units.values())]
+    return [group for group in groups if len(group) > 1]
+
+
+def _numbered(group: Sequence[str], left: Mapping[str, str], spec: Spec) -> list[str]:
+    """The columns that differ in their numbers alone, one for each symbol, of what the symbols are usually called:
+    ``q.1`` and ``q.2``, ``axes[0].pos`` and ``axes[1].pos``; [] where none or several such sets are there.
+    """
+    usual, sets = USUAL.get(unit_of(group[0], spec), frozenset()), dict[str, list[str]]()
+    for name in left:
+        words = words_of(re.sub(r"\d+", " ", name))
+        if re.search(r"\d", name) and usual.intersection(words) and not _asked(group[0], name, spec):
+            sets.setdefault(re.sub(r"\d+", "#", name), []).append(name)
+    whole = [names for names in sets.values() if len(names) == len(group)]
+    return sorted(whole[0], key=lambda name: [int(n) for n in re.findall(r"\d+", name)]) if len(whole) == 1 else []
 
 
 def lines_of(told: Sequence[Proposed], others: Mapping[str, str]) -> str:
@@ -135,8 +160,11 @@ def lines_of(told: Sequence[Proposed], others: Mapping[str, str]) -> str:
 
 
 def reasons(told: Sequence[Proposed]) -> str:
-    """Why each of them, in words."""
-    return ", ".join(f"`{shown(one.column)}` {one.why}" for one in told)
+    """Why each of them, in words; those of one reason together."""
+    together: dict[str, list[str]] = {}
+    for one in told:
+        together.setdefault(one.why, []).append(f"`{shown(one.column)}`")
+    return "; ".join(f"{', '.join(names)} {why}" for why, names in together.items())
 
 
 def _named(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 from slider_log import rows
 
@@ -133,3 +135,73 @@ def test_a_unit_of_a_name_is_told_where_it_makes_the_log_too_short(tmp_path, mot
     (tmp_path / "meta.yaml").write_text("units: {t: s}\n")
     log = read_log(tmp_path / "a.csv", motor)
     assert log.sample_time == pytest.approx(2e-3) and not log.intake.brought
+
+
+TWO = """name: pair
+coordinates: {phi: {velocity: om, unit: rad}, psi: {velocity: nu, unit: rad}}
+inputs: {t_a: {unit: N*m}, t_b: {unit: N*m}}
+parameters: {J: {value: 2, unit: kg*m^2}}
+mass_matrix: [[J, 0], [0, J]]
+force: [t_a, t_b]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts: [{name: left, a: 3, unit: N*m}, {name: right, a: 3, unit: N*m}]
+"""
+
+
+def written(folder: Path, names: tuple[str, ...], ending: str) -> Path:
+    """The same five columns as a text table, arrays of NumPy, an object of lists or a list of records."""
+    made = rows(2.0)
+    columns = dict(zip(names, (made[name] for name in ("t", "x", "x", "w", "w")), strict=True))
+    path = folder / f"a.{ending}"
+    match ending:
+        case "csv":
+            lines = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns.values(), strict=True)]
+            path.write_text("\n".join([",".join(names), *lines]) + "\n")
+        case "npz":
+            np.savez(path, **columns)
+        case "json":
+            path.write_text(json.dumps({name: list(map(float, values)) for name, values in columns.items()}))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("names", "line"),
+    [
+        (("t", "a", "b", "c", "d"), "columns: {phi: ..., psi: ..., t_a: ..., t_b: ...}"),
+        (("t", "pos1", "pos2", "tau1", "tau2"), "columns: {phi: pos1, psi: pos2, t_a: tau1, t_b: tau2}"),
+        (("t", "pos_2", "pos_10", "tau_2", "tau_10"), "columns: {phi: pos_2, psi: pos_10, t_a: tau_2, t_b: tau_10}"),
+        (("t", "ref_pos1", "ref_pos2", "u1", "u2"), "columns: {phi: ..., psi: ..., t_a: ..., t_b: ...}"),
+    ],
+)
+def test_every_format_names_all_missing_columns_and_a_line_for_them(tmp_path, names, line):
+    """A table of NumPy and of JSON named one at a time, where nothing told which columns they are."""
+    pair, said = parse_spec(TWO, Path("pair.yaml")), set()
+    for ending in ("csv", "npz", "json"):
+        with refused("LOG003 `phi`, `psi`, `t_a`, `t_b`") as caught:
+            read_log(written(tmp_path, names, ending), pair)
+        assert f"`{line}` in meta.yaml" in caught.value.expected
+        said.add(caught.value.expected)
+    assert len(said) == 1
+
+
+def test_a_table_without_names_is_asked_for_all_numbers(tmp_path):
+    np.save(tmp_path / "a.npy", np.random.default_rng(1).normal(size=(3000, 5)))
+    with refused("LOG003 {t: NUMBER, phi: NUMBER, `sample_time: SECONDS` NUMBER from 1 to 5"):
+        read_log(tmp_path / "a.npy", parse_spec(TWO, Path("pair.yaml")))
+
+
+def test_elements_of_lists_in_records_are_proposed_by_their_numbers(tmp_path):
+    made = rows(2.0)
+    records = [
+        {"t": float(t), "axes": [{"pos": float(x), "trq": float(w)}, {"pos": float(x), "trq": float(w)}]}
+        for t, x, w in zip(made["t"], made["x"], made["w"], strict=True)
+    ]
+    (tmp_path / "a.json").write_text(json.dumps(records))
+    pair = parse_spec(TWO, Path("pair.yaml"))
+    with refused("LOG003") as caught:
+        read_log(tmp_path / "a.json", pair)
+    (line,) = re.findall(r"`(columns: \{.*?\})`", caught.value.expected)
+    assert line.startswith('columns: {phi: "axes[0].pos", psi: "axes[1].pos"')
+    (tmp_path / "meta.yaml").write_text(line + "\n")
+    assert read_log(tmp_path / "a.json", pair).size > 2
