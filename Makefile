@@ -6,7 +6,7 @@ BIN    := $(VENV)/bin
 # Other compilers, checkers and an emulator for the tests of the generated C; where one is absent, its tests skip and say so.
 TOOLCHAINS := clang clang-tidy cmake cppcheck frama-c-base g++ gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm valgrind
 
-.PHONY: demo test lint types toolchains goldens check-all fuzz generate certificates audit gallery benchmarks practice real clean
+.PHONY: demo test test-tools lint types toolchains goldens check-all fuzz generate certificates audit gallery benchmarks practice real clean
 .DEFAULT_GOAL := test
 
 $(VENV)/run.stamp: pyproject.toml
@@ -22,6 +22,9 @@ $(VENV)/test.stamp: pyproject.toml
 
 demo: $(VENV)/run.stamp
 	$(BIN)/stiction demo
+
+# The virtual environment with pytest, ruff and mypy; runs nothing.
+test-tools: $(VENV)/test.stamp
 
 lint: $(VENV)/test.stamp
 	$(BIN)/ruff check codegen tests benchmarks

@@ -101,9 +101,17 @@ class _Reduction(Exporter):
             parts = [
                 *(["a constant force"] if line.constant and not stiffness else []),
                 *(["a spring"] if any(line.stiffness[1 if stiffness else 0 :]) else []),
-                *(["a periodic force"] if line.waves else []),
+                *([f"a force that depends on the position, periodic in {x}"] if line.waves else []),
             ]
-            self._drop(f"force on {x}", f"{', '.join(parts)}: {self.target} has none", force, direction)
+            how = f"{', '.join(parts)}: {self.target} has none"
+            if self._may_be_weight(index, line):
+                how += "; where it is a weight, give mass and centre of mass in the link's inertial, with gravity on"
+            self._drop(f"force on {x}", how, force, direction)
+
+    def _may_be_weight(self, index: int, line: Line) -> bool:
+        """Whether a force on an angle has one period a turn, as the weight of a link whose masses are not known."""
+        rotary = self.spec.coordinates[index].unit == "rad"
+        return self.mechanism.tree is None and rotary and any(abs(wave.rate) == 1 for wave in line.waves)
 
     def others(self) -> None:
         """Lines between coordinates, drives, sensors."""

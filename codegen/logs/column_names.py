@@ -54,9 +54,14 @@ def stated_unit(name: str) -> tuple[str, str]:
     for form in (_BELOW_LINE, _IN_ROUND):
         found = form.fullmatch(name)
         bare, unit = (text.strip() for text in found.groups() if text) if found else ("", "")
-        if bare and is_unit(unit):
+        if bare and _may_be_unit(unit):
             return bare, unit
     return name, ""
+
+
+def _may_be_unit(text: str) -> bool:
+    """Whether a text is a unit, or one that is refused since it has several meanings."""
+    return text.lower() in AMBIGUOUS or is_unit(text)
 
 
 def unit_behind(symbol: str, name: str) -> str:
@@ -214,7 +219,7 @@ def _unit(name: str, stated: str) -> str:
 def _behind(name: str) -> str:
     """What follows the last _ of a name, where that is a unit."""
     front, _, last = name.rpartition("_")
-    return last if front and is_unit(last) else ""
+    return last if front and _may_be_unit(last) else ""
 
 
 def _fits(unit: str, own: str) -> bool:

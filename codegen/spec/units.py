@@ -38,6 +38,8 @@ _NO_FORCE = r"(?!\s*(?:\^|\*\*|/\s*\(?s\b))"
 """Neither an inertia (kg*cm^2) nor a force (kg*cm/s^2) may follow."""
 _TWO_MEANINGS = (
     (r"\bmil\b", "a length or an angle", "thou"),
+    (r"\b[Gg]rad\b", "a degree, a gon or a billion radians", "deg"),
+    (r"\bMrad\b", "a million radians or a thousandth of one", "mrad"),
     (r"\bU\b", "a revolution or an enzyme's unit", "rev"),
     (r"\bPS\b", "a horsepower or petasiemens", "metric_horsepower"),
     (r"\bton\b", "one of three masses", "tonne"),

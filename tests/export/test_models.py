@@ -161,6 +161,27 @@ def test_what_simulators_lack_is_dropped_with_its_size(tmp_path: Path) -> None:
     assert lost.rms == pytest.approx(np.sqrt(2), rel=3e-2)
 
 
+PENDULUM = """name: pendulum
+coordinates: {q: {velocity: om, unit: rad}}
+inputs: {u: {unit: N*m}}
+parameters: {J: {value: 0.1, unit: kg*m^2}, G: {value: 2, unit: N*m}}
+mass_matrix: [[J]]
+force: [u - G*sin(TURNS*q)]
+friction: {distribution: [[1]], contacts: [{name: joint, a: 0.3, unit: N*m}]}
+"""
+
+
+@pytest.mark.parametrize("to", ["urdf", "sdf"])
+def test_a_weight_is_said_to_belong_into_the_inertial(tmp_path: Path, to: str) -> None:
+    """It was called a periodic force. Twelve periods a turn are no weight."""
+    for turns, weight in ((1, True), (12, False)):
+        path = tmp_path / "pendulum.yaml"
+        path.write_text(PENDULUM.replace("TURNS", str(turns)), "utf-8")
+        how = remarks(path, to, tmp_path / f"a{turns}.{to}")["force on q"].how
+        assert "depends on the position" in how
+        assert ("mass" in how and "inertial" in how) == weight
+
+
 def test_a_level_that_changes_leaves_its_mean(tmp_path: Path) -> None:
     """Friction that settles: delta exp(−t/T) over the 2 s of the simulation, mean (1 − exp(−2))/2 with T = 1 s."""
     path = spec_file(tmp_path, effects=effect("friction_drift", "rail", delta=2, T=1))
