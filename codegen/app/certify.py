@@ -66,7 +66,7 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
     far as such were found.
 
     Args:
-        out: where the certificate is to be written afterwards.
+        out: a file for the certificate, .json; nothing is written with a refusal.
 
     Raises:
         BadInput: for a bad spec, an envelope without a range that is needed, or a file that is not to be written.
@@ -79,6 +79,8 @@ def certify(source: Source, out: str | Path | None = None) -> Certified:
         bounds = outcome.bounds
         rounding = None if isinstance(bounds, str) else rounding_bounds(spec, analysis, outcome, bounds[0])
         times = largest_sample_times(spec, analysis, outcome)
+        if out is not None:
+            write_certificate(outcome, out)
         return Certified(outcome, bounds, times, rounding or "no error bound", _solved(analysis, times))
     outcome = replace(outcome, proposals=propose(spec, analysis, machine.with_spec))
     times = largest_sample_times(spec, analysis, outcome)

@@ -139,10 +139,10 @@ def certify(
     as_json: AsJson = False,
 ) -> None:
     """Certify the sampled observer over the envelope, or say why not, with a counterexample and what would be."""
-    from codegen.app.certify import certified_json, certified_text, certify, write_certificate
+    from codegen.app.certify import certified_json, certified_text, certify
 
     found = certify(spec, out)
-    target = None if out is None or found.certificate is None else write_certificate(found.certificate, out)
+    target = None if found.certificate is None else out
     on = errors if found.certificate is None else output
     _print(as_json, lambda: certified_json(found), lambda: certified_text(found, target), on)
     raise typer.Exit(REFUSED if found.certificate is None else 0)

@@ -26,6 +26,7 @@ from codegen.logs.log import Finding
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.model import Spec
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
+from codegen.spec.velocity_names import meant_velocity
 
 _TIME = re.compile(r"t|_*(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
 
@@ -131,13 +132,16 @@ class _Search:
     def _refuse_unknown_symbols(self) -> None:
         spec, description = self.spec, self.description
         expected = f"one of {', '.join(self.symbols)}, a name of {spec.name}"
+        velocities = {c.name: c.velocity for c in spec.coordinates}
         for symbol in self.explicit:
-            refuse_unknown(symbol, self.symbols, "column option", "unknown name", expected, code="LOG013")
+            meant = meant_velocity(symbol, velocities) or expected
+            refuse_unknown(symbol, self.symbols, "column option", "unknown name", meant, code="LOG013")
         columns = {} if description.listed else description.columns
         for section, keys in (("columns", columns), ("scale", description.scale), ("units", description.units)):
             for symbol in keys:
                 place = description.place(f"{section}.{symbol}")
-                refuse_unknown(symbol, self.symbols, place, "unknown name", expected, code="LOG013")
+                meant = meant_velocity(symbol, velocities) or expected
+                refuse_unknown(symbol, self.symbols, place, "unknown name", meant, code="LOG013")
         extra = [symbol for symbol in description.columns if symbol not in self.symbols]
         if extra:
             self.notes.append(f"columns that {spec.name} does not use: {listing(extra)}")

@@ -33,13 +33,12 @@ from codegen.spec.simulation_section import read_simulation
 from codegen.spec.units import inertia_for, require_coherent, si_factor, unit_name
 from codegen.spec.urdf_section import expand_robot
 from codegen.spec.validation import nearest_place, validate
+from codegen.spec.velocity_names import meant_velocity
 from codegen.spec.yaml_text import load_plain
 
 TOLERANCE = "tolerance"
 OTHER_UNITS = "logs in other units are brought to it by their `scale:`"
 """The key of a parameter that contacts do not have."""
-VELOCITIES = ("{}_dot", "{}dot", "dot_{}", "d{}", "d_{}", "{}_d", "{}_vel", "vel_{}", "v_{}")
-"""What the velocity of a coordinate is often called."""
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
@@ -160,11 +159,9 @@ class _Reading:
         """The fault; of a name such as ``q_dot``, where the velocity of q has another, with that name."""
         others = tuple(map(self._with_velocity, fault.others))
         if isinstance(fault, UnknownName):
-            for name, coordinate in self.document.coordinates.items():
-                if fault.name in (pattern.format(name) for pattern in VELOCITIES):
-                    expected = f"`{coordinate.velocity}`: the velocity of {name} is called {coordinate.velocity}"
-                    fault = BadInput(fault.place, fault.found, expected, code=fault.code)
-                    break
+            velocities = {name: c.velocity for name, c in self.document.coordinates.items()}
+            if meant := meant_velocity(fault.name, velocities):
+                fault = BadInput(fault.place, fault.found, meant, code=fault.code)
         fault.others = others
         return fault
 

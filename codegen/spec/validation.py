@@ -103,7 +103,7 @@ def _explain(
                 depth = _list_depth(model, steps)
                 expected += f", as in `{'[' * depth}{one}{']' * depth}`"
     found = fault["input"]
-    if fault["type"] == "value_error" and isinstance(found, str) and comma_in_value(found):
+    if fault["type"] in ("value_error", "model_type") and isinstance(found, str) and comma_in_value(found):
         words = f"`{found}` with {DECIMAL_COMMA}"
         return BadInput(place, words, f"a decimal point: {with_point(found)}", code="SPEC006")
     nearest = nearest_name(str(found), re.findall(r"'(\w+)'", expected)) if fault["type"] == "literal_error" else None

@@ -135,6 +135,8 @@ def test_certify_verify_and_generate_hand_out_one_certificate(one: api.Machine, 
     found = one.certify()
     assert found.certificate is one.outcome
     assert json.loads(stiction("certify", ONE, "--json").out)["certificate"] == found.certificate.content
+    assert one.certify(out=tmp_path / "c.json").outcome is one.outcome
+    assert (tmp_path / "c.json").read_text("utf-8") == found.certificate.text
     made = one.generate(tmp_path / "one_mass")
     assert (made.folder / "certificate.json").read_text("utf-8") == found.certificate.text
     assert {path.name: path.read_text("utf-8") for path in made.folder.iterdir()} == dict(one.files)

@@ -205,3 +205,13 @@ def test_elements_of_lists_in_records_are_proposed_by_their_numbers(tmp_path):
     assert line.startswith('columns: {phi: "axes[0].pos", psi: "axes[1].pos"')
     (tmp_path / "meta.yaml").write_text(line + "\n")
     assert read_log(tmp_path / "a.json", pair).size > 2
+
+
+def test_a_velocity_by_the_name_of_its_coordinate_is_named(tmp_path, motor):
+    path = write(tmp_path, "t,phi,i,vel")
+    (tmp_path / "meta.yaml").write_text("columns: {phi_dot: vel}\n")
+    for columns in (None, {"phi_dot": "vel"}):
+        with refused("LOG013 `phi_dot`") as caught:
+            read_log(path, motor, columns=columns)
+        assert "the velocity of phi is called om" in caught.value.expected
+        (tmp_path / "meta.yaml").unlink(missing_ok=True)

@@ -63,6 +63,7 @@ def test_brackets_that_are_not_closed(text: str) -> None:
     ("old", "new", "line", "right"),
     [
         ("  mass: {value: 2, unit: kg}", "  mass:\n    value: 0,05\n    unit: kg", 10, "`0.05`"),
+        ("  mass: {value: 2, unit: kg}", "  mass: 0,05 kg", 9, "`0.05 kg`"),
         ("sample_time: 0.001", "sample_time: 0,5 ms", 29, "`0.5 ms`"),
         ("sample_time: 0.001", "sample_time: 0,0005", 29, "`0.0005`"),
         ("w - k*x", "w - 0,05*k*x", 18, "`0.05`"),

@@ -1,0 +1,19 @@
+"""Names that the velocity of a coordinate is often given, for a spec in which it has another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+_USUAL = ("{}_dot", "{}dot", "dot_{}", "d{}", "d_{}", "{}_d", "{}_vel", "vel_{}", "v_{}")
+
+
+def meant_velocity(name: str, velocities: Mapping[str, str]) -> str:
+    """What an unknown name such as ``q_dot`` means, in words; "" where it is no velocity of a coordinate.
+
+    Args:
+        velocities: coordinate → name of its velocity.
+    """
+    for coordinate, velocity in velocities.items():
+        if name in (pattern.format(coordinate) for pattern in _USUAL):
+            return f"`{velocity}`: the velocity of {coordinate} is called {velocity}"
+    return ""
