@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 import sympy
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.input_timing import acting_between_rows, measured_inputs
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.evidence.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
@@ -120,19 +121,34 @@ def smoothed(log: Log, system: System) -> Motion:
 
     At constant speed the current of a motor carries its cogging, and the acceleration, by which the usual cutoff is
     chosen, is little more than noise. What counts then is that the noise of M a is at most ``NOISE_SHARE`` of the drive
-    force.
+    force; of a coordinate without drive, as usual, that of the acceleration. The faster cutoff must keep most of the
+    input: else that is noise.
     """
     motion = smooth_motion(log)
-    above = np.mean((log.inputs - motion.low_pass(log.inputs)) ** 2, axis=0)
-    if log.cutoff_hz or not np.any(above > MOSTLY_FASTER * np.mean(log.inputs**2, axis=0)):
+    fast = _above(log, motion) > MOSTLY_FASTER
+    if log.cutoff_hz or not fast.any():
         return motion
     for cutoff in (hz for hz in FASTER_HZ if motion.cutoff_hz < hz <= 0.1 / log.sample_time):
         faster = smooth_motion(log, cutoff)
-        drive = np.mean(faster.low_pass(drive_force(system, faster))[faster.usable] ** 2, axis=0)
-        noise = [inertia_noise(system, faster, i) for i in range(len(drive))]
-        if np.all(np.array(noise)[drive > 0] <= NOISE_SHARE**2 * drive[drive > 0]):
+        if np.all(_above(log, faster)[fast] <= MOSTLY_FASTER) and _is_quiet(system, faster):
             return faster
     return motion
+
+
+def _above(log: Log, motion: Motion) -> Array:
+    """(m,) share of each input's square that lies above the cutoff; 0 for an input that is always zero."""
+    square = np.mean(log.inputs**2, axis=0)
+    above = np.mean((log.inputs - motion.low_pass(log.inputs)) ** 2, axis=0)
+    return np.asarray(above / np.where(square > 0, square, 1.0))
+
+
+def _is_quiet(system: System, motion: Motion) -> bool:
+    """Whether noise makes at most ``NOISE_SHARE`` of the drive force, or without drive of the acceleration."""
+    drive = np.mean(motion.low_pass(drive_force(system, motion))[motion.usable] ** 2, axis=0)
+    noise = np.array([inertia_noise(system, motion, i) for i in range(len(drive))])
+    acceleration = np.std(motion.low_pass(motion.accelerations)[motion.usable], axis=0)
+    idle = motion.noise_after(motion.cutoff_hz, 2) <= NOISE_SHARE * acceleration
+    return bool(np.all(np.where(drive > 0, noise <= NOISE_SHARE**2 * drive, idle)))
 
 
 def _is_steady(log: Log, motion: Motion) -> bool:

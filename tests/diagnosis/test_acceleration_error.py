@@ -27,7 +27,9 @@ LOAD = {"k": 3000.0, "c": 4.0, "load_fraction": 0.8}
 
 def fit_with(error: Any) -> Fit:
     """A fit whose free runs leave this error, (S, L, n)."""
-    runner = SimpleNamespace(record=SimpleNamespace(targets=error, sample_time=STEP), run=lambda theta, offsets: 0.0)
+    runner = SimpleNamespace(
+        record=SimpleNamespace(targets=error, sample_time=STEP, joints=None), run=lambda theta, offsets: 0.0
+    )
     return cast(Fit, SimpleNamespace(runner=runner, theta=None, offsets=None))
 
 
@@ -39,7 +41,7 @@ def windows(length: int) -> int:
 def test_a_constant_acceleration_is_exact_and_a_straight_line_has_none():
     t = np.arange(500) * STEP
     parabola, line = 3.0 * t**2 / 2, 0.7 + 5 * t
-    errors = acceleration_errors(fit_with(np.array([parabola + line, line])[:, :, None]), CUTOFF)
+    errors = acceleration_errors(fit_with(np.array([parabola + line, line])[:, :, None]), 0, CUTOFF)
     assert errors[0] == pytest.approx(9.0 * windows(500), rel=1e-9)
     assert errors[1] < 1e-18
 
@@ -52,7 +54,7 @@ def test_a_wave_is_attenuated_as_its_window_says():
     weight = quad(lambda s: (1 - s**2) ** 4 * np.cos(omega * reach * s), -1, 1)[0]
     weight /= quad(lambda s: (1 - s**2) ** 4, -1, 1)[0]
     both = np.stack([np.sin(omega * t), np.cos(omega * t)])  # their squares add up to 1 in each window
-    errors = acceleration_errors(fit_with(amplitude * both[:, :, None]), CUTOFF)
+    errors = acceleration_errors(fit_with(amplitude * both[:, :, None]), 0, CUTOFF)
     assert errors.sum() == pytest.approx(windows(500) * (amplitude * omega**2 * weight) ** 2, rel=2e-3)
     assert weight == pytest.approx(0.5, abs=0.01)
 
@@ -71,12 +73,24 @@ def fits(effects: str, folder: Path) -> tuple[Search, Fit, Fit]:
 
 def test_a_load_that_is_not_there_shakes_the_motion(tmp_path: Path):
     search, base, fit = fits("[{kind: viscous, on: rail, parameters: {b: 10}}]", tmp_path)
-    assert rings(base, fit, search.motion.cutoff_hz).startswith("makes the squared acceleration error of free runs")
+    assert rings(base, fit, 0, search.motion.cutoff_hz).startswith("makes the squared acceleration error of free runs")
 
 
 def test_a_load_that_is_there_does_not(tmp_path: Path):
     values = ", ".join(f"{name}: {value}" for name, value in LOAD.items())
     search, base, fit = fits(f"[{{kind: compliance, on: x, parameters: {{{values}}}}}]", tmp_path)
-    assert rings(base, fit, search.motion.cutoff_hz) == ""
+    assert rings(base, fit, 0, search.motion.cutoff_hz) == ""
     cutoff = search.motion.cutoff_hz
-    assert acceleration_errors(fit, cutoff).sum() < 0.1 * acceleration_errors(base, cutoff).sum()
+    assert acceleration_errors(fit, 0, cutoff).sum() < 0.1 * acceleration_errors(base, 0, cutoff).sum()
+
+
+def test_one_coordinate_and_one_run_that_diverges_do_not_hide_it() -> None:
+    """Four times the squared error on x; the angle beside it is as it was, and one run has left all bounds."""
+    t = np.arange(500) * STEP
+    waves = np.random.default_rng(1).normal(size=(24, 2, 1)) * np.sin(2 * np.pi * 6 * t)
+    before = np.stack([waves[:, 0], 100 * waves[:, 1]], axis=2)
+    after = np.stack([2 * waves[:, 0], 100 * waves[:, 1]], axis=2)
+    after[3] = np.nan
+    words = rings(fit_with(before), fit_with(after), 0, CUTOFF)
+    assert words.startswith("makes the squared acceleration error of free runs")
+    assert rings(fit_with(before), fit_with(after), 1, CUTOFF) == ""

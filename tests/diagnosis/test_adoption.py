@@ -35,7 +35,7 @@ from codegen.diagnosis.verdict.adoption import (
     adopt_values,
     settled_values,
 )
-from codegen.diagnosis.verdict.answer import FORCE, RUN, Answer, admitted, worsened
+from codegen.diagnosis.verdict.answer import FORCE, RUN, Answer, acts, admitted, worsened
 from codegen.logs import Log, read_log
 from codegen.report import render_report
 from codegen.spec import Spec, parse_spec, read_spec
@@ -412,14 +412,30 @@ def test_an_effect_makes_an_error_on_held_out_data_smaller(force: float, run: fl
     new = ErrorFigures(force, (force,), 0.1, run, (run,))
     chosen = admitted([("the effect", system_of(stage()))], declared, lambda _: new, refit)
     assert (chosen.option is not None) is admissible
-    assert admissible or "neither error smaller" in chosen.refusals[0]
+    assert admissible or "neither error 2.5 % smaller" in chosen.refusals[0]
     assert admitted([("values", system_of(stage()))], declared, lambda _: new).option is not None
 
 
 def test_held_out_data_on_which_an_effect_does_not_act_do_not_refuse_it() -> None:
-    """A saturation that the second log does not reach: the errors are those without it."""
-    one = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,))
-    assert admitted([("the effect", system_of(stage()))], one, lambda _: one, one).option is not None
+    """A saturation that the second log does not reach: the errors are those without it, but for other values."""
+    declared, refit = (ErrorFigures(f, (f,), 0.1, f, (f,)) for f in (1.0, 1.007))
+    for shown in (True, False):
+        chosen = admitted(
+            [("the effect", system_of(stage()))], declared, lambda _: declared, refit, shown=lambda s=shown: s
+        )
+        assert (chosen.option is None) is shown
+    assert not acts(refit, refit) and acts(declared, refit)
+
+
+def test_an_effect_on_one_joint_of_many_is_judged_on_that_joint() -> None:
+    ones = (1.0,) * 6
+    declared, new = ErrorFigures(1.0, ones, 0.1, 1.0, ones), ErrorFigures(1.0, (0.85, *ones[1:]), 0.1, 1.0, ones)
+    assert admitted([("the effect", system_of(stage()))], declared, lambda _: new, declared).option is not None
+
+
+def test_a_little_by_both_errors_is_a_gain() -> None:
+    declared, new = (ErrorFigures(f, (f,), 0.1, f, (f,)) for f in (1.0, 0.985))
+    assert admitted([("the effect", system_of(stage()))], declared, lambda _: new, declared).option is not None
 
 
 @pytest.mark.parametrize(

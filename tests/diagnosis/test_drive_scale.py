@@ -12,7 +12,7 @@ from codegen.diagnosis.fit.residual import Problem, drive_gain, force_rows, rela
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values
-from codegen.diagnosis.verdict.adoption import adopt_values
+from codegen.diagnosis.verdict.adoption import CrossValidation, adopt_values
 from codegen.diagnosis.verdict.force_led import ForceFits
 from codegen.mechanics.system import System
 from codegen.spec import Spec, parse_spec
@@ -66,3 +66,16 @@ def test_a_residual_that_nothing_explains_makes_no_drive_weaker(tmp_path: Path) 
     fits = ForceFits(search, problem, base)
     by_force = dict(zip((s.name for s in search.moved), fits.plain.theta, strict=True))
     assert by_force["kt"] == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_drive_that_is_weaker_by_thirty_percent_is_estimated_as_that(tmp_path: Path) -> None:
+    """One linear step from 1 would give 2 − 1/0.7 = 0.57."""
+    plant = parse_spec(driven().text.replace("kt: {value: 1,", "kt: {value: 0.7,"), Path("stage.yaml"))
+    log, system = log_of(plant, tmp_path, "train.csv"), system_of(driven())
+    motion = smooth_motion(log)
+    problem = Problem(system, motion, {s: 0.5 for s in system.values if s.name == "kt"})
+    search = search_on(problem, lambda share: record_of(motion, log, share))
+    judge = CrossValidation(search, search.refit(), problem, system)
+    found = judge.map_estimate(judge._by_force, np.ones(judge.count, dtype=bool))
+    values = dict(zip((s.name for s in search.moved), found.values, strict=True))
+    assert values["kt"] == pytest.approx(0.7, abs=0.01)

@@ -175,7 +175,7 @@ def test_a_replacement_that_the_force_residual_speaks_against_is_none_far_from_t
 ) -> None:
     """A saturation found to 0.4 % gave way to a soft compliance by a few nats of free runs at 25 times the noise."""
     monkeypatch.setattr(forward_selection.credit, "near_noise", lambda found: near)
-    monkeypatch.setattr(forward_selection, "force_prefers", lambda here, other: prefers)
+    monkeypatch.setattr(forward_selection, "force_prefers", lambda here, other, most: prefers)
     here: Any = SimpleNamespace(search=None)
     assert forward_selection._force_speaks_for(here, fit(part_named("compliance"))) is speaks
 

@@ -83,14 +83,15 @@ def test_an_inertia_that_follows_the_angle_is_a_parameter_error(
 
 
 @pytest.mark.parametrize(
-    ("kind", "values", "better"),
+    ("effects", "better"),
     [
-        ("viscous", {"b": 1.0}, "the value m = 2.6 kg in place of the declared 2 kg"),
-        ("inertia_error", {"delta": 0.6}, ""),
+        ({"viscous": {"b": 1.0}}, "the value m = 2.6 kg in place of the declared 2 kg"),
+        ({"inertia_error": {"delta": 0.6}}, ""),
+        ({"inertia_error": {"delta": 0.6}, "viscous": {"b": 0.1}}, ""),
     ],
 )
 def test_values_that_explain_the_log_better_than_an_effect(
-    kind: str, values: dict[str, float], better: str, tmp_path: Path
+    effects: dict[str, dict[str, float]], better: str, tmp_path: Path
 ) -> None:
     """2.6 kg where 2 kg ± 3 % is declared: an inertia error is the same motion, friction is not."""
     heavy = stage().text.replace("m: {value: 2,", "m: {value: 2.6,")
@@ -99,7 +100,8 @@ def test_values_that_explain_the_log_better_than_an_effect(
     problem = Problem(system, motion, {s: 0.06 for s in system.values if s.name == "m"})
     search = search_on(problem, lambda share: record_of(motion, log, share))
     base = search.refit()
-    final = search.with_parts(base, base.theta, [part_of(CATALOGUE[kind], 0, system)], [values])
+    parts = [part_of(CATALOGUE[kind], 0, system) for kind in effects]
+    final = search.with_parts(base, base.theta, parts, list(effects.values()))
     found = better_values(search, Outcome(base, final, (), (), 0.0, len(base.residual)))
     assert found.startswith(better) and bool(found) is bool(better)
 

@@ -97,3 +97,5 @@ def test_the_cutoff_rises_where_the_current_carries_what_the_motion_does_not_sho
     assert usual <= 20
     assert smoothed(held, system_of(stage())).cutoff_hz == (40.0 if faster else usual)
     assert smoothed(replace(held, inputs=held.inputs * 0 + 4.6), system_of(stage())).cutoff_hz == usual
+    hiss = 4.6 + 12 * np.random.default_rng(5).normal(size=(len(log.time), 1))
+    assert smoothed(replace(held, inputs=hiss), system_of(stage())).cutoff_hz == usual

@@ -142,6 +142,8 @@ STICK_SHARE = 0.004
 """A contact is at standstill if its slip is slower than this fraction of the 95 % quantile of its speed."""
 GAIN_STEP = 1e-3
 """Relative step of a value for the slope of the drive force, which is usually linear in it."""
+LEAST_GAIN = 0.3
+"""Lower limit of a drive gain in a linearisation."""
 LEAST_LEFT = 1e-6
 """Lower limit of ``drive_left``, to avoid a division by zero."""
 LONGEST_CROSSING_S = 0.03
@@ -282,19 +284,30 @@ def drive_left(system: System, motion: Motion) -> Array:
 
 def drive_symbols(system: System) -> set[sympy.Symbol]:
     """Symbols of the drive force: of ∂g/∂w."""
+    if not system.inputs:
+        return set()
     found: set[sympy.Symbol] = Matrix(system.force).jacobian(Matrix(system.inputs)).free_symbols
     return found
 
 
 def drive_gain(system: System, other: System, motion: Motion) -> Array:
-    """RMS drive force Σ w ∂g/∂w by the logged inputs over that of another system, (n,); 1 where that has none."""
+    """RMS drive force Σ w ∂g/∂w by the logged inputs over that of another system, (n,).
+
+    A coordinate without drive has the geometric mean of the others, by whose forces it moves; 1 without any drive.
+    """
+    if not system.inputs:
+        return np.ones(system.degrees_of_freedom)
     inputs = Matrix(system.inputs)
     drives = (
         evaluate_forces(s, [Matrix(s.force.jacobian(inputs) * inputs)], motion, motion.inputs)[0]
         for s in (system, other)
     )
     own, its = (np.sqrt(np.mean(d[motion.usable] ** 2, axis=0)) for d in drives)
-    return np.asarray(np.where(its > 0, own / np.where(its > 0, its, 1.0), 1.0))
+    driven = (own > 0) & (its > 0)
+    gains = own[driven] / its[driven]
+    found = np.full(len(its), float(np.exp(np.log(gains).mean())) if len(gains) else 1.0)
+    found[driven] = gains
+    return found
 
 
 def drive_share(system: System, other: System, motion: Motion, rows: NDArray[np.bool_]) -> float:
@@ -388,11 +401,27 @@ REWEIGHED = 2
 
 @dataclass(frozen=True, eq=False)
 class ForceRows:
-    """Linearised low-passed residual (R,) of one coordinate, its slopes (R, p), and the index of each row's sample."""
+    """Linearised low-passed residual (R,) of one coordinate, its slopes (R, p), and the index of each row's sample.
+
+    Attributes:
+        gain: (p,) slopes of the drive gain that residual and slopes are over; zeros where they are over none.
+    """
 
     sample: NDArray[np.int_]
     residual: Array
     slopes: Array
+    gain: Array
+
+    def about(self, change: Array) -> ForceRows:
+        """The rows linearised about a change Δ of the values: r₀ + S Δ/(1 + γΔ), which is (r₀ + R Δ)/(1 + γΔ).
+
+        The gain 1 + γΔ is at least ``LEAST_GAIN``: a first step may be too long.
+        """
+        if not self.gain.any():
+            return replace(self, residual=self.residual + self.slopes @ change)
+        step, gain = self.slopes @ change, max(1 + float(self.gain @ change), LEAST_GAIN)
+        slopes = self.slopes / gain - np.outer(step, self.gain) / gain**2
+        return replace(self, residual=self.residual + step / gain, slopes=slopes)
 
 
 def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
@@ -404,7 +433,7 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
     for i in range(system.degrees_of_freedom):
         used = np.flatnonzero(problem.masks.rows[:, i])
         if len(used):
-            rows.append(ForceRows(used, residual[used, i], slopes[used, i]))
+            rows.append(ForceRows(used, residual[used, i], slopes[used, i], np.zeros(len(symbols))))
     return rows
 
 
@@ -413,16 +442,18 @@ def relative_force_rows(system: System, problem: Problem, symbols: Sequence[symp
 
     A weaker drive, with all other forces smaller alike, leaves a smaller residual and is the same motion.
     """
-    rows = force_rows(system, problem, symbols)
+    rows, acting = force_rows(system, problem, symbols), drive_symbols(system)
     moved = np.flatnonzero(problem.masks.rows.any(axis=0))
+    slopes = np.zeros((len(rows), len(symbols)))
     for k, s in enumerate(symbols):
-        if s in drive_symbols(system) and system.values[s] != 0:
+        if s in acting and system.values[s] != 0:
             step = GAIN_STEP * abs(float(system.values[s]))
             other = system.with_parameters({s: system.values[s] + step}, {})
-            slope = (drive_gain(other, system, problem.motion)[moved] - 1) / step
-            for r, one in zip(rows, slope, strict=True):
-                r.slopes[:, k] -= one * r.residual
-    return rows
+            slopes[:, k] = (drive_gain(other, system, problem.motion)[moved] - 1) / step
+    return [
+        replace(r, slopes=r.slopes - np.outer(r.residual, gain), gain=gain)
+        for r, gain in zip(rows, slopes, strict=True)
+    ]
 
 
 def information(rows: Sequence[ForceRows], sizes: Array, prior_precision: Array) -> Array:

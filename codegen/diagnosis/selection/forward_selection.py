@@ -17,6 +17,7 @@ from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, every_part, fit_candidates, in_simplest_forms
 from codegen.diagnosis.selection.ranking import (
+    CLOSE,
     Ranked,
     contradicted_by_acceleration,
     contradicted_by_force,
@@ -300,8 +301,9 @@ def _swapped(
         tried = fit_candidates(search, without, others, lambda share: None)
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
         good = in_simplest_forms([f for f in good if not _refused_by_force(search, without, f)])
-        if good and good[0].cost < current.cost - BETTER and not _force_speaks_for(here, good[0]):
-            return search.fitted_again(good[0]), {}
+        better = (f for f in good if f.cost < current.cost - BETTER and not _force_speaks_for(here, f))
+        if (best := next(better, None)) is not None:
+            return search.fitted_again(best), {}
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
         same = [f for f in own if not runs_prefer(search, current, f)]
         if k or rivals is None:
@@ -315,9 +317,9 @@ def _swapped(
 def _force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
     """Whether the force residual prefers the effects to a replacement whose free runs end far from the noise.
 
-    A few nats of free runs that follow neither model decide nothing then.
+    Free runs that follow neither model do not decide alone then.
     """
-    return not credit.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found))
+    return not credit.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found), 1 / CLOSE)
 
 
 def _refused_by_force(search: Search, without: Fit, found: Fit) -> bool:

@@ -444,9 +444,11 @@ def contradicted_by_acceleration(before: ForceCriterion, after: ForceCriterion) 
     Near the noise it is not asked: there the acceleration error is noise.
     """
     search, found = after.search, after.fit
-    if not adds_load(after) or noise_ratio(found) * _noise_assumed(search, found) <= credit.NEAR_NOISE:
+    more = len(found.model.transmissions) > len(before.fit.model.transmissions)
+    if not more or noise_ratio(found) * _noise_assumed(search, found) <= credit.NEAR_NOISE:
         return ""
-    return rings(before.fit, found, search.motion.cutoff_hz)
+    here = found.part.effect.coordinate(search.system, found.part.place)
+    return rings(before.fit, found, here, search.motion.cutoff_hz)
 
 
 def same_signature(one: Part, other: Part) -> bool:

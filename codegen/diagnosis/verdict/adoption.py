@@ -34,6 +34,8 @@ from codegen.diagnosis.fit.trial import in_unit
 from codegen.diagnosis.results import ParameterError
 from codegen.mechanics.system import System
 
+LINEARISED = 4
+"""Times that the force residual is linearised again about its own estimate."""
 SAME = 0.01
 """Relative change of an error that counts as no change."""
 DOUBTFUL = 2.0
@@ -317,8 +319,8 @@ class CrossValidation:
         for block, one in enumerate(without):
             change = one - self.search.declared
             for rows, size, places in zip(self._rows, self._sizes, self._blocks, strict=True):
-                here = places == block
-                force[block] += float(((rows.residual[here] + rows.slopes[here] @ change) ** 2).sum()) / size**2
+                residual = rows.about(change).residual[places == block]
+                force[block] += float((residual**2).sum()) / size**2
         theta = np.concatenate([values, self.here.theta[self.count :]])
         runner = self.here.runner
         left = self.here.starts.project(mean_residuals(runner, runner.run(theta, self.here.offsets)))
@@ -356,14 +358,24 @@ class CrossValidation:
 
     @cached_property
     def _by_force(self) -> Information:
-        p, declared = self.count, self.search.declared
+        """By the force residual, linearised about the values that it gives where it is over a drive gain."""
+        declared, every = self.search.declared, np.ones(self.count, dtype=bool)
+        found = self._information(self._rows, declared)
+        for _ in range(LINEARISED if any(rows.gain.any() for rows in self._rows) else 0):
+            values = self._solved(found.matrix.sum(axis=0), found.vector.sum(axis=0), every)
+            found = self._information([rows.about(values - declared) for rows in self._rows], values)
+        return found
+
+    def _information(self, about: Sequence[ForceRows], values: Array) -> Information:
+        """Information of rows that are linearised about some values."""
+        p = self.count
         matrix, vector = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
         free = np.ones(p, dtype=bool)
         left = residual_sizes(self._rows, self.search.prior_precision, free, np.zeros(p))
-        for rows, size, places in zip(self._rows, left, self._blocks, strict=True):
+        for rows, size, places in zip(about, left, self._blocks, strict=True):
             weight = independent_samples(rows.residual) / len(rows.residual) / size**2
             for block in range(BLOCKS):
                 slopes, residual = rows.slopes[places == block], rows.residual[places == block]
                 matrix[block] += weight * slopes.T @ slopes
-                vector[block] += weight * slopes.T @ (slopes @ declared - residual)
+                vector[block] += weight * slopes.T @ (slopes @ values - residual)
         return Information(matrix, vector)

@@ -89,6 +89,7 @@ def admitted(
     measured: Measured,
     refit: ErrorFigures | None = None,
     most: float = REFIT_WORSE,
+    shown: Callable[[], bool] = lambda: True,
 ) -> Admitted:
     """Check the options in their order on held-out data.
 
@@ -97,6 +98,7 @@ def admitted(
             where that is negative it must be better by so much. The sum over a few restarted runs also grows by
             chance: where it may be that, and the force error falls, it refuses no effect. With effects, an error must
             fall below that of the declared model too (``gains_nothing``).
+        shown: whether the effect acts on these data; asked only where nothing is gained.
     """
     refusals: list[str] = []
     tried: list[ErrorFigures] = []
@@ -112,8 +114,8 @@ def admitted(
                 worse = {}
         if worse:
             refusals.append(f"on held-out data {option[0]} would make {_list(worse)} than with {model}")
-        elif refit is not None and gains_nothing(figures, declared, refit):
-            words = "would make neither error smaller than with the declared model"
+        elif refit is not None and gains_nothing(figures, declared, refit) and shown():
+            words = f"would make neither error {100 * (1 - FALLS):.2g} % smaller than with the declared model"
             refusals.append(f"on held-out data {option[0]} {words}")
         else:
             return Admitted(option, figures, tuple(refusals))
@@ -134,14 +136,27 @@ def _ratios(figures: ErrorFigures, declared: ErrorFigures) -> dict[str, float]:
 
 
 def gains_nothing(figures: ErrorFigures, declared: ErrorFigures, refit: ErrorFigures) -> bool:
-    """Whether an effect acts on held-out data, and neither of its errors is below the declared model's by the share
-    ``LEAST_SHARE`` of its square.
+    """Whether an effect makes no error on held-out data smaller than the declared model does.
+
+    Neither falls by the share ``LEAST_SHARE`` of its square on any coordinate on which it differs from the refit's, nor
+    do both fall by ``SAME``.
 
     Args:
-        refit: errors without the effect; where they are the same, the held-out data say nothing of it.
+        refit: errors without the effect.
     """
-    acts = any(abs(ratio - 1) > UNSEEN for ratio in _ratios(figures, refit).values())
-    return acts and all(not ratio <= FALLS for ratio in _ratios(figures, declared).values())
+    pairs = [
+        (_ratio(a, b), abs(_ratio(a, c) - 1) > UNSEEN)
+        for rows in ("force_rms_rows", "free_run_rmse_rows")
+        for a, b, c in zip(getattr(figures, rows), getattr(declared, rows), getattr(refit, rows), strict=True)
+        if not (np.isnan(a) or np.isnan(b))
+    ]
+    both = all(ratio < 1 - SAME for ratio in _ratios(figures, declared).values())
+    return not both and not any(ratio <= FALLS for ratio, differs in pairs if differs)
+
+
+def acts(figures: ErrorFigures, refit: ErrorFigures) -> bool:
+    """Whether an effect shows in held-out data: its errors differ from those of the same values without it."""
+    return any(abs(ratio - 1) > UNSEEN for ratio in _ratios(figures, refit).values())
 
 
 def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: ErrorFigures) -> bool:

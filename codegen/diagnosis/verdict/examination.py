@@ -19,7 +19,7 @@ from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.selection.ranking import credible
 from codegen.diagnosis.verdict.adoption import Refit, adopt_values, settled_values
-from codegen.diagnosis.verdict.answer import REFIT_WORSE, Answer, Measured, Option, admitted
+from codegen.diagnosis.verdict.answer import REFIT_WORSE, Answer, Measured, Option, acts, admitted
 from codegen.diagnosis.verdict.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
 from codegen.effects import CATALOGUE
@@ -140,11 +140,16 @@ def _judged(
     against = against or against_regression(outcome, *models, found) or takes_the_level(*models)
     if against:
         return replace(plain, verdict="unknown", effects=found, against=(against,))
+    alone = with_values(system, without_it)
+
+    def shown() -> bool:
+        return acts(measured(alone), plain.figures[1])
+
     declared, without, worse = references(plain, options[0][1], problem, settled)
-    chosen = admitted(options, declared, measured, without, worse)
+    chosen = admitted(options, declared, measured, without, worse, shown)
     if chosen.option is None and settled and agrees:  # what lets free runs decide alone refuses nothing by itself
         declared, without, worse = references(plain, options[0][1], problem)
-        chosen = admitted(options, declared, measured, without, worse)
+        chosen = admitted(options, declared, measured, without, worse, shown)
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
     figures = (*plain.figures[:2], chosen.figures)

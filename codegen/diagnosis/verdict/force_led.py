@@ -187,9 +187,10 @@ class ForceFits:
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
 
-        Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``.
+        Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``; over a
+        drive force that these change, they are not.
         """
-        slopes = [] if before is None else list(before[: len(trial.moved)])
+        slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
         for k in range(len(slopes), len(theta)):
             step, moved = STEP * float(size[k]), theta.copy()
             moved[k] += step

@@ -94,13 +94,17 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
 def better_values(search: Search, outcome: Outcome) -> str:
     """The values out of their tolerances that explain the log better than an outcome's effects; empty if none do.
 
-    For effects whose values the force residual gave: free runs fit them again for this comparison.
+    For effects whose values the force residual gave: free runs fit them again for this comparison. The values must be
+    better than no change at all too, and ``BETTER`` nats better than the effects, not only by their number.
 
     Args:
         outcome: its last fit are free runs with its effects.
     """
-    freed = released(search, outcome.base, replace(outcome, final=search.fitted_again(outcome.final)))
-    return "" if freed is None else _far_values(search, freed[1])
+    freed, final = search.without_limits(outcome.base), search.fitted_again(outcome.final)
+    if freed is None or _gain(freed[1], final) <= BETTER:
+        return ""
+    better = all(is_better(*freed, search, other) for other in (final, outcome.base))
+    return _far_values(search, freed[1]) if better else ""
 
 
 def _far_values(search: Search, fit: Fit) -> str:
@@ -238,7 +242,7 @@ def _explained(rows: Sequence[ForceRows], columns: Sequence[int], without: Seque
 
 
 def _of(rows: ForceRows, chosen: NDArray[np.bool_]) -> ForceRows:
-    return ForceRows(rows.sample[chosen], rows.residual[chosen], rows.slopes[chosen])
+    return replace(rows, sample=rows.sample[chosen], residual=rows.residual[chosen], slopes=rows.slopes[chosen])
 
 
 def _power(rows: ForceRows) -> float:
