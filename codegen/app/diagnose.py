@@ -64,16 +64,7 @@ class Diagnosed(Result):
 
     @property
     def summary(self) -> Mapping[str, object]:
-        found = self.diagnosis
-        effects = ", ".join(f"{e.kind} on {e.on}" for e in found.effects) or "none"
-        relative = (found.declared.relative_force, found.augmented.relative_force)
-        return {
-            "verdict": found.verdict,
-            "effects": effects,
-            "relative force error, declared": relative[0],
-            "augmented": relative[1],
-            "folder": self.folder,
-        }
+        return {**self.diagnosis.summary, "folder": self.folder}
 
     @property
     def content(self) -> dict[str, Any]:

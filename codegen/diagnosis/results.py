@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from math import isfinite, sqrt
 from typing import Any, Literal
 
+from codegen.base.shown import Shown
 from codegen.diagnosis.reliability import Reliability
 from codegen.effects.declare import written_place
 
@@ -294,8 +295,8 @@ class CertificateChange:
     lost: tuple[tuple[str, str], ...] = ()
 
 
-@dataclass(frozen=True)
-class Diagnosis:
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Shown):
     """The complete result of a diagnosis.
 
     Attributes:
@@ -336,6 +337,12 @@ class Diagnosis:
     material: float = MATERIAL
     reliability: Reliability | None = None
     units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def summary(self) -> Mapping[str, object]:
+        effects = ", ".join(f"{e.kind} on {e.on}" for e in self.effects) or "none"
+        errors = {"relative force error, declared": self.declared.relative_force}
+        return {"verdict": self.verdict, "effects": effects, **errors, "augmented": self.augmented.relative_force}
 
     @property
     def is_refit_as_declared(self) -> bool:

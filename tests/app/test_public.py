@@ -189,7 +189,8 @@ def test_diagnose_is_the_verb(one: api.Machine, tmp_path: Path) -> None:
     by_method, by_command = (tmp_path / f / "diagnosis.json" for f in ("by_method", "by_command"))
     assert by_method.read_bytes() == by_command.read_bytes()
     assert found.verdict == json.loads(by_method.read_text("utf-8"))["verdict"]
-    shows_itself(found)
+    for result in (found, found.diagnosis):
+        shows_itself(result)
 
 
 def test_what_is_derived_is_derived_once(monkeypatch: pytest.MonkeyPatch) -> None:

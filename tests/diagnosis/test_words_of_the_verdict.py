@@ -247,3 +247,10 @@ def test_none_is_not_said_where_the_motion_predicts_much_of_the_drive(
     """A pendulum of which only the speed was logged, from another angle than zero: 29 % of the drive, and `none`."""
     case: Any = SimpleNamespace(material=0.02)
     assert _is_far_off(Remainder(1.0, share, structured, {}), case) is far
+
+
+def test_a_diagnosis_shows_itself_in_one_line() -> None:
+    shown = repr(diagnosis("effect", candidate("cogging", 0.72)))
+    assert (
+        shown.startswith("<Diagnosis: verdict effect, effects cogging on x") and "\n" not in shown and len(shown) < 200
+    )
