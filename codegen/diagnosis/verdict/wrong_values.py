@@ -95,15 +95,19 @@ def better_values(search: Search, outcome: Outcome) -> str:
     """The values out of their tolerances that explain the log better than an outcome's effects; empty if none do.
 
     For effects whose values the force residual gave: free runs fit them again for this comparison. The values must be
-    better than no change at all too, and ``BETTER`` nats better than the effects, not only by their number.
+    better than no change at all too, and ``BETTER`` nats better than the effects, not only by their number. In a search
+    without limits the refit has such values already, and the effects must be better than that.
 
     Args:
         outcome: its last fit are free runs with its effects.
     """
-    freed, final = search.without_limits(outcome.base), search.fitted_again(outcome.final)
+    base, final = outcome.base, search.fitted_again(outcome.final)
+    if not np.isfinite(search.within):
+        return "" if is_better(search, final, search, base) else _far_values(search, base)
+    freed = search.without_limits(base)
     if freed is None or _gain(freed[1], final) <= BETTER:
         return ""
-    better = all(is_better(*freed, search, other) for other in (final, outcome.base))
+    better = all(is_better(*freed, search, other) for other in (final, base))
     return _far_values(search, freed[1]) if better else ""
 
 
