@@ -11,12 +11,15 @@ import pytest
 from scipy.integrate import quad
 
 from codegen.diagnosis.evidence.acceleration_error import WINDOW, acceleration_errors, rings
+from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.fit.credit import Evidence
 from codegen.diagnosis.fit.output_error import Fit, shooting_fit
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection import ranking
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import log_of, stage, system_of
 
@@ -74,6 +77,18 @@ def fits(effects: str, folder: Path) -> tuple[Search, Fit, Fit]:
 def test_a_load_that_is_not_there_shakes_the_motion(tmp_path: Path):
     search, base, fit = fits("[{kind: viscous, on: rail, parameters: {b: 10}}]", tmp_path)
     assert rings(base, fit, 0, search.motion.cutoff_hz).startswith("makes the squared acceleration error of free runs")
+
+
+def test_such_a_candidate_is_refused_in_its_round(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the tests by force let it pass, as a backlash, whose load the force residual does not follow."""
+    search, base, fit = fits("[{kind: viscous, on: rail, parameters: {b: 10}}]", tmp_path)
+    for name in ("admissible", "matters"):
+        monkeypatch.setattr(ranking, name, lambda *_: True)
+    for name in ("contradicted_by_force", "only_reduces_drive", "acts_as_its_limit", "absorbed_by_refit"):
+        monkeypatch.setattr(ranking, name, lambda *_: "")
+    credited = Evidence(gain=100.0, share=0.5, t=5.0, won=8, blocks=8)
+    why_not = ranking._why_not(ForceCriterion(search, base), ForceCriterion(search, fit), credited, 0.5)
+    assert why_not.startswith("makes the squared acceleration error")
 
 
 def test_a_load_that_is_there_does_not(tmp_path: Path):

@@ -79,3 +79,20 @@ def test_a_drive_that_is_weaker_by_thirty_percent_is_estimated_as_that(tmp_path:
     found = judge.map_estimate(judge._by_force, np.ones(judge.count, dtype=bool))
     values = dict(zip((s.name for s in search.moved), found.values, strict=True))
     assert values["kt"] == pytest.approx(0.7, abs=0.01)
+
+
+def test_rows_are_linearised_about_a_change_of_the_values(tmp_path: Path) -> None:
+    """Their residual is that of the changed system over its drive gain; their slopes are its central differences."""
+    _, problem = problem_on(tmp_path)
+    system, symbols = problem.system, [*named(problem.system), *problem.levels]
+    (rows,) = relative_force_rows(system, problem, symbols)
+    change = np.array([-0.2, 0.3, 1.0, 0.4])
+    other = with_values(system, {s.name: float(system.values[s]) + d for s, d in zip(symbols, change, strict=True)})
+    (there,) = force_rows(other, problem, symbols)
+    expected = there.residual / drive_gain(other, system, problem.motion)[0]
+    about = rows.about(change)
+    assert about.residual == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+    for k in range(len(symbols)):
+        step = 1e-5 * np.eye(len(symbols))[k]
+        found = (rows.about(change + step).residual - rows.about(change - step).residual) / 2e-5
+        assert about.slopes[:, k] == pytest.approx(found, abs=1e-6 * np.abs(found).max())

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.case import smoothed
+from codegen.diagnosis.case import case_of, smoothed
 from codegen.diagnosis.fit.measure import free_run_errors
 from codegen.diagnosis.fit.signals import SHORTEST_TEST_S, low_pass, quiet_cutoff, smooth_motion
 from tests.diagnosis.stage import log_of, stage, system_of
@@ -96,6 +96,7 @@ def test_the_cutoff_rises_where_the_current_carries_what_the_motion_does_not_sho
     usual = smooth_motion(held).cutoff_hz
     assert usual <= 20
     assert smoothed(held, system_of(stage())).cutoff_hz == (40.0 if faster else usual)
+    assert case_of(stage(), system_of(stage()), held, None, 0.02).motion.cutoff_hz == (40.0 if faster else usual)
     assert smoothed(replace(held, inputs=held.inputs * 0 + 4.6), system_of(stage())).cutoff_hz == usual
     hiss = 4.6 + 12 * np.random.default_rng(5).normal(size=(len(log.time), 1))
     assert smoothed(replace(held, inputs=hiss), system_of(stage())).cutoff_hz == usual
