@@ -110,7 +110,7 @@ class _Reduction(Exporter):
 
     def _may_be_weight(self, index: int, line: Line) -> bool:
         """Whether a force on an angle has one period a turn, as the weight of a link whose masses are not known."""
-        rotary = self.spec.coordinates[index].unit == "rad"
+        rotary = self.system.position_units[index] == "rad"
         return self.mechanism.tree is None and rotary and any(abs(wave.rate) == 1 for wave in line.waves)
 
     def others(self) -> None:
