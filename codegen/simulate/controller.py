@@ -157,7 +157,7 @@ def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
 
 
 def _paired(spec: Spec, name: str, place: Place) -> tuple[int, int]:
-    """The indices of the input and the coordinate that a reference for this input or coordinate pairs."""
+    """(input, coordinate) of the control loop that follows a reference; the name is that of either."""
     coordinates, inputs, acting = list(spec.positions), [i.name for i in spec.inputs], _acting(spec)
     controls = name in coordinates
     own, others = (coordinates, inputs) if controls else (inputs, coordinates)

@@ -85,8 +85,9 @@ def test_overrides_of_another_type_are_refused_where_they_are_made(given: dict[s
 
 
 def test_a_machine_is_made_of_a_spec_that_was_read() -> None:
+    path: Any = str(ONE)
     with pytest.raises(TypeError, match=r"stiction\.load"):
-        stiction.Machine(str(ONE))  # type: ignore[arg-type]
+        stiction.Machine(path)
 
 
 def test_dir_shows_verbs_and_documented_results(one: stiction.Machine) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from codegen.diagnosis.evidence.acceleration_error import WINDOW, acceleration_errors, rings
+from codegen.diagnosis.evidence.acceleration_error import WINDOW, acceleration_errors, larger_acceleration_error
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.fit.credit import Evidence
 from codegen.diagnosis.fit.output_error import Fit, shooting_fit
@@ -76,7 +76,9 @@ def fits(effects: str, folder: Path) -> tuple[Search, Fit, Fit]:
 
 def test_a_load_that_is_not_there_shakes_the_motion(tmp_path: Path):
     search, base, fit = fits("[{kind: viscous, on: rail, parameters: {b: 10}}]", tmp_path)
-    assert rings(base, fit, 0, search.motion.cutoff_hz).startswith("makes the squared acceleration error of free runs")
+    assert larger_acceleration_error(base, fit, 0, search.motion.cutoff_hz).startswith(
+        "makes the squared acceleration error of free runs"
+    )
 
 
 def test_such_a_candidate_is_refused_in_its_round(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -94,7 +96,7 @@ def test_such_a_candidate_is_refused_in_its_round(tmp_path: Path, monkeypatch: p
 def test_a_load_that_is_there_does_not(tmp_path: Path):
     values = ", ".join(f"{name}: {value}" for name, value in LOAD.items())
     search, base, fit = fits(f"[{{kind: compliance, on: x, parameters: {{{values}}}}}]", tmp_path)
-    assert rings(base, fit, 0, search.motion.cutoff_hz) == ""
+    assert larger_acceleration_error(base, fit, 0, search.motion.cutoff_hz) == ""
     cutoff = search.motion.cutoff_hz
     assert acceleration_errors(fit, 0, cutoff).sum() < 0.1 * acceleration_errors(base, 0, cutoff).sum()
 
@@ -106,6 +108,6 @@ def test_one_coordinate_and_one_run_that_diverges_do_not_hide_it() -> None:
     before = np.stack([waves[:, 0], 100 * waves[:, 1]], axis=2)
     after = np.stack([2 * waves[:, 0], 100 * waves[:, 1]], axis=2)
     after[3] = np.nan
-    words = rings(fit_with(before), fit_with(after), 0, CUTOFF)
+    words = larger_acceleration_error(fit_with(before), fit_with(after), 0, CUTOFF)
     assert words.startswith("makes the squared acceleration error of free runs")
-    assert rings(fit_with(before), fit_with(after), 1, CUTOFF) == ""
+    assert larger_acceleration_error(fit_with(before), fit_with(after), 1, CUTOFF) == ""

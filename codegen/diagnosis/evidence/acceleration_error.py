@@ -14,10 +14,10 @@ from codegen.diagnosis.fit.output_error import Fit
 
 WINDOW = 1.5
 """Width of a window in periods of the cutoff: it keeps half of what lies at 0.8 times the cutoff."""
-RINGS = 1.5
+LARGER = 1.5
 """Least factor on the squared acceleration error, as geometric mean over segments, at which a model is refused."""
 MOST = 20.0
-"""Limit of the logarithm of a factor: one run that diverges decides no more than that."""
+"""Limit of the logarithm of a ratio, so that a single diverging run does not decide the test."""
 
 
 def acceleration_errors(fit: Fit, coordinate: int, cutoff_hz: float) -> Array:
@@ -42,11 +42,11 @@ def acceleration_errors(fit: Fit, coordinate: int, cutoff_hz: float) -> Array:
     return np.asarray(((windows @ kernel) ** 2).sum(axis=1))
 
 
-def rings(before: Fit, after: Fit, coordinate: int, cutoff_hz: float) -> str:
-    """Why not, where a model makes the acceleration error of free runs significantly larger; else empty.
+def larger_acceleration_error(before: Fit, after: Fit, coordinate: int, cutoff_hz: float) -> str:
+    """Reason to refuse a model that makes the acceleration error of free runs significantly larger; else empty.
 
-    By the logarithms of its squares, summed over blocks of neighbouring segments, with random signs. A run that
-    diverges with both models says nothing.
+    A sign-flip test on the logarithms of the ratio of squared errors, summed over blocks of neighbouring segments. Runs
+    that diverge with both models are left out.
     """
     one, other = (acceleration_errors(fit, coordinate, cutoff_hz) for fit in (after, before))
     said = np.isfinite(one) | np.isfinite(other)
@@ -54,6 +54,6 @@ def rings(before: Fit, after: Fit, coordinate: int, cutoff_hz: float) -> str:
     more = np.clip(np.log(squares[0] / squares[1]), -MOST, MOST)
     blocks = np.array([block.sum() for block in np.array_split(more, min(SIGNED, max(1, len(more))))])
     times = float(np.exp(more.mean())) if len(more) else 1.0
-    if not times > RINGS or by_random_signs(blocks) > ALPHA:
+    if not times > LARGER or by_random_signs(blocks) > ALPHA:
         return ""
     return f"makes the squared acceleration error of free runs {times:.2g} times as large"

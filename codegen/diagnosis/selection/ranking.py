@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.acceleration_error import rings
+from codegen.diagnosis.evidence.acceleration_error import larger_acceleration_error
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.reservations import (
     never_passed,
@@ -439,16 +439,16 @@ def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: 
 
 
 def contradicted_by_acceleration(before: ForceCriterion, after: ForceCriterion) -> str:
-    """Why not, where a load behind a spring shakes the machine as the log does not (``rings``); else empty.
+    """Why not, where a load behind a spring makes the acceleration error of free runs larger; else empty.
 
-    Near the noise it is not asked: there the acceleration error is noise.
+    Not tested near the noise, where the acceleration error is noise.
     """
     search, found = after.search, after.fit
     more = len(found.model.transmissions) > len(before.fit.model.transmissions)
     if not more or noise_ratio(found) * _noise_assumed(search, found) <= credit.NEAR_NOISE:
         return ""
     here = found.part.effect.coordinate(search.system, found.part.place)
-    return rings(before.fit, found, here, search.motion.cutoff_hz)
+    return larger_acceleration_error(before.fit, found, here, search.motion.cutoff_hz)
 
 
 def same_signature(one: Part, other: Part) -> bool:

@@ -98,7 +98,7 @@ def admitted(
             where that is negative it must be better by so much. The sum over a few restarted runs also grows by
             chance: where it may be that, and the force error falls, it refuses no effect. With effects, an error must
             fall below that of the declared model too (``gains_nothing``).
-        shown: whether the effect acts on these data; asked only where nothing is gained.
+        shown: function that says whether the effect acts on these data; called only where nothing is gained.
     """
     refusals: list[str] = []
     tried: list[ErrorFigures] = []

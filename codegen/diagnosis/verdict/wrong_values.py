@@ -112,7 +112,7 @@ def better_values(search: Search, outcome: Outcome) -> str:
 
 
 def _far_values(search: Search, fit: Fit) -> str:
-    """Values that a fit without limits moved by ``WITHIN`` tolerances or more, with a verb; empty for none."""
+    """Words "the values … explain" for the values that a fit moved by ``WITHIN`` tolerances or more; empty if none."""
     away = _tolerances(search, fit)
     values = [
         f"{search.moved[k]} = {fit.theta[k]:.4g}{in_unit(search.system, search.moved[k])} in place of the declared "
