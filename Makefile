@@ -91,7 +91,7 @@ benchmarks: $(VENV)/benchmark.stamp
 # Known effects in real logs: `python -m benchmarks.spikes`, docs/spikes.md. False alarms on surrogates: `python -m benchmarks.surrogates`, docs/calibration.md. The probability beside a verdict: `python -m benchmarks.reliability`, docs/reliability.md.
 # Beside fits of parameters alone (mujoco.sysid) and PySINDy: `python -m benchmarks.rivals`, docs/peers.md. EMPS by its benchmark's protocol: `python -m benchmarks.emps`.
 # `make practice SEED=11 COUNT=60 TIER=both` instead makes a fresh set with the shared generator (10 to 60 s of CPU a case, another 15 to 40 to diagnose it; the generator's
-# virtual environment is made below practice_results/), and writes the table of that seed beside the others. COUNT is 60 and TIER standard by default.
+# virtual environment is made below practice_results/), and writes the row of that seed among the others. COUNT is 60 and TIER standard by default.
 COUNT ?= 60
 TIER ?= standard
 practice: $(VENV)/test.stamp

@@ -15,8 +15,29 @@ import numpy as np
 
 from benchmarks.practice.cases import PRACTICE, Case
 from benchmarks.practice.runs import Run, result_in
+from benchmarks.rates import rate
 
-MARKS = ("top1", "missed", "extra_effect", "both", "false_alarm", "foreign_called_known", "overclaim")
+FIRST = "single effects: first place"
+MISSED = "single effects: `none`"
+EXTRA = "single effects: an extra effect"
+ABSORBED = "absorbed by the refit: `none`, or first place"
+FIRST_OF_ALL = "all single effects: first place"
+BOTH = "two effects: both"
+ALARM = "no effect: false alarm"
+NONE = "no effect: `none`"
+OVERCLAIM = "cannot be identified: overclaim"
+FOREIGN = "foreign disturbance: under a known name"
+INTERVALS = "true parameters in their 95 % interval"
+MARKS = {
+    "top1": FIRST_OF_ALL,
+    "missed": MISSED,
+    "extra_effect": EXTRA,
+    "both": BOTH,
+    "false_alarm": ALARM,
+    "overclaim": OVERCLAIM,
+    "foreign_called_known": FOREIGN,
+}
+"""The scorer's mark → its rate, over all cases of a group."""
 
 
 def score(out: Path, cases: Sequence[Case]) -> list[dict[str, Any]]:
@@ -92,11 +113,7 @@ def within(value: float, low: float | None, high: float | None, turns: bool = Fa
 def summary(tier: str, out: Path, cases: Sequence[Case], runs: Sequence[Run]) -> dict[str, Any]:
     """What the page prints of one tier."""
     rows = score(out, cases)
-    marks: dict[tuple[str, str], list[bool]] = {}
-    for row in rows:
-        for key in MARKS:
-            if key in row:
-                marks.setdefault((row["group"].split("_")[0], key), []).append(bool(row[key]))
+    marks = [(name, rate(bool(row[key]) for row in rows if key in row)) for key, name in MARKS.items()]
     kinds: dict[str, list[bool]] = {}
     for row in rows:
         for kind in row["truth"] or [row["group"]]:
@@ -111,7 +128,7 @@ def summary(tier: str, out: Path, cases: Sequence[Case], runs: Sequence[Run]) ->
     return {
         "tier": tier,
         "cases": len(rows),
-        "marks": [(g, k, sum(v), len(v)) for (g, k), v in sorted(marks.items())],
+        "marks": [(name, found) for name, found in marks if found.trials],
         "verdicts": Counter(r["verdict"] for r in rows).most_common(),
         "kinds": sorted((k, sum(v), len(v)) for k, v in kinds.items()),
         "wrong": wrong,

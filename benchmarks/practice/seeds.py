@@ -1,8 +1,10 @@
 """Score on fresh practice cases: ``make practice SEED=11 COUNT=60 TIER=both``.
 
 Makes the set with the shared generator, diagnoses every case as a user would, scores it, keeps the score in seeds.json
-and writes the table of all seeds into docs/practice.md. Cases and results that are there already are not made again;
-results lie in a folder for each version of the code, so a run that was stopped goes on, and versions do not mix.
+and writes docs/practice.md's part on fresh seeds: the newest code beside its bars, and a row for each seed.
+``python -m benchmarks.practice.seeds`` without a seed writes that part from the kept scores. Cases and results that are
+there already are not made again; results lie in a folder for each version of the code, so a run that was stopped goes
+on, and versions do not mix.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ import argparse
 import json
 import os
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,21 @@ from pydantic import TypeAdapter
 from benchmarks.practice.cases import ROOT, TIERS
 from benchmarks.practice.fresh import Draw, Unavailable, failed_draws, fresh_cases
 from benchmarks.practice.runs import code_version, diagnosed, result_in
+from benchmarks.practice.score import (
+    ABSORBED,
+    ALARM,
+    BOTH,
+    EXTRA,
+    FIRST,
+    FIRST_OF_ALL,
+    FOREIGN,
+    INTERVALS,
+    MISSED,
+    NONE,
+    OVERCLAIM,
+)
 from benchmarks.practice.tally import AS_WELL, Tally, tally
+from benchmarks.rates import Rate
 from codegen.base.files import write_atomically
 from codegen.base.text import render
 
@@ -30,26 +46,78 @@ BEGIN, END = "<!-- fresh seeds: written by `make practice SEED=…` -->", "<!-- 
 ADAPTER: TypeAdapter[list[Tally]] = TypeAdapter(list[Tally])
 
 
+@dataclass(frozen=True)
+class Bar:
+    """What a rate should reach, both ends included."""
+
+    least: float = 0.0
+    most: float = 1.0
+
+    def met_by(self, found: Rate) -> bool | None:
+        """None of a rate of nothing."""
+        return None if found.share is None else self.least <= found.share <= self.most
+
+    def __str__(self) -> str:
+        if self.least and self.most < 1:
+            return f"{100 * self.least:.0f} to {100 * self.most:.0f} %"
+        if self.least:
+            return f"≥ {100 * self.least:.0f} %"
+        return f"≤ {100 * self.most:.0f} %" if self.most else "0"
+
+
+ANY_TIER = {ALARM: Bar(most=0.03), OVERCLAIM: Bar(most=0.0), FOREIGN: Bar(most=0.05), INTERVALS: Bar(0.9, 0.99)}
+BARS = {
+    "standard": {FIRST: Bar(0.95), BOTH: Bar(0.85), **ANY_TIER},
+    "hard": {FIRST: Bar(0.88), BOTH: Bar(0.75), **ANY_TIER},
+}
+"""Tier → rate → its bar."""
+SHORT = {
+    FIRST: "first place",
+    BOTH: "both of two",
+    ALARM: "false alarms",
+    OVERCLAIM: "overclaims",
+    FOREIGN: "foreign named",
+    INTERVALS: "in interval",
+}
+"""Heads of the table of seeds; the rates that have a bar."""
+FURTHER = {
+    MISSED: "`none` for one",
+    EXTRA: "an extra effect",
+    ABSORBED: "absorbed, right",
+    FIRST_OF_ALL: "first place of all",
+    NONE: "`none` for none",
+}
+"""Heads of the table of further counts."""
+
+
 def kept(file: Path = KEPT) -> list[Tally]:
-    """The scores so far."""
+    """The scores so far, in the order in which they were measured."""
     return ADAPTER.validate_json(file.read_bytes()) if file.exists() else []
 
 
 def with_tally(scores: Sequence[Tally], new: Tally) -> list[Tally]:
-    """The scores with one more, in place of that of the same set and code; sorted by tier, seed and count."""
-    order = {tier: k for k, tier in enumerate(TIERS)}
-    others = [score for score in scores if score.key != new.key]
-    return sorted([*others, new], key=lambda s: (order[s.tier], s.seed, s.count))
+    """The scores with one more at their end, or in place of that of the same set and code."""
+    found = {score.key: score for score in scores} | {new.key: new}
+    return list(found.values())
+
+
+def pooled(scores: Sequence[Tally], name: str) -> Rate:
+    """One rate over several sets."""
+    rates = [score.rates[name] for score in scores if name in score.rates]
+    return Rate(sum(r.hits for r in rates), sum(r.trials for r in rates))
 
 
 def section(scores: Sequence[Tally]) -> str:
     """The part of the page between its marks, with them."""
     tiers: list[dict[str, Any]] = []
-    for tier in TIERS:
-        own = [score for score in scores if score.tier == tier]
-        if own:
-            names = list(dict.fromkeys(name for score in own for name in score.rates))
-            tiers.append({"tier": tier, "scores": own, "names": names})
+    for tier in [tier for tier in TIERS if any(score.tier == tier for score in scores)]:
+        own = [score for score in reversed(scores) if score.tier == tier]
+        latest = [score for score in own if score.code == own[0].code]
+        rates = [(name, pooled(latest, name), bar) for name, bar in BARS[tier].items()]
+        rows = [(name, rate, bar, bar.met_by(rate)) for name, rate, bar in rates if rate.trials]
+        seen = {name for score in own for name, rate in score.rates.items() if rate.trials}
+        heads, further = ([(n, w) for n, w in some.items() if n in seen] for some in (SHORT, FURTHER))
+        tiers.append({"tier": tier, "scores": own, "latest": latest, "rows": rows, "heads": heads, "further": further})
     text = render("text/practice_seeds.md.j2", tiers=tiers, as_well=round(100 * (AS_WELL - 1)))
     return f"{BEGIN}\n{text}{END}\n"
 
@@ -61,6 +129,11 @@ def with_section(page: str, new: str) -> str:
         return before + new + rest.split(f"{END}\n", 1)[1]
     before, heading, rest = page.partition("\n## ")
     return f"{before}\n{new}{heading}{rest}" if heading else f"{page}\n{new}"
+
+
+def write_section(scores: Sequence[Tally]) -> None:
+    """Write docs/practice.md with this part."""
+    write_atomically(PAGE, with_section(PAGE.read_text(), section(scores)))
 
 
 def run(draw: Draw, out: Path, jobs: int, again: bool) -> Tally:
@@ -82,7 +155,7 @@ def run(draw: Draw, out: Path, jobs: int, again: bool) -> Tally:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seed", type=int, required=True, help="one that nobody looked at while tuning")
+    parser.add_argument("--seed", type=int, help="one that nobody looked at while tuning; without, nothing is run")
     parser.add_argument("--count", type=int, default=60, help="cases a tier")
     parser.add_argument("--tier", choices=[*TIERS, "both"], default="standard")
     parser.add_argument("--out", type=Path, default=ROOT / "practice_results")
@@ -90,14 +163,17 @@ def main() -> None:
     parser.add_argument("--again", action="store_true", help="diagnose what is there already")
     args = parser.parse_args()
     scores = kept()
-    for tier in TIERS if args.tier == "both" else (args.tier,):
+    tiers = () if args.seed is None else TIERS if args.tier == "both" else (args.tier,)
+    for tier in tiers:
         try:
             found = run(Draw(args.seed, args.count, tier), args.out.resolve(), args.jobs, args.again)
         except Unavailable as why:
             parser.exit(1, f"practice: {why}\n")
         scores = with_tally(scores, found)
         write_atomically(KEPT, json.dumps([asdict(s) for s in scores], indent=1, ensure_ascii=False) + "\n")
-        write_atomically(PAGE, with_section(PAGE.read_text(), section(scores)))
+        write_section(scores)
+    if args.seed is None:
+        write_section(scores)
     print(section(scores))
 
 

@@ -9,7 +9,22 @@ from typing import Any
 
 from benchmarks.practice.cases import Case
 from benchmarks.practice.runs import Run, result_in, times
-from benchmarks.practice.score import coverage, right, score
+from benchmarks.practice.score import (
+    ABSORBED,
+    ALARM,
+    BOTH,
+    EXTRA,
+    FIRST,
+    FIRST_OF_ALL,
+    FOREIGN,
+    INTERVALS,
+    MISSED,
+    NONE,
+    OVERCLAIM,
+    coverage,
+    right,
+    score,
+)
 from benchmarks.rates import Rate, rate
 
 AS_WELL = 1.05
@@ -81,17 +96,17 @@ def tally(key: tuple[int, int, str, str], out: Path, cases: Sequence[Case], runs
         done=len(rows),
         failed=failed,
         rates={
-            "single effects: first place": rate(r["top1"] for r in clear),
-            "single effects: `none`": rate(r["missed"] for r in clear),
-            "single effects: an extra effect": rate(r["extra_effect"] for r in singles),
-            "absorbed by the refit: `none`, or first place": rate(_absorbed_is_right(r) for r in hidden),
-            "all single effects: first place": rate(r["top1"] for r in singles),
-            "two effects: both": marked("double", "both"),
-            "no effect: false alarm": marked("none", "false_alarm"),
-            "no effect: `none`": rate(right(r) for r in rows if r["group"] == "none"),
-            "cannot be identified: overclaim": marked("unident", "overclaim"),
-            "foreign disturbance: under a known name": marked("foreign", "foreign_called_known"),
-            "true parameters in their 95 % interval": Rate(inside, truths),
+            FIRST: rate(r["top1"] for r in clear),
+            MISSED: rate(r["missed"] for r in clear),
+            EXTRA: rate(r["extra_effect"] for r in singles),
+            ABSORBED: rate(_absorbed_is_right(r) for r in hidden),
+            FIRST_OF_ALL: rate(r["top1"] for r in singles),
+            BOTH: marked("double", "both"),
+            ALARM: marked("none", "false_alarm"),
+            NONE: rate(right(r) for r in rows if r["group"] == "none"),
+            OVERCLAIM: marked("unident", "overclaim"),
+            FOREIGN: marked("foreign", "foreign_called_known"),
+            INTERVALS: Rate(inside, truths),
         },
         verdicts=dict(sorted(verdicts.items())),
         cpu=None if taken is None else taken.cpu,
