@@ -39,6 +39,25 @@ class Rate:
         )
 
 
+@dataclass(frozen=True)
+class Bar:
+    """What a rate should reach, both ends included."""
+
+    least: float = 0.0
+    most: float = 1.0
+
+    def met_by(self, found: Rate) -> bool | None:
+        """None of a rate of nothing."""
+        return None if found.share is None else self.least <= found.share <= self.most
+
+    def __str__(self) -> str:
+        if self.least and self.most < 1:
+            return f"{100 * self.least:.0f} to {100 * self.most:.0f} %"
+        if self.least:
+            return f"≥ {100 * self.least:.0f} %"
+        return f"≤ {100 * self.most:.0f} %" if self.most else "0"
+
+
 def rate(marks: Iterable[bool]) -> Rate:
     """How many of the marks are set."""
     counted = list(marks)

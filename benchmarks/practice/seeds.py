@@ -13,7 +13,7 @@ import argparse
 import json
 import os
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +36,7 @@ from benchmarks.practice.score import (
     OVERCLAIM,
 )
 from benchmarks.practice.tally import AS_WELL, Tally, tally
-from benchmarks.rates import Rate
+from benchmarks.rates import Bar, Rate
 from codegen.base.files import write_atomically
 from codegen.base.text import render
 
@@ -44,27 +44,6 @@ PAGE = ROOT / "docs" / "practice.md"
 KEPT = Path(__file__).parent / "seeds.json"
 BEGIN, END = "<!-- fresh seeds: written by `make practice SEED=…` -->", "<!-- end of fresh seeds -->"
 ADAPTER: TypeAdapter[list[Tally]] = TypeAdapter(list[Tally])
-
-
-@dataclass(frozen=True)
-class Bar:
-    """What a rate should reach, both ends included."""
-
-    least: float = 0.0
-    most: float = 1.0
-
-    def met_by(self, found: Rate) -> bool | None:
-        """None of a rate of nothing."""
-        return None if found.share is None else self.least <= found.share <= self.most
-
-    def __str__(self) -> str:
-        if self.least and self.most < 1:
-            return f"{100 * self.least:.0f} to {100 * self.most:.0f} %"
-        if self.least:
-            return f"≥ {100 * self.least:.0f} %"
-        return f"≤ {100 * self.most:.0f} %" if self.most else "0"
-
-
 ANY_TIER = {ALARM: Bar(most=0.03), OVERCLAIM: Bar(most=0.0), FOREIGN: Bar(most=0.05), INTERVALS: Bar(0.9, 0.99)}
 BARS = {
     "standard": {FIRST: Bar(0.95), BOTH: Bar(0.85), **ANY_TIER},

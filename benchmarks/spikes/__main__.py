@@ -18,7 +18,7 @@ from pathlib import Path
 from benchmarks.practice.cases import ROOT
 from benchmarks.practice.fresh import Unavailable
 from benchmarks.practice.runs import code_version
-from benchmarks.rates import Rate, rate
+from benchmarks.rates import Bar, Rate, rate
 from benchmarks.real.spiked import real_sets
 from benchmarks.spikes.outcome import NEAR, OUTCOMES, Outcome, Spike, named, outcome_of, spike_of, totals
 from benchmarks.spikes.runs import SPIKE, Bench, kinds_for
@@ -28,6 +28,8 @@ from codegen.diagnosis.fit.credit import LEAST_SHARE
 
 PAGE = ROOT / "docs" / "spikes.md"
 SHARES = (3.0, 10.0, 20.0)
+BARS = {(10.0, "detected"): Bar(0.8), (10.0, "wrong names"): Bar(most=0.05)}
+"""(share, rate) → its bar, of all spikes."""
 NOT_RUN = "not run"
 
 
@@ -101,7 +103,11 @@ def page(
         "text/spikes.md.j2",
         parts=parts,
         shares=shares,
-        totals=[(percent, rates(some)) for percent, some in by_share],
+        totals=[
+            (percent, words, found, BARS.get((percent, words)))
+            for percent, some in by_share
+            for words, found in rates(some).items()
+        ],
         counts=[(words, [sum(r.outcome.outcome == words for r in some) for _, some in by_share]) for words in OUTCOMES],
         by_kind=[
             (kind, [totals([r.outcome for r in rows if (r.kind, r.percent) == (kind, p)])["detected"] for p in shares])

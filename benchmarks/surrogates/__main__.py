@@ -14,6 +14,7 @@ from pathlib import Path
 
 from benchmarks.practice.cases import ROOT, TIERS
 from benchmarks.practice.runs import code_version
+from benchmarks.rates import Bar, rate
 from benchmarks.surrogates.picture import picture
 from benchmarks.surrogates.runs import Trials, sources, table, trials_of
 from benchmarks.surrogates.surrogate import BLOCK_S, WAYS
@@ -24,6 +25,8 @@ from codegen.diagnosis.fit.credit import ALPHA
 
 PAGE, PICTURE = "calibration.md", "calibration.svg"
 REAL = "real sets"
+FEW = Bar(most=0.03)
+"""False alarms where no law can be."""
 
 
 def page(found: Sequence[Trials], code: str, here: int = 0) -> dict[str, str]:
@@ -39,9 +42,13 @@ def page(found: Sequence[Trials], code: str, here: int = 0) -> dict[str, str]:
         }
         for way in WAYS
     }
+    every = [t for one in found for t in one.trials]
+    credited, at_alpha = rate(t.verdict == "effect" for t in every), rate(t.p <= ALPHA for t in every)
+    totals = [("an effect is credited", credited, FEW), (f"p ≤ {ALPHA}", at_alpha, Bar(most=ALPHA))]
     alarms = [(one.name, t) for one in found for t in one.trials if t.verdict == "effect"]
     text = render(
         "text/calibration.md.j2",
+        totals=[(words, rate_, bar, bar.met_by(rate_)) for words, rate_, bar in totals],
         rows=table(found, ALPHA),
         alarms=[(name, t.way, t.named, t.p) for name, t in alarms],
         without=[one.name for one in found if not one.trials],

@@ -67,4 +67,8 @@ def test_the_page_states_what_was_counted_and_what_was_checked() -> None:
     fit = counts([("effect, at the noise", True)] * 9 + [("effect, at the noise", False)])
     check = counts([("effect, at the noise", True)] * 4)
     text = page(fit, check, {"fitted": [11], "checked": [12], "spikes": 0, "checked_code": "abc"}, "abc")
-    assert "| effect, at the noise | 9 of 10 | 0.86 | 0.62 to 0.99 | 4 of 4: 100 % (51 … 100) |" in text
+    assert "| effect, at the noise | 9 of 10 | 0.86 | 0.62 to 0.99 | 4 of 4: 100 % (51 … 100) | yes |" in text
+    wrong = page(
+        fit, {"effect, at the noise": (0, 8)}, {"fitted": [11], "checked": [12], "spikes": 0, "checked_code": ""}, ""
+    )
+    assert "| 0 of 8: 0 % (0 … 32) | **no** |" in wrong

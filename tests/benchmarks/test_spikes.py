@@ -152,8 +152,10 @@ def test_totals_count_detections_and_false_names_apart() -> None:
     rows = tuple(Row("cogging", 10.0, COGGING, one) for one in found)
     text = page([Part("rig", "none", (), rows)], (10.0,), ["elsewhere"], "abc", ["cogging", "spring"])
     assert "| spring | not run | " in text and f"| cogging | {found[0].outcome} |" in text
-    assert "| detected | 4 of 8: 50 % (22 … 78) | " in text and "| cogging | 4 of 8 | " in text
-    assert "| cogging | 10 % | – | – | detected | – | amplitude | 1, off | 11 = 1 + 10 |" in text
+    assert "| detected | 10 % | 4 of 8: 50 % (22 … 78) | ≥ 80 % | **missed** |" in text
+    assert "| wrong names | 10 % | 2 of 8: 25 % (7 … 59) | ≤ 5 % | **missed** |" in text
+    assert "| cogging | 4 of 8 | " in text
+    assert "| cogging, 10 % | – | – | detected | – | amplitude | 1, off | 11 = 1 + 10 |" in text
     assert "Not here or not run, so not in these tables: elsewhere." in text
 
 

@@ -99,6 +99,9 @@ def test_the_page_names_each_false_alarm_and_what_could_not_be_tried() -> None:
     assert "- standard/case_0002, order: spring (p = 0.004)" in files[PAGE]
     assert "Without a surrogate, as log and model do not fit together: rig." in files[PAGE]
     assert f"]({PICTURE})" in files[PAGE]
+    assert "| an effect is credited | 2 of 4: 50 % (15 … 85) | ≤ 3 % | **missed** |" in files[PAGE]
+    assert "| p ≤ 0.01 | 2 of 4: 50 % (15 … 85) | ≤ 1 % | **missed** |" in files[PAGE]
+    assert "| standard | order | 2 | 2/2 | 2/2 | 2/2 | effect 2 | 20 |" in files[PAGE]
 
 
 def test_the_picture_is_the_empirical_distribution_and_the_same_each_time() -> None:
