@@ -132,10 +132,9 @@ def test_the_page_tells_the_wrong_structure_from_the_right_one() -> None:
     right = row(RIGHT, "standard/case_9", 0.02, 0.02)
     text = page([row(WRONG, "standard/case_1", 0.1, 0.02), right])
     assert "## Structure wrong" in text and "## Structure right" in text and "## Real log" not in text
-    assert (
-        "| standard/case_1 | spring | effect: spring | 20 % / 10 % / 10 % / 2 % / 2 % | m | 1 / 1 / 1 / 0.2 |" in text
-    )
-    assert "| standard/case_9 | – | none | 4 % / 2 % / 2 % / 2 % / 2 % | – |" in text
+    assert "| standard/case_1 | spring | effect: spring | 20 | 10 | 10 | 2 | 2 |" in text
+    assert "| standard/case_1 | 1 | 1 | 1 | 0.2 | m |" in text
+    assert "| standard/case_9 | – | none | 4 | 2 | 2 | 2 | 2 |" in text
     assert "| structure right | 2.00 (2) | 1.00 (1) | 1.00 (1) | 1.00 (1) |" in text
     diverged = replace(right[1], mujoco=Errors(0.02, float("inf")))
     assert "inf" in page([(right[0], diverged)])
