@@ -63,7 +63,7 @@ def function(name: str, p: Poly, known: Known) -> Poly:
 # numbers, which C divides otherwise (frame.py lets none pass), and for what EXPRESSION does not let pass. Assignments
 # are run in their order; a local or an output that is not set yet has no value.
 NUMBER = f"-?{frame.WHOLE}(/{frame.WHOLE})?"  # most of a matrix; as an expression it is the same
-EXPRESSION = r"(?!.*(--|\+\+|\*\*|//))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
+EXPRESSION = r"(?!.*(--|\+\+|\*\*|//|\b[0-9][0-9.]*+(?:e[+-]?[0-9]++)?+[A-Za-z_]))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 
 
 @lru_cache(8)  # the size of one is read after its value, and a row of zeros is one; many would fill the memory

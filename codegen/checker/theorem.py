@@ -438,10 +438,12 @@ def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str],
     """What a proof says of its V."""
     known, alone = shown["numbers"], ", without that addition," * any(r != "0" for r in proof.get("rest", []))
     factor = enclosure.most(shown["fall"])
-    rate = f"the step multiplies V = e'Pe{alone} by at most {factor} (decay rate {enclosure.least(known['rate'])} 1/s)"
-    return [rate] + [
+    first = ", to first order in the errors," * shown["first order"]
+    rate = f"(decay rate {enclosure.least(known['rate'])} 1/s)"
+    return [f"the step multiplies V = e'Pe{first}{alone} by at most {factor} {rate}"] + [
         f"when {plain(sign)} changes, V grows by at most the factor {enclosure.most(growth)}; {dwell} samples later,"
-        f" if no sign has changed again, V is{alone} not above its value before"
+        f" if no sign has changed again, V is{first}{alone} not above its value before; besides, the step in which"
+        f" {plain(proof['signs'][sign])} passes 0 may move the estimates, which is not bounded"
         for sign, (growth, dwell) in known["turns"].items()
     ]
 

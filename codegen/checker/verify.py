@@ -11,6 +11,7 @@ import argparse
 import hashlib
 import json
 import math
+import os
 import re
 import runpy
 import signal
@@ -62,6 +63,7 @@ HEADERS = r"\.(h|tcc|inl|modulemap)(\.|$)|^module\.map$"  # names, in small lett
 DOMAIN, NO_CODE = 4, 5
 ALWAYS = (  # not checked, whatever is given
     "what __init__.py, the Python version, computes (`stiction generate --check` compares it with the tool's output)",
+    "what options and macros of a command line (CMakeLists.txt, NAME.mk) make of the C, and any main program",
     "that the model (M, g, input gain) describes the real machine, and that the envelope is that of the specification",
 )
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
@@ -304,14 +306,27 @@ def alone(folder: Path | None, own: str) -> None:
     A compiler that is given this folder by -I may read it in place of one that the system's <math.h> includes, or that
     it always reads first. GCC reads NAME.h.gch, a precompiled header, in place of NAME.h; Clang reads with math.h what
     a module.modulemap says; C++ has headers without a suffix, as <cmath>, which its <math.h> includes, and that of g++
-    includes <tr1/gamma.tcc> and others. What lies behind a link to a folder is not seen here.
+    includes <tr1/gamma.tcc> and others. The code's own header is the one beside it: below, its name may be a system's
+    too, as <bits/floatn.h>. What lies behind a link to a folder is not seen here.
     """
-    below = [x for _, x in zip(range(MAX_FILES), folder.rglob("*"), strict=False)] if folder and folder.is_dir() else []
-    demand(len(below) < MAX_FILES, f"{MAX_FILES} files or more beside the code")
-    headers = [x for x in below if re.search(HEADERS, x.name.lower()) and x.name != own]
+    below = within(folder) if folder and folder.is_dir() else []
+    headers = [x for x in below if re.search(HEADERS, x.name.lower()) and (x.name != own or x.parent != folder)]
     headers += [x for x in below if x.parent == folder and "." not in x.name and not (x.is_dir() or program(x))]
     named = [one_line(x.name) for x in headers + [x for x in below if x.is_symlink() and x.is_dir()]]
     demand(not named, f"{', '.join(named[:3])} beside the code: a compiler may take it for a header of the system's")
+
+
+def within(folder: Path) -> list[Path]:
+    """What lies in a folder and below it, or Refused: a compiler opens a file in a folder that nobody may list too."""
+    found: list[Path] = []
+
+    def unlisted(why: OSError) -> None:
+        raise Refused(f"{why.filename} beside the code cannot be listed: {why.strerror}")
+
+    for where, folders, names in os.walk(folder, onerror=unlisted):
+        found += [Path(where, name) for name in (*folders, *names)]
+        demand(len(found) < MAX_FILES, f"{MAX_FILES} files or more beside the code")
+    return found
 
 
 def program(path: Path) -> bool:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import itertools
 import json
+import os
 import shutil
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -219,3 +222,34 @@ def test_a_header_that_the_certificate_names_itself_is_refused(tmp_path: Path) -
     top["subject"]["files"]["math.h"] = hashlib.sha256(other).hexdigest()
     (folder / "certificate.json").write_text(json.dumps(top), encoding="utf-8")
     assert verify.main([str(folder / "certificate.json")]) == 3
+
+
+def test_the_code_s_own_name_is_that_of_a_system_s_header_too(tmp_path: Path) -> None:
+    """With -I FOLDER, <math.h> reads bits/floatn.h; beside an observer called floatn nobody looked at it."""
+    for file in ("one_mass.c", "one_mass.h", "proof.json"):
+        text = (GENERATED / "one_mass" / file).read_text("utf-8")
+        renamed = text.replace("one_mass", "floatn").replace("ONE_MASS", "FLOATN")
+        (tmp_path / file.replace("one_mass", "floatn")).write_text(renamed, encoding="utf-8")
+    assert verify.main([str(tmp_path / "proof.json")]) == 0
+    (tmp_path / "bits").mkdir()
+    (tmp_path / "bits" / "floatn.h").write_text("#include_next <bits/floatn.h>\n#define h_K_F K_v\n", encoding="utf-8")
+    assert verify.main([str(tmp_path / "proof.json")]) == 3
+
+
+def test_a_folder_that_cannot_be_listed_may_hold_headers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In one of mode 311 a compiler finds bits/floatn.h, and no list shows it. Root may list any: simulated."""
+    folder = shutil.copytree(GENERATED / "one_mass", tmp_path / "one_mass")
+    (folder / "bits").mkdir()
+    listed = os.scandir
+
+    def scandir(path: Any = ".") -> Any:
+        if Path(path).name == "bits":
+            raise PermissionError(errno.EACCES, "Permission denied", str(path))
+        return listed(path)
+
+    monkeypatch.setattr(os, "scandir", scandir)
+    for file in ("proof.json", "certificate.json"):
+        assert verify.main([str(folder / file)]) == 3
+        assert "cannot be listed: Permission denied" in capsys.readouterr().out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from codegen.checker import verify
 from codegen.checker.verify import Refused
+from codegen.replay.engine import load_twin
 
 HERE = Path(__file__).parents[2] / "generated" / "one_mass"
 SOURCES = {path.name: path.read_bytes() for path in HERE.glob("one_mass.[ch]")}
@@ -105,3 +107,48 @@ def test_v_falls_but_for_a_rest() -> None:
     assert "the step multiplies V = e'Pe, without that addition, by at most" in said
     assert "if no sign has changed again, V is, without that addition, not above its value before" in said
     assert "that addition" not in "\n".join(checked(TEXT, SOURCES).proved)
+
+
+def test_the_step_in_which_a_sign_turns_is_not_said_to_be_bounded() -> None:
+    """The machine that is printed; w turns its slip, and in that step V grows far beyond the factor of a reversal."""
+    content, h = json.loads(TEXT), 0.001
+    (p, q), (_, r) = ([float(Fraction(x)) for x in row] for row in content["lyapunov_matrix"])
+    one_mass = load_twin((HERE / "__init__.py").read_text("utf-8"), "one_mass")
+    code, outputs = one_mass.Parameters(), one_mass.Outputs()
+    one_mass.prepare(code)
+    state = one_mass.State(z_v=1.0, z_rail=50.0 + code.K_F * 1.0)
+    x, v, level = 0.0, 1.0, 51.0
+    seen = []
+    for w in (-1e5, 0.0):
+        one_mass.step(state, code, one_mass.Inputs(x=x, w=w), outputs)
+        sign = 1.0 if v > 0 else -1.0
+        assert sign * outputs.v_hat > 0
+        e, d = v - outputs.v_hat, sign * (level - outputs.a_hat_rail)
+        seen.append(p * e * e + 2 * q * e * d + r * d * d)
+        x, v = x + h * v, v + h * (w - sign * level)
+    assert seen[1] > 1000 * float(Fraction(content["reversals"][0]["growth"])) * seen[0]
+    (line,) = [line for line in checked(TEXT, SOURCES).proved if "grows by at most the factor" in line]
+    assert line.endswith("; besides, the step in which v_hat passes 0 may move the estimates, which is not bounded")
+
+
+def test_of_linearised_errors_the_fall_is_to_first_order() -> None:
+    """The second order of the arm's errors is in none of these factors."""
+    folder = HERE.parent / "two_link_arm"
+    sources = {path.name: path.read_bytes() for path in folder.glob("two_link_arm.[ch]")}
+    said = checked((folder / "proof.json").read_text("utf-8"), sources).proved
+    assert any(line.startswith("the step multiplies V = e'Pe, to first order in the errors, by") for line in said)
+    turns = [line for line in said if "grows by at most the factor" in line]
+    assert len(turns) == 2 and all("V is, to first order in the errors, not above" in line for line in turns)
+    assert not [line for line in checked(TEXT, SOURCES).proved if "first order" in line]
+
+
+def test_python_does_not_warn_of_a_proof(recwarn: pytest.WarningsRecorder) -> None:
+    for text in ("1if 1 else 2", "1.5or 2", "1e5and 2", "2in 2", "3is 3", "0x1"):
+        with pytest.raises(Refused, match=r"is no expression"):
+            checked(json.dumps(json.loads(TEXT) | {"domain": [text]}), SOURCES)
+    assert not recwarn.list
+
+
+def test_what_compiles_the_c_is_said_to_be_unchecked() -> None:
+    """-Dh_K_F=K_v in a CMakeLists.txt makes another observer of the same C."""
+    assert any("macros of a command line (CMakeLists.txt" in x for x in checked(TEXT, SOURCES).open)
