@@ -22,6 +22,7 @@ from codegen.diagnosis.fit.residual import (
     Problem,
     bounded_least_squares,
     drive_left,
+    drive_shares,
     inverse_dynamics_residual,
     masks,
     residual_at_drive,
@@ -414,6 +415,56 @@ def test_a_dead_zone_that_takes_as_much_of_the_drive_as_of_the_residual_explains
     assert 0.5 < after.over(before).left < 0.7
     words = only_reduces_drive(before, after, Evidence(1.0, share, 3.0, 8, 8))
     assert ("explains no larger share of that" in words) is refused
+
+
+TWO_AXES = """\
+name: axes
+coordinates:
+  x: {{velocity: vx, unit: m}}
+  y: {{velocity: vy, unit: m}}
+inputs: {{wx: {{unit: N}}, wy: {{unit: N}}}}
+parameters: {{m: {{value: 2, unit: kg}}}}
+mass_matrix: [[m, 0], [0, m]]
+force: [wx, wy]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts:
+    - {{name: rail_x, law: coulomb, a: 4, unit: N}}
+    - {{name: rail_y, law: coulomb, a: 4, unit: N}}
+effects: {effects}
+simulation:
+  duration: 14
+  sample_time: 0.002
+  reference: {{x: "0.2*sin(2*pi*0.4*t)", y: "0.15*sin(2*pi*0.9*t)"}}
+  position_gain: {{wx: 900, wy: 900}}
+  velocity_gain: {{wx: 30, wy: 30}}
+  encoder_step: {{x: 2e-6, y: 2e-6}}
+"""
+
+
+def test_an_effect_that_weakens_one_drive_owes_nothing_on_the_other_axis(tmp_path: Path) -> None:
+    """A dead zone that takes half of the drive of y, and a spring on x that the model lacks as well: x is as before."""
+    lacking = (
+        "[{kind: dead_zone, on: wy, parameters: {width: 8}}, {kind: spring, on: x, parameters: {k: 120}}]"  # 120 N/m
+    )
+    plant, plain = (parse_spec(TWO_AXES.format(effects=e), Path("axes.yaml")) for e in (lacking, "[]"))
+    log = log_of(plant, tmp_path, "axes.csv")
+    problem = Problem(system_of(plain), smooth_motion(log), {})
+    search = search_on(problem, partial(record_of, problem.motion, log))
+    base = search.refit()
+    part = part_of(CATALOGUE["dead_zone"], 1, search.system)
+    trial = base.runner.trial.with_part(part)
+    moved = replace(
+        base,
+        runner=replace(base.runner, trial=trial),
+        theta=np.append(search.declared, part.inward({"width": 8.0})),
+    )
+    before, after = ForceCriterion(search, base), ForceCriterion(search, moved)
+    shares = drive_shares(after.fit.model, before.fit.model, problem.motion, problem.masks.rows)
+    assert shares[0] == pytest.approx(1) and shares[1] < 0.7
+    left = [np.sqrt(np.mean(c.without_levels**2, axis=0)) for c in (before, after)]
+    assert left[1][0] == pytest.approx(left[0][0], rel=1e-3) and left[1][1] < 0.1 * left[0][1]
+    assert only_reduces_drive(before, after, Evidence(1.0, 0.99, 3.0, 8, 8)) == ""
 
 
 STEADY = "0.25*t"

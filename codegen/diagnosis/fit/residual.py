@@ -310,21 +310,27 @@ def drive_gain(system: System, other: System, motion: Motion) -> Array:
     return found
 
 
-def drive_share(system: System, other: System, motion: Motion, rows: NDArray[np.bool_]) -> float:
-    """RMS of the effect of the inputs on g − U λ over that of another system; the least over coordinates.
+def drive_shares(system: System, other: System, motion: Motion, rows: NDArray[np.bool_]) -> Array:
+    """RMS of the effect of the inputs on g − U λ over that of another system, (n,); 1 where the inputs have none.
 
-    Also, on the samples ``rows`` (N, n) in motion, of what no friction level explains of it: a limit below the friction
-    level turns the drive into the sign of the speed, which a level cancels.
+    Or, if that is smaller, on the samples ``rows`` (N, n) in motion of what no friction level explains of it: a limit
+    below the friction level turns the drive into the sign of the speed, which a level cancels.
     """
     if not _changes_drive(system):
-        return 1.0
+        return np.ones(system.degrees_of_freedom)
     drives = [_drive(s, motion) for s in (system, other)]
-    pairs = [tuple(np.sqrt(np.mean(d[motion.usable] ** 2, axis=0)) for d in drives)]
+    shares = _ratio_of_rms(*(d[motion.usable] for d in drives))
     for i, used in enumerate(rows.T):
         if used.any():
-            rest = (without_levels(other, motion, used, motion.low_pass(d)[:, i], i)[used] for d in drives)
-            pairs.append(tuple(np.array([np.sqrt(np.mean(r**2))]) for r in rest))
-    return min(float(np.min(a[b > 0] / b[b > 0], initial=1.0)) for a, b in pairs)
+            rest = (without_levels(other, motion, used, motion.low_pass(d)[:, i], i)[used, None] for d in drives)
+            shares[i] = min(shares[i], *_ratio_of_rms(*rest))
+    return shares
+
+
+def _ratio_of_rms(values: Array, others: Array) -> Array:
+    """RMS of each column over that of another array's; 1 where that is zero."""
+    one, other = (np.sqrt(np.mean(v**2, axis=0)) for v in (values, others))
+    return np.divide(one, other, out=np.ones(len(one)), where=other > 0)
 
 
 def _changes_drive(system: System) -> bool:

@@ -24,7 +24,7 @@ from codegen.diagnosis.evidence.score_test import added_parameters, contains, ne
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence_of, independent_share, near_noise, noise_ratio, size_of
 from codegen.diagnosis.fit.output_error import Fit
-from codegen.diagnosis.fit.residual import drive_left, drive_share, inverse_dynamics_residual
+from codegen.diagnosis.fit.residual import drive_left, drive_shares, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect
@@ -496,8 +496,9 @@ def unseen_shape(search: Search, found: Fit) -> str:
 def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
     """Reason to refuse an effect that gains only by a reduction of the drive force; empty if there is none.
 
-    Let p be the constant factor by which the effect scales the drive force (a gain, friction in proportion to the
-    drive), and q the remaining share of the drive force apart from p (dead zone, saturation). Refused are
+    Let p be the constant factor by which the effect scales the drive force of a coordinate (a gain, friction in
+    proportion to the drive), and q the remaining share of the drive force apart from p (dead zone, saturation); of
+    coordinates whose drive force it leaves as it is, it promises nothing. Refused are
 
     - less than ``LEAST_DRIVE`` of the drive force: with a dead zone wider than the commands only inertia is left to
       explain, which slow motion hardly shows;
@@ -509,18 +510,20 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     - an effect with which neither is that much below what p² alone gives, since p scales noise and structure alike.
     """
     motion = before.search.motion
-    acting = drive_share(after.fit.model, before.fit.model, motion, before.search.problem.masks.rows)
-    if acting < LEAST_DRIVE:
-        return f"leaves {in_percent(acting)} of the drive force: a machine that moves needs more"
+    acting = drive_shares(after.fit.model, before.fit.model, motion, before.search.problem.masks.rows)
+    least = float(np.min(acting))
+    if least < LEAST_DRIVE:
+        return f"leaves {in_percent(least)} of the drive force: a machine that moves needs more"
     left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)
-    scale = float(np.min(left / had))  # p
-    remaining = acting / scale  # q
-    if remaining < 1 - credit.LEAST_SHARE and _leaves_more(before, after, remaining**2, CONTRADICTED):
-        return f"leaves {in_percent(acting)} of the drive force, and a larger share of that unexplained"
+    scales = left / had  # p
+    remaining = acting / scales  # q
+    if _leaves_more(before, after, remaining, CONTRADICTED):
+        return f"leaves {in_percent(least)} of the drive force, and a larger share of that unexplained"
     small, far = 1 - credit.LEAST_SHARE, noise_ratio(after.fit) > credit.NEAR_NOISE
-    by_runs = 1 - e.share > small * remaining**2
-    if far and remaining < small and by_runs and _leaves_more(before, after, remaining**2, small):
-        return f"leaves {in_percent(acting)} of the drive force, and explains no larger share of that"
+    by_runs = 1 - e.share > small * float(np.min(remaining)) ** 2
+    if far and by_runs and _leaves_more(before, after, remaining, small):
+        return f"leaves {in_percent(least)} of the drive force, and explains no larger share of that"
+    scale = float(np.min(scales))
     if scale >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * scale**2:
         return ""
     if after.over(before).left <= 1 - credit.LEAST_SHARE:
@@ -528,14 +531,17 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     return f"leaves {in_percent(left.min())} of the drive force for the motion, and explains no larger share of that"
 
 
-def _leaves_more(before: ForceCriterion, after: ForceCriterion, part: float, times: float) -> bool:
-    """Whether r² > times (part r₀² + (1 − part) min(n², r₀²)) on some coordinate; symbols of ``only_reduces_drive``."""
+def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array, times: float) -> bool:
+    """Whether r² > times (q² r₀² + (1 − q²) min(n², r₀²)) on some coordinate whose drive force the effect reduces.
+
+    ``remaining``: (n,) q; symbols of ``only_reduces_drive``.
+    """
     search = before.search
     for i, used in enumerate(search.problem.masks.rows.T):
-        if used.any():
+        if used.any() and remaining[i] < 1 - credit.LEAST_SHARE:
             without, with_effect = (float(np.mean(c.without_levels[used, i] ** 2)) for c in (before, after))
-            noise = inertia_noise(search.system, search.motion, i)
-            if with_effect > times * (part * without + (1 - part) * min(noise, without)):
+            noise, share = inertia_noise(search.system, search.motion, i), float(remaining[i]) ** 2
+            if with_effect > times * (share * without + (1 - share) * min(noise, without)):
                 return True
     return False
 

@@ -32,7 +32,7 @@ from codegen.diagnosis.fit.output_error import (
 from codegen.diagnosis.fit.residual import (
     Problem,
     drive_gain,
-    drive_share,
+    drive_shares,
     drive_symbols,
     residual_at_drive,
 )
@@ -511,8 +511,10 @@ def force_round(fits: ForceFits, plain: Fit, report_progress: Callable[[float], 
 
 
 def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:
-    """Share of a fit's drive force that is left with these values of a trial."""
-    return drive_share(model_of(trial, theta), plain.model, fits.problem.motion, fits.problem.masks.rows)
+    """Share of a fit's drive force that is left with these values of a trial; the least over coordinates."""
+    return float(
+        np.min(drive_shares(model_of(trial, theta), plain.model, fits.problem.motion, fits.problem.masks.rows))
+    )
 
 
 def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> Fit:
