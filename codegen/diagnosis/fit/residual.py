@@ -330,7 +330,7 @@ def drive_shares(system: System, other: System, motion: Motion, rows: NDArray[np
 def _ratio_of_rms(values: Array, others: Array) -> Array:
     """RMS of each column over that of another array's; 1 where that is zero."""
     one, other = (np.sqrt(np.mean(v**2, axis=0)) for v in (values, others))
-    return np.divide(one, other, out=np.ones(len(one)), where=other > 0)
+    return np.asarray(np.divide(one, other, out=np.ones(len(one)), where=other > 0))
 
 
 def _changes_drive(system: System) -> bool:
