@@ -102,15 +102,13 @@ def variables(data: bytes, count: Callable[[int], None]) -> list[Variable]:
     elements = list(_limited(_elements(memoryview(data)[_HEADER:], order)))
     sizes = [_unpacked_size(part, order) if kind == _COMPRESSED else len(part) for kind, part in elements]
     count(sum(sizes))
-    found = []
+    found, left = [], iter(range(MOST_VARIABLES))
     for (kind, payload), size in zip(elements, sizes, strict=True):
         if kind == _COMPRESSED:
             inside = _elements(_inflated(payload, size), order)
-            found += [v for k, inner in inside if k == _MATRIX for v in _matrices(inner, order)]
+            found += [v for k, inner in inside if k == _MATRIX for v in _matrices(inner, order, left)]
         elif kind == _MATRIX:
-            found += _matrices(payload, order)
-        if len(found) > MOST_VARIABLES:
-            raise ValueError(f"more than {MOST_VARIABLES} variables")
+            found += _matrices(payload, order, left)
     return found
 
 
@@ -167,8 +165,16 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
         yield word, data[start : start + size]
 
 
-def _matrices(payload: memoryview, order: str, name: str = "", depth: int = 0) -> Iterator[Variable]:
-    """A variable, and behind a struct the numbers in its fields as ``NAME.FIELD``; ``NAME(2).FIELD`` in an array."""
+def _matrices(
+    payload: memoryview, order: str, left: Iterator[int], name: str = "", depth: int = 0
+) -> Iterator[Variable]:
+    """A variable, and behind a struct the numbers in its fields as ``NAME.FIELD``; ``NAME(2).FIELD`` in an array.
+
+    Args:
+        left: an item for each matrix that may still be read, those inside of structs included.
+    """
+    if next(left, None) is None:
+        raise ValueError(f"more than {MOST_VARIABLES} variables")
     whole = _matrix(payload, order)
     whole = replace(whole, name=name or whole.name)
     yield whole
@@ -188,7 +194,7 @@ def _matrices(payload: memoryview, order: str, name: str = "", depth: int = 0) -
     for k, (kind, value) in enumerate(values):
         element = f"{whole.name}({k // len(fields) + 1})" if count > 1 else whole.name
         if kind == _MATRIX:
-            inside = _matrices(value, order, f"{element}.{fields[k % len(fields)]}", depth + 1)
+            inside = _matrices(value, order, left, f"{element}.{fields[k % len(fields)]}", depth + 1)
             yield from (v for v in inside if v.numeric)
 
 
