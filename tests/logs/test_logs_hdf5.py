@@ -155,3 +155,17 @@ def test_rows_are_counted_before_they_are_read(tmp_path: Path, spec: Any, monkey
     with refused("LOG010 a.h5: 24000000000000"):
         read_log(tmp_path / "a.h5", spec)
     assert log_source.LARGEST == 10**9
+
+
+def test_a_long_chunk_is_unpacked_once(tmp_path: Path, spec: Any, monkeypatch: Any) -> None:
+    """A file of 240 kB, a chunk of 10 million rows for each column, took 140 s: unpacked for each block of rows."""
+    many = len(MADE["t"])
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        for name, values in MADE.items():
+            file.create_dataset(name, data=values, chunks=(many,), compression="gzip")
+    read: list[slice] = []
+    own = hdf5_file._Column.values
+    monkeypatch.setattr(hdf5_file._Column, "values", lambda self, *given: read.append(given[1]) or own(self, *given))
+    monkeypatch.setattr(hdf5_file, "ROWS", many // 10)
+    check(read_log(tmp_path / "a.h5", spec))
+    assert set(map(repr, read)) == {repr(slice(0, many))}

@@ -25,6 +25,11 @@ class _Column:
     field: str = ""
     at: tuple[int | None, ...] = (None,)
 
+    def chunk(self, file: Any) -> int:
+        """Rows of a chunk, which HDF5 unpacks whole for each reading of a part of it; 0 where there are none."""
+        chunks = file[self.dataset].chunks or (0,)
+        return int(chunks[self.at.index(None) if len(self.at) == len(chunks) else 0])
+
     def values(self, file: Any, part: slice) -> Any:
         dataset = file[self.dataset]
         if self.field:
@@ -66,8 +71,9 @@ class Hdf5File(BlockFile):
         with self.opened() as stream:
             with self.reading():
                 file = self._h5py.File(stream, "r")
-            for start in range(0, self.rows, ROWS):
-                part = slice(start, min(start + ROWS, self.rows))
+                step = max(ROWS, *(self._columns[name].chunk(file) for name in wanted))
+            for start in range(0, self.rows, step):
+                part = slice(start, min(start + step, self.rows))
                 values = np.empty((part.stop - start, len(wanted)))
                 with self.reading():
                     for j, name in enumerate(wanted):
