@@ -308,3 +308,17 @@ def test_metadata(tmp_path: Path, spec: Any, text: str) -> None:
     (tmp_path / "metadata.yaml").write_text(text)
     with pytest.raises(BadInput, match=METADATA[text]):
         read_log(tmp_path, spec, columns=COLUMNS)
+
+
+def test_a_chunk_that_the_index_names_often_is_refused(tmp_path: Path, spec: Any, monkeypatch: Any) -> None:
+    """A file of 100 kB took a minute with 200 of them, and an hour with 10 000."""
+    own = Writer._Writer__finalize_chunk
+
+    def again(self: Any) -> None:
+        own(self)
+        self._Writer__chunk_indices.extend(self._Writer__chunk_indices[:1])
+
+    monkeypatch.setattr(Writer, "_Writer__finalize_chunk", again)
+    write_mcap(tmp_path / "a.mcap", {"/joint_states": (JOINTS, SENT)})
+    with refused("LOG001 a.mcap: index chunk within the one before"):
+        read_log(tmp_path / "a.mcap", spec, columns=COLUMNS)

@@ -69,12 +69,17 @@ class McapStorage(Storage):
             for record in StreamReader(stream, emit_chunks=True, record_size_limit=LARGEST_CHUNK).records:
                 yield from self._inside(record)
             return
+        read = 0
         for offset, channels in self._offsets:
+            if offset < read:  # of one chunk, a short file could have a thousand
+                raise self.fault(f"an index with a chunk at {offset}, within the one before")
             if topics is not None and channels and not any(self._channels[c].topic in topics for c in channels):
                 continue
             stream.seek(offset)
             reader = StreamReader(stream, skip_magic=True, emit_chunks=True, record_size_limit=LARGEST_CHUNK)
-            yield from self._inside(next(iter(reader.records)))
+            record = next(iter(reader.records))
+            read = stream.tell()
+            yield from self._inside(record)
 
     def _inside(self, record: Any) -> Iterator[Any]:
         """A record, or those of a chunk, unpacked to the size that it states and not further."""
