@@ -50,9 +50,12 @@ def row(run: Diagnosed, out: Path) -> str:
 
 
 def words(run: Diagnosed, out: Path) -> str:
-    """The verdict of one diagnosis in the tool's own words, as an item of a list; empty where there is none."""
+    """The verdict of one diagnosis in the tool's own words, its facts below it; empty where there is none."""
     found = result(out)
-    return "" if found is None else f"- {run.words}: {' '.join(found['sentence'].split())}\n"
+    if found is None:
+        return ""
+    facts = "".join(f"  - *{fact['topic']}*: {' '.join(fact['words'].split())}\n" for fact in found["facts"])
+    return f"- {run.words}: **{found['headline']}**\n{facts}"
 
 
 def replaced(page: str, text: str, name: str) -> str:

@@ -29,7 +29,7 @@ from codegen.diagnosis.fit.residual import Problem, residual_at_drive
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.reliability import reliability_of
-from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, FoundEffect, Remainder, Separation
+from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, Fact, FoundEffect, Remainder, Separation
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
@@ -41,7 +41,6 @@ from codegen.diagnosis.verdict.conclusion import (
     is_small,
     rivals_of,
     rounds,
-    sentence,
     standing,
     verdict_of,
 )
@@ -51,6 +50,7 @@ from codegen.diagnosis.verdict.harmonics import with_harmonics
 from codegen.diagnosis.verdict.held_out import HeldOut, only
 from codegen.diagnosis.verdict.proposal import propose_terms, refuse_without_pysindy
 from codegen.diagnosis.verdict.replay import compare_residuals
+from codegen.diagnosis.verdict.statement import statement
 from codegen.logs import Log
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
@@ -169,15 +169,15 @@ class _FreeRuns:
             return None
         return replace(answer, remarks=(*answer.remarks, _left_out(outcome, answer))), found
 
-    def remarks(self, outcome: Outcome, answer: Answer, in_place: Sequence[Part]) -> Iterator[str]:
-        """Further sentences on an answer, with the effects in whose place parameters were found wrong."""
+    def remarks(self, outcome: Outcome, answer: Answer, in_place: Sequence[Part]) -> Iterator[Fact]:
+        """Further facts on an answer, with the effects in whose place parameters were found wrong."""
         case, problem = self.case, self.case.problem
         lacks = answer.verdict == "effect"
         yield from answer.remarks
         if answer.verdict == "unknown":
             yield from wrong_values.explaining_values(case.spec, answer.refit, problem)
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
-            yield f"the fit reduces the friction level {name} to zero, its lowest value"
+            yield Fact("declared value", f"The fit reduces the friction level {name} to zero, its lowest value")
         yield from _in_place(in_place, answer)
         yield from wrong_values.scaled_position(answer, case.log, case.spec, problem)
         if lacks and not answer.errors:
@@ -307,30 +307,30 @@ def _result(
     records: int = 0,
     **tables: Any,
 ) -> tuple[Diagnosis, Models]:
-    """The diagnosis, with further fields of it, and its models; arguments as of ``sentence`` and ``Models``."""
+    """The diagnosis, with further fields of it, and its models; arguments as of ``statement`` and ``Models``."""
     system, written = train.system, answer.adopted
     moved, three = train.moved, (system, answer.refit, answer.augmented)
     named = answer.effects if answer.verdict == "effect" else ()
     values = {} if written is None else {s.name: float(written.values[s]) for s in moved}
     declared, refit, augmented = answer.figures
+    refitted = {
+        s.name: (float(system.values[s]), float(answer.refit.values[s]), float(answer.augmented.values[s]))
+        for s in moved
+    }
     diagnosis = Diagnosis(
         verdict=answer.verdict,
-        sentence=sentence(case, answer, left, rivals, outcome, experiment, records),
+        statement=statement(case, answer, left, rivals, refitted, outcome, experiment, records),
         effects=named,
         declared=declared,
         refit=refit,
         augmented=augmented,
         training=(relative_error(system), relative_error(answer.refit), relative_error(answer.augmented)),
-        refitted={
-            s.name: (float(system.values[s]), float(answer.refit.values[s]), float(answer.augmented.values[s]))
-            for s in moved
-        },
+        refitted=refitted,
         data=data,
         findings=case.findings_in_words,
         rivals=tuple(rivals) if answer.verdict == "ambiguous" else (),
         separation=experiment,
         parameter_errors=answer.errors,
-        remarks=answer.remarks,
         at_limit=levels_at_zero(system, three[1:], train.levels),
         remainder=left,
         material=case.material,
@@ -341,26 +341,26 @@ def _result(
     return diagnosis, Models(*three, train, case.test, window, text, answer.effects, restart_s, excitation)
 
 
-def _left_out(outcome: Outcome, answer: Answer) -> str:
+def _left_out(outcome: Outcome, answer: Answer) -> Fact:
     """What is said of the effects that tie, where the answer names those that all tied models have in common."""
     parts = (outcome.parts[0], *(r.found.part for r in outcome.rivals))
     tied = " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in parts))
     if answer.errors:
-        return f"{_kept(answer)}, {tied} would be named in addition"
-    return f"in addition {tied} explains part of what is left; this log does not tell which"
+        return Fact("declared value", f"{_kept(answer)}, {tied} would be named in addition")
+    return Fact("unexplained", f"{tied} explains part of what is left; this log cannot tell which")
 
 
-def _in_place(parts: Sequence[Part], answer: Answer) -> list[str]:
+def _in_place(parts: Sequence[Part], answer: Answer) -> list[Fact]:
     """Which effects, beside those of the answer, the log would name if wrong values were kept as declared."""
     found = {(e.kind, e.on) for e in answer.effects}
     named = " and ".join(f"{p.kind} on {p.on}" for p in parts if (p.kind, p.on) not in found)
     if not named or not answer.errors:
         return []
-    return [f"{_kept(answer)}, {named} would be named in place of the parameter error"]
+    return [Fact("declared value", f"{_kept(answer)}, {named} would be named in place of a wrong value")]
 
 
 def _kept(answer: Answer) -> str:
-    return f"with {', '.join(e.name for e in answer.errors)} kept within three tolerances"
+    return f"With {', '.join(e.name for e in answer.errors)} kept within three tolerances"
 
 
 def _sought(
@@ -399,8 +399,8 @@ def _is_far_off(left: Remainder, case: Case) -> bool:
     return left.nature(case.material) == "structured" and left.material**2 >= LEAST_SHARE
 
 
-def _once_on_held_out(answer: Answer, case: Case) -> tuple[str, ...]:
-    """Remarks on single events, such as a push, that hold half of the squared residual force on held-out data.
+def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
+    """Facts on single events, such as a push, that hold half of the squared residual force on held-out data.
 
     Not those at a reversal: friction whose sign changes one sample early or late leaves the same residual.
     """
@@ -410,7 +410,7 @@ def _once_on_held_out(answer: Answer, case: Case) -> tuple[str, ...]:
     within = np.zeros(len(motion.time), dtype=bool)
     within[case.window] = True
     residual, acting = residual_at_drive(answer.adopted, motion), acting_force(answer.adopted, motion)
-    log, words = case.log if case.test_log is None else case.test_log, []
+    log, facts = case.log if case.test_log is None else case.test_log, list[Fact]()
     for i, x in enumerate(answer.adopted.positions):
         rows = case.test.masks.rows[:, i] & within
         found = half_of_squares(residual[:, i], rows)
@@ -421,11 +421,14 @@ def _once_on_held_out(answer: Answer, case: Case) -> tuple[str, ...]:
         if np.ptp(np.sign(motion.velocities[about, i])) > 0:
             continue
         where, when = f" on {x.name}" if residual.shape[1] > 1 else "", interval_in_words(start, stop, log)
-        words.append(
-            f"half of the squared residual force on held-out data{where} lies within {stop - start:.2g} s, {when}: a "
-            "push, or another event that the inputs do not show, may decide what held-out data refuse"
+        facts.append(
+            Fact(
+                "log",
+                f"Half of the squared residual force on held-out data{where} lies within {stop - start:.2g} s, {when}. "
+                "A push, or another event outside the inputs, may decide what these data refuse",
+            )
         )
-    return tuple(words)
+    return tuple(facts)
 
 
 def _data(case: Case, problem: Problem, restart_s: float) -> dict[str, Any]:

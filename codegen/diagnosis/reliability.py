@@ -15,6 +15,8 @@ from typing import Any
 from pydantic import TypeAdapter
 from scipy.special import betaincinv
 
+from codegen.base.significant import in_percent
+
 FILE = Path(__file__).with_name("reliability.json")
 CONFIDENCE = 0.95
 FEWEST = 10
@@ -40,6 +42,15 @@ class Reliability:
         """Equal-tailed 95 % interval of that posterior, a beta distribution."""
         a, b, tail = self.right + 0.5, self.of - self.right + 0.5, (1 - CONFIDENCE) / 2
         return float(betaincinv(a, b, tail)), float(betaincinv(a, b, 1 - tail))
+
+    @property
+    def words(self) -> str:
+        """The counts in a sentence."""
+        low, high = (in_percent(v) for v in self.interval)
+        return (
+            f"{self.right} of {self.of} verdicts of this class ({self.name}) were right on logs with known truth: "
+            f"{in_percent(self.probability)} (95 %: {low.removesuffix(' %')} to {high})."
+        )
 
     def as_json(self) -> dict[str, Any]:
         return {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from math import isfinite, sqrt
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from codegen.base.shown import Shown
 from codegen.diagnosis.reliability import Reliability
@@ -23,6 +23,42 @@ Nature = Literal["immaterial", "noise", "structured"]
 """Of a remainder: too small to matter, large but predicted by neither motion nor time, or predicted by these."""
 Term = Literal["force", "friction level", "inertia", "viscous friction"]
 """A term of the force balance whose coefficient may change in time."""
+Topic = Literal[
+    "log", "values", "evidence", "not credited", "declared value", "spec.yaml", "note", "unexplained", "next"
+]
+"""What a fact of a verdict is about, and its label."""
+TOPICS: tuple[Topic, ...] = get_args(Topic)
+"""In the order in which they are shown."""
+
+
+@dataclass(frozen=True)
+class Fact:
+    """One labelled sentence of a verdict.
+
+    Attributes:
+        words: a sentence of at most about thirty words. detail: conditions and figures, for the report and JSON.
+    """
+
+    topic: Topic
+    words: str
+    detail: str = ""
+
+
+@dataclass(frozen=True)
+class Statement:
+    """A verdict in words: a headline that answers what is missing, and labelled facts in the order of ``TOPICS``."""
+
+    headline: str
+    facts: tuple[Fact, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """All of it as plain text, a line a fact."""
+        return "\n".join([self.headline, *(f"{f.topic}: {f.words} {f.detail}".rstrip() for f in self.facts)])
+
+    def of(self, topic: Topic) -> tuple[str, ...]:
+        """The words of the facts on a topic."""
+        return tuple(f.words for f in self.facts if f.topic == topic)
 
 
 @dataclass(frozen=True)
@@ -300,11 +336,12 @@ class Diagnosis(Shown):
     """The complete result of a diagnosis.
 
     Attributes:
+        statement: the verdict in words.
         candidates: of the first round, best first.
         refitted: friction level, or toleranced parameter → its value in the declared, refit and augmented model.
         units: of these, SI. at_limit: names of those at a limit (a friction level at zero).
         training: relative force error of these models on the training log, for comparison with published fits.
-        findings: preflight of each log, in words. remarks: further words for the reader.
+        findings: preflight of each log, in words.
         standing: effects of the verdict that were a candidate in no round, each compared with the fit without it.
         rivals: of the first effect, which the log does not tell from it; on the verdict ``ambiguous``.
         separation: discriminating experiments for candidates that tie, alone or in addition to an effect.
@@ -313,7 +350,7 @@ class Diagnosis(Shown):
     """
 
     verdict: Verdict
-    sentence: str
+    statement: Statement
     effects: tuple[FoundEffect, ...]
     candidates: tuple[Candidate, ...]
     declared: ErrorFigures
@@ -331,12 +368,16 @@ class Diagnosis(Shown):
     separation: Separation | None = None
     proposal: tuple[ProposedTerms, ...] | None = None
     parameter_errors: tuple[ParameterError, ...] = ()
-    remarks: tuple[str, ...] = ()
     at_limit: tuple[str, ...] = ()
     remainder: tuple[Remainder, ...] = ()
     material: float = MATERIAL
     reliability: Reliability | None = None
     units: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words, as plain text."""
+        return self.statement.text
 
     @property
     def summary(self) -> Mapping[str, object]:
@@ -352,9 +393,7 @@ class Diagnosis(Shown):
     @property
     def written(self) -> dict[str, tuple[float, float]]:
         """Refitted value that the spec is written with → (declared, written), of those that change there."""
-        column = 0 if self.verdict == "unfit" else 2 if self.verdict == "effect" else 1
-        pairs = {name: (values[0], values[column]) for name, values in self.refitted.items()}
-        return {name: (a, b) for name, (a, b) in pairs.items() if f"{a:.6g}" != f"{b:.6g}"}
+        return written_values(self.verdict, self.refitted)
 
     def not_named(self, candidate: Candidate) -> str:
         """Why a candidate of the first round that passes every test is not in the verdict; empty for another one."""
@@ -367,22 +406,26 @@ class Diagnosis(Shown):
             return "" if form.keys() == candidate.parameters.keys() else f"the form with {', '.join(form)} is named"
         if self.verdict == "ambiguous":
             tied = place in [(e.kind, e.on) for e in self.rivals] or candidate is self.candidates[0]
-            return "this log does not tell it from the others that tie" if tied else "explains less than those that tie"
+            return (
+                "this log cannot tell it from the others that fit alike"
+                if tied
+                else "explains less than those that fit alike"
+            )
         if self.verdict != "effect":
             return "see the verdict"
         best = next((c for c in self.candidates if (c.kind, c.on) in named), None)
         words = " and ".join(f"{kind} on {on}" for kind, on in named)
-        own = f"({100 * candidate.gain:.1f} %)"
-        if best is not None and f"({100 * best.gain:.1f} %)" == own:
-            first = f"removes as much {own} as {best.kind} on {best.on}, which ranks before it"
+        own = f"{candidate.gain:.3f}"
+        if best is not None and f"{best.gain:.3f}" == own:
+            first = f"explains no more than {best.kind} on {best.on}, which ranks before it"
         elif best is not None and best.gain >= candidate.gain:
-            first = f"removes less {own} than {best.kind} on {best.on} ({100 * best.gain:.1f} %)"
+            first = f"explains less than {best.kind} on {best.on}"
         else:
-            first = f"removes more {own}, but the force residual or the later rounds prefer {words}"
+            first = f"explains more, but the residual force or the later rounds prefer {words}"
         again = [c for r in self.later_rounds for c in r.candidates if (c.kind, c.on) == place]
         if not again:
-            return f"{first}; not tried in addition to it"
-        return f"{first}; in addition to it: {again[0].why_not or 'passes, but explains too little more'}"
+            return f"{first}; not tested together with it"
+        return f"{first}; together with it: {again[0].why_not or 'passes, but adds too little'}"
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for diagnosis.json; infinities become null."""
@@ -391,6 +434,8 @@ class Diagnosis(Shown):
         content = {
             "format": "stiction-diagnosis/1",
             "verdict": self.verdict,
+            "headline": self.statement.headline,
+            "facts": [asdict(fact) for fact in self.statement.facts],
             "sentence": self.sentence,
             "reliability": None if self.reliability is None else self.reliability.as_json(),
             "effects": [_effect(e) for e in self.effects],
@@ -412,7 +457,6 @@ class Diagnosis(Shown):
                 for name, values in self.refitted.items()
             },
             "parameter_errors": [_parameter_error(e) for e in self.parameter_errors],
-            "remarks": self.remarks,
             "data": self.data,
             "residual_agreement": None if self.agreement is None else asdict(self.agreement),
             "material": self.material,
@@ -441,6 +485,15 @@ class Diagnosis(Shown):
             },
         }
         return {name: _plain(value) for name, value in content.items()}
+
+
+def written_values(
+    verdict: Verdict, refitted: Mapping[str, tuple[float, float, float]]
+) -> dict[str, tuple[float, float]]:
+    """``Diagnosis.written`` of a verdict and its ``refitted`` values."""
+    column = 0 if verdict == "unfit" else 2 if verdict == "effect" else 1
+    pairs = {name: (values[0], values[column]) for name, values in refitted.items()}
+    return {name: (a, b) for name, (a, b) in pairs.items() if f"{a:.6g}" != f"{b:.6g}"}
 
 
 def _errors(e: ErrorFigures) -> dict[str, Any]:

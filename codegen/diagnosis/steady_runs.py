@@ -31,8 +31,8 @@ from codegen.diagnosis.fit.linear import fitted, inverse, rms
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
-from codegen.diagnosis.results import Candidate, ErrorFigures, FoundEffect, Interval, Remainder, Round, Verdict
-from codegen.diagnosis.verdict.answer import Answer, Measured, admitted
+from codegen.diagnosis.results import Candidate, ErrorFigures, Fact, FoundEffect, Interval, Remainder, Round, Verdict
+from codegen.diagnosis.verdict.answer import Answer, Measured, admitted, merged
 from codegen.diagnosis.verdict.conclusion import TABLE_SIZE, effect_of
 from codegen.effects.register import candidates, is_own
 from codegen.logs import Log
@@ -425,23 +425,21 @@ def answer_of(search: SteadySearch, measured: Measured, by_means: bool) -> tuple
         return replace(figures, free_run_rmse_rows=none) if by_means else figures
 
     declared, left = judged(system), mean_forces(system, search.means)[0].ravel()
-    options = [("the declared values", system)]
+    options = [("declared values", system)]
     if float(found.base.left_out @ found.base.left_out) < float(left @ left):
         options.insert(0, ("refitted values", found.base.model))
     chosen = admitted(options, declared, judged)
     refit = system if chosen.option is None else chosen.option[1]
-    remarks = (
-        f"each of the {len(search.means)} records runs at one speed, so it is judged by its mean",
-        *(f"{words}: not adopted" for words in chosen.refusals),
-    )
+    judged_by = f"Each of the {len(search.means)} records runs at one speed, so it is judged by its mean"
+    remarks = (Fact("note", judged_by), *chosen.remarks)
     figures = (measured(system), measured(refit), measured(refit))
     answer = Answer("none", (), refit, refit, figures, remarks=remarks)
     if not found.final.trial.parts:
         return answer, found
     augmented, effects = found.final.model, effects_of(found.final, refit)
-    chosen = admitted([("the effect with refitted values", augmented)], declared, judged, judged(refit))
+    chosen = admitted([("refitted values", augmented)], declared, judged, judged(refit))
     if chosen.option is None:
-        return replace(answer, verdict="unknown", effects=effects, against=chosen.refusals), found
+        return replace(answer, verdict="unknown", effects=effects, against=merged(chosen.refusals)), found
     verdict: Verdict = "ambiguous" if found.rivals else "effect"
     figures = (*figures[:2], measured(augmented))
     return replace(answer, verdict=verdict, effects=effects, augmented=augmented, figures=figures), found

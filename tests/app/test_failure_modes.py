@@ -111,7 +111,7 @@ def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypa
     result = stiction("diagnose", "stage.yaml", "log.csv", "-o", "out")
     assert result.code == 3 and "verdict: unfit" in result.out and "scale of x" in result.out
     # Nothing was fitted or tried, so there is no table of it.
-    assert "no effect was tested" in result.out
+    assert "No effect was tested" in result.out
     assert not [word for word in ("candidates, best first", "error on held-out data", "refit ") if word in result.out]
     told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     found = [f"preflight, train log: {words}" for words in told["preflight"]["train"] if not words.startswith("info")]
@@ -120,7 +120,7 @@ def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypa
     page = (tmp_path / "out" / "report.html").read_text()
     assert "log unfit" in page
     # nothing was changed: there is no certificate of a changed spec, and no residual to be trusted
-    assert "certificate after" not in result.out and "tracking observer" not in result.out
+    assert "certificate after" not in result.out and "check of the residual" not in result.out
     assert "after, as changed above" not in page and "correlate with" not in page
     assert (tmp_path / "out" / "spec.yaml").read_text() == (tmp_path / "stage.yaml").read_text()
     assert read_spec(tmp_path / "out" / "spec.yaml").effects == ()

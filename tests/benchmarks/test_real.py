@@ -28,7 +28,8 @@ def error(force: float, *free: float | None) -> dict[str, Any]:
 def found(**more: Any) -> dict[str, Any]:
     return {
         "verdict": "effect",
-        "sentence": "The log shows | it.\nSo it is.",
+        "headline": "Missing effect: it.",
+        "facts": [{"topic": "evidence", "words": "The log shows | it.\nSo it is.", "detail": "Much."}],
         "effects": [{"kind": "coupling", "on": ["q1", "q2"], "parameters": {"c": 1.23456}, "units": {"c": "N*m*s"}}],
         "error": {
             "declared": error(0.5, 0.1, 2.0),
@@ -78,12 +79,13 @@ def test_a_row_of_a_refusal_has_its_words_and_one_that_was_not_run_says_so(tmp_p
 
 
 def test_below_the_rows_stands_what_is_said_of_each(tmp_path: Path) -> None:
-    assert words(RUN, left(tmp_path / "one", found())) == "- a → b: The log shows | it. So it is.\n"
+    said = "**Missing effect: it.**\n  - *evidence*: The log shows | it. So it is.\n"
+    assert words(RUN, left(tmp_path / "one", found())) == f"- a → b: {said}"
     assert words(RUN, tmp_path / "none") == ""
     name, (first, *_) = next(iter(SETS.items()))
     assert SAID not in table(name, tmp_path / "nothing")
     left(tmp_path / name / first.name, found())
-    assert table(name, tmp_path).endswith(f"\n\n{SAID}\n\n- {first.words}: The log shows | it. So it is.\n")
+    assert table(name, tmp_path).endswith(f"\n\n{SAID}\n\n- {first.words}: {said}")
 
 
 def test_the_table_takes_the_place_of_the_old_one(tmp_path: Path) -> None:

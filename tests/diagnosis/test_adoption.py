@@ -35,7 +35,7 @@ from codegen.diagnosis.verdict.adoption import (
     adopt_values,
     settled_values,
 )
-from codegen.diagnosis.verdict.answer import FORCE, RUN, Answer, acts, admitted, worsened
+from codegen.diagnosis.verdict.answer import FORCE, RUN, Answer, Refusal, acts, admitted, worsened
 from codegen.logs import Log, read_log
 from codegen.report import render_report
 from codegen.spec import Spec, parse_spec, read_spec
@@ -152,8 +152,9 @@ def test_a_declared_value_that_is_wrong_is_named_with_its_evidence(
     assert (mass.declared, mass.tolerance) == (2.0, pytest.approx(0.05))
     assert mass.away == pytest.approx((mass.estimate - 2.0) / 0.1) and mass.away > 5
     assert mass.force < 0.7 and mass.free_run < 0.7 and mass.blocks_by_force == mass.blocks_by_free_run == 8
-    told = f"The log gives m = {mass.estimate:.4g} kg"
-    assert told in diagnosis.sentence and f"{mass.away:.2g} tolerances from the declared 2 kg" in diagnosis.sentence
+    assert diagnosis.statement.headline == "No missing effect found, but m differs from the declared value."
+    (told, *_) = diagnosis.statement.of("declared value")
+    assert f"m = {mass.estimate:.4g} kg" in told and f"declared is 2 kg, {mass.away:.2g} tolerances away" in told
     (entry,) = diagnosis.as_json()["parameter_errors"]
     assert json.loads(json.dumps(entry))["tolerances_away"] == mass.away
     assert diagnosis.refit.force_rms < 0.5 * diagnosis.declared.force_rms
@@ -202,7 +203,7 @@ def test_a_true_move_within_its_tolerance_is_made(tmp_path: Path, monkeypatch: p
     log = log_of(loose(2.02), tmp_path, "log.csv")
     diagnosis, _ = refitted(monkeypatch, loose(share="1%"), log, None)
     assert diagnosis.refitted["m"][1] == pytest.approx(2.02, rel=2e-3)
-    assert diagnosis.parameter_errors == () and diagnosis.remarks == ()
+    assert diagnosis.parameter_errors == () and len(diagnosis.statement.of("spec.yaml")) == 1
 
 
 def test_a_material_move_within_its_tolerance_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -210,13 +211,13 @@ def test_a_material_move_within_its_tolerance_is_told(tmp_path: Path, monkeypatc
     log = log_of(loose(2.3), tmp_path, "log.csv")
     diagnosis, models = refitted(monkeypatch, loose(share="20%"), log, None)
     assert diagnosis.parameter_errors == ()
-    (told,) = diagnosis.remarks
+    _, told = diagnosis.statement.of("spec.yaml")
     value = float(told.partition("m = ")[2].split()[0])
-    assert "within its tolerance" in told and told[1:] in diagnosis.sentence
-    assert value == pytest.approx(diagnosis.refitted["m"][1], rel=1e-4) and value == pytest.approx(2.3, rel=2e-3)
+    assert "within its tolerance" in told
+    assert value == pytest.approx(diagnosis.refitted["m"][1], rel=1e-3) and value == pytest.approx(2.3, rel=2e-3)
     assert told.count("2 kg") == 1 and "20 %" in told
     mass = next(float(p.value) for p in parse_spec(models.spec_text, Path("s.yaml")).parameters if p.name == "m")
-    assert mass == pytest.approx(value, rel=1e-4)
+    assert mass == pytest.approx(value, rel=1e-3)
 
 
 def test_a_level_driven_to_zero_is_marked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -226,7 +227,7 @@ def test_a_level_driven_to_zero_is_marked(tmp_path: Path, monkeypatch: pytest.Mo
     diagnosis, models = refitted(monkeypatch, stage(), log, None)
     assert diagnosis.refitted["rail_a"][1] == 0.0 and diagnosis.at_limit == ("rail_a",)
     assert diagnosis.as_json()["values"]["rail_a"]["at_limit"] is True
-    assert "reduces the friction level rail_a to zero" in diagnosis.sentence
+    assert any("rail_a to zero" in words for words in diagnosis.statement.of("declared value"))
     assert '<span class="limit">at its limit</span>' in render_report(stage(), diagnosis, models)
 
 
@@ -237,9 +238,9 @@ def test_held_out_data_refuse_a_refit_that_is_worse_there(tmp_path: Path, monkey
     diagnosis, models = refitted(monkeypatch, stage(), train, test)
     assert diagnosis.refit == diagnosis.declared
     assert models.spec_text == stage().text
-    (words,) = diagnosis.remarks
-    assert FORCE in words and RUN in words
-    assert words[1:] in diagnosis.sentence and words in diagnosis.as_json()["remarks"]
+    _, words = diagnosis.statement.of("spec.yaml")
+    assert "not written" in words and FORCE in words and RUN in words
+    assert words in [fact["words"] for fact in diagnosis.as_json()["facts"]]
 
 
 @pytest.mark.slow
@@ -250,8 +251,8 @@ def test_held_out_data_refuse_an_effect_that_is_worse_there(tmp_path: Path) -> N
     test = log_of(stage("[]", 4.0, TEST, 10.0), tmp_path, "test.csv")
     diagnosis, models = diagnose_log(stage(), system_of(stage()), train, test)
     assert diagnosis.verdict == "unknown" and diagnosis.effects == ()
-    assert "spring on x" in diagnosis.sentence and "is not credited" in diagnosis.sentence
-    assert "on held-out data the effect" in diagnosis.sentence
+    (why, *_) = diagnosis.statement.of("not credited")
+    assert why.startswith("spring on x") and "on held-out data" in why
     assert models.spec_text == stage().text
     assert diagnosis.candidates[0].kind == "spring" and diagnosis.candidates[0].accepted
 
@@ -264,7 +265,7 @@ def test_held_out_data_refuse_the_best_of_several_that_tie_too(tmp_path: Path, m
     test = log_of(stage("[]", 4.0, TEST, 10.0), tmp_path, "test.csv")
     monkeypatch.setattr(diagnose, "verdict_of", lambda outcome, faults: "ambiguous")
     diagnosis, _ = diagnose_log(stage(), system_of(stage()), train, test)
-    assert diagnosis.verdict == "unknown" and "on held-out data the effect" in diagnosis.sentence
+    assert diagnosis.verdict == "unknown" and "on held-out data" in diagnosis.statement.of("not credited")[0]
 
 
 def test_an_effect_whose_interval_holds_zero_is_not_credited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -277,7 +278,10 @@ def test_an_effect_whose_interval_holds_zero_is_not_credited(tmp_path: Path, mon
     with among("spring", "viscous"):
         diagnosis, models = diagnose_log(stage(), system_of(stage()), log)
     assert diagnosis.verdict == "unknown" and diagnosis.effects == ()
-    assert "the 95 % interval of k (-1 to 40) contains the value at which spring is absent" in diagnosis.sentence
+    assert (
+        "the 95 % interval of k (-1 to 40) contains the value at which spring is absent"
+        in diagnosis.statement.of("not credited")[0]
+    )
     assert parse_spec(models.spec_text, Path("s.yaml")).effects == ()
 
 
@@ -286,8 +290,9 @@ def test_the_headline_compares_with_what_was_declared(tmp_path: Path) -> None:
     log = log_of(stage("[{kind: spring, on: x, parameters: {k: 18}}]", 4.5), tmp_path, "train.csv")
     diagnosis, _ = diagnose_log(stage(), system_of(stage()), log)
     declared, refit, augmented = (e.force_rms for e in (diagnosis.declared, diagnosis.refit, diagnosis.augmented))
-    assert f"falls from {declared:.4g} N as declared to {augmented:.4g} N" in diagnosis.sentence
-    assert f"declared values refitted alone: {refit:.4g} N" in diagnosis.sentence
+    (words,) = diagnosis.statement.of("evidence")
+    assert f"{declared:.3g} N as declared, {augmented:.3g} N with the effect" in words
+    assert f"{refit:.3g} N with refitted values alone" in words
 
 
 def test_worse_is_more_than_a_percent_by_either_witness() -> None:
@@ -354,7 +359,7 @@ def test_an_arm_s_joint_is_refitted_no_worse_than_declared(tmp_path: Path, monke
     assert diagnosis.refit.force_rms <= 1.01 * diagnosis.declared.force_rms
     assert diagnosis.refit.free_run_rmse <= 1.01 * diagnosis.declared.free_run_rmse
     assert diagnosis.refitted["J"][1] == pytest.approx(0.1024, rel=0.2)
-    assert any("J" in words.split() for words in diagnosis.remarks)
+    assert any(words.startswith("J ") for words in diagnosis.statement.of("spec.yaml"))
     assert diagnosis.augmented == diagnosis.refit
 
 
@@ -399,7 +404,7 @@ def test_an_effect_is_no_worse_than_the_refit_without_it(force: float, run: floa
     chosen = admitted([("the effect", system)], declared, lambda _: new, refit)
     assert (chosen.option is not None) is admissible
     assert admitted([("the effect", system)], declared, lambda _: new).option is not None
-    assert admissible or "than with the refit without" in chosen.refusals[0]
+    assert admissible or chosen.refusals[0].model == "the refit without the effect"
 
 
 @pytest.mark.parametrize(
@@ -412,7 +417,7 @@ def test_an_effect_makes_an_error_on_held_out_data_smaller(force: float, run: fl
     new = ErrorFigures(force, (force,), 0.1, run, (run,))
     chosen = admitted([("the effect", system_of(stage()))], declared, lambda _: new, refit)
     assert (chosen.option is not None) is admissible
-    assert admissible or "neither error 2.5 % smaller" in chosen.refusals[0]
+    assert admissible or chosen.refusals[0] == Refusal("the effect", "the declared model")
     assert admitted([("values", system_of(stage()))], declared, lambda _: new).option is not None
 
 

@@ -94,8 +94,8 @@ def test_a_push_in_held_out_data_is_told(push: float, tmp_path: Path) -> None:
     inputs[(log.time > 11.0) & (log.time < 11.4), 0] -= push
     with among("viscous"):
         diagnosis, _ = diagnose_log(stage(), system_of(stage()), replace(log, inputs=inputs))
-    words = [r for r in diagnosis.remarks if "half of the squared residual force on held-out data lies within" in r]
-    assert len(words) == (push > 0) and all("from 11." in w and "a push, or another event" in w for w in words)
+    words = diagnosis.statement.of("log")
+    assert len(words) == (push > 0) and all("from 11." in w and "A push, or another event" in w for w in words)
 
 
 SPEC = parse_spec(STAGE.format(level=4.0, effects="[]", duration=1, reference="0", noise=0), Path("stage.yaml"))

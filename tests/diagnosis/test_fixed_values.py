@@ -11,6 +11,7 @@ from codegen.diagnosis.case import values_of_zero
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.results import Fact
 from codegen.diagnosis.verdict.wrong_values import explaining_values
 from codegen.effects.declare import system_of
 from codegen.logs import Log
@@ -31,14 +32,16 @@ def short_log(text: str, folder: Path, name: str) -> Log:
     return log_of(arm(text.replace(*SHORT)), folder, name)
 
 
-def told(log: Log) -> list[str]:
+def told(log: Log) -> list[Fact]:
     system = system_of(arm())
     return explaining_values(arm(), system, Problem(system, smooth_motion(log), {}))
 
 
 def test_the_mass_that_differs_is_told_with_its_value(tmp_path: Path) -> None:
-    (words,) = told(log_of(arm(PAYLOAD), tmp_path, "log.csv"))
-    assert "m2 = 0.3527 kg in place of the declared 0.2713 kg (+30 %)" in words and "tolerance" in words
+    wrong, then = told(log_of(arm(PAYLOAD), tmp_path, "log.csv"))
+    assert wrong.topic == "declared value" and wrong.words.startswith("m2 = 0.3527 kg would explain")
+    assert "declared is 0.2713 kg (+30 %)" in wrong.words and "no tolerance" in wrong.detail
+    assert then.topic == "next" and "`tolerance`" in then.words
 
 
 def test_a_tolerance_of_zero_is_told() -> None:
@@ -64,4 +67,4 @@ def test_nothing_is_told_of_what_no_declared_value_explains(tmp_path: Path) -> N
 @pytest.mark.slow
 def test_a_payload_on_an_arm_is_unknown_and_told(tmp_path: Path) -> None:
     diagnosis, _ = diagnose_log(arm(), system_of(arm()), log_of(arm(PAYLOAD), tmp_path, "log.csv"))
-    assert diagnosis.verdict == "unknown" and "value m2 = 0.3527 kg" in diagnosis.sentence
+    assert diagnosis.verdict == "unknown" and "m2 = 0.3527 kg" in diagnosis.statement.of("declared value")[0]

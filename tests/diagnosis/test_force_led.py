@@ -20,6 +20,7 @@ from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Part, model_of, part_of
+from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.forward_selection import LaterRound, Outcome
 from codegen.diagnosis.verdict import force_led
 from codegen.diagnosis.verdict.answer import Answer
@@ -264,7 +265,9 @@ def test_held_out_data_tell_what_the_force_residual_leaves_open(
     assert told.run.theta == pytest.approx(told.fit.theta)
     if len(left) == 1:
         refused = rival if left == [leader] else leader
-        assert words[0].startswith(f"{refused} on x, which ties with {left[0]} on x on the training log, is refused")
+        assert words[0].words.startswith(
+            f"{refused} on x, which fits the training log as well as {left[0]} on x, is refused"
+        )
 
 
 def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -288,7 +291,7 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
             search, outcome, tied.fits.problem, plain, held_out.measured, lambda _: None, held_out, steady
         )
         assert answer.verdict == verdict
-        assert steady or "spring on x, but in free runs the value m = 3 kg explains" in answer.remarks[-1]
+        assert steady or "spring on x, but in simulation the value m = 3 kg explains" in answer.remarks[-1].words
 
 
 def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(
@@ -364,10 +367,11 @@ def test_what_free_runs_do_not_confirm_is_told(tmp_path: Path, monkeypatch: pyte
     plain = ForceFits(search, problem, search.refit())
     none = plain.fit(search.declared_trial, plain.adopted)
     monkeypatch.setattr(force_led, "confirmed", lambda fits, fit, run: (none, fits.run(none)))
-    told: list[str] = []
+    told: list[Fact] = []
     assert selected_by_force(search, search.refit(), problem, lambda share: None, told.append) is None
-    (words,) = told
-    assert words.startswith("the residual force alone would name spring on x (k = ") and "N/m)" in words
+    words = told[0].words
+    assert len(told) == 1 and told[0].topic == "not credited"
+    assert words.startswith("The residual force alone would name spring on x (k = ") and "N/m)" in words
 
 
 def test_jitter_of_the_stamps_is_noise_of_the_positions(tmp_path: Path) -> None:

@@ -10,11 +10,11 @@ import pytest
 
 from codegen.app import diagnose
 from codegen.base.errors import BadInput
-from codegen.base.text import render
-from codegen.diagnosis.results import FoundEffect, MotionTried, Remainder, Separation, SetupTried
-from codegen.diagnosis.verdict.conclusion import main_variables, worst
+from codegen.diagnosis.results import FoundEffect, MotionTried, Remainder, Separation, SetupTried, Statement
+from codegen.diagnosis.verdict.conclusion import worst
 from tests.app.command import is_one_message, stiction
 from tests.diagnosis.stage import log_of, stage
+from tests.diagnosis.statements import statement_of
 
 SMALL = Remainder(0.1, 0.006, 0.8, {"load": 0.8, "speed": 0.3})
 NOISE = Remainder(3.0, 0.1, 0.03, {"load": 0.03})
@@ -23,35 +23,26 @@ SPREAD = Remainder(2.0, 0.2, 0.02, {"load": 0.008})
 
 
 def words(left: Remainder, **given: Any) -> str:
-    """The sentence of a log without an effect, of which this is left."""
-    none: dict[str, Any] = {
-        "verdict": "none",
-        "effects": (),
-        "against": (),
-        "errors": (),
-        "remarks": (),
-        "doubts": (),
-        "records": 0,
-        "changes": (),
-    }
-    shown = none | {"left": left, "left_on": "", "material": 0.02} | given
-    return render("text/verdict.j2", over=main_variables(left, shown["material"]), refused=None, **shown)
+    """What is said of this remainder of a log without an effect."""
+    said = statement_of("none", left, **given)
+    return " ".join(f"{f.words} {f.detail}" for f in said.facts if f.topic == "unexplained")
 
 
 def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
-    assert "0.6 % of the drive force (RMS, reversals left out), below the 2 % that counts as material." in words(SMALL)
-    assert "10 % of the drive force (RMS, reversals left out), mostly noise" in words(NOISE)
-    assert "is 1.7 % of the drive force" in words(NOISE)  # 10 % · √0.03
+    assert "0.6 % of the drive force, below the 2 % that counts." in words(SMALL)
+    assert "10 % of the drive force, mostly noise" in words(NOISE)
+    assert "predicts 1.7 % of the drive force" in words(NOISE)  # 10 % · √0.03
+    assert all("reversals left out" in words(left) for left in (SMALL, NOISE, SHAPED))
     assert not any(name in words(left) for left in (SMALL, NOISE) for name in ("load", "speed"))
-    shares = "81 % of its mean square follows from load, 30 % follows from position (the shares overlap)."
+    shares = "Of its mean square, 81 % follows from load, 30 % follows from position (overlapping)."
     assert shares in words(SHAPED)
     assert "speed" not in words(SHAPED)
     pushed = Remainder(2.0, 0.2, 0.9, {"constant": 0.7, "speed": 0.2})
-    assert "70 % of its mean square is constant, 20 % follows from speed (the shares overlap)." in words(pushed)
+    assert "Of its mean square, 70 % is constant, 20 % follows from speed (overlapping)." in words(pushed)
     forceful = Remainder(1.0, 0.3, 0.06, {"input rate": 0.06, "speed": 0.0})  # 0.3·√0.06 is 7 % of the drive force
-    assert "6 % of its mean square follows from input rate." in words(forceful)
-    assert "2 % of its mean square follows from all variables together." in words(SPREAD)
-    assert "on q1 (RMS" in words(SHAPED, left_on="q1")
+    assert "Of its mean square, 6 % follows from input rate." in words(forceful)
+    assert "Of its mean square, 2 % follows from all variables together." in words(SPREAD)
+    assert "Residual force on q1:" in words(SHAPED, left_on="q1")
     assert "smooth curve" not in words(SHAPED)
 
 
@@ -60,16 +51,21 @@ def test_an_ambiguous_verdict_says_what_would_tell() -> None:
     drag = FoundEffect("viscous", "rail", {"b": 2.123456}, {"b": "N*s/m"})
     tried = (SetupTried("load", "a constant force of 3 N on x", 30.0, 1.0), SetupTried("none", "the same", 2.0, 1.0))
     motion = MotionTried("chirp up and down", 10.0, 1.0, 12.0)
-    given = {"verdict": "ambiguous", "effects": (spring,), "rivals": (drag,)}
-    both = words(SMALL, experiment=Separation((), (motion,), motion, {}, 10.0, tried), **given)
-    assert (
-        "cannot tell spring on x (k = 3 N/m) from viscous on rail (b = 2.123 N*s/m). What would tell them apart: "
-        in both
+
+    def said(experiment: Separation) -> Statement:
+        return statement_of("ambiguous", SMALL, effects=(spring,), rivals=(drag,), experiment=experiment)
+
+    both = said(Separation((), (motion,), motion, {}, 10.0, tried))
+    assert both.headline == "Something is missing, but this log cannot tell spring on x from viscous on rail."
+    assert both.of("values") == ("spring on x: k = 3 N/m (95 %: 2 to 4).", "viscous on rail: b = 2.123 N*s/m.")
+    assert both.of("next") == (
+        "To tell them apart, log another motion, chirp up and down (excitation.csv), or this motion again with a "
+        "constant force of 3 N on x; then diagnose both logs together.",
     )
-    assert "another motion, chirp up and down (excitation.csv); or this motion again with a constant force of" in both
-    change = words(SMALL, experiment=Separation((), (motion,), None, {}, 10.0, tried), **given)
-    assert "What would tell them apart: this motion again with a constant force of 3 N on x." in change
-    assert "What would tell" not in words(SMALL, experiment=Separation((), (), None, {}, 10.0, tried[1:]), **given)
+    (change,) = said(Separation((), (motion,), None, {}, 10.0, tried)).of("next")
+    assert "log this motion again with a constant force of 3 N on x;" in change
+    (none,) = said(Separation((), (), None, {}, 10.0, tried[1:])).of("next")
+    assert "excitation.csv" not in none and "constant force" not in none
 
 
 def test_another_limit_makes_another_nature() -> None:

@@ -67,7 +67,7 @@ def logs(piston: float, folder: Path, effects: str = "") -> tuple[Log, Log]:
 FEW = ("inertia_error", "viscous", "spring", "cogging")
 OF_ANGLE = ("inertia_error", "viscous", "spring")
 ALL: tuple[str, ...] = ()
-MASS = "the value m = 2.6 kg in place of the declared 2 kg"
+MASS = "m = 2.6 kg in place of the declared 2 kg"
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def test_an_effect_beside_a_parameter_error_is_named(tmp_path: Path, kinds: tupl
     assert [e.kind for e in found.effects] == ["viscous"]
     assert found.effects[0].parameters["b"] == pytest.approx(0.4, rel=0.02)
     assert found.parameter_errors[0].estimate == pytest.approx(0.9, rel=0.01)
-    imitating = [words for words in found.remarks if "kept within three tolerances" in words]
+    imitating = [words for words in found.statement.of("declared value") if "kept within three tolerances" in words]
     assert len(imitating) == 1
     assert "viscous" not in imitating[0]  # it is named in any case
 
@@ -137,9 +137,8 @@ def test_a_parameter_that_explains_as_much_as_the_effect_is_told(tmp_path: Path,
         found, _ = diagnose_log(spec, system_of(spec), train, test)
     assert [e.kind for e in found.effects] == ["inertia_error"]
     assert found.effects[0].parameters["delta"] == pytest.approx(0.6, rel=0.01)
-    (told,) = [words for words in found.remarks if "explains the training log as well" in words]
-    assert told.startswith("the value m = 2.6 kg in place of the declared 2 kg (10 tolerances away)")
-    assert "The value m = 2.6 kg" in found.sentence
+    (told,) = found.statement.of("declared value")
+    assert told.startswith("m = 2.6 kg in place of the declared 2 kg (10 tolerances away) explains the training log")
 
 
 @pytest.mark.parametrize("kinds", in_part([ALL, FEW], [FEW]))
@@ -153,7 +152,7 @@ def test_no_parameter_is_told_beside_an_effect_that_it_does_not_explain(tmp_path
     with among(*kinds):
         found, _ = diagnose_log(spec, system_of(spec), train, test)
     assert [e.kind for e in found.effects] == ["cogging"]
-    assert not [words for words in found.remarks if "explains the training log as well" in words]
+    assert found.statement.of("declared value") == ()
 
 
 @pytest.mark.parametrize("kinds", in_part([ALL, ("input_gain", "spring")], [("input_gain", "spring")]))
@@ -178,8 +177,9 @@ def test_parameters_that_together_explain_as_much_as_the_effect_are_told(
         found, _ = diagnose_log(spec, system_of(spec), train, test)
     assert [e.kind for e in found.effects] == ["input_gain"]
     assert found.effects[0].parameters["gain"] == pytest.approx(1 / 1.3, rel=0.02)
-    (told,) = [words for words in found.remarks if "explain the training log as well as input_gain" in words]
-    assert not [words for words in found.remarks if "times too large" in words]  # 1/1.3 is no gear
+    (told,) = found.statement.of("declared value")
+    assert "explain the training log as well as input_gain" in told
+    assert "times too large" not in found.sentence  # 1/1.3 is no gear
     assert "m = 2.6 kg in place of the declared 2 kg (10 tolerances away)" in told and "b = 7.8 N*s/m" in told
 
 
@@ -191,9 +191,8 @@ def test_a_gain_is_not_named_without_the_scale_of_the_position_as_its_alternativ
     with among("input_gain", "viscous"):
         found, _ = diagnose_log(spec, system_of(spec), log)
     assert [e.kind for e in found.effects] == ["input_gain"]
-    (told,) = [words for words in found.remarks if "times too large" in words]
-    assert told.startswith("input_gain on w is nearly the same motion as x logged 2 times too large")
-    assert "rail_a = 4 N in place of 8 N" in told and "scale: {x: 0.5" in told
-    assert told[1:] in found.sentence
+    told, _ = (fact for fact in found.statement.facts if fact.topic == "next")
+    assert "input_gain on w is nearly the same motion as x logged 2 times too large" in told.words
+    assert "rail_a = 4 N in place of 8 N" in told.detail and "scale: {x: 0.5" in told.words
     (said,) = [words for words in found.findings["train"] if "cannot tell that from" in words]
     assert "(`scale: {w: 1.99" in said

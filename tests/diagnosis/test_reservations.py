@@ -147,7 +147,7 @@ def marked(log: Log) -> tuple[Diagnosis, Models]:
 def test_a_limit_is_told_in_sentence_json_and_table(marked: tuple[Diagnosis, Models]) -> None:
     diagnosis, models = marked
     assert diagnosis.effects[0].at_limit == ("k",)
-    assert "N/m, at its limit)" in diagnosis.sentence
+    assert "N/m (at its limit, no estimate)" in diagnosis.statement.of("values")[0]
     assert diagnosis.as_json()["effects"][0]["at_limit"] == ["k"]
     assert '<span class="limit">at its limit</span>' in render_report(stage(), diagnosis, models)
 

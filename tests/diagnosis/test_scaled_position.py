@@ -9,6 +9,7 @@ import pytest
 
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.results import Fact
 from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.wrong_values import scaled_position
 from codegen.effects import CATALOGUE
@@ -18,7 +19,7 @@ from tests.diagnosis.stage import STAGE, TRAIN, log_of, system_of
 from tests.machines import one_mass
 
 
-def _remarks(kind: str, monkeypatch: pytest.MonkeyPatch, scale_fits: bool = True) -> list[str]:
+def _remarks(kind: str, monkeypatch: pytest.MonkeyPatch, scale_fits: bool = True) -> list[Fact]:
     spec, system = one_mass(a=50)
     found = SimpleNamespace(kind=kind, on="u", parameters={"value": 5.0})
     answer = SimpleNamespace(verdict="effect", effects=(found,), refit=system, augmented=system)
@@ -27,9 +28,9 @@ def _remarks(kind: str, monkeypatch: pytest.MonkeyPatch, scale_fits: bool = True
 
 
 def test_gain_of_five_is_a_position_five_times_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    (words,) = _remarks("input_gain", monkeypatch)
-    assert "`scale: {x: 0.2}`" in words
-    assert "10 N in place of 50 N" in words  # 50 N/5: friction does not grow with the position
+    (fact,) = _remarks("input_gain", monkeypatch)
+    assert fact.topic == "next" and "`scale: {x: 0.2}`" in fact.words
+    assert "10 N in place of 50 N" in fact.detail  # 50 N/5: friction does not grow with the position
 
 
 @pytest.mark.parametrize("kind", sorted(set(CATALOGUE) - {"input_gain"}))

@@ -60,4 +60,4 @@ def test_a_stribeck_peak_that_the_filter_blurs_is_found(tmp_path: Path, kinds: t
     assert found.augmented.free_run_rmse < 0.5 * found.refit.free_run_rmse
     assert [e.kind for e in found.effects] == ["stribeck"], found.sentence
     assert found.effects[0].parameters == pytest.approx({"delta": 3.0, "v_s": 0.01}, rel=0.02)
-    assert "error in free run falls" in found.sentence
+    assert found.statement.of("evidence")[0].startswith("Simulation error on held-out data:")

@@ -11,6 +11,7 @@ import pytest
 
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection import ranking
 from codegen.diagnosis.selection.candidate_fits import is_simpler_form
 from codegen.diagnosis.selection.forward_selection import _reconsidered
@@ -225,7 +226,9 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     def with_effects(search: Any, one: Any, problem: Any, plain: Any, measured: Any) -> Any:
         refused = one is first
         verdict = "unknown" if refused else plain.verdict
-        return examination.Answer(verdict, (), plain.refit, plain.refit, plain.figures, against=("worse",) * refused)
+        return examination.Answer(
+            verdict, (), plain.refit, plain.refit, plain.figures, against=(Fact("not credited", "worse"),) * refused
+        )
 
     monkeypatch.setattr(examination, "adopt_values", lambda *_: SimpleNamespace(errors=(), notes=()))
     monkeypatch.setattr(examination, "_options", lambda *_: [])
@@ -239,7 +242,7 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     answer, about = examine(search, search, first, none, "ambiguous", lambda system: none)
     assert about is following[0]
     assert answer.verdict == ("effect" if rivals == 1 else "ambiguous")
-    assert any("hardening_spring" in words and "worse" in words for words in answer.remarks)
+    assert any("hardening_spring" in fact.words and "worse" in fact.words for fact in answer.remarks)
 
 
 def test_the_first_effect_of_a_pair_has_rivals_too(tmp_path: Path) -> None:

@@ -5,29 +5,33 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 
 from codegen.app.diagnose import Diagnosed
-from codegen.base.text import render
 from codegen.diagnosis.diagnose import _is_far_off
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import (
+    TOPICS,
     Candidate,
     Change,
     Diagnosis,
     ErrorFigures,
+    Fact,
     FoundEffect,
     Remainder,
     Round,
     Separation,
+    Statement,
     TiedPair,
+    Verdict,
 )
-from codegen.diagnosis.verdict.answer import Admitted
-from codegen.diagnosis.verdict.conclusion import _best_refused, changes_in_words
+from codegen.diagnosis.verdict.answer import FORCE, RUN, Admitted, Refusal, merged
+from codegen.diagnosis.verdict.conclusion import best_refused, changes_in_words
 from codegen.logs import read_logs
 from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.statements import statement_of
 
 NONE: Any = SimpleNamespace()
 FIGURES = ErrorFigures(1.0, (1.0,), 0.1, 1e-3, (1e-3,))
@@ -43,15 +47,15 @@ def diagnosis(verdict: str, *candidates: Candidate, later: tuple[Round, ...] = (
     fixed: dict[str, Any] = {"training": (0, 0, 0), "refitted": {}, "agreement": None, "findings": {}}
     fixed |= dict.fromkeys(("declared", "refit", "augmented"), FIGURES) | {"certificate": None, "data": data}
     fixed |= {"effects": named, "later_rounds": later, "candidates": candidates, **more}
-    return Diagnosis(verdict, "S.", **fixed)  # type: ignore[arg-type]
+    return Diagnosis(verdict, Statement("S."), **fixed)  # type: ignore[arg-type]
 
 
 CASES = [
-    ((), "removes less (35.0 %) than cogging on x (72.0 %); not tried in addition to it"),
-    ((candidate("spring", 0.01, "removes 1 %"),), "than cogging on x (72.0 %); in addition to it: removes 1 %"),
+    ((), "explains less than cogging on x; not tested together with it"),
+    ((candidate("spring", 0.01, "removes 1 %"),), "explains less than cogging on x; together with it: removes 1 %"),
     (
         (candidate("spring", 0.3),),
-        "than cogging on x (72.0 %); in addition to it: passes, but explains too little more",
+        "explains less than cogging on x; together with it: passes, but adds too little",
     ),
 ]
 
@@ -68,12 +72,10 @@ def test_a_candidate_that_passes_and_is_not_named_has_its_reason(tried, words):
 
 def test_a_better_one_that_is_not_named_and_a_tie():
     found = diagnosis("effect", candidate("spring", 0.8), candidate("cogging", 0.72))
-    assert "removes more (80.0 %), but the force residual or the later rounds prefer" in found.not_named(
-        found.candidates[0]
-    )
+    assert "explains more, but the residual force or the later rounds prefer" in found.not_named(found.candidates[0])
     rival = FoundEffect("spring", "x", {}, {}, (), {})
     tied = diagnosis("ambiguous", candidate("cogging", 0.72), candidate("spring", 0.7), rivals=(rival,))
-    assert tied.not_named(tied.candidates[1]) == "this log does not tell it from the others that tie"
+    assert tied.not_named(tied.candidates[1]) == "this log cannot tell it from the others that fit alike"
     forms = [replace(candidate("cogging", 0.8), parameters={name: 1.0}) for name in ("amplitude", "sin_1")]
     named = (FoundEffect("cogging", "x", {"amplitude": 1.0}, {}, (), {}),)
     found = diagnosis("effect", *forms, effects=named)
@@ -87,30 +89,68 @@ def remainder(structured: float) -> Remainder:
     return Remainder(rms=1.0, share=0.05, structured=structured, over={"position": structured})
 
 
+SPRING = FoundEffect("spring", "x", {"k": 18.0}, {"k": "N/m"})
+PLAY = FoundEffect("backlash", "x", {"gap": 1e-4}, {"gap": "m"})
+
+
+def test_every_topic_is_explained_in_the_docs() -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "diagnosis.md").read_text(encoding="utf-8")
+    section = page.partition("## The words of a verdict")[2].partition("\n## ")[0]
+    assert [line.split("`")[1] for line in section.splitlines() if line.startswith("| `")] == list(TOPICS)
+
+
+def topics(said: Statement) -> list[str]:
+    return [fact.topic for fact in said.facts]
+
+
 @pytest.mark.parametrize(("structured", "all_of_it"), [(0.9, False), (0.0, True)])
 def test_the_verdict_is_no_stronger_than_what_is_left_allows(structured, all_of_it):
-    said: dict[str, Any] = {"effects": [FoundEffect("cogging", "x", {}, {})], "left": remainder(structured)}
-    said |= dict.fromkeys(("rivals", "against", "errors", "remarks", "faults", "doubts"), ())
-    said |= {"declared": 2.0, "refit": 2.0, "augmented": 1.0, "unit": "N", "by_force": True, "material": 0.02}
-    said |= {"where": "", "left_on": "", "records": 0, "over": [("position", structured)], "experiment": None}
-    said |= {"noise": 1, "far": 0, "far_noise": 10, "near_noise": 2, "changes": ()}
-    words = render("text/verdict.j2", verdict="effect", **said)
-    assert words.startswith("The log shows what the spec lacks: cogging") == all_of_it
-    assert words.startswith("The log shows part of what the spec lacks: cogging") != all_of_it
-    assert ("another effect is missing too, or this one stands in for one of a similar shape" in words) != all_of_it
+    said = statement_of("effect", remainder(structured), effects=(SPRING,))
+    begins = "Missing effect: spring on x, k = 18 N/m." if all_of_it else "Part of what is missing: spring on x"
+    assert said.headline.startswith(begins)
+    (left, *_) = said.of("unexplained")
+    assert ("Another effect is missing too, or this one stands in for one like it." in left) != all_of_it
 
 
-@pytest.mark.parametrize(
-    ("why", "words"), [("its force is small", "not credited: its force is small"), ("", "removes a")]
-)
-def test_none_says_why_the_best_candidate_is_not_credited(why: str, words: str) -> None:
+def test_several_effects_are_named_in_the_headline_and_their_values_below():
+    one = FoundEffect("viscous", "rail", {"b": 2.0}, {"b": "N*s/m"}, (("asymmetry", "rail"),), {"b": (1.9, 2.1)})
+    said = statement_of("effect", effects=(SPRING, one))
+    assert said.headline == "Missing effects: spring on x and viscous on rail."
+    assert said.of("values")[:2] == ("spring on x: k = 18 N/m.", "viscous on rail: b = 2 N*s/m (95 %: 1.9 to 2.1).")
+    assert "asymmetry on rail" in said.of("values")[2]
+
+
+def test_a_sum_of_many_waves_is_whole_in_the_detail_only():
+    waves = {f"sin_{k}": float(k) for k in range(1, 13)}
+    (values, *_) = statement_of(
+        "effect", effects=(FoundEffect("cogging", "x", waves, dict.fromkeys(waves, "N")),)
+    ).facts
+    assert values.topic == "values" and "and 8 more" in values.words
+    assert all(f"{name} = " in values.detail for name in waves)
+
+
+def test_the_evidence_compares_with_declared_and_refitted_values():
+    falls = statement_of("effect", effects=(SPRING,), declared=2.0, refit=1.5, augmented=0.5)
+    (words,) = falls.of("evidence")
+    assert "2 N as declared, 0.5 N with the effect (75 % smaller); 1.5 N with refitted values alone" in words
+    (words,) = statement_of("effect", effects=(SPRING,), augmented=2.1).of("evidence")
+    assert "does not fall" in words and "smaller" not in words and "refitting alone changes nothing" in words
+    (words,) = statement_of("effect", effects=(SPRING,), by_force=False, unit="m", declared=float("inf")).of("evidence")
+    assert "diverges as declared, 1 m with the effect;" in words
+
+
+@pytest.mark.parametrize("why", ["is too small", ""])
+def test_none_says_why_the_best_candidate_is_not_credited(why: str) -> None:
     """One that removes 89 % and is too small must not be counted with those that remove nothing."""
     part, evidence = SimpleNamespace(kind="stribeck", on="rail", form=""), SimpleNamespace(share=0.89)
     ranked = SimpleNamespace(found=SimpleNamespace(part=part), evidence=evidence, why_not=why)
     outcome: Any = SimpleNamespace(first=(ranked,))
-    refused = _best_refused(outcome)
+    refused = best_refused(outcome)
     assert refused == (("stribeck", "rail", why) if why else None)
-    assert words in render("text/verdict.j2", verdict="none", refused=refused, **dict.fromkeys(UNUSED, ()), left=None)
+    said = statement_of("none", refused=refused)
+    assert said.headline == "No missing effect found."
+    assert said.of("not credited") == (("stribeck on rail, the best candidate, is too small.",) if why else ())
+    assert bool(said.of("evidence")) is not bool(why)  # that no candidate removes a share
 
 
 def test_the_best_refused_candidate_is_named_with_its_form_as_in_the_table() -> None:
@@ -122,53 +162,73 @@ def test_the_best_refused_candidate_is_named_with_its_form_as_in_the_table() -> 
 
     plain, split = row(0.2, "too small", "delta", "v_s"), row(0.3, "by chance", "delta", "v_s", "d_delta")
     outcome: Any = SimpleNamespace(first=(plain, split))
-    assert _best_refused(outcome) == ("stribeck with d_delta", "rail", "by chance")
+    assert best_refused(outcome) == ("stribeck with d_delta", "rail", "by chance")
     outcome.first = (plain,)
-    assert _best_refused(outcome) == ("stribeck", "rail", "too small")
+    assert best_refused(outcome) == ("stribeck", "rail", "too small")
 
 
-def test_none_claims_nothing_of_all_effects_where_one_passed_and_was_refused_later() -> None:
+@pytest.mark.parametrize("verdict", ["none", "unknown"])
+def test_nothing_is_claimed_of_all_effects_where_one_passed_and_was_refused_later(verdict: str) -> None:
     """A play that removed 81 % of the free-run error was refused later: 'no effect removes a share' is false."""
-    play = FoundEffect("backlash", "x", {"gap": 1e-4}, {"gap": "m"}, (), {})
-    said = dict.fromkeys(UNUSED, ()) | {"effects": (play,), "against": ("it is worse on held-out data",)}
-    words = render("text/verdict.j2", verdict="none", refused=None, left=None, **said)
-    assert (
-        "as far as this log can show. The best candidate, backlash on x (gap = 0.0001 m), is not credited: it" in words
+    said = statement_of(verdict, effects=(PLAY,), against=(Fact("not credited", "it is worse on held-out data"),))
+    assert said.of("not credited") == (
+        "backlash on x (gap = 0.0001 m), the best candidate: it is worse on held-out data.",
     )
-    assert "no effect removes" not in words
-
-
-FEW = {"noise": 5.2, "near_noise": 2, "far": 0.9, "far_noise": 10, "changes": ()}
+    assert said.of("evidence") == () and "explains it" not in said.headline
 
 
 @pytest.mark.parametrize(
-    ("over", "refused", "begins"),
+    ("over", "refused", "headline"),
     [
-        ([("position", 0.6)], None, "The model does not describe this log, and no effect of the catalogue explains"),
-        ([("position", 0.6)], ("cogging", "x", "it ties"), "The model does not describe this log, and no effect of"),
-        ([("constant", 0.6)], None, "What the model leaves is mainly a constant force, and no effect of the catalogue"),
-        ([("position", 0.6), ("constant", 0.5)], None, "The model does not describe this log, and no effect"),
-        ([], None, "The model does not describe this log, and no effect of the catalogue explains"),
+        ([("position", 0.6)], None, "Something is missing, but no effect of the catalogue explains it."),
+        (
+            [("position", 0.6)],
+            ("cogging", "x", "fits no better"),
+            "Something is missing, but no effect of the catalogue passes the tests.",
+        ),
+        ([("constant", 0.6)], None, "Mainly a constant force is missing, but no effect of the catalogue explains it."),
+        (
+            [("position", 0.6), ("constant", 0.5)],
+            None,
+            "Something is missing, but no effect of the catalogue explains it.",
+        ),
+        ([], None, "Something is missing, but no effect of the catalogue explains it."),
     ],
 )
 @pytest.mark.parametrize("records", [0, 24])
-def test_unknown_says_no_more_than_its_reason(over: Any, refused: Any, begins: str, records: int) -> None:
+def test_unknown_says_no_more_than_its_reason(over: Any, refused: Any, headline: str, records: int) -> None:
     """It began "Something is missing that is not in the catalogue", of a constant and of refused candidates too."""
-    said = dict.fromkeys(UNUSED, ()) | FEW | {"records": records, "left": None, "over": over}
-    words = render("text/verdict.j2", verdict="unknown", refused=None if records else refused, **said)
-    assert words.startswith(begins) and "not in the catalogue" not in words
-    if refused and not records:
-        assert "no effect of the catalogue is credited" in words and words.count("cogging on x, is not credited") == 1
+    said = statement_of("unknown", refused=refused, records=records, over=over)
+    assert said.headline == headline
+    assert said.of("not credited") == (("cogging on x, the best candidate, fits no better.",) if refused else ())
+    assert ("24 steady records" if records else "5.2 times the noise") in said.of("evidence")[0]
 
 
 def test_unknown_names_the_candidate_that_leaves_most() -> None:
-    play = FoundEffect("backlash", "x", {"gap": 1e-4}, {"gap": "m"}, (), {})
-    said = dict.fromkeys(UNUSED, ()) | FEW | {"effects": (play,), "left": None, "over": [], "refused": None}
-    words = render("text/verdict.j2", verdict="unknown", **said)
-    assert words.startswith("The model does not describe this log, and the best candidate, backlash on x (gap = 0.0001")
+    (words,) = statement_of("unknown", effects=(PLAY,)).of("not credited")
+    assert words.startswith("backlash on x (gap = 0.0001 m), the best candidate, leaves most of the simulation error")
 
 
-UNUSED = ("effects", "rivals", "against", "errors", "remarks", "records", "doubts", "experiment")
+def test_every_verdict_says_what_was_written_and_what_to_do_next() -> None:
+    for verdict in get_args(Verdict):
+        named = (SPRING,) if verdict in ("effect", "ambiguous") else ()
+        said = statement_of(verdict, effects=named, rivals=(PLAY,) if verdict == "ambiguous" else ())
+        assert topics(said)[-1] == "next" and "spec.yaml" in topics(said)
+        assert len(said.headline.split()) <= 25 and all(len(f.words.split()) <= 30 for f in said.facts)
+
+
+def test_facts_are_ordered_by_topic_and_all_of_them_in_the_text_and_in_the_json() -> None:
+    said = statement_of(
+        "none", remainder(0.9), remarks=(Fact("log", "A push."), Fact("next", "Log it again.", "Twice."))
+    )
+    assert topics(said) == sorted(topics(said), key=TOPICS.index) and topics(said)[0] == "log"
+    found = replace(diagnosis("none"), statement=said)
+    stored = found.as_json()
+    assert stored["headline"] == said.headline and len(stored["facts"]) == len(said.facts)
+    assert {"topic": "next", "words": "Log it again.", "detail": "Twice."} in stored["facts"]
+    text = " ".join(Diagnosed(found, Path(), ()).text(paths=False).split())
+    for fact in said.facts:
+        assert fact.words in stored["sentence"] and fact.detail in stored["sentence"] and fact.words in text
 
 
 VALUES = {"m": (20.0, 20.4, 25.0), "b": (60.0, 60.0, 60.0), "J": (1.5e-4, 1.5e-4, 1.6e-4)}
@@ -199,12 +259,48 @@ def test_the_distance_of_two_that_tie_is_no_negative_number(distance: float, bet
 
 
 def test_what_a_refused_option_leaves_is_told() -> None:
-    option = ("refitted values of friction levels alone", NONE)
-    (words,) = Admitted(option, FIGURES, ("on held-out data refitted values would be worse",)).remarks
-    assert words.endswith(option[0])
-    (words,) = Admitted(None, FIGURES, ("on held-out data refitted values would be worse",)).remarks
-    assert option[0] not in words
+    option = ("refitted friction levels alone", NONE)
+    refusal = Refusal("refitted values", "the declared model", {FORCE: 1.075})
+    (fact,) = Admitted(option, FIGURES, (refusal,)).remarks
+    assert fact.topic == "spec.yaml" and fact.words == (
+        "Refitted values are not written: on held-out data the residual force is 7.5 % larger than with the declared "
+        "model. Refitted friction levels alone are written instead."
+    )
+    (fact,) = Admitted(None, FIGURES, (refusal,)).remarks
+    assert "instead" not in fact.words
     assert Admitted(option, FIGURES, ()).remarks == ()
+
+
+def test_refusals_by_the_same_test_are_one_statement_and_that_of_most_options_is_first() -> None:
+    """A pendulum's verdict said four times over that neither error would be 2.5 % smaller."""
+    options = (
+        "refitted values",
+        "refitted friction levels alone",
+        "values fitted without the effect",
+        "declared values",
+    )
+    alike = [Refusal(option, "the declared model") for option in options]
+    (fact,) = merged(alike)
+    assert fact.words == (
+        "on held-out data neither residual force nor simulation error is 2.5 % smaller than with the declared model, "
+        "whichever values are used."
+    )
+    assert all(option in fact.detail for option in options)
+    worse = [Refusal(o, "the declared model", {FORCE: r}) for o, r in zip(options[:2], (1.1, 1.14), strict=True)]
+    first, second = merged([worse[0], *alike[1:]])
+    assert "neither" in first.words and first.words.endswith(
+        "with refitted friction levels alone, values fitted without the effect or declared values alike."
+    )
+    assert "the residual force is 10 % larger" in second.words and second.words.endswith("with refitted values.")
+    (both,) = merged(worse)
+    assert "the residual force is 10 to 14 % larger" in both.words
+    (far,) = merged([Refusal("declared values", "the declared model", {RUN: float("inf"), FORCE: 3.0})])
+    assert (
+        "infinitely larger (the simulation diverges) and the residual force larger by a factor of 3 than with"
+        in far.words
+    )
+    (less,) = merged([Refusal("declared values", "the refit without the effect", {RUN: 0.99})])
+    assert "the simulation error is only 1 % smaller than with the refit without the effect" in less.words
 
 
 def test_times_of_a_log_that_counts_from_1970_are_told_apart() -> None:
@@ -237,7 +333,7 @@ def test_a_refit_that_stays_as_declared_is_said_so(refit: float, said: bool) -> 
     """The table had the same figures twice, and the sentence called them those of refitted values."""
     same = diagnosis("effect", refitted={"rail_a": (4.0, refit, 4.2)})
     text = Diagnosed(same, Path(), ()).text(paths=False)
-    assert ("(refit: as declared" in text) is said
+    assert ("refit: the same, since" in text) is said
 
 
 @pytest.mark.parametrize(("share", "structured", "far"), [(0.39, 0.55, True), (0.1, 0.55, False), (0.39, 0.001, False)])

@@ -42,7 +42,9 @@ def words(case: Case, monkeypatch: pytest.MonkeyPatch, files: dict[str, str] | N
 def test_says_what_was_found(lacking: Case) -> None:
     read = ReadPage(lacking.html)
     assert lacking.diagnosis.verdict == "effect"
-    assert lacking.diagnosis.sentence in read.text
+    said = lacking.diagnosis.statement
+    assert said.headline in read.text and len(said.facts) > 3
+    assert all(f"{fact.words} {fact.detail}".strip() in read.text for fact in said.facts)
     for figures in (lacking.diagnosis.declared, lacking.diagnosis.refit, lacking.diagnosis.augmented):
         assert number(figures.force_rms) in read.text
         assert number(round(100 * figures.relative_force, 2)) + " %" in read.text

@@ -1,1 +1,1 @@
-"""From the outcome of forward selection to the answer: held-out checks, adopted values, sentence, augmented spec."""
+"""From the outcome of forward selection to the answer: held-out checks, adopted values, words, augmented spec."""

@@ -31,7 +31,7 @@ from codegen.diagnosis.fit.output_error import (
 from codegen.diagnosis.fit.residual import ForceRows, Problem, independent_samples, relative_force_rows, residual_sizes
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import in_unit
-from codegen.diagnosis.results import ParameterError
+from codegen.diagnosis.results import Fact, ParameterError
 from codegen.mechanics.system import System
 
 LINEARISED = 4
@@ -95,7 +95,7 @@ class Refit:
     Attributes:
         deviation: (p,) standard errors of the values. levels: (p,) the best values with nothing else than levels moved.
         errors: parameters that differ from their declared values by more than their tolerance explains.
-        notes: changes that free runs alone would make and that are not adopted, in words.
+        notes: changes that free runs alone would make and that are not adopted.
     """
 
     names: tuple[str, ...]
@@ -104,7 +104,7 @@ class Refit:
     deviation: Array
     levels: Array
     errors: tuple[ParameterError, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Fact, ...]
 
     def mapping(self, values: Array | None = None) -> dict[str, float]:
         return dict(zip(self.names, map(float, self.values if values is None else values), strict=True))
@@ -244,21 +244,24 @@ class CrossValidation:
         moves &= ~others
         return [k, *(int(j) for j in np.flatnonzero(others))], self.map_estimate(chosen.source, moves)
 
-    def refused(self, adopted: MapEstimate) -> list[str]:
-        """Deviations beyond ``DOUBTFUL`` that free runs alone ask for and that are not adopted, in words."""
+    def refused(self, adopted: MapEstimate) -> list[Fact]:
+        """Deviations beyond ``DOUBTFUL`` that free runs alone ask for and that are not adopted."""
         kept = self.distance(adopted)
         alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
-        far, words = self.distance(alone), []
+        far, facts = self.distance(alone), []
         for k in np.flatnonzero((far > DOUBTFUL) & (kept <= DOUBTFUL)):
             s, taken = self.search.moved[k], f"{adopted.values[k]:.4g}"
             declared, unit = f"{self.search.declared[k]:.4g}", in_unit(self.search.system, s)
-            words.append(
-                f"free runs alone would change {s.name} from {declared} to {alone.values[k]:.4g}{unit} "
-                f"({far[k]:.2g} tolerances); on held-out blocks of the training log that is not better by both force "
-                f"residual and free-run error, so it is not adopted: the fit "
-                f"{'keeps' if taken == declared else 'takes'} {taken}{unit}"
+            facts.append(
+                Fact(
+                    "spec.yaml",
+                    f"{s.name} {'stays at' if taken == declared else 'becomes'} {taken}{unit}. Simulation alone would "
+                    f"make it {alone.values[k]:.4g}{unit} ({far[k]:.2g} tolerances from {declared}), but not both "
+                    "errors fall with that",
+                    "Both errors: residual force and simulation error on held-out parts of the training log.",
+                )
             )
-        return words
+        return facts
 
     def _error(self, chosen: MapEstimate, fixed: MapEstimate, k: int, others: Sequence[int]) -> ParameterError:
         force, run = chosen.score.over(fixed.score)

@@ -7,17 +7,19 @@ refuse options, whose order the training log determined.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
 
 import numpy as np
 
 from codegen.base.significant import in_percent
+from codegen.base.text import render
 from codegen.diagnosis.fit.credit import LEAST_SHARE, TIE_LEVEL, random_signs
-from codegen.diagnosis.results import ErrorFigures, FoundEffect, ParameterError, Verdict
+from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, ParameterError, Verdict
 from codegen.diagnosis.verdict.adoption import SAME
 from codegen.mechanics.system import System
 
-FORCE, RUN = "residual force", "error in free run"
+FORCE, RUN = "residual force", "simulation error"
 REFIT_WORSE = 0.05
 """Share by which an effect may increase either error over the refit without it; noise can make that much."""
 FALLS = float(np.sqrt(1 - LEAST_SHARE))
@@ -41,8 +43,8 @@ class Answer:
         refit, augmented: the system with refitted values, and that with the effects added to it.
         figures: errors of the declared, refit and augmented model on held-out data.
         errors: parameter errors in the model that is written.
-        against: why the effects are not credited, in words.
-        remarks: further sentences for the report.
+        against: why the effects are not credited, the decisive reason first.
+        remarks: further facts for the reader.
     """
 
     verdict: Verdict
@@ -51,8 +53,8 @@ class Answer:
     augmented: System
     figures: tuple[ErrorFigures, ErrorFigures, ErrorFigures]
     errors: tuple[ParameterError, ...] = ()
-    against: tuple[str, ...] = ()
-    remarks: tuple[str, ...] = ()
+    against: tuple[Fact, ...] = ()
+    remarks: tuple[Fact, ...] = ()
 
     @property
     def adopted(self) -> System | None:
@@ -62,25 +64,65 @@ class Answer:
         return self.augmented if self.verdict == "effect" else self.refit
 
 
+@dataclass(frozen=True)
+class Refusal:
+    """An option that held-out data refuse, compared with a ``model``.
+
+    Attributes:
+        option: its values, in words.
+        worse: criterion → error over that model's; empty where no error is enough smaller.
+    """
+
+    option: str
+    model: str
+    worse: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def test(self) -> tuple[str, tuple[str, ...]]:
+        """The test that refuses it: the model, and the criteria that are worse."""
+        return self.model, tuple(self.worse)
+
+
+def merged(refusals: Sequence[Refusal], say: Literal["against", "written"] = "against") -> tuple[Fact, ...]:
+    """Refusals in words, those by the same test as one fact; that of most options first.
+
+    Args:
+        say: against an effect, or of values that are not written.
+    """
+    tests: dict[tuple[str, tuple[str, ...]], list[Refusal]] = {}
+    for one in refusals:
+        tests.setdefault(one.test, []).append(one)
+    facts = []
+    for (model, criteria), group in sorted(tests.items(), key=lambda item: -len(item[1])):
+        given: dict[str, Any] = {"model": model, "least": 1 - FALLS, "every": len(group) == len(refusals)}
+        given |= {"spans": {name: _span([one.worse[name] for one in group]) for name in criteria}}
+        given |= {"options": [one.option for one in group]}
+        words, detail = (render("text/refusal.j2", say=asked, **given).strip() for asked in (say, "detail"))
+        facts.append(Fact("not credited" if say == "against" else "spec.yaml", words, detail))
+    return tuple(facts)
+
+
 @dataclass(frozen=True, eq=False)
 class Admitted:
     """The first option that held-out data do not refuse.
 
     Attributes:
         option: None where all are refused; ``figures`` are then of the first.
-        refusals: of the options before it, in words.
+        refusals: of the options before it.
     """
 
     option: Option | None
     figures: ErrorFigures
-    refusals: tuple[str, ...]
+    refusals: tuple[Refusal, ...]
 
     @property
-    def remarks(self) -> tuple[str, ...]:
+    def remarks(self) -> tuple[Fact, ...]:
         """What held-out data refuse of the values, with what is written instead."""
-        instead = "" if self.option is None else f"; written instead: {self.option[0]}"
-        words = [f"{refusal}, so that is not adopted" for refusal in self.refusals]
-        return (*words[:-1], f"{words[-1]}{instead}") if words else ()
+        facts = merged(self.refusals, "written")
+        if not facts or self.option is None:
+            return facts
+        instead = f"{self.option[0][0].upper()}{self.option[0][1:]} are written instead."
+        return (*facts[:-1], replace(facts[-1], words=f"{facts[-1].words} {instead}"))
 
 
 def admitted(
@@ -100,7 +142,7 @@ def admitted(
             fall below that of the declared model too (``gains_nothing``).
         shown: function that says whether the effect acts on these data; called only where nothing is gained.
     """
-    refusals: list[str] = []
+    refusals: list[Refusal] = []
     tried: list[ErrorFigures] = []
     for option in options:
         figures = measured(option[1])
@@ -113,10 +155,9 @@ def admitted(
             if most >= 0 and may_be_chance(worse, figures, refit):
                 worse = {}
         if worse:
-            refusals.append(f"on held-out data {option[0]} would make {_list(worse)} than with {model}")
+            refusals.append(Refusal(option[0], model, worse))
         elif refit is not None and gains_nothing(figures, declared, refit) and shown():
-            words = f"would make neither error {100 * (1 - FALLS):.2g} % smaller than with the declared model"
-            refusals.append(f"on held-out data {option[0]} {words}")
+            refusals.append(Refusal(option[0], "the declared model"))
         else:
             return Admitted(option, figures, tuple(refusals))
     return Admitted(None, tried[0], tuple(refusals))
@@ -192,12 +233,14 @@ def _ratio(error: float, declared: float) -> float:
     return error / declared if declared > 0 else float(error > 0) + 1.0
 
 
-def _list(worse: Mapping[str, float]) -> str:
-    def words(ratio: float) -> str:
-        if not np.isfinite(ratio):
-            return "diverge"
-        if ratio > 2:
-            return f"larger by a factor of {ratio:.3g}"
-        return f"{in_percent(ratio - 1)} larger" if ratio > 1 else f"only {in_percent(1 - ratio)} smaller"
-
-    return " and ".join(f"the {name} {words(ratio)}" for name, ratio in worse.items())
+def _span(ratios: Sequence[float]) -> str:
+    """How much larger errors are than another model's, in words: one ratio, or from the least to the largest."""
+    low, high = min(ratios), max(ratios)
+    if not np.isfinite(high):
+        return "infinitely larger (the simulation diverges)"
+    if high > 2:
+        return f"larger by a factor of {high:.3g}" if len(ratios) == 1 else f"larger by a factor of up to {high:.3g}"
+    ends = [in_percent(abs(ratio - 1)) for ratio in (low, high)]
+    if low > 1:
+        return f"{ends[1]} larger" if ends[0] == ends[1] else f"{ends[0].removesuffix(' %')} to {ends[1]} larger"
+    return f"only {ends[0]} smaller" if high <= 1 else f"up to {ends[1]} larger"

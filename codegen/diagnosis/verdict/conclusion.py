@@ -1,4 +1,4 @@
-"""Results of a diagnosis from the outcome of forward selection: verdict, named effects, candidates, sentence."""
+"""Results of a diagnosis from the outcome of forward selection: verdict, named effects, candidates, what is left."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from dataclasses import replace
 from math import floor, isfinite, log10, sqrt
 
 from codegen.base.significant import in_percent
-from codegen.base.text import render
-from codegen.diagnosis.case import Case
 from codegen.diagnosis.evidence.estimate import Estimate
 from codegen.diagnosis.evidence.force_evidence import ForceGain, force_evidence, force_gain
 from codegen.diagnosis.evidence.score_test import nested_evidence_of
@@ -19,10 +17,9 @@ from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, contacts_on, residual_without_levels
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
-from codegen.diagnosis.results import Candidate, FoundEffect, Interval, Remainder, Round, Separation, Verdict
+from codegen.diagnosis.results import Candidate, FoundEffect, Interval, Remainder, Round, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import Ranked, chance, twins
-from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.effects.places import pairs
@@ -37,65 +34,10 @@ MOST = 0.5
 SOME = 0.1
 """Share of the squared remainder; a variable that explains less is reported only if its force is material."""
 TOLD = 2
-"""Changes in time that the sentence tells."""
-DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
-"""Preflight topics that can cause a residual by themselves."""
+"""Changes in time that a verdict tells."""
 
 
-def sentence(
-    case: Case,
-    answer: Answer,
-    left: Sequence[Remainder],
-    rivals: Sequence[FoundEffect],
-    outcome: Outcome | None = None,
-    experiment: Separation | None = None,
-    records: int = 0,
-) -> str:
-    """The verdict in words, with figures of the coordinate on which the first effect acts.
-
-    Args:
-        left: remainder, by coordinate. rivals: of the first effect.
-        outcome: of the free-run fits; None where steady records were judged by their means, ``records`` of them.
-    """
-    system, material, findings = case.problem.system, case.material, case.findings["train"]
-    most = worst(left, material)
-    i = acts_on(answer.effects[0], system) if answer.effects else 0
-    by_force = not answer.augmented.transmissions and all(isfinite(f.force_rms_rows[i]) for f in answer.figures)
-    by_force = by_force and answer.figures[2].force_rms_rows[i] <= answer.figures[1].force_rms_rows[i]
-    declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in answer.figures)
-    words = render(
-        "text/verdict.j2",
-        verdict=answer.verdict,
-        effects=answer.effects,
-        rivals=rivals,
-        against=answer.against,
-        errors=answer.errors,
-        remarks=answer.remarks,
-        by_force=by_force,
-        declared=declared,
-        refit=refit,
-        augmented=augmented,
-        unit=system.force_unit(i) if by_force else system.position_units[i],
-        where=system.positions[i].name if system.degrees_of_freedom > 1 else "",
-        faults=[f.words for f in findings if f.severity == "problem"],
-        doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
-        records=records,
-        refused=None if outcome is None or answer.against else _best_refused(outcome),
-        noise=0.0 if outcome is None else noise_ratio(outcome.base),
-        far=0.0 if outcome is None else credit.share_far(outcome.base),
-        far_noise=credit.FAR,
-        near_noise=credit.NEAR_NOISE,
-        left=left[most] if isfinite(left[most].share) else None,
-        left_on=system.positions[most].name if system.degrees_of_freedom > 1 else "",
-        over=main_variables(left[most], material),
-        changes=changes_in_words(left[most], system, most, material, case.log),
-        material=material,
-        experiment=experiment,
-    )
-    return words.strip()
-
-
-def _best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
+def best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
     """(kind and form, on, why it is not credited) of the candidate of the first round that explains most on held-out
     segments, as its row of the table has them; None where none explains ``LEAST_SHARE``.
     """

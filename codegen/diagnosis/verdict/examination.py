@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.evidence.reservations import objections, remarks, takes_the_level
 from codegen.diagnosis.experiments.separation import without_leader
@@ -15,11 +16,11 @@ from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, drive_left
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import part_of, with_effects, with_values
-from codegen.diagnosis.results import ErrorFigures, FoundEffect, Verdict
+from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.selection.ranking import credible
 from codegen.diagnosis.verdict.adoption import Refit, adopt_values, settled_values
-from codegen.diagnosis.verdict.answer import REFIT_WORSE, Answer, Measured, Option, acts, admitted
+from codegen.diagnosis.verdict.answer import REFIT_WORSE, Answer, Measured, Option, acts, admitted, merged
 from codegen.diagnosis.verdict.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
 from codegen.effects import CATALOGUE
@@ -55,14 +56,14 @@ def examine(
         figures = measured(refit)
         return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
     base = adopt_values(search, outcome.base, problem, system)
-    chosen = admitted(_options(system, base, "refitted values"), declared, measured)
+    chosen = admitted(_options(system, base), declared, measured)
     refit = system if chosen.option is None else chosen.option[1]
     errors = () if chosen.refusals else base.errors
     three = (declared, chosen.figures, chosen.figures)
     plain = Answer(verdict, (), refit, refit, three, errors, remarks=(*base.notes, *chosen.remarks))
     if not outcome.parts:
         return plain, outcome
-    refused: tuple[str, ...] = ()
+    refused: tuple[Fact, ...] = ()
     if verdict == "ambiguous" and held_out is not None:
         outcome, refused = without_refused(final_search, outcome, HeldOut(held_out, measured))
         verdict = "ambiguous" if outcome.rivals else "effect"
@@ -75,8 +76,9 @@ def examine(
             second = _with_effects(final_search, other, problem, replace(plain, verdict=left), measured)
             if second.verdict == left:
                 named = " and ".join(f"{p.kind} on {p.on}" for p in outcome.parts)
-                words = f"{named}, which ties with it on the training log, is refused: {answer.against[0]}"
-                return replace(second, remarks=(*second.remarks, *refused, words)), other
+                words = f"{named}, which fits the training log as well, is refused: {answer.against[0].words}"
+                of_leader = replace(answer.against[0], words=words)
+                return replace(second, remarks=(*second.remarks, *refused, of_leader)), other
     return answer, outcome
 
 
@@ -89,7 +91,7 @@ def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, 
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
     values = settled_values(search, outcome.base, problem, problem.system)
-    chosen = admitted(_options(problem.system, values, "refitted values"), answer.figures[0], measured)
+    chosen = admitted(_options(problem.system, values), answer.figures[0], measured)
     if chosen.option is None or chosen.refusals:
         return answer
     figures = (answer.figures[0], chosen.figures, chosen.figures)
@@ -105,7 +107,7 @@ def with_estimate(
     found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(by_force), strict=True))
     raised = tuple(w for f, p in zip(found, parts, strict=True) for w in objections(f, p, problem))
     if raised:
-        return replace(plain, verdict="unknown", effects=found, against=raised)
+        return replace(plain, verdict="unknown", effects=found, against=not_credited(raised))
     return _judged(search, outcome, problem, plain, measured, outcome.final, found)
 
 
@@ -131,15 +133,17 @@ def _judged(
     system = with_effects(final_search.system, found)
     richer = adopt_values(final_search, fit, problem, system)
     without_it = {s.name: float(plain.refit.values[s]) for s in final_search.moved}
-    options = _options(system, richer, "the effect with refitted values", without_it)
+    options = _options(system, richer, without_it)
     models = problem, plain.refit, options[0][1]
     settled, against = settled_by_free_runs(outcome.final, outcome.explained, *models), ""
     agrees = force_agrees(outcome.final, *models)
     if not (settled or agrees):
-        against = "it does not reduce the squared residual force of the training log as much as it should"
+        against = (
+            f"it does not reduce the squared residual force of the training log by {in_percent(credit.LEAST_SHARE)}"
+        )
     against = against or against_regression(outcome, *models, found) or takes_the_level(*models)
     if against:
-        return replace(plain, verdict="unknown", effects=found, against=(against,))
+        return replace(plain, verdict="unknown", effects=found, against=not_credited([against]))
     alone = with_values(system, without_it)
 
     def shown() -> bool:
@@ -151,13 +155,14 @@ def _judged(
         declared, without, worse = references(plain, options[0][1], problem)
         chosen = admitted(options, declared, measured, without, worse, shown)
     if chosen.option is None:
-        return replace(plain, verdict="unknown", effects=found, against=chosen.refusals)
+        return replace(plain, verdict="unknown", effects=found, against=merged(chosen.refusals))
     figures = (*plain.figures[:2], chosen.figures)
     errors = () if chosen.refusals else richer.errors
     written = replace(plain, effects=found, augmented=chosen.option[1], figures=figures, errors=errors)
     if plain.verdict == "ambiguous":
         return written
-    notes = tuple(w for f, p in zip(found, fit.trial.parts, strict=True) for w in remarks(f, p, problem))
+    limits = (w for f, p in zip(found, fit.trial.parts, strict=True) for w in remarks(f, p, problem))
+    notes = tuple(Fact("values", words) for words in limits)
     return replace(written, remarks=(*notes, *richer.notes, *chosen.remarks))
 
 
@@ -183,7 +188,7 @@ def references(
 
 def _examined(
     search: Search, outcome: Outcome, problem: Problem, refit: System, strict: bool
-) -> tuple[Outcome, Fit, tuple[FoundEffect, ...], tuple[str, ...]]:
+) -> tuple[Outcome, Fit, tuple[FoundEffect, ...], tuple[Fact, ...]]:
     """The outcome with the effects that are left, their final fit, its effects, and the objections against them.
 
     Effects with objections, sought where ``strict``, are removed one at a time and the others fitted again. If all have
@@ -205,12 +210,12 @@ def _examined(
                 explained = explained_share(search, outcome.base, final)
                 outcome = replace(outcome, final=final, explained=explained)
             return outcome, fit, found, ()
-        words = tuple(w for one in raised for w in one)
+        against = not_credited([w for one in raised for w in one])
         if all(raised):
-            return outcome, fit, found, words
+            return outcome, fit, found, against
         final = search.without(final, next(k for k, one in enumerate(raised) if one))
         if not credible(search, outcome.base, final, first_candidates(search, outcome.base)):
-            return outcome, fit, found, words
+            return outcome, fit, found, against
 
 
 def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> Fit | None:
@@ -225,6 +230,11 @@ def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> F
     return None
 
 
+def not_credited(words: Sequence[str]) -> tuple[Fact, ...]:
+    """Reasons against an effect as facts."""
+    return tuple(Fact("not credited", one) for one in words)
+
+
 def without_effects(outcome: Outcome) -> Verdict:
     """The verdict if no effect is credited: ``unknown`` if the refit leaves a material misfit above the noise."""
     base = outcome.base
@@ -232,17 +242,17 @@ def without_effects(outcome: Outcome) -> Verdict:
     return "unknown" if far and credit.misfit(base) > credit.LEAST_SIZE else "none"
 
 
-def _options(system: System, refit: Refit, words: str, without: Mapping[str, float] | None = None) -> list[Option]:
-    """Models that may be written, each once, in order of preference, ``words`` for that with refitted values.
+def _options(system: System, refit: Refit, without: Mapping[str, float] | None = None) -> list[Option]:
+    """Models that may be written, each once, in order of preference.
 
     Args:
         without: values adopted for the model without the effects, if ``system`` has effects.
     """
     ways: dict[str, Mapping[str, float]] = {
-        words: refit.mapping(),
-        f"{words} of friction levels alone": refit.mapping(refit.levels),
-        **({"the effect with the values of the model without it": without} if without else {}),
-        f"{'the effect with ' if without else ''}the declared values": refit.mapping(refit.declared),
+        "refitted values": refit.mapping(),
+        "refitted friction levels alone": refit.mapping(refit.levels),
+        **({"values fitted without the effect": without} if without else {}),
+        "declared values": refit.mapping(refit.declared),
     }
     options: list[Option] = []
     tried: list[Mapping[str, float]] = []

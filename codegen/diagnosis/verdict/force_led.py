@@ -39,7 +39,7 @@ from codegen.diagnosis.fit.residual import (
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.starting_values import STEP, ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
-from codegen.diagnosis.results import ErrorFigures, Verdict
+from codegen.diagnosis.results import ErrorFigures, Fact, Verdict
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.forward_selection import MOST_EFFECTS, LaterRound, Outcome
 from codegen.diagnosis.selection.ranking import (
@@ -254,20 +254,20 @@ def credited_by_force(
         held_out: data that no fit has seen; None where they tell no candidates apart.
         steady: whether the log runs at constant speed, at which parameters keep their tolerances.
     """
-    doubtful: list[str] = []
+    doubtful: list[Fact] = []
     found = selected_by_force(search, outcome.base, problem, report_progress, doubtful.append)
     if found is None:
         said = doubtful if answer.verdict == "unknown" else []
         return replace(answer, remarks=(*answer.remarks, *said)), outcome
-    refused: tuple[str, ...] = ()
+    refused: tuple[Fact, ...] = ()
     if held_out is not None:
         found, refused = told_by_held_out(found, held_out)
-    alone = "none is credited"
+    alone = "alone no effect would be credited"
     if answer.verdict != "unknown":
         against = against_free_runs(found, outcome.final)
         if not against:
             return answer, outcome
-        alone = f"{' and '.join(e.kind for e in answer.effects)} would be named, {against}"
+        alone = f"alone {' and '.join(e.kind for e in answer.effects)} would be named, {against}"
     led = replace(
         outcome,
         final=found.run,
@@ -286,16 +286,15 @@ def credited_by_force(
     better = "" if steady else better_values(search, led)
     if better:
         named = " and ".join(f"{e.kind} on {e.on}" for e in second.effects)
-        words = f"the residual force alone would name {named}, but in free runs {better} the training log better"
-        return replace(answer, remarks=(*answer.remarks, words)), outcome
+        words = f"The residual force alone would name {named}, but in simulation {better} the training log better"
+        return replace(answer, remarks=(*answer.remarks, Fact("not credited", words))), outcome
     words = (
-        "found by the residual force, and confirmed by free runs of the training log with these values; by free runs "
-        f"alone {alone}"
+        f"The residual force shows it; simulations of the training log with these values confirm it. By them {alone}"
     )
-    return replace(second, remarks=(*second.remarks, words, *refused)), led
+    return replace(second, remarks=(*second.remarks, Fact("evidence", words), *refused)), led
 
 
-def told_by_held_out(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[str, ...]]:
+def told_by_held_out(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[Fact, ...]]:
     """The selection without those of its tied first effects that held-out data refuse, and what is said of them.
 
     Of a machine that moves about one place, a spring and a constant force are nearly one motion; about another place
@@ -380,13 +379,13 @@ def selected_by_force(
     base: Fit,
     problem: Problem,
     report_progress: Callable[[float], None],
-    tell: Callable[[str], None] = lambda words: None,
+    tell: Callable[[Fact], None] = lambda fact: None,
 ) -> ForceSelection | None:
     """Forward selection by the force residual, confirmed by free runs; None where no effect is credited.
 
     Args:
         base: the refit of the declared structure by free runs. problem: the declared system on the log's motion.
-        tell: called with words on the effects that the force residual credits, where free runs confirm none.
+        tell: called with a fact on the effects that the force residual credits, where free runs confirm none.
     """
     fits = ForceFits(search, problem, base)
     fit = plain = fits.plain
@@ -415,17 +414,18 @@ def selected_by_force(
     return ForceSelection(fits, fit, run, _evidence_of_blocks(before, run).share, tuple(rounds), tuple(leading[1:]))
 
 
-def _not_confirmed(plain: Fit, fit: Fit) -> str:
-    """What the force residual credits and free runs do not confirm, in words."""
+def _not_confirmed(plain: Fit, fit: Fit) -> Fact:
+    """What the force residual credits and free runs do not confirm."""
     named = named_effects(fit.trial.parts, estimate(fit), fit.model)
     effects = " and ".join(
         f"{e.kind} on {e.on} ({', '.join(f'{k} = {v:.3g} {e.units[k]}' for k, v in e.parameters.items())})"
         for e in named
     )
     share = _evidence_of_blocks(plain, fit).share
-    return (
-        f"the residual force alone would name {effects}, which removes {in_percent(share, 3)} of its square; free runs "
-        "with that are not surely better than without, so it is not credited"
+    return Fact(
+        "not credited",
+        f"The residual force alone would name {effects}, which removes {in_percent(share, 3)} of its square. "
+        "Simulations of the training log do not confirm it",
     )
 
 

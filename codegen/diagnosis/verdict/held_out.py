@@ -26,6 +26,7 @@ from codegen.diagnosis.fit.residual import (
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.trial import model_of
+from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.ranking import CLOSE
 from codegen.diagnosis.verdict.answer import Measured, worsened
@@ -91,7 +92,7 @@ def tells(gain: ForceGain, level: float) -> bool:
     return gain.left < 1 / CLOSE and gain.p_of_rivals() <= level
 
 
-def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tuple[Outcome, tuple[str, ...]]:
+def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tuple[Outcome, tuple[Fact, ...]]:
     """The outcome without those of its tied effects that held-out data refuse, if not all, and what is said of them."""
     fits: list[Fit] = [outcome.final, *(in_place(search, outcome, r) for r in outcome.rivals)]
     refused = held_out.refused(fits)
@@ -103,12 +104,16 @@ def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tupl
     return left, in_words(fits, refused)
 
 
-def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> tuple[str, ...]:
+def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> tuple[Fact, ...]:
     """What is said of the fits that held-out data refuse (``HeldOut.refused``): the first effect of each tells them."""
     names = [f"{part.kind} on {part.on}" for part in (fit.trial.parts[0] for fit in fits)]
     return tuple(
-        f"{names[k]}, which ties with {names[j]} on the training log, is refused: on held-out data it leaves "
-        f"{times:.3g} times the squared residual force; the errors of what is left were measured on these data too"
+        Fact(
+            "not credited",
+            f"{names[k]}, which fits the training log as well as {names[j]}, is refused: on held-out data it leaves "
+            f"{times:.3g} times the squared residual force",
+            "The errors of what is left are measured on the same held-out data, so they are a little too good.",
+        )
         for k, (j, times) in refused.items()
     )
 

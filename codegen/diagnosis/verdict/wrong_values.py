@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.base.significant import in_percent
+from codegen.base.significant import in_percent, with_deserved_digits
 from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.fit.measure import Drive
 from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
@@ -30,6 +30,7 @@ from codegen.diagnosis.fit.residual import (
 )
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import in_unit, with_values
+from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects import CATALOGUE
@@ -78,8 +79,8 @@ def _changes(search: Search, fit: Fit) -> int:
     return int((_tolerances(search, fit) >= AT_END * WITHIN).sum()) + len(fit.trial.parts)
 
 
-def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
-    """The parameters that explain the log as well as the one effect of an outcome, in words for a remark.
+def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
+    """The parameters that explain the log as well as the one effect of an outcome.
 
     A mass declared too small by ten tolerances and an inertia error are one motion; the reader may know better.
     """
@@ -88,7 +89,8 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[str]:
         return []
     (part,) = outcome.parts
     words = _far_values(search, freed[1])
-    return [f"{words} the training log as well as {part.kind} on {part.on} does"] if words else []
+    said = f"{words} the training log as well as {part.kind} on {part.on} does"
+    return [Fact("declared value", said)] if words else []
 
 
 def better_values(search: Search, outcome: Outcome) -> str:
@@ -112,7 +114,7 @@ def better_values(search: Search, outcome: Outcome) -> str:
 
 
 def _far_values(search: Search, fit: Fit) -> str:
-    """Words "the values … explain" for the values that a fit moved by ``WITHIN`` tolerances or more; empty if none."""
+    """Words "NAME = … explains" for the values that a fit moved by ``WITHIN`` tolerances or more; empty if none."""
     away = _tolerances(search, fit)
     values = [
         f"{search.moved[k]} = {fit.theta[k]:.4g}{in_unit(search.system, search.moved[k])} in place of the declared "
@@ -120,12 +122,12 @@ def _far_values(search: Search, fit: Fit) -> str:
         for k in np.flatnonzero(away >= AT_END * WITHIN)
     ]
     if len(values) < 2:
-        return "".join(f"the value {one} explains" for one in values)
-    return f"the values {' and '.join(values)} explain"
+        return "".join(f"{one} explains" for one in values)
+    return f"{' and '.join(values)} explain"
 
 
-def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[str]:
-    """The parameters that are written with another value although their tolerance allows the declared one, in words.
+def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[Fact]:
+    """The parameters that are written with another value although their tolerance allows the declared one.
 
     Those whose interval excludes the declared value, where the change makes a ``material`` share of the drive force,
     less those that the verdict calls wrong. ``fit`` is that in which the written values were found.
@@ -136,7 +138,7 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
     known = {error.name for error in answer.errors}
     found = estimate(fit).moved
     drive = Drive(written, problem.motion)
-    words = []
+    facts = []
     for s in problem.uncertain:
         was, now = float(declared.values[s]), float(written.values[s])
         low, high = found.get(s.name, (now, (now, now)))[1]
@@ -150,15 +152,20 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
         part = abs(now - was) / tolerance
         where = "within" if part <= 1 else f"{part:.2g} times"
         of = f"{where} its tolerance of {in_percent(tolerance / abs(was), 3)}"
-        words.append(
-            f"the written spec has {s.name} = {now:.5g}{unit} in place of {was:.5g}{unit} ({of}; 95 %: {low:.6g} to "
-            f"{high:.6g}): a change of {in_percent(share)} of the drive force"
+        facts.append(
+            Fact(
+                "spec.yaml",
+                f"{s.name} = {with_deserved_digits(now, (low, high))}{unit} is written in place of {was:.5g}{unit}, "
+                f"{of}. That changes the force by {in_percent(share)} of the drive force",
+                f"95 % interval of {s.name}: {with_deserved_digits(low, (low, high))} to "
+                f"{with_deserved_digits(high, (low, high))}{unit}.",
+            )
         )
-    return words
+    return facts
 
 
-def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> list[str]:
-    """The scale of the position that gives nearly the motion of a credited gain of the input, in words for a remark.
+def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> list[Fact]:
+    """The scale of the position that gives nearly the motion of a credited gain of the input.
 
     With a position k times too large, inertia, damping and springs are divided by k; with a gain k of the input,
     friction and constant forces are too. Where levels are free and forces linear, the two are one motion with other
@@ -179,11 +186,14 @@ def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> l
         for s in level_parameters(system)
         if float(written.values[s])
     )
-    with_levels = f", then with {levels}" if levels else ""
     return [
-        f"{gains[0].kind} on {gains[0].on} is nearly the same motion as {x.name} logged {gain:.3g} times too large"
-        f"{with_levels}: check the scale of {x.name} first "
-        f"(`scale: {{{x.name}: {stated / gain:.4g}}}` in meta.yaml beside the log)"
+        Fact(
+            "next",
+            f"Check the scale of {x.name} first (`scale: {{{x.name}: {stated / gain:.4g}}}` in meta.yaml beside the "
+            f"log): {gains[0].kind} on {gains[0].on} is nearly the same motion as {x.name} logged {gain:.3g} times too "
+            "large",
+            f"With that scale: {levels}." if levels else "",
+        )
     ]
 
 
@@ -201,8 +211,8 @@ def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
     return by_scale <= ALIKE * by_gain
 
 
-def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[str]:
-    """The value without tolerance that explains most of the residual of a refit, in words for a remark.
+def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]:
+    """The value without tolerance that explains most of the residual of a refit.
 
     A payload on an arm changes inertia and weight of several coordinates at once; no effect does so, the declared mass
     does. The residual is regressed on its slope by each such value, with the levels, on all coordinates together.
@@ -222,9 +232,13 @@ def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[str]:
     s, change = fixed[best], _weights(rows, [best, *levels])[0]
     declared, unit = float(refit.values[s]), in_unit(refit, s)
     return [
-        f"the value {s.name} = {declared + change:.4g}{unit} in place of the declared {declared:.4g}{unit} "
-        f"({100 * change / abs(declared):+.2g} %) would explain {100 * shares[best]:.0f} % of the squared residual "
-        f"force on held-out blocks of the training log; the spec gives {s.name} no tolerance, with one it is fitted"
+        Fact(
+            "declared value",
+            f"{s.name} = {declared + change:.4g}{unit} would explain {100 * shares[best]:.0f} % of the squared "
+            f"residual force; declared is {declared:.4g}{unit} ({100 * change / abs(declared):+.2g} %)",
+            f"On held-out parts of the training log. The spec gives {s.name} no tolerance, so it is not fitted.",
+        ),
+        Fact("next", f"Give {s.name} a `tolerance` in the spec, so that it is fitted, and diagnose again"),
     ]
 
 

@@ -1,0 +1,127 @@
+"""The verdict in words: a headline and labelled facts, each from its template in templates/text/statement/."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from math import isfinite
+from typing import Any
+
+from codegen.base.text import render
+from codegen.diagnosis.case import Case
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.results import TOPICS, Fact, FoundEffect, Remainder, Separation, Statement, Topic, written_values
+from codegen.diagnosis.selection.forward_selection import Outcome
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.conclusion import acts_on, best_refused, changes_in_words, main_variables, worst
+
+DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
+"""Preflight topics that can cause a residual by themselves."""
+IN_HEADLINE = 3
+"""Parameters of a single effect that the headline holds."""
+
+
+def statement(
+    case: Case,
+    answer: Answer,
+    left: Sequence[Remainder],
+    rivals: Sequence[FoundEffect],
+    refitted: Mapping[str, tuple[float, float, float]],
+    outcome: Outcome | None = None,
+    experiment: Separation | None = None,
+    records: int = 0,
+) -> Statement:
+    """The verdict in words, with figures of the coordinate on which the first effect acts.
+
+    Args:
+        left: remainder, by coordinate. rivals: of the first effect.
+        refitted: name → value in the declared, refit and augmented model.
+        outcome: of the free-run fits; None where steady records were judged by their means, ``records`` of them.
+    """
+    system, material, findings = case.problem.system, case.material, case.findings["train"]
+    most = worst(left, material)
+    i = acts_on(answer.effects[0], system) if answer.effects else 0
+    by_force = not answer.augmented.transmissions and all(isfinite(f.force_rms_rows[i]) for f in answer.figures)
+    by_force = by_force and answer.figures[2].force_rms_rows[i] <= answer.figures[1].force_rms_rows[i]
+    declared, refit, augmented = (f.force_rms_rows[i] if by_force else f.free_run_rmse_rows[i] for f in answer.figures)
+    several = system.degrees_of_freedom > 1
+    return stated(
+        verdict=answer.verdict,
+        effects=answer.effects,
+        rivals=rivals,
+        against=answer.against,
+        errors=answer.errors,
+        remarks=answer.remarks,
+        by_force=by_force,
+        declared=declared,
+        refit=refit,
+        augmented=augmented,
+        unit=system.force_unit(i) if by_force else system.position_units[i],
+        where=system.positions[i].name if several else "",
+        faults=[f.words for f in findings if f.severity == "problem"],
+        doubts=[f.words for f in findings if f.severity == "warning" and f.topic in DOUBTFUL],
+        records=records,
+        refused=None if outcome is None or answer.against else best_refused(outcome),
+        noise=0.0 if outcome is None else noise_ratio(outcome.base),
+        far=0.0 if outcome is None else credit.share_far(outcome.base),
+        left=left[most] if isfinite(left[most].share) else None,
+        left_on=system.positions[most].name if several else "",
+        over=main_variables(left[most], material),
+        changes=changes_in_words(left[most], system, most, material, case.log),
+        material=material,
+        experiment=experiment,
+        written=list(written_values(answer.verdict, refitted)),
+        kept=bool(refitted) and all(refit == declared for declared, refit, _ in refitted.values()),
+    )
+
+
+def stated(**given: Any) -> Statement:
+    """The statement from plain values; names as in the templates."""
+    view = {"far_noise": credit.FAR, "near_noise": credit.NEAR_NOISE} | given
+    headline = render("text/statement/headline.j2", **view).strip()
+    facts = [f for f in _facts(view) if f.words]
+    return Statement(headline, tuple(sorted(facts, key=lambda fact: TOPICS.index(fact.topic))))
+
+
+def _facts(view: Mapping[str, Any]) -> Iterator[Fact]:
+    verdict, effects = view["verdict"], view["effects"]
+    named = [*effects, *view["rivals"]] if verdict in ("effect", "ambiguous") else []
+    for e in named:
+        if len(named) > 1 or e.intervals or len(e.parameters) > IN_HEADLINE:
+            yield _said("values", "values", view, effect=e)
+        if e.also:
+            yield _said("values", "twins", view, effect=e)
+    yield _said("evidence", "evidence", view)
+    if verdict in ("unknown", "none") and (effects or view["refused"]):
+        first, *others = view["against"] or [Fact("not credited", "")]
+        one = _said("not credited", "not_credited", view, reason=first.words)
+        yield replace(one, detail=f"{one.detail} {first.detail}".strip())
+        yield from (_sentence(replace(f, words=f.words[0].upper() + f.words[1:])) for f in others)
+    for error in view["errors"]:
+        yield _said("declared value", "declared_value", view, e=error)
+    yield _said("spec.yaml", "spec", view)
+    yield from map(_sentence, view["remarks"])
+    if verdict == "unfit":
+        yield from (_sentence(Fact("log", words)) for words in view["faults"])
+    elif view["left"]:
+        yield _said("unexplained", "unexplained", view)
+        if view["left"].nature(view["material"]) == "structured":
+            yield from (_sentence(Fact("unexplained", words)) for words in view["changes"])
+    if verdict == "unknown":
+        yield from (_sentence(Fact("log", f"the log itself may be the cause: {words}")) for words in view["doubts"])
+    yield _said("next", "next", view)
+
+
+def _said(topic: Topic, template: str, view: Mapping[str, Any], **more: Any) -> Fact:
+    """The fact that a template gives."""
+    words, detail = (
+        render(f"text/statement/{template}.j2", part=part, **{**view, **more}) for part in ("words", "detail")
+    )
+    return _sentence(Fact(topic, " ".join(words.split()), " ".join(detail.split())))
+
+
+def _sentence(fact: Fact) -> Fact:
+    """A fact whose words end as a sentence."""
+    ended = not fact.words or fact.words.endswith((".", "?", ".)"))
+    return fact if ended else replace(fact, words=f"{fact.words}.")
