@@ -138,20 +138,17 @@ def inverse_mass_symbols(system: System) -> tuple[Matrix, dict[sympy.Symbol, tup
     return Matrix(inverse), names
 
 
-def derive_error_dynamics(
-    observer: Observer, longest: int = SHORT, differential: ErrorDynamics | None = None
-) -> ErrorDynamics:
+def derive_error_dynamics(observer: Observer, differential: ErrorDynamics | None = None) -> ErrorDynamics:
     """Derive Ψ from an observer's differential equations, and the sampled matrix from its step.
 
     Args:
-        longest: a friction law's value or slope with at most this many operations is inserted; others stay symbols.
         differential: the error dynamics of the same differential equations with an explicit step, if already derived;
             its Ψ is taken over.
     """
     if differential is None and (observer.euler is None or observer.integration == "implicit"):
-        return _derive(observer, longest)
-    stepped = derive_step(observer, longest)
-    differential = differential or _derive(observer.euler or observer, longest, step=False)
+        return _derive(observer, SHORT)
+    stepped = derive_step(observer)
+    differential = differential or _derive(observer.euler or observer, SHORT, step=False)
     return replace(
         stepped,
         jacobian=differential.jacobian,
@@ -161,7 +158,11 @@ def derive_error_dynamics(
 
 
 def derive_step(observer: Observer, longest: int = SHORT) -> ErrorDynamics:
-    """The sampled matrix alone, with zeros for Ψ; ``longest`` as of ``derive_error_dynamics``."""
+    """The sampled matrix alone, with zeros for Ψ.
+
+    Args:
+        longest: a friction law's value or slope with at most this many operations is inserted; others stay symbols.
+    """
     return _derive(observer, longest, psi=False)
 
 

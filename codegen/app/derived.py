@@ -60,6 +60,12 @@ class Overrides:
 
         return tuple(PRINTERS) if "all" in self.targets else self.targets or ALWAYS
 
+    @property
+    def chosen(self) -> dict[str, str]:
+        """Key of the spec's ``code`` section → the choice that replaces it."""
+        given = {"precision": self.precision, "fault": self.fault}
+        return {key: value for key, value in given.items() if value is not None}
+
     def applied(self, spec: Spec) -> Spec:
         """The spec with the command's choices.
 
@@ -68,22 +74,20 @@ class Overrides:
         from codegen.emit import PRINTERS
         from codegen.program.model import FAULTS, PRECISIONS
 
-        for option, value, known in (("--precision", self.precision, PRECISIONS), ("--fault", self.fault, FAULTS)):
-            if value is not None:
-                refuse_unknown(value, known, option, "", " or ".join(known), code="CALL001")
+        known = {"precision": PRECISIONS, "fault": FAULTS}
+        for key, value in self.chosen.items():
+            refuse_unknown(value, known[key], f"--{key}", "", " or ".join(known[key]), code="CALL001")
         targets = (*PRINTERS, "all")
         expected = f"one of {', '.join(targets)}, or fmu alone"
         for target in self.targets:
             refuse_unknown(target, targets, "--target", "", expected, code="CALL001")
-        given = (("precision", self.precision), ("fault", self.fault))
-        chosen = {key: value for key, value in given if value is not None}
-        return replace(spec, code=spec.code.model_copy(update=chosen))
+        return replace(spec, code=spec.code.model_copy(update=self.chosen))
 
     @property
     def options(self) -> str:
         """As in the command, a space before each."""
-        given = [("--precision", self.precision), ("--fault", self.fault), *(("--target", t) for t in self.targets)]
-        return "".join(f" {option} {value}" for option, value in given if value is not None)
+        given = [*self.chosen.items(), *(("target", t) for t in self.targets)]
+        return "".join(f" --{option} {value}" for option, value in given)
 
 
 class Derived(Shown):
@@ -102,8 +106,8 @@ class Derived(Shown):
     def __init__(self, spec: Spec, overrides: Overrides | None = None, origin: Derived | None = None) -> None:
         if not isinstance(spec, Spec):
             raise TypeError(f"a machine is made of a Spec, not of {type(spec).__name__}; stiction.load(path) reads one")
-        self.spec = spec if overrides is None else overrides.applied(spec)
-        self.overrides = overrides
+        self.overrides = overrides or Overrides()
+        self.spec = spec if self.overrides == Overrides() else self.overrides.applied(spec)
         self._origin = origin
 
     def __fspath__(self) -> str:
@@ -193,7 +197,7 @@ class Derived(Shown):
         from codegen.certify.prefix import rational_text
         from codegen.emit.header import make_header
 
-        spec, options = self.spec, (self.overrides or Overrides()).options
+        spec, options = self.spec, self.overrides.options
         envelope = {name: (rational_text(low), rational_text(high)) for name, (low, high) in spec.envelope.items()}
         return make_header(spec.path.name, spec.sha256, spec.source, spec.robot, options, envelope)
 
@@ -268,7 +272,7 @@ def _program(spec: Spec, observer: Observer) -> Program:
 def _sources(spec: Spec, machine: Derived) -> Mapping[str, str]:
     from codegen.emit.package import emit_sources
 
-    program, printers = machine.program, (machine.overrides or Overrides()).printers
+    program, printers = machine.program, machine.overrides.printers
     with placed(spec):
         return emit_sources(program, machine.header, printers)
 

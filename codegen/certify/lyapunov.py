@@ -35,6 +35,8 @@ from codegen.certify.centre import (
 Worst = list[list[int]]
 """Of each group of matrices the indices of the active constraints."""
 LARGEST_HULL = 4
+LARGEST_TURNED = 8
+"""Number of errors above which no P of least growth at reversals is searched for."""
 LARGEST, SLACK = 1e6, 1e-3
 """I ≤ P ≤ 10⁶ I, and how far from its edge an inequality is asked for."""
 CLOSE, CLOSER, ENOUGH = 1e-5, 1e-8, 0.9
@@ -315,9 +317,7 @@ def _of_one(a: Array, h: float, alpha: float) -> Array | None:
     return p if np.linalg.eigvalsh(p)[0] > 0 else None
 
 
-def least_growth_at_reversals(
-    matrix: Array, h: float, turned: Sequence[Sequence[int]], largest: int = 8
-) -> Array | None:
+def least_growth_at_reversals(matrix: Array, h: float, turned: Sequence[Sequence[int]]) -> Array | None:
     """P of one matrix at its spectral rate, with the least growth of V at a reversal; None if none is found.
 
     Every P = Σ w_i Re(l̄_i l_i'), l_i the left eigenvectors of I + hA and w_i > 0, has the spectral rate. Of these the
@@ -325,9 +325,8 @@ def least_growth_at_reversals(
 
     Args:
         turned: for each reversal the indices of the errors that change their sign.
-        largest: number of errors above which there is no search.
     """
-    if h == 0 or len(matrix) > largest or not turned:
+    if h == 0 or len(matrix) > LARGEST_TURNED or not turned:
         return None
     values, right = np.linalg.eig(np.eye(len(matrix)) + h * matrix)
     if np.linalg.cond(right) > WELL:
