@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from sympy.utilities.iterables import strongly_connected_components
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.polynomials import characteristic_polynomial, jury, routh_hurwitz
 from codegen.base.arrays import Array
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import symbol
 
@@ -205,12 +204,9 @@ def _reduced(written: tuple[tuple[str, Any], ...], positive: frozenset[sympy.Sym
 
 def _smallest(raw: Sequence[tuple[str, Any]], c: Sequence[Any], matrices: Any, h: float) -> dict[str, float]:
     """Each condition's smallest value over the points, from the coefficients of the numeric matrices."""
-    symbols = casadi.SX.sym("c", len(c) - 1)
-    names = {s: symbols[k] for k, s in enumerate(c[1:])} | {symbol("h"): casadi.SX(h)}
-    column = Matrix([e for _, e in raw])
-    function = casadi.Function("conditions", [symbols], [casadi.densify(to_casadi(column, names))])
+    function = function_of(Matrix([e for _, e in raw]), c[1:], {symbol("h"): h})
     coefficients = _coefficients(np.asarray(matrices))
-    values = np.asarray(function.map(coefficients.shape[1])(coefficients)).reshape(len(raw), -1).min(axis=1)
+    values = at_points(function, coefficients.T)[:, :, 0].min(axis=0)
     return {name: float(value) for (name, _), value in zip(raw, values, strict=True)}
 
 

@@ -17,7 +17,7 @@ from codegen.analysis.polynomials import expand_products
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.exact_numbers import powers_of_ten
-from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of, in_place, symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import Matrix
 from codegen.observers.coulomb import refuse_infinite_slope
@@ -181,9 +181,7 @@ def _consistent(
             continue
         slip = slip.subs(dynamics.observer.system.values)
         if slip.free_symbols <= set(column):
-            at = casadi.SX.sym("p", len(variables))
-            function = casadi.Function("slip", [at], [to_casadi(slip, {v: at[k] for v, k in column.items()})])
-            value = np.asarray(function.map(len(points))(points.T)).ravel()
+            value = at_points(function_of(slip, variables), points).ravel()
         else:
             value = points[:, column[s]]
         points[:, column[s]] = np.where(value < 0, -1.0, 1.0)

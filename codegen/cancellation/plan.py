@@ -9,7 +9,6 @@ from itertools import combinations, islice
 from math import comb
 from typing import Any
 
-import casadi
 import numpy as np
 import sympy
 from scipy import optimize
@@ -20,7 +19,7 @@ from codegen.cancellation.optimum import SINGULAR, best_inputs, whitener
 from codegen.cancellation.reach import Reach
 from codegen.certify.prefix import rational_text, to_prefix
 from codegen.checker import verify
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.compact import compact
 from codegen.mechanics.system import Matrix
 from codegen.spec.model import CancellationChoice, Spec
@@ -279,13 +278,10 @@ def _falls(
     matrix: Any, rank: int, variables: tuple[sympy.Symbol, ...], bounds: list[tuple[float, float]]
 ) -> dict[str, float] | None:
     """A point at which the last of the ``rank`` singular values nearly vanishes, searched for from several starts."""
-    at = casadi.SX.sym("at", len(variables))
-    names = {s: at[k] for k, s in enumerate(variables)}
-    function = casadi.Function("matrix", [at], [casadi.densify(to_casadi(Matrix(matrix), names))])
+    function = function_of(Matrix(matrix), variables)
 
     def singular_values(points: Any) -> Any:
-        flat = np.asarray(function.map(len(points))(points.T)).reshape(matrix.rows, len(points), matrix.cols)
-        return np.linalg.svd(np.nan_to_num(flat.transpose(1, 0, 2)), compute_uv=False)
+        return np.linalg.svd(np.nan_to_num(at_points(function, points)), compute_uv=False)
 
     box = np.array(bounds)
     spread = np.random.default_rng(2).uniform(box[:, 0], box[:, 1], (400, len(box)))

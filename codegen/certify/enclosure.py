@@ -9,7 +9,6 @@ from functools import lru_cache
 from itertools import pairwise, product
 from typing import Any
 
-import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
@@ -20,7 +19,7 @@ from codegen.base.exact_numbers import geometric
 from codegen.certify.family import PI, Family, NotEnclosable
 from codegen.certify.prefix import fraction, to_prefix
 from codegen.checker import verify
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of
 
 MOST_PARAMETERS = 12
 """So that a cell has at most as many vertices as the checker takes."""
@@ -62,9 +61,7 @@ class Enclosure:
             count = f"the error dynamics depend on {', '.join(varying)} through {count_varying} expressions"
             raise NotEnclosable(f"{count}, and this version encloses up to {MOST_PARAMETERS}")
         self._values = _parsed(family.parameters, family.variables)
-        theta = casadi.SX.sym("theta", max(1, len(self._values)))
-        names = {s: theta[k] for k, s in enumerate(family.parameters)}
-        self._function = casadi.Function("matrix", [theta], [casadi.densify(to_casadi(family.matrix, names))])
+        self._function = function_of(family.matrix, [*family.parameters])
 
     def vertices(self, cells: Iterable[Cell]) -> Array:
         """A at the corners of what the parameters can be in cells, each once, N by m by m."""
@@ -168,10 +165,7 @@ def _sampled_ranges(
     variables, expressions = list(ranges), list(parameters.values())
     if not expressions:
         return []
-    point = casadi.SX.sym("p", len(variables))
-    names = {v: point[k] for k, v in enumerate(variables)}
-    entries = casadi.densify(to_casadi(sympy.Matrix(expressions), names))
-    function = casadi.Function("parameters", [point], [entries])
+    function = function_of(sympy.Matrix(expressions), variables)
     lines = [_samples(float(lo), float(hi)) for lo, hi in ranges.values()]
     if not variables:
         points = np.zeros((0, 1))
@@ -180,8 +174,7 @@ def _sampled_ranges(
     else:
         generator = np.random.default_rng(2)
         points = np.array([generator.choice(line, MOST_SAMPLES) for line in lines])
-    values = np.asarray(function.map(points.shape[1])(points))
-    return [(float(row.min()), float(row.max())) for row in values.reshape(len(expressions), -1)]
+    return [(float(row.min()), float(row.max())) for row in at_points(function, points.T)[:, :, 0].T]
 
 
 def _samples(low: float, high: float) -> NDArray[np.float64]:

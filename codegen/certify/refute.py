@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-import casadi
 import numpy as np
 import sympy
 from scipy.linalg import matrix_balance, solve_discrete_lyapunov
@@ -28,7 +27,7 @@ from codegen.certify.family import PI, Family
 from codegen.certify.lyapunov import decay_rate_limit
 from codegen.certify.prefix import rational_text, rounded, rounded_matrix, texts
 from codegen.checker import verify
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import function_of
 from codegen.mechanics.computed import ComputedEntry
 
 SLACK = (1e-3, 2e-3, 5e-3, 1e-2)
@@ -56,10 +55,7 @@ class Slowest:
 def slowest_point(analysis: Analysis, family: Family) -> Slowest | None:
     """Among the sampled ones, and near the slowest of these if it is stable; None where no point has exact numbers."""
     dynamics, h = analysis.dynamics, float(analysis.dynamics.observer.sample_time)
-    at = casadi.SX.sym("at", max(1, len(family.variables)))
-    names = {v: at[k] for k, v in enumerate(family.variables)}
-    entries = casadi.densify(to_casadi(family.matrix.subs(family.parameters), names))
-    function = casadi.Function("matrix", [at], [entries])
+    function = function_of(family.matrix.subs(family.parameters), [*family.variables])
 
     def there(known: Mapping[str, float]) -> Slowest | None:
         point = _point(analysis, family, known)

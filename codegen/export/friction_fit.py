@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import casadi
 import numpy as np
 import sympy
 from scipy.optimize import nnls
 
 from codegen.base.arrays import Array
 from codegen.export.mechanism import HIGHEST, SPEED
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of
 
 WIDTHS = 120
 
@@ -82,9 +81,7 @@ def fit_friction(level: sympy.Expr, speeds: Array, powers: int, stribeck: bool) 
 
 def level_at(level: sympy.Expr, speeds: Array) -> Array:
     """A level over SPEED at many speeds."""
-    at = casadi.SX.sym("s")
-    function = casadi.Function("level", [at], [casadi.densify(to_casadi(sympy.sympify(level), {SPEED: at}))])
-    return np.asarray(function(speeds[None, :]).full().ravel(), dtype=float)
+    return np.asarray(at_points(function_of(level, [SPEED]), speeds[:, None]).ravel(), dtype=float)
 
 
 def _exact(level: sympy.Expr, powers: int, stribeck: bool) -> Terms | None:

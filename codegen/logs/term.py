@@ -7,13 +7,12 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import casadi
 import numpy as np
 import sympy
 
 from codegen.base.errors import BadInput, Place
 from codegen.logs.formats.source import Columns
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.spec.expression import Expression, parse_expression
 
 OPERATORS = set("+-*/(")
@@ -101,10 +100,6 @@ def compute(raw: Columns, terms: Mapping[str, Term]) -> Columns:
         if term.expression is None:
             values[:, j] = raw.values[:, where[term.columns[0]]]
             continue
-        given = [casadi.SX.sym(s.name) for s in term.symbols]
-        scalar = casadi.Function(
-            "term", given, [to_casadi(term.expression, dict(zip(term.symbols, given, strict=True)))]
-        )
-        rows = [raw.values[:, where[name]][None, :] for name in term.columns]
-        values[:, j] = np.asarray(scalar(*rows)).reshape(-1)
+        rows = raw.values[:, [where[name] for name in term.columns]]
+        values[:, j] = at_points(function_of(term.expression, term.symbols), rows).ravel()
     return Columns(raw.file, tuple(t.text for t in terms.values()), values, raw.lines)

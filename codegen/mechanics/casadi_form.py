@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import casadi
@@ -80,6 +81,27 @@ def symbol_values(
     for symbols, column in columns:
         names |= {s: column[k] for k, s in enumerate(symbols)}
     return names
+
+
+def function_of(
+    expression: Any, symbols: Sequence[sympy.Symbol], numbers: Mapping[sympy.Symbol, Any] = MappingProxyType({})
+) -> Any:
+    """The dense CasADi function of a SymPy expression or matrix; its argument is the column of the symbols' values.
+
+    Args:
+        numbers: of the other symbols in it.
+    """
+    at = casadi.SX.sym("at", max(1, len(symbols)))
+    value = to_casadi(sympy.sympify(expression), symbol_values(numbers, (symbols, at)))
+    return casadi.Function("of", [at], [casadi.densify(value)])
+
+
+def at_points(function: Any, points: Array) -> Array:
+    """A function as of ``function_of`` at points (N, symbols): (N, rows, columns), NaN or infinite where not real."""
+    rows, columns = function.size_out(0)
+    given = np.zeros((function.size1_in(0), len(points)))
+    given[: points.shape[1]] = points.T
+    return np.asarray(function.map(len(points))(given)).reshape(rows, len(points), columns).transpose(1, 0, 2)
 
 
 def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) -> tuple[Any, Callable[[], None]]:

@@ -6,11 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import casadi
 import numpy as np
 import sympy
 
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.spec.model import Spec, symbol
 
 POINTS = 12
@@ -48,11 +47,7 @@ def numbers_over(
 
     Through CasADi; what has no real value at a point is NaN or infinite there.
     """
-    at = casadi.SX.sym("at", len(variables))
-    names = symbol_values(values, (variables, at))
-    function = casadi.Function("matrix", [at], [casadi.densify(to_casadi(matrix, names))])
-    flat = np.asarray(function.map(len(points))(np.asarray(points).T))
-    return flat.reshape(matrix.rows, len(points), matrix.cols).transpose(1, 0, 2)
+    return at_points(function_of(matrix, variables, values), points)
 
 
 def rank(matrix: Any, points: list[dict[sympy.Symbol, Any]]) -> int:

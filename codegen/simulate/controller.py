@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-import casadi
 import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.system import TIME
 from codegen.spec.model import Simulation, Spec
 
@@ -227,7 +226,6 @@ def input_limit(spec: Spec, simulation: Simulation) -> Array | None:
 
 def _signals(functions: list[sympy.Expr], time: Array) -> Array:
     """Values of expressions over t at N times, (N, functions)."""
-    t = casadi.SX.sym("t")
-    values = casadi.vertcat(*[to_casadi(f, {TIME: t}) for f in functions])
-    function = casadi.Function("signals", [t], [casadi.densify(values)])
-    return np.asarray(function(time[None, :]).full().T, dtype=float)
+    return np.asarray(
+        at_points(function_of(sympy.Matrix(len(functions), 1, functions), [TIME]), time[:, None])[:, :, 0], dtype=float
+    )
