@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.recent import recent
 from codegen.diagnosis.fit.record import Record
-from codegen.diagnosis.fit.shooting import Shooter, Structure, owners, terms_of
+from codegen.diagnosis.fit.shooting import Shooter, Structure, has_bristles, owners, terms_of
 from codegen.diagnosis.fit.signals import central_difference
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.computed import ComputedEntry
@@ -259,7 +259,7 @@ class JointShooter:
                 used = set().union(*(term.free_symbols for term in terms_here))
                 own = [k for k, s in enumerate(symbols) if s in used]
                 arguments = [symbols[k] for k in own]
-                key = (i, terms_here, *arguments)
+                key = (i, terms_here, has_bristles(joint.system), *arguments)
                 distinct.setdefault(key, (joint, arguments))
                 states = [k for k, contact in enumerate(owners(system)) if contact in joint.contacts]
                 model.append(_Compiled(joint, list(distinct).index(key), key, own, states))

@@ -18,7 +18,7 @@ from codegen.diagnosis.fit.output_error import FINE_STEP, WITHIN, Fit, Prior, ga
 from codegen.diagnosis.fit.recent import recent
 from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, STILL, Record
 from codegen.diagnosis.fit.residual import Problem, slip_velocities
-from codegen.diagnosis.fit.shooting import Shooter, level_jumps, terms_of
+from codegen.diagnosis.fit.shooting import Shooter, has_bristles, level_jumps, terms_of
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.fit.trial import Part, Runner, Trial
 from codegen.mechanics.system import System
@@ -201,7 +201,7 @@ class Search:
         keys = []
         for trial in trials:
             loads = len(trial.changed.transmissions)
-            keys.append((self.rigid is None, loads, trial.free, terms_of(trial.changed)))
+            keys.append((self.rigid is None, loads, trial.free, terms_of(trial.changed), has_bristles(trial.changed)))
             if keys[-1] not in self.compiled:
                 lacking.setdefault(loads, {}).setdefault(keys[-1], trial)
         jumps = any(level_jumps(trial.changed) for group in lacking.values() for trial in group.values())

@@ -113,6 +113,9 @@ FLAGS = ("-fno-math-errno", "-fno-trapping-math")
 PLAIN, UNROLLED = ("-O1",), ("-O3", "-fno-tree-vectorize")
 """Compiler flags: for one coordinate with one contact or a few runs, and for many runs of more, whose loops are worth
 unrolling. The results are bit-identical at every level; with gcc 12, -O2 takes up to twice the time a step."""
+MOST_APART = 40
+"""Most models of one coordinate with one contact in a library that has the loops over time for each model apart, with
+its equations within them: three to four times as fast, and a tenth of a second of the compiler for each model."""
 KEPT_LIBRARIES = 32
 _AT_REST = 1e-30
 _REST = 1e-12
@@ -165,7 +168,7 @@ class Shooter:
         inputs = driven or [len(s.inputs) for s in systems]
         jumps = any(map(level_jumps, systems)) if jumps is None else jumps
         source = shooting_source(systems, free, self.loads, self.states, inputs, jumps)
-        plain = seldom or (self.coordinates == 1 and self.contacts <= 1)
+        plain = seldom or is_plain(systems[0])
         self._compiled = in_background(_library, source, PLAIN if plain else UNROLLED)
 
     def at(
@@ -252,22 +255,32 @@ def shooting_source(
         kept = max(kept, model.size1_in(6))
         if states:
             generator.add(law_function(f"laws_{k}", system, symbols, states))
-    one = systems[0]
+    one, owned = systems[0], [owners(system) for system in systems]
+    bristles = [has_bristles(system) for system in systems]
+    shared = not is_plain(one) or len(systems) > MOST_APART
+    if shared:
+        runs = [{"index": 0, "shared": True, "bristles": any(bristles), "states": states}]
+    else:
+        runs = [
+            {"index": k, "shared": False, "bristles": bristles[k], "states": len(own)} for k, own in enumerate(owned)
+        ]
     return render(
         "diagnosis/shooting.c.j2",
         coordinates=one.degrees_of_freedom,
         inputs=max(len(s.inputs) for s in systems),
-        driven=driven,
         contacts=len(one.contacts),
         sweeps=SWEEPS,
         rest=REST if jumps else _REST,
         jumps=jumps,
         models=generator.dump(),
+        runs=runs,
+        shared=shared,
         names=range(len(systems)),
+        driven=driven,
+        owners=owned,
         kept=kept,
         loads=loads,
         states=states,
-        owners=[owners(system) for system in systems],
     )
 
 
@@ -276,6 +289,16 @@ def terms_of(system: System) -> tuple[sympy.Expr, ...]:
     contacts = [term for c in system.contacts for term in (_set_valued_level(c), c.extra_force)]
     laws = [term for c, terms in all_law_terms(system) for term in (sympy.Integer(c), terms.force, *terms.rates)]
     return (*system.mass_matrix, *system.force, *system.distribution, *contacts, *laws)
+
+
+def is_plain(system: System) -> bool:
+    """Whether a system has one coordinate with one contact."""
+    return system.degrees_of_freedom == 1 and len(system.contacts) <= 1
+
+
+def has_bristles(system: System) -> bool:
+    """Whether a contact has Dahl's law; the compiled terms alone do not tell."""
+    return any(c.law.bristle_stiffness(c.law_parameters) != 0 for c in system.contacts)
 
 
 def level_jumps(system: System) -> bool:
