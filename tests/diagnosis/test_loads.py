@@ -50,7 +50,7 @@ def test_a_weight_hangs_on_its_spring_from_the_first_sample(gap: float) -> None:
     hanging = brentq(lambda there: K * (q - there - gap / 2) - G * np.cos(there), q - 0.2, q - gap / 2)
     system, rest, still = system_of(spec_of(effect)), np.full((2000, 1), q), np.zeros((2000, 1))
     record = Record(rest, rest, still, still, STEP, np.ones(1), np.arange(2000, dtype=np.int32), 1)
-    loads = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, 4).hidden()[:, 1:]
+    loads = Runner(Trial(system, (), ()), Shooter([system], [()]), 0, record, 4).hidden(np.zeros(0))[:, 1:]
     np.testing.assert_allclose(loads[:, 0], hanging, atol=1e-6)
     np.testing.assert_allclose(loads[:, 1], 0, atol=1e-4)
 

@@ -19,7 +19,7 @@ from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, Record
 from codegen.diagnosis.fit.shooting import all_law_terms, owners
 from codegen.diagnosis.fit.signals import Motion, central_difference, derivative_noise, white_noise
-from codegen.diagnosis.fit.trial import runner_of
+from codegen.diagnosis.fit.trial import Runner, Trial, runner_of
 from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.numpy_form import numpy_function
@@ -347,48 +347,85 @@ def _drive(system: System, motion: Motion) -> Array:
 
 def unfiltered_residual(system: System, motion: Motion) -> Array:
     """Force residual g − M a − U λ, (N, n); states that are not logged are simulated along the measured motion."""
-    inputs = effective_inputs(system, motion)
-    laws = dict(all_law_terms(system))
-    bristles = [k for k, c in enumerate(system.contacts) if c.law.bristle_stiffness(c.law_parameters) != 0]
-    if not bristles and not laws and not system.transmissions:
-        return np.asarray(evaluate_forces(system, [system.equation_error], motion, inputs)[0])
-    n, whole, hidden = system.degrees_of_freedom, with_loads(system), _hidden_states(system, motion)
-    loads, states = len(system.transmissions), len(owners(system))
-    behind = hidden[:, hidden.shape[1] - 2 * loads :]
-    followed = replace(
-        motion,
-        positions=np.hstack([motion.positions, behind[:, :loads]]),
-        velocities=np.hstack([motion.velocities, behind[:, loads:]]),
-        accelerations=np.hstack([motion.accelerations, np.zeros((len(behind), loads))]),
-    )
-    dynamic = [*bristles, *laws]
-    columns = [whole.equation_error]
-    for k in dynamic:
-        c, slip = system.contacts[k], system.slip_velocity[k]
-        by_level = c.force - c.extra_force if k in bristles else Sgn(c.slip) * c.law_level
-        columns += [Matrix(whole.distribution[:, k] * by_level.subs(c.slip, slip)), Matrix(whole.distribution[:, k])]
-    raw, *rest = evaluate_forces(whole, columns, followed, inputs)
-    slips, deflected = slip_velocities(system, motion), iter(hidden[:, len(system.contacts) :][:, :states].T)
-    for k, by_level, direction in zip(dynamic, rest[::2], rest[1::2], strict=True):
-        if k in bristles:
-            stiffness = system.contacts[k].law.bristle_stiffness(system.contacts[k].law_parameters)
-            force = float(stiffness.subs(system.values)) * hidden[:, k]
-        else:
-            slip, own = slips[:, k], [next(deflected) for _ in laws[k].states]
-            arguments = (system.contacts[k].slip, DIRECTION, *laws[k].states)
-            law = numpy_function([laws[k].force], arguments, system.values)
-            (found,) = law(slip, np.clip(slip / STANDSTILL, -1.0, 1.0), *own)
-            force = np.broadcast_to(np.asarray(found, dtype=float), slip.shape)
-        raw = raw + by_level - direction * force[:, None]
-    return np.asarray(raw[:, :n])
+    return ResidualAlong(Trial(system, (), ()), motion).at(np.zeros(0))
 
 
-def _hidden_states(system: System, motion: Motion) -> Array:
-    """Bristle deflections, states of laws, positions and velocities of loads, (N, contacts + states + 2 loads)."""
-    h, each = motion.sample_time, np.arange(len(motion.time), dtype=np.int32)
-    along = motion.measured, motion.positions, motion.velocities, motion.commands
-    record = Record(*along, h, np.ones(system.degrees_of_freedom), each, 1)
-    return runner_of(system, record, max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz)))).hidden()
+class ResidualAlong:
+    """The unfiltered force residual g − M a − U λ of a trial along a motion, for many values of its parameters.
+
+    These change neither actuators nor sensor errors. States that are not logged are simulated along the motion.
+    """
+
+    def __init__(self, trial: Trial, motion: Motion) -> None:
+        self._trial, self._motion = trial, motion
+        system = trial.changed
+        self._laws = dict(all_law_terms(system))
+        stiffness = (contact.law.bristle_stiffness(contact.law_parameters) for contact in system.contacts)
+        self._bristles = {k: found for k, found in enumerate(stiffness) if found != 0}
+        whole, columns = system, [system.equation_error]
+        if self._hides:
+            whole = with_loads(system)
+            columns = [whole.equation_error]
+            for k in self._dynamic:
+                c, slip = system.contacts[k], system.slip_velocity[k]
+                by_level = c.force - c.extra_force if k in self._bristles else Sgn(c.slip) * c.law_level
+                columns += [Matrix(whole.distribution[:, k] * by_level.subs(c.slip, slip))]
+                columns += [Matrix(whole.distribution[:, k])]
+        self._whole, self._columns = whole, len(columns)
+        self._function = force_function(whole, columns, trial.symbols)
+
+    @property
+    def _dynamic(self) -> list[int]:
+        """Contacts with bristles, then those with states of their own."""
+        return [*self._bristles, *self._laws]
+
+    @property
+    def _hides(self) -> bool:
+        """Whether there are states that are not logged."""
+        return bool(self._dynamic or self._trial.changed.transmissions)
+
+    def at(self, theta: Array) -> Array:
+        """(N, n) at a vector of the trial."""
+        trial, motion, system = self._trial, self._motion, self._trial.changed
+        numbers, n = trial.numbers(theta), system.degrees_of_freedom
+        hidden, loads = np.zeros((len(motion.time), 0)), len(system.transmissions)
+        if self._hides:
+            hidden = self._runner.hidden(theta)
+        behind = hidden[:, hidden.shape[1] - 2 * loads :]
+        followed = motion
+        if self._hides:
+            followed = replace(
+                motion,
+                positions=np.hstack([motion.positions, behind[:, :loads]]),
+                velocities=np.hstack([motion.velocities, behind[:, loads:]]),
+                accelerations=np.hstack([motion.accelerations, np.zeros((len(behind), loads))]),
+            )
+        at = points(self._whole, followed, effective_inputs(system, motion))
+        if len(numbers):
+            at = np.hstack([at, np.tile(numbers, (len(at), 1))])
+        forces = over_rows(self._function, at).reshape(len(at), self._columns, -1).transpose(1, 0, 2)
+        raw, *rest = np.ascontiguousarray(forces)
+        deflected = iter(hidden[:, len(system.contacts) :][:, : len(owners(system))].T)
+        values = {**system.values, **dict(zip(trial.symbols, map(float, numbers), strict=True))}
+        for k, by_level, direction in zip(self._dynamic, rest[::2], rest[1::2], strict=True):
+            if k in self._bristles:
+                force = float(self._bristles[k].subs(values)) * hidden[:, k]
+            else:
+                terms, slip = self._laws[k], slip_velocities(system, motion)[:, k]
+                own = [next(deflected) for _ in terms.states]
+                law = numpy_function([terms.force], (system.contacts[k].slip, DIRECTION, *terms.states), values)
+                (found,) = law(slip, np.clip(slip / STANDSTILL, -1.0, 1.0), *own)
+                force = np.broadcast_to(np.asarray(found, dtype=float), slip.shape)
+            raw = raw + by_level - direction * force[:, None]
+        return np.asarray(raw[:, :n])
+
+    @cached_property
+    def _runner(self) -> Runner:
+        """Free runs that start at every sample, for the states along the motion."""
+        motion, h, each = self._motion, self._motion.sample_time, np.arange(len(self._motion.time), dtype=np.int32)
+        along = motion.measured, motion.positions, motion.velocities, motion.commands
+        record = Record(*along, h, np.ones(self._trial.changed.degrees_of_freedom), each, 1)
+        return runner_of(self._trial, record, max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz))))
 
 
 def friction_estimate(system: System, motion: Motion) -> Array:

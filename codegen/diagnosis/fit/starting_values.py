@@ -9,7 +9,7 @@ found by a bounded search. A compliance has the frequency of the resonance that 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from itertools import product
 
@@ -24,6 +24,7 @@ from codegen.diagnosis.fit.linear import fitted, solved
 from codegen.diagnosis.fit.output_error import Fit, mean_residuals, segment_cost, segment_weights
 from codegen.diagnosis.fit.residual import (
     Problem,
+    ResidualAlong,
     effective_inputs,
     evaluate_forces,
     force_function,
@@ -32,7 +33,7 @@ from codegen.diagnosis.fit.residual import (
     points,
 )
 from codegen.diagnosis.fit.signals import Motion, low_pass
-from codegen.diagnosis.fit.trial import Runner, Trial, model_of
+from codegen.diagnosis.fit.trial import Part, Runner, Trial, model_of
 from codegen.effects.start import Covered
 from codegen.mechanics.casadi_form import over_rows
 from codegen.mechanics.system import Matrix, System
@@ -122,6 +123,7 @@ class ForceStart:
     problem: Problem
     base: Fit
     whole: bool = False
+    _along: dict[Part, ResidualAlong] = field(default_factory=dict)
 
     def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
         """(share of the squared force residual that remains, theta) with starting values of the last part and levels.
@@ -158,11 +160,21 @@ class ForceStart:
 
     def with_levels(self, trial: Trial, theta: Array) -> tuple[float, Array]:
         """(share of the squared force residual that remains, theta) with refitted levels."""
-        residual = self._rows(inverse_dynamics_residual(model_of(trial, theta), self.problem.motion)[:: self._every])
+        residual = self._rows(self._residual_of(trial, theta)[:: self._every])
         step, rest = self._least_squares(self._slopes, residual)
         theta = theta.copy()
         theta[self._places] += step
         return self._share(rest), theta
+
+    def _residual_of(self, trial: Trial, theta: Array) -> Array:
+        """(N, n) low-passed force residual of a trial at the base's values and these of its last part."""
+        motion, model, part = self.problem.motion, self.base.model, trial.parts[-1]
+        alone = Trial(model, (part,), ())
+        if (alone.changed.actuators, alone.changed.sensor_errors) != (model.actuators, model.sensor_errors):
+            return inverse_dynamics_residual(model_of(trial, theta), motion)
+        if part not in self._along:
+            self._along[part] = ResidualAlong(alone, motion)
+        return motion.low_pass(self._along[part].at(theta[len(self.base.theta) :]))
 
     def _share(self, rest: Array) -> float:
         """The square of what remains, with the cost of the prior, over that of the base, whose mean square is 1."""

@@ -178,12 +178,12 @@ class Runner:
 
         return run
 
-    def hidden(self) -> Array:
-        """States that are not logged, as by ``Shooter.hidden``, for the trial without parts."""
-        trial, none = self.trial, np.zeros(0)
-        structure = trial.structures.at(none)
+    def hidden(self, theta: Array) -> Array:
+        """States that are not logged, as by ``Shooter.hidden``."""
+        trial, numbers = self.trial, self.trial.numbers(theta)
+        structure, p = trial.structures.at(numbers), numbers[self._arguments]
         assert isinstance(self.shooter, Shooter)  # an arm is never separated here
-        return self.shooter.hidden(self.model, none, structure, self.record, self._drive(none), self.substeps)
+        return self.shooter.hidden(self.model, p, structure, self.record, self._drive(numbers), self.substeps)
 
     @cached_property
     def _arguments(self) -> list[int]:
@@ -285,15 +285,15 @@ def free_run(
     # The last run goes on behind the log; what it predicts there is dropped.
     commands = np.vstack([commands, np.repeat(commands[-1:], length, axis=0)])
     record = Record(positions, positions, velocities, commands, sample_time, np.ones(n), start, length)
-    rows = runner_of(system, record, substeps).run(np.zeros(0), record.at_rest).reshape(-1, n)[:kept]
+    rows = runner_of(Trial(system, (), ()), record, substeps).run(np.zeros(0), record.at_rest).reshape(-1, n)[:kept]
     predicted = np.full((count, n), np.nan)
     predicted[cut : cut + kept] = np.where(np.isfinite(rows), rows, np.inf)
     return predicted
 
 
-def runner_of(system: System, record: Record, substeps: int) -> Runner:
-    """Free runs of a system as it is, with no parameter free."""
-    return Runner(Trial(system, (), ()), Shooter([system], [()], seldom=True), 0, record, substeps)
+def runner_of(trial: Trial, record: Record, substeps: int) -> Runner:
+    """A few free runs of one trial."""
+    return Runner(trial, Shooter([trial.changed], [trial.free], seldom=True), 0, record, substeps)
 
 
 def with_values(system: System, refitted: Mapping[str, float]) -> System:
