@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -11,17 +12,24 @@ import casadi
 import numpy as np
 import pytest
 
+from codegen.base.arrays import Array
 from codegen.diagnosis.fit import parallel as both
+from codegen.diagnosis.fit import shooting
 from codegen.diagnosis.fit.record import Record
-from codegen.diagnosis.fit.signals import Motion
+from codegen.diagnosis.fit.residual import ResidualAlong, level_parameters, unfiltered_residual
+from codegen.diagnosis.fit.shooting import Shooter
+from codegen.diagnosis.fit.signals import Motion, smooth_motion
+from codegen.diagnosis.fit.trial import Runner, Trial, model_of, part_of
 from codegen.diagnosis.verdict.replay import tracked_friction, tracking_choice
+from codegen.effects import CATALOGUE
 from codegen.emit.package import emit_sources, make_header
-from codegen.mechanics import build_system
+from codegen.mechanics import System, build_system
 from codegen.mechanics.casadi_form import over_rows
 from codegen.observers import build_observer
 from codegen.program import build_program
 from codegen.replay.engine import TwinEngine
 from codegen.spec import read_spec
+from tests.diagnosis.stage import log_of, stage, system_of
 
 
 @pytest.mark.parametrize("count", [0, 1, 199, 200, 401])
@@ -65,6 +73,58 @@ def test_means_of_a_run_are_those_of_numpy_and_a_coordinate_that_diverges_spoils
     found = Record.means(record, run)
     assert np.isinf(found[2, -1, 0]) and np.isnan(found[4, -1, 0])
     assert np.allclose(found[:, :, 1:], expected[:, :, 1:], rtol=1e-13, atol=0)
+
+
+LACKING = {
+    "spring": {"k": 30.0},
+    "stribeck": {"delta": 3.0, "v_s": 0.05},
+    "presliding": {"sigma": 2e4},
+    "compliance": {"k": 9e3, "c": 8.0, "load_fraction": 0.4},
+    "backlash": {"gap": 1e-4, "k": 9e3, "c": 8.0, "load_fraction": 0.4},
+}
+
+
+def moved_axis() -> tuple[System, Array, Array]:
+    """An axis with a friction of 4 N, positions and velocities along two sines, and an input that changes its sign."""
+    t = 1e-3 * np.arange(1500)
+    positions = 0.02 * np.sin(9 * t) + 0.004 * np.sin(41 * t)
+    velocities = 0.18 * np.cos(9 * t) + 0.164 * np.cos(41 * t)
+    return system_of(stage()), positions[:, None], velocities[:, None]
+
+
+def trial_of(system: System, kind: str) -> Trial:
+    return Trial(system, (part_of(CATALOGUE[kind], 0, system),), tuple(level_parameters(system)))
+
+
+def test_loops_for_each_model_apart_give_the_bits_of_loops_that_all_share(monkeypatch: pytest.MonkeyPatch) -> None:
+    system, positions, velocities = moved_axis()
+    start = np.arange(0, 1300, 100, dtype=np.int32)
+    commands = 12 * np.sign(np.sin(20 * 1e-3 * np.arange(1500)))[:, None]
+    record = Record(positions, positions, velocities, commands, 1e-3, np.ones(1), start, 90)
+    trials = [trial_of(system, kind) for kind in LACKING]
+    thetas = [t.theta(np.array([3.5]), [v]) for t, v in zip(trials, LACKING.values(), strict=True)]
+
+    def runs() -> list[Array]:
+        made = Shooter([t.changed for t in trials], [t.free for t in trials])
+        ran = (Runner(trial, made, k, record, 3).run(thetas[k], record.at_rest) for k, trial in enumerate(trials))
+        return list(ran)
+
+    apart = runs()
+    monkeypatch.setattr(shooting, "MOST_APART", 0)
+    shared = runs()
+    assert all(np.array_equal(a, b) for a, b in zip(apart, shared, strict=True))
+    assert all(np.ptp(a - apart[0]) > 1e-7 for a in apart[1:])
+
+
+@pytest.mark.parametrize("kind", LACKING)
+def test_a_residual_for_many_values_is_that_of_each_model(tmp_path: Path, kind: str) -> None:
+    motion = smooth_motion(log_of(stage(), tmp_path, "train.csv"))
+    trial = replace(trial_of(system_of(stage()), kind), moved=())
+    along = ResidualAlong(trial, motion)
+    for factor in (1.0, 0.5):
+        values = {name: factor * value for name, value in LACKING[kind].items()}
+        theta = trial.theta(np.zeros(0), [values])
+        assert np.array_equal(along.at(theta), unfiltered_residual(model_of(trial, theta), motion))
 
 
 def test_what_runs_in_the_background_gives_its_result_or_its_error_to_each_that_asks() -> None:
