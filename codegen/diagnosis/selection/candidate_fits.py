@@ -10,7 +10,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.coverage import survey
-from codegen.diagnosis.fit.credit import FAR, NEAR_NOISE, near_noise, noise_loss, noise_ratio
+from codegen.diagnosis.fit.credit import FAR, NEAR_NOISE, near_noise, noise_loss, noise_ratio, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
 from codegen.diagnosis.fit.parallel import in_parallel
 from codegen.diagnosis.fit.search import ROUNDS, Search
@@ -169,7 +169,7 @@ class CandidateFits:
 
     def _start_by_force(self) -> None:
         """Starting points from the force residual, one after the other: CasADi builds expressions in one thread."""
-        if near_noise(self.base):
+        if near_noise(self.base) and not share_far(self.base):
             return
         start, found = ForceStart(self.search.problem, self.base), self.forced
         for k, part in enumerate(self.parts):
