@@ -28,6 +28,8 @@ FAR_START = 3.0
 AT_END = 0.999
 """Share of the distance to a limit from which on a parameter counts as limited."""
 WIDE = 20.0
+UNKNOWN = 10.0
+"""Standard deviation, in sizes of a parameter, with which an estimate without one block stays near that of all."""
 MANY = 12
 """With more toleranced parameters, as of an arm, in which forces are linear, slopes are computed once a fit."""
 SPEED_SHARE = 0.005
@@ -125,7 +127,11 @@ class Fit:
 
     @cached_property
     def held_out_losses(self) -> Array:
-        """(S,) cross-validated loss of each segment, under the fit to the other blocks by one Gauss–Newton step."""
+        """(S,) cross-validated loss of each segment, under the fit to the other blocks by one Gauss–Newton step.
+
+        A parameter that one block alone shows, as the limit of a drive that saturates once, does not move
+        (``UNKNOWN``): the other blocks say nothing of it, and that block is as in the fit to all.
+        """
         residual, slopes, prior = self.residual, self.slopes, self.prior
         segments = np.arange(len(residual))
         if not len(slopes):
@@ -134,10 +140,11 @@ class Fit:
         normal = np.einsum("ask,bsk->sab", weighted, slopes, optimize=True)
         right = np.einsum("ask,sk->sa", weighted, residual)
         losses = np.empty(len(residual))
+        held = np.diag(prior.precision + (UNKNOWN * np.maximum(prior.size, 1e-12)) ** -2.0)
         for block in np.array_split(segments, BLOCKS):
             rest = np.setdiff1d(segments, block)
             pull = right[rest].sum(axis=0) - prior.precision * (self.theta - prior.centre)
-            step = solved(normal[rest].sum(axis=0) + np.diag(prior.precision), pull)
+            step = solved(normal[rest].sum(axis=0) + held, pull)
             losses[block] = segment_losses(residual[block] - np.tensordot(step, slopes[:, block], axes=1))
         return losses
 
