@@ -278,11 +278,11 @@ class SteadySearch:
         if not part.effect.admissible(self.system, part.place, row.parameters):
             return "fits only with unphysical values"
         if row.size < credit.LEAST_SIZE:
-            return f"its force is {in_percent(row.size)} of the drive force: too little to matter"
+            return f"is too small to matter: {in_percent(row.size)} of the drive force"
         absent = may_be_absent(part.effect, fit.intervals()[-1])
         if absent:
-            return f"the 95 % interval of {', '.join(absent)} contains the value at which it is absent"
-        return "" if row.p <= credit.ALPHA else f"not significant: p = {row.p:.2g} without an effect"
+            return f"may be absent: the 95 % interval of {', '.join(absent)} contains the value without it"
+        return "" if row.p <= credit.ALPHA else f"may be chance: p = {row.p:.2g} over all candidates"
 
     def _starts(self, trial: Trial, base: SteadyFit) -> list[Array]:
         """The best starting values over the shapes of the last part, its weights by one linear step."""

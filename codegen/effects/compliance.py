@@ -63,7 +63,7 @@ class _OnAxis(Effect):
         share = values["load_fraction"]
         if share >= LEAST_LOAD:
             return ""
-        return f"its load is {in_percent(share)} of the inertia: it acts at its resonance alone"
+        return f"acts at its resonance alone: its load is {in_percent(share)} of the inertia"
 
     def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
         """An inertia without the load: a spring that is too soft to move it leaves the motor alone."""
@@ -155,7 +155,7 @@ class Backlash(_OnAxis):
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
         """Why not, where the gap is hidden in the noise or the load is lighter than ``LEAST_LOAD``."""
         if values["gap"] < SEEN_GAP * noise:
-            return "its gap is below what the noise of the position lets one see"
+            return "has a gap below what the noise of the position lets one see"
         return super().unseen(values, noise)
 
 

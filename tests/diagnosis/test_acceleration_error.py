@@ -77,7 +77,7 @@ def fits(effects: str, folder: Path) -> tuple[Search, Fit, Fit]:
 def test_a_load_that_is_not_there_shakes_the_motion(tmp_path: Path):
     search, base, fit = fits("[{kind: viscous, on: rail, parameters: {b: 10}}]", tmp_path)
     assert larger_acceleration_error(base, fit, 0, search.motion.cutoff_hz).startswith(
-        "makes the squared acceleration error of free runs"
+        "makes the squared acceleration error of the simulation"
     )
 
 
@@ -109,5 +109,5 @@ def test_one_coordinate_and_one_run_that_diverges_do_not_hide_it() -> None:
     after = np.stack([2 * waves[:, 0], 100 * waves[:, 1]], axis=2)
     after[3] = np.nan
     words = larger_acceleration_error(fit_with(before), fit_with(after), 0, CUTOFF)
-    assert words.startswith("makes the squared acceleration error of free runs")
+    assert words.startswith("makes the squared acceleration error of the simulation")
     assert larger_acceleration_error(fit_with(before), fit_with(after), 1, CUTOFF) == ""

@@ -367,7 +367,7 @@ def test_an_input_of_which_nothing_acts_is_no_effect(kind: str, share: float, lo
     value = float(trial.parts[-1].inward({trial.parts[-1].names[0]: share * np.abs(log.inputs).max()})[0])
     moved = replace(base, runner=replace(base.runner, trial=trial), theta=np.append(base.theta, value))
     before, after = ForceCriterion(search, base), ForceCriterion(search, moved)
-    assert ("needs more" in only_reduces_drive(before, after, Evidence(1.0, 0.99, 3.0, 8, 8))) is (share != 0.3)
+    assert ("too little to move" in only_reduces_drive(before, after, Evidence(1.0, 0.99, 3.0, 8, 8))) is (share != 0.3)
 
 
 SLOW = "0.25*sin(2*pi*0.08*t)"
@@ -393,7 +393,7 @@ def test_a_drive_that_friction_cancels_moves_nothing(kind: str, tmp_path: Path) 
     cancelled = replace(base, runner=replace(base.runner, trial=trial), theta=theta)
     before, after = ForceCriterion(search, base), ForceCriterion(search, cancelled)
     words = only_reduces_drive(before, after, Evidence(1.0, 0.99, 3.0, 8, 8))
-    assert "a machine that moves needs more" in words
+    assert "too little to move the machine" in words
     assert not credible(search, base, cancelled, 20)
 
 
@@ -414,7 +414,7 @@ def test_a_dead_zone_that_takes_as_much_of_the_drive_as_of_the_residual_explains
     before, after = ForceCriterion(search, base), ForceCriterion(search, moved)
     assert 0.5 < after.over(before).left < 0.7
     words = only_reduces_drive(before, after, Evidence(1.0, share, 3.0, 8, 8))
-    assert ("explains no larger share of that" in words) is refused
+    assert ("explains no larger share" in words) is refused
 
 
 TWO_AXES = """\
@@ -589,7 +589,7 @@ def test_a_limit_far_below_the_commands_is_no_effect_of_a_slow_heavy_machine(tmp
     search = search_on(problem, partial(record_of, problem.motion, log))
     base = search.refit()
     evidence = Evidence(1.0, 0.96, 3.0, 8, 8)  # of free runs of such a machine that moves from point to point
-    nothing, less = "a machine that moves needs more", "of the drive force, and a larger share of that unexplained"
+    nothing, less = "too little to move the machine", "of which a larger share stays unexplained"
     for kind, values, why in (
         ("saturation", {"limit": 151.0}, nothing),
         ("saturation", {"limit": 250.0}, less),

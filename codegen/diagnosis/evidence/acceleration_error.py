@@ -56,4 +56,4 @@ def larger_acceleration_error(before: Fit, after: Fit, coordinate: int, cutoff_h
     times = float(np.exp(more.mean())) if len(more) else 1.0
     if not times > LARGER or by_random_signs(blocks) > ALPHA:
         return ""
-    return f"makes the squared acceleration error of free runs {times:.2g} times as large"
+    return f"makes the squared acceleration error of the simulation {times:.2g} times as large"

@@ -45,14 +45,14 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
         stroke, period = _stroke(problem.system, problem.motion, part), found.parameters["period"]
         unit = found.units["period"]
         words.append(
-            f"{found.kind} has a period of {period:.3g} {unit}, but the log covers only {stroke:.3g} {unit} there: "
-            "less than one period does not show that it repeats"
+            f"the log covers only {stroke:.3g} {unit} of the period of {found.kind}, {period:.3g} {unit}: "
+            "nothing shows that it repeats"
         )
     elif passed_too_fast(problem.system, problem.motion, part, found.parameters):
         period, unit = found.parameters["period"], found.units["period"]
         words.append(
-            f"{found.kind} has a period of {period:.3g} {unit}, and the log nowhere covers one slowly enough for its "
-            f"force to be below the cutoff of {problem.motion.cutoff_hz:.3g} Hz"
+            f"the log passes the period of {found.kind}, {period:.3g} {unit}, too fast everywhere: the force "
+            f"lies above the cutoff of {problem.motion.cutoff_hz:.3g} Hz"
         )
     return words
 
@@ -114,9 +114,7 @@ def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
     for k, contact in enumerate(problem.system.contacts):
         lost = sorted(gone & {s.name for s in contact.law_parameters.values()})
         if lost and (np.all(slip[:, k] > 0) or np.all(slip[:, k] < 0)):
-            return (
-                f"with it the friction level {lost[0]} would be zero, which a log that moves one way only cannot show"
-            )
+            return f"makes the friction level {lost[0]} zero, which a log that moves one way cannot show"
     return ""
 
 
@@ -124,13 +122,13 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
     """Parts of a credited effect's curve that the log does not cover, and intervals that it has not, in words."""
     words = []
     if part.effect.rough:
-        words.append(
-            f"the values of {found.kind} have no interval: its loss is not smooth, so slopes do not bound them"
-        )
+        words.append(f"The values of {found.kind} have no interval, since the error is no smooth function of them")
     stroke, period = _stroke(problem.system, problem.motion, part), found.parameters.get("period", 0.0)
     if period > stroke and not never_passed(problem.system, problem.motion, part, found.parameters):
         unit = found.units["period"]
-        words.append(f"{found.kind} on {found.on} is seen over {stroke:.3g} of {period:.3g} {unit} of its period only")
+        words.append(
+            f"The log covers only {stroke:.3g} of {period:.3g} {unit} of the period of {found.kind} on {found.on}"
+        )
     covered = {"{q}/s": _top_speed(problem.system, problem.motion, part), "s": float(np.ptp(problem.motion.time))}
     for p in part.effect.parameters:
         most = covered.get(p.unit)
@@ -139,7 +137,7 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
         unit = found.units[p.name]
         words.append(
             f"{p.name} = {found.parameters[p.name]:.3g} {unit} of {found.kind} on {found.on} lies beyond what the log "
-            f"covers ({most:.3g} {unit}): only the start of its shape is seen"
+            f"covers ({most:.3g} {unit}), so the log shows only the start of its shape"
         )
     return words
 

@@ -97,8 +97,8 @@ def run_round(
         unsure = not why_not and p > credit.ALPHA
         if unsure:
             why_not = (
-                f"fits {one.won} of {one.blocks} held-out parts of the log better, but by so little that it may be "
-                f"chance (p = {p:.2g} over all candidates; at most {credit.ALPHA:g} is accepted)"
+                f"may be chance: it fits {one.won} of {one.blocks} held-out parts of the log better, which has "
+                f"p = {p:.2g} over all candidates (at most {credit.ALPHA:g} is accepted)"
             )
         ratio = noise_ratio(found) / noise_ratio(base)
         ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after))
@@ -127,7 +127,7 @@ def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[
 
     The candidates of a round are fitted with the noise that free runs show; the chosen one again with that of the log.
     """
-    words = "passes with the noise that the refit leaves; fitted again with the noise of the log, it may be chance"
+    words = "may be chance: it passes with the noise that the refit leaves, but not with the noise of the log"
     same = _same_motion(chosen.found)
     return [
         replace(r, why_not=words, unsure=True) if not r.why_not and (r is chosen or _is_one_of(r.found, same)) else r
@@ -395,7 +395,7 @@ def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
     net = before.search.drive.share(after.residual - before.residual)
     if net >= credit.LEAST_NET:
         return ""
-    return f"changes the force by {in_percent(net)} of the drive force once values are refitted: too little to matter"
+    return f"is absorbed by refitted values: beside them it changes the force by {in_percent(net)} of the drive force"
 
 
 def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
@@ -416,7 +416,7 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
     if net >= FORM_ERROR * most:
         return ""
     return (
-        f"changes the force by {in_percent(net)} of the drive force, where {larger.kind} makes {in_percent(most)}: no "
+        f"adds only {in_percent(net)} of the drive force to the {in_percent(most)} of {larger.kind}: no "
         "more than a misfit of that curve's form may leave"
     )
 
@@ -435,7 +435,7 @@ def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: 
         return ""
     if credit.free_runs_settle(after.fit, share, times):
         return ""
-    return f"makes the squared force residual {times:.2g} times as large"
+    return f"makes the squared residual force {times:.2g} times as large"
 
 
 def contradicted_by_acceleration(before: ForceCriterion, after: ForceCriterion) -> str:
@@ -461,11 +461,12 @@ def _why_not(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: f
     """The first test that a candidate fails, in words; empty where it passes all but that of significance."""
     search, found = after.search, after.fit
     if e.gain <= 0:
-        return "does not reduce the error on held-out segments"
+        return "does not reduce the simulation error on held-out parts of the log"
     if e.share < credit.LEAST_SHARE:
-        return f"removes {in_percent(e.share)} of the squared free-run error on held-out segments"
+        needed = in_percent(credit.LEAST_SHARE)
+        return f"removes {in_percent(e.share)} of the squared simulation error on held-out parts; {needed} is needed"
     if size < _least_size(found):
-        return f"its force is {in_percent(size)} of the drive force: too little to matter"
+        return f"is too small to matter: {in_percent(size)} of the drive force"
     if not admissible(search, found):
         return "fits only with unphysical values"
     here = found.part.effect.coordinate(search.system, found.part.place)
@@ -485,11 +486,11 @@ def _why_not(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: f
 def unseen_shape(search: Search, found: Fit) -> str:
     """Why the log cannot show an effect's shape: that it repeats, or where it bends; else empty."""
     if never_passed(search.system, search.motion, found.part, found.parameters):
-        return "its period is longer than the distance that the log covers: less than one period shows no repetition"
+        return "has a period longer than the distance that the log covers, so nothing shows that it repeats"
     if passed_too_fast(search.system, search.motion, found.part, found.parameters):
-        return "its period is passed so fast everywhere that its force lies above the cutoff of the filter"
+        return "has a period that the motion passes too fast: its force lies above the cutoff of the filter"
     if shows_no_bend(search.system, search.motion, found.part, found.parameters):
-        return "it bends far below or above the speeds of the log, which therefore shows a level or a line and no curve"
+        return "bends outside the speeds of the log, where it is a level or a line and no curve"
     return ""
 
 
@@ -513,22 +514,22 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     acting = drive_shares(after.fit.model, before.fit.model, motion, before.search.problem.masks.rows)
     least = float(np.min(acting))
     if least < LEAST_DRIVE:
-        return f"leaves {in_percent(least)} of the drive force: a machine that moves needs more"
+        return f"weakens the drive force to {in_percent(least)}: too little to move the machine"
     left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)
     scales = left / had  # p
     remaining = acting / scales  # q
     if _leaves_more(before, after, remaining, CONTRADICTED):
-        return f"leaves {in_percent(least)} of the drive force, and a larger share of that unexplained"
+        return f"weakens the drive force to {in_percent(least)}, of which a larger share stays unexplained"
     small, far = 1 - credit.LEAST_SHARE, noise_ratio(after.fit) > credit.NEAR_NOISE
     by_runs = 1 - e.share > small * float(np.min(remaining)) ** 2
     if far and by_runs and _leaves_more(before, after, remaining, small):
-        return f"leaves {in_percent(least)} of the drive force, and explains no larger share of that"
+        return f"weakens the drive force to {in_percent(least)}, of which it explains no larger share"
     scale = float(np.min(scales))
     if scale >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * scale**2:
         return ""
     if after.over(before).left <= 1 - credit.LEAST_SHARE:
         return ""
-    return f"leaves {in_percent(left.min())} of the drive force for the motion, and explains no larger share of that"
+    return f"weakens the drive force for the motion to {in_percent(left.min())}, of which it explains no larger share"
 
 
 def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array, times: float) -> bool:
@@ -594,4 +595,4 @@ def acts_as_its_limit(search: Search, found: Fit) -> str:
     )
     if own >= credit.LEAST_SIZE:
         return ""
-    return f"acts as {kind}: its own force beside that is {in_percent(own)} of the drive force"
+    return f"acts as {kind}: what it adds to that is {in_percent(own)} of the drive force"

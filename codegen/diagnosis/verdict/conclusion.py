@@ -189,8 +189,8 @@ def against_regression(
         if one.alone < one.line and one.with_line - one.line < MOST * one.alone:
             return (
                 f"a vibration of constant frequency, {one.line_hz:.3g} Hz, explains {100 * one.line:.0f} % of the "
-                f"residual force; the law explains {in_percent(one.alone)}, and in addition to the vibration "
-                f"{in_percent(max(0.0, one.with_line - one.line))}"
+                f"residual force. The law explains {in_percent(one.alone)}, and only "
+                f"{in_percent(max(0.0, one.with_line - one.line))} in addition to the vibration"
             )
     return ""
 

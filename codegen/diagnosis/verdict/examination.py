@@ -141,7 +141,8 @@ def _judged(
         against = (
             f"it does not reduce the squared residual force of the training log by {in_percent(credit.LEAST_SHARE)}"
         )
-    against = against or against_regression(outcome, *models, found) or takes_the_level(*models)
+    level = takes_the_level(*models)
+    against = against or against_regression(outcome, *models, found) or (f"it {level}" if level else "")
     if against:
         return replace(plain, verdict="unknown", effects=found, against=not_credited([against]))
     alone = with_values(system, without_it)

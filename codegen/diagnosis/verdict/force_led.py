@@ -548,12 +548,12 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     why_not = ""
     share = min(one.share, 1 - ratio**2)
     if 1 - share > (1 - least) * acting**2:
-        why_not = f"removes {in_percent(share)} of the squared force residual on held-out blocks"
+        why_not = f"removes {in_percent(share)} of the squared residual force on held-out parts"
         why_not += f" and leaves {in_percent(acting)} of the drive force" if acting < 0.99 else ""
     elif not matters(fits.search, found, plain):
-        why_not = "its force is too little to matter"
+        why_not = "is too small to matter"
     elif p > credit.ALPHA:
-        why_not = f"fits better by so little that it may be chance (p = {p:.2g} over all candidates)"
+        why_not = f"may be chance: it fits better by so little that p = {p:.2g} over all candidates"
     return Ranked(found, one, ratio, relative_size(fits.search, found, plain), why_not, False, p)
 
 
