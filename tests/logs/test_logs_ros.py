@@ -297,6 +297,7 @@ def test_hostile_bags(tmp_path: Path, spec: Any, case: str) -> None:
 METADATA = {
     "a: 1\n": "no list of files",
     "rosbag2_bagfile_information: {relative_file_paths: [../x.mcap]}\n": "in another folder",
+    "rosbag2_bagfile_information: {relative_file_paths: [x.mcap, y.mcap, x.mcap]}\n": "`x.mcap` more than once",
     "rosbag2_bagfile_information: {relative_file_paths: [x.db3.zstd]}\n": "`zstd -d`",
     "rosbag2_bagfile_information: {relative_file_paths: [x.mcap]}\n": "no such file",
     "rosbag2_bagfile_information: {compression_mode: MESSAGE, relative_file_paths: [x.mcap]}\n": "compressed one",

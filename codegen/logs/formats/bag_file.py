@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
@@ -146,6 +147,8 @@ class BagFolder(Storage):
             found = "messages that are compressed one by one"
             raise self._metadata(found, " (`ros2 bag convert` decompresses them)", "LOG002")
         self._parts = []
+        if len(set(names)) < len(names):  # of one file, a short list could make a thousand
+            raise self._metadata(f"`{shown(Counter(names).most_common(1)[0][0])}` more than once")
         for name in names:
             if Path(name).name != name:
                 raise self._metadata(f"`{shown(name)}`, in another folder")
