@@ -10,7 +10,7 @@ from typing import Any
 
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
-from codegen.base.files import refuse_target, write_all
+from codegen.base.files import refuse_foreign_json, refuse_target, write_all
 from codegen.base.shown import Result, json_text, named
 from codegen.cancellation import Plan, RankFalls, Reach, Verdict, make_plan, reach
 from codegen.cancellation.plan import Leftover, leftover
@@ -157,12 +157,14 @@ def cancel(
         progress: called with the share of this simulation that is done, from 0 to 1.
 
     Raises:
-        BadInput: for a bad spec, a force that is not linear in the inputs, or a folder that cannot be written.
+        BadInput: for a bad spec, a force that is not linear in the inputs, or a folder that cannot be written or has a
+            file of that name that we did not write.
     """
     machine = derived_from(source)
     spec = machine.spec
     if out is not None:
         refuse_target(Path(out) / NUMBERS, {"the spec itself": spec.path})
+        refuse_foreign_json(Path(out) / NUMBERS, "stiction-cancellation/")
     system = machine.system
     choice = spec.cancellation or CancellationChoice()
     found = reach(spec, system, choice.weight)

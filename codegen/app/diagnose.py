@@ -14,6 +14,7 @@ from codegen.app.diagnosis_folder import (
     log_sha256,
     refuse_another_log,
     refuse_not_ours,
+    refuse_other_robot,
 )
 from codegen.base.border import verb
 from codegen.base.errors import BadInput, Place
@@ -32,6 +33,7 @@ from codegen.spec.urdf import LARGEST as LARGEST_URDF
 
 if TYPE_CHECKING:
     from codegen.certify.outcome import Certificate, Refusal
+    from codegen.spec import Spec
 
 Progress = Callable[[str, float], None]
 
@@ -119,6 +121,9 @@ def diagnose(
     refuse_not_ours(folder)
     machine = derived_from(source)
     spec = machine.spec
+    robot = _robot_files(spec)
+    for name, text in robot.items():
+        refuse_other_robot(folder, name, text)
     if spec.observer is not None:
         from codegen.app.check import refuse_ungenerable  # a third of a second that a plain spec need not pay
         from codegen.app.generate import listed_files, refuse_edited
@@ -145,7 +150,7 @@ def diagnose(
     diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters, tell_and_load)
     from codegen.report import render_report
 
-    files: dict[str, str] = {"spec.yaml": models.spec_text}
+    files: dict[str, str] = {**robot, "spec.yaml": models.spec_text}
     free = free_gains_in_words(spec)
     if free:
         diagnosis = replace(diagnosis, certificate=CertificateChange(*2 * (f"no code was generated: {free}",)))
@@ -161,9 +166,6 @@ def diagnose(
         refuse_hand_written(folder / "generated" / augmented.spec.name, generated)
         diagnosis = replace(diagnosis, certificate=change)
         files |= {f"generated/{augmented.spec.name}/{name}": text for name, text in generated.items()}
-    if spec.robot is not None and not {"..", "/"} & {*Path(spec.robot[0]).parts}:
-        name = spec.robot[0]
-        files[name] = read_text(spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)
     if models.excitation is not None:
         files["excitation.csv"] = models.excitation
     files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256})
@@ -171,6 +173,14 @@ def diagnose(
     write_all(folder, files, (RESULT, "manifest.json"))
     notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})
     return Diagnosed(diagnosis, folder, tuple(files), notes, tuple(sha256))
+
+
+def _robot_files(spec: Spec) -> dict[str, str]:
+    """The robot file that the spec names, below its folder → its text: the augmented spec names it too."""
+    if spec.robot is None or {"..", "/"} & {*Path(spec.robot[0]).parts}:
+        return {}
+    name = spec.robot[0]
+    return {name: read_text(spec.path.parent / name, "a robot description (URDF)", LARGEST_URDF)}
 
 
 def findings_text(found: Findings) -> str:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from codegen.base.errors import BadInput
-from codegen.base.files import refuse_foreign
-from codegen.base.input_files import is_there, read_or_none
+from codegen.base.files import json_of, refuse_foreign, refuse_foreign_json
+from codegen.base.input_files import read_or_none
 
 RESULT = "diagnosis.json"
 DIAGNOSIS_FILES = (RESULT, "spec.yaml", "report.html", "excitation.csv")
@@ -42,14 +40,18 @@ def refuse_not_ours(folder: Path) -> None:
     """Raise BadInput where the folder has a file of the names that a diagnosis has, which stiction did not write."""
     for name in DIAGNOSIS_FILES:
         refuse_foreign(folder, name, (RESULT,))
-    if is_there(folder / RESULT) and _content(folder) is None:
-        found = "a file that stiction did not write"
-        raise BadInput(str(folder / RESULT), found, "another folder for the results", code="FILE004")
+    refuse_foreign_json(folder / RESULT, FORMAT)
+
+
+def refuse_other_robot(folder: Path, name: str, text: str) -> None:
+    """Raise BadInput where the folder has another file by the name of the robot file that is put beside the spec."""
+    if read_or_none(folder / name) != text:
+        refuse_foreign(folder, name, (RESULT,))
 
 
 def refuse_another_log(folder: Path, sha256: Sequence[str]) -> None:
     """Raise BadInput where the folder has the diagnosis of other logs than those with these ``log_sha256``."""
-    content = _content(folder)
+    content = json_of(folder / RESULT, FORMAT)
     if content is None or content.get("log_sha256") == list(sha256):
         return
     data = content.get("data")
@@ -59,14 +61,3 @@ def refuse_another_log(folder: Path, sha256: Sequence[str]) -> None:
         found = "a diagnosis that does not say of which log it is"
     expected = "another folder by -o DIR, or --force to replace it (nothing was replaced)"
     raise BadInput(str(folder), found, expected, code="FILE004")
-
-
-def _content(folder: Path) -> dict[str, Any] | None:
-    """The diagnosis.json of a folder; None where there is none of ours."""
-    text = read_or_none(folder / RESULT)
-    try:
-        content = json.loads(text or "null")
-    except (ValueError, RecursionError):
-        return None
-    ours = isinstance(content, dict) and str(content.get("format", "")).startswith(FORMAT)
-    return content if ours else None

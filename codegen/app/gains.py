@@ -20,7 +20,7 @@ from codegen.analysis.feasibility.suggest import GAIN_FACTOR, NOISE_SHARE, Sugge
 from codegen.app.derived import Source, derived_from
 from codegen.app.gains_bound import USEFUL, GainBound, bounds_at, why_no_bound
 from codegen.base.border import verb
-from codegen.base.files import refuse_foreign, refuse_target, write_all
+from codegen.base.files import refuse_foreign, refuse_foreign_json, refuse_target, write_all
 from codegen.base.shown import Result, json_text, named
 from codegen.spec.numerics import require_finite
 
@@ -94,15 +94,17 @@ def gains(source: Source, out: str | Path | None = None, over: Sequence[str] = (
         over: the two gains of the map (``h`` is the sample time).
 
     Raises:
-        BadInput: for a bad spec, gains that the observer does not have, or a folder that cannot be written or where a
-            spec lies that we did not write.
+        BadInput: for a bad spec, gains that the observer does not have, or a folder that cannot be written or where
+            files of these names lie that we did not write.
     """
     machine = derived_from(source)
     spec = machine.spec
     if out is not None:
         for name in (NUMBERS, MAP, SPEC):
             refuse_target(Path(out) / name, {"the spec itself": spec.path})
-        refuse_foreign(Path(out), SPEC, (NUMBERS,))
+        for name in (MAP, SPEC):
+            refuse_foreign(Path(out), name, (NUMBERS,))
+        refuse_foreign_json(Path(out) / NUMBERS, FORMAT.partition("/")[0])
     bounds: tuple[GainBound, ...] = ()
 
     def divisor(axes: Sequence[GainAxis], suggestion: Suggestion) -> int:

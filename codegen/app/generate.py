@@ -325,11 +325,21 @@ def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
     """Remove proofs that an earlier run wrote for this machine and this one does not: they are about other code."""
     for old in (target / name for name in BESIDE if name not in kept):
         try:
-            ours = _subject(read_text(old, "a certificate", LARGEST_GENERATED)) == spec.name
+            text = read_text(old, "a certificate", LARGEST_GENERATED)
         except BadInput:
             continue
-        if ours:
+        if _subject(text) == spec.name and _is_claim(text):
             remove(old)
+
+
+def _is_claim(text: str) -> bool:
+    """Whether a JSON object that names a machine is one of the files BESIDE, by its format or the fields of a proof."""
+    content = json.loads(text)
+    return (
+        str(content.get("format", "")).startswith("stiction-")
+        or {"errors", "lyapunov_matrix"} <= content.keys()
+        or ({"push", "sets"} <= content.keys())
+    )
 
 
 def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:

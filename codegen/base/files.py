@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from errno import EACCES
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from codegen.base.errors import BadInput
-from codegen.base.input_files import identity, is_there, unusable_name
+from codegen.base.input_files import identity, is_there, read_or_none, unusable_name
 from codegen.base.temporary import sweep_files, take_place, temporary_file
 
 
@@ -74,6 +75,22 @@ def refuse_foreign(folder: Path, name: str, marks: Sequence[str]) -> None:
     if is_there(folder / name) and not any(is_there(folder / mark) for mark in marks):
         found = "a file that stiction did not write"
         raise BadInput(str(folder / name), found, "another folder for the results", code="FILE004")
+
+
+def refuse_foreign_json(path: Path, form: str) -> None:
+    """Raise BadInput where a file is there that is no JSON object of a ``format`` that begins so."""
+    if is_there(path) and json_of(path, form) is None:
+        found = "a file that stiction did not write"
+        raise BadInput(str(path), found, "another folder for the results", code="FILE004")
+
+
+def json_of(path: Path, form: str) -> dict[str, Any] | None:
+    """A file's JSON object, if its ``format`` begins so; else None."""
+    try:
+        content = json.loads(read_or_none(path) or "null")
+    except (ValueError, RecursionError):
+        return None
+    return content if isinstance(content, dict) and str(content.get("format", "")).startswith(form) else None
 
 
 def remove(path: Path) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.files import Waiting, refuse_ending, refuse_target, write_atomically
+from codegen.base.input_files import is_there, read_or_none
 
 Column = tuple[str, str]
 """Name and unit."""
@@ -29,7 +30,8 @@ def open_writer(path: Path | None, columns: Sequence[Column], flagged: bool) -> 
         flagged: whether the fault flags are written too.
 
     Raises:
-        BadInput: for another ending than .csv and .npy, or a folder that cannot be made or written.
+        BadInput: for another ending than .csv and .npy, a folder that cannot be made or written, or where a file that
+            holds no units of ours has the name of that with the units beside an .npy.
     """
     if path is None:
         yield lambda time, estimates, faults: None
@@ -37,11 +39,30 @@ def open_writer(path: Path | None, columns: Sequence[Column], flagged: bool) -> 
     writers = {".csv": _csv_writer, ".npy": _npy_writer}
     refuse_ending(path, writers)
     refuse_target(path)
+    if path.suffix.lower() == ".npy":
+        _refuse_foreign_units(_units_of(path))
     with Waiting(path, "a folder that can be written, with room") as file:
         add, end = writers[path.suffix.lower()](file, columns, flagged)
         yield add
         end()
         file.take_place()
+
+
+def _units_of(path: Path) -> Path:
+    """The file with the units of an .npy, beside it."""
+    return path.with_name(f"{path.name}.json")
+
+
+def _refuse_foreign_units(path: Path) -> None:
+    """Raise BadInput where a file is there that is not the units of an earlier run: a log may be called so."""
+    try:
+        content = json.loads(read_or_none(path) or "null")
+    except (ValueError, RecursionError):
+        content = None
+    ours = isinstance(content, dict) and content.keys() == {"units"} and isinstance(content["units"], dict)
+    if is_there(path) and not ours:
+        found = "a file that stiction did not write, where the units would stand"
+        raise BadInput(str(path), found, "another name of the .npy to write; nothing was replaced", code="FILE004")
 
 
 def read_estimates(path: Path) -> dict[str, Array]:
@@ -103,8 +124,7 @@ def _npy_writer(file: Waiting, columns: Sequence[Column], flagged: bool) -> tupl
         file.stream.seek(0)
         head()
         units = {"t": "s", **dict(columns)} | ({"fault": "1"} if flagged else {})
-        beside = file.path.with_name(f"{file.path.name}.json")
-        write_atomically(beside, json.dumps({"units": units}, indent=1) + "\n")
+        write_atomically(_units_of(file.path), json.dumps({"units": units}, indent=1) + "\n")
 
     head()
     return add, end

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -99,6 +100,24 @@ def test_what_is_not_ours_is_not_replaced(mine, arguments, words):
         result = stiction(*arguments)
     assert is_one_message(result) and words in result.err, result
     assert contents(mine) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        (("gains", ONE, "-o", "."), "gains.json"),
+        (("gains", ONE, "-o", "."), "gains.png"),
+        (("cancel", ONE, "-o", "."), "cancellation.json"),
+        (("replay", ONE, "a.npy.json", "-o", "a.npy"), "a.npy.json"),
+    ],
+)
+def test_a_result_that_the_command_does_not_name_replaces_nothing_of_mine(folder, arguments, name):
+    """The last one was the log itself, and then the units of the estimates."""
+    log = json.dumps([{"t": k / 1000, "x": 0.001 * k, "w": 60.0} for k in range(100)])
+    (folder / name).write_text(log)
+    result = stiction(*arguments)
+    assert is_one_message(result) and f"{name}: a file that stiction did not write" in result.err, result
+    assert contents(folder) == {name: log.encode()}
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root writes everywhere")

@@ -11,7 +11,7 @@ import pytest
 
 from codegen.app.diagnosis_folder import log_sha256
 
-from .command import Result, is_one_message, stiction
+from .command import SPECS, Result, is_one_message, stiction
 
 SPEC = """name: slider
 coordinates: {x: {velocity: v, unit: m}}
@@ -95,6 +95,17 @@ def test_what_stiction_did_not_write_is_not_replaced(folder: Path, name: str) ->
         result = stiction("diagnose", "s.yaml", "mine.csv", *ways)
         assert is_one_message(result) and f"{name}: a file that stiction did not write" in result.err
         assert contents(Path("mine_diagnosis")) == {name: b"[1]\n"}
+
+
+def test_another_robot_file_by_the_name_of_the_spec_s_is_not_replaced(folder: Path) -> None:
+    """The augmented spec names the robot file, so that lies beside it."""
+    for name in ("seven_joint_arm.yaml", "seven_joint_arm.urdf"):
+        Path(name).write_bytes((SPECS / name).read_bytes())
+    Path("mine").mkdir()
+    Path("mine/seven_joint_arm.urdf").write_text("<!-- mine -->\n")
+    result = stiction("diagnose", "seven_joint_arm.yaml", "run.csv", "-o", "mine")
+    assert is_one_message(result) and "seven_joint_arm.urdf: a file that stiction did not write" in result.err
+    assert contents(Path("mine")) == {"seven_joint_arm.urdf": b"<!-- mine -->\n"}
 
 
 def test_a_folder_of_signals_is_known_by_the_names_and_bytes_of_its_files(tmp_path: Path) -> None:

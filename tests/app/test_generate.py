@@ -371,6 +371,15 @@ def test_force_replaces_no_file_of_another_hand(generated):
         assert (generated / "one_mass.c").read_text() == text
 
 
+def test_a_json_that_is_no_claim_of_ours_is_not_removed(generated, folder):
+    """Of the names that a run without such a claim removes: it was enough that it named the machine."""
+    mine = generated / "bound.json"
+    mine.write_text('{"name": "one_mass", "bound": 3}\n')
+    assert stiction("generate", "one_mass.yaml").code == 0 and mine.is_file()
+    mine.write_text('{"format": "stiction-bound/1", "subject": {"name": "one_mass"}}\n')
+    assert stiction("generate", "one_mass.yaml").code == 0 and not mine.exists()
+
+
 def test_an_edited_proof_that_would_be_removed_is_kept(generated, folder):
     claim = generated / "ellipsoid.json"
     claim.write_text(claim.read_text() + "\n")
