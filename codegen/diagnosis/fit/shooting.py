@@ -115,7 +115,7 @@ PLAIN, UNROLLED = ("-O1",), ("-O3", "-fno-tree-vectorize")
 unrolling. The results are bit-identical at every level; with gcc 12, -O2 takes up to twice the time a step."""
 MOST_APART = 40
 """Most models of one coordinate with one contact in a library that has the loops over time for each model apart, with
-its equations within them: three to four times as fast, and a tenth of a second of the compiler for each model."""
+its equations within them: up to four times as fast without sines, for a tenth of a second of the compiler a model."""
 KEPT_LIBRARIES = 32
 _AT_REST = 1e-30
 _REST = 1e-12
