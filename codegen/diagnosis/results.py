@@ -404,6 +404,8 @@ class Diagnosis(Shown):
         if place in named:
             form = self.effects[named.index(place)].parameters
             return "" if form.keys() == candidate.parameters.keys() else f"the form with {', '.join(form)} is named"
+        if self.verdict == "effect" and any(place in e.also for e in self.effects):
+            return f"the same motion as {next(f'{e.kind} on {e.on}' for e in self.effects if place in e.also)}"
         if self.verdict == "ambiguous":
             tied = place in [(e.kind, e.on) for e in self.rivals] or candidate is self.candidates[0]
             return (

@@ -42,7 +42,7 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
     forceful = Remainder(1.0, 0.3, 0.06, {"input rate": 0.06, "speed": 0.0})  # 0.3·√0.06 is 7 % of the drive force
     assert "Of its mean square, 6 % follows from input rate." in words(forceful)
     assert "Of its mean square, 2 % follows from all variables together." in words(SPREAD)
-    assert "Residual force on q1:" in words(SHAPED, left_on="q1")
+    assert "Residual force on q1 in the training log:" in words(SHAPED, left_on="q1")
     assert "smooth curve" not in words(SHAPED)
 
 

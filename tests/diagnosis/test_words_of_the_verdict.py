@@ -134,7 +134,7 @@ def test_the_evidence_compares_with_declared_and_refitted_values():
     (words,) = falls.of("evidence")
     assert "2 N as declared, 0.5 N with the effect (75 % smaller); 1.5 N with refitted values alone" in words
     (words,) = statement_of("effect", effects=(SPRING,), augmented=2.1).of("evidence")
-    assert "does not fall" in words and "smaller" not in words and "refitting alone changes nothing" in words
+    assert "does not fall" in words and "smaller" not in words and "refitted values alone are no better" in words
     (words,) = statement_of("effect", effects=(SPRING,), by_force=False, unit="m", declared=float("inf")).of("evidence")
     assert "diverges as declared, 1 m with the effect;" in words
 
@@ -260,11 +260,11 @@ def test_the_distance_of_two_that_tie_is_no_negative_number(distance: float, bet
 
 def test_what_a_refused_option_leaves_is_told() -> None:
     option = ("refitted friction levels alone", NONE)
-    refusal = Refusal("refitted values", "the declared model", {FORCE: 1.075})
+    refusal = Refusal("refitted values", "as declared", {FORCE: 1.075})
     (fact,) = Admitted(option, FIGURES, (refusal,)).remarks
     assert fact.topic == "spec.yaml" and fact.words == (
-        "Refitted values are not written: on held-out data the residual force is 7.5 % larger than with the declared "
-        "model. Refitted friction levels alone are written instead."
+        "Refitted values are not written: on held-out data the residual force is 7.5 % larger than as declared. "
+        "Written instead: refitted friction levels alone."
     )
     (fact,) = Admitted(None, FIGURES, (refusal,)).remarks
     assert "instead" not in fact.words
@@ -279,14 +279,14 @@ def test_refusals_by_the_same_test_are_one_statement_and_that_of_most_options_is
         "values fitted without the effect",
         "declared values",
     )
-    alike = [Refusal(option, "the declared model") for option in options]
+    alike = [Refusal(option, "as declared") for option in options]
     (fact,) = merged(alike)
     assert fact.words == (
-        "on held-out data neither residual force nor simulation error is 2.5 % smaller than with the declared model, "
+        "on held-out data neither residual force nor simulation error is 2.5 % smaller than as declared, "
         "whichever values are used."
     )
     assert all(option in fact.detail for option in options)
-    worse = [Refusal(o, "the declared model", {FORCE: r}) for o, r in zip(options[:2], (1.1, 1.14), strict=True)]
+    worse = [Refusal(o, "as declared", {FORCE: r}) for o, r in zip(options[:2], (1.1, 1.14), strict=True)]
     first, second = merged([worse[0], *alike[1:]])
     assert "neither" in first.words and first.words.endswith(
         "with refitted friction levels alone, values fitted without the effect or declared values alike."
@@ -294,13 +294,13 @@ def test_refusals_by_the_same_test_are_one_statement_and_that_of_most_options_is
     assert "the residual force is 10 % larger" in second.words and second.words.endswith("with refitted values.")
     (both,) = merged(worse)
     assert "the residual force is 10 to 14 % larger" in both.words
-    (far,) = merged([Refusal("declared values", "the declared model", {RUN: float("inf"), FORCE: 3.0})])
+    (far,) = merged([Refusal("declared values", "as declared", {RUN: float("inf"), FORCE: 3.0})])
     assert (
-        "infinitely larger (the simulation diverges) and the residual force larger by a factor of 3 than with"
+        "infinitely larger (the simulation diverges) and the residual force larger by a factor of 3 than as declared"
         in far.words
     )
-    (less,) = merged([Refusal("declared values", "the refit without the effect", {RUN: 0.99})])
-    assert "the simulation error is only 1 % smaller than with the refit without the effect" in less.words
+    (less,) = merged([Refusal("declared values", "without the effect", {RUN: 0.99})])
+    assert "the simulation error is only 1 % smaller than without the effect" in less.words
 
 
 def test_times_of_a_log_that_counts_from_1970_are_told_apart() -> None:

@@ -74,7 +74,7 @@ def test_encoder(tmp_path):
     for said, doubted in (("2e-3", True), ("1e-6", False)):
         about.write_text(f"encoder_step: {said}\n")
         words = findings(tmp_path, made, description=about)["resolution of x"].words
-        assert ("moves by less than half of the step" in words and "is `encoder_step` in m" in words) is doubted
+        assert ("half of the described step" in words and "is `encoder_step` in m" in words) is doubted
     made["x"] = np.round(made["x"] / 2e-2) * 2e-2
     assert "coarse" in findings(tmp_path, made)["resolution of x"].words
 

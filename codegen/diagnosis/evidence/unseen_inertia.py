@@ -50,7 +50,7 @@ def not_refitted(problem: Problem, symbols: list[sympy.Symbol]) -> tuple[Finding
     system = problem.system
     listed = " and ".join(f"{s.name} at {float(system.values[s]):.6g}{in_unit(system, s)}" for s in symbols)
     words = (
-        f"The motion of this log hardly shows {' and '.join(s.name for s in symbols)}, on which only inertia depends: "
-        f"the diagnosis keeps {listed}. A log with accelerations both ways tells more."
+        f"The motion of this log hardly shows {' and '.join(s.name for s in symbols)}, which acts through inertia "
+        f"alone. The diagnosis keeps {listed}. A log that accelerates both ways shows more."
     )
     return (Finding("warning", "unseen inertia", words),)

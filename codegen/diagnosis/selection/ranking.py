@@ -97,8 +97,8 @@ def run_round(
         unsure = not why_not and p > credit.ALPHA
         if unsure:
             why_not = (
-                f"may be chance: it fits {one.won} of {one.blocks} held-out parts of the log better, which has "
-                f"p = {p:.2g} over all candidates (at most {credit.ALPHA:g} is accepted)"
+                f"may be chance: it is better on {one.won} of {one.blocks} held-out parts, with p = {p:.2g} over all "
+                f"candidates (at most {credit.ALPHA:g} is accepted)"
             )
         ratio = noise_ratio(found) / noise_ratio(base)
         ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after))

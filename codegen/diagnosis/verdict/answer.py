@@ -66,7 +66,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Refusal:
-    """An option that held-out data refuse, compared with a ``model``.
+    """An option that held-out data refuse, compared with a ``model`` ("as declared", "without the effect").
 
     Attributes:
         option: its values, in words.
@@ -121,7 +121,7 @@ class Admitted:
         facts = merged(self.refusals, "written")
         if not facts or self.option is None:
             return facts
-        instead = f"{self.option[0][0].upper()}{self.option[0][1:]} are written instead."
+        instead = f"Written instead: {self.option[0]}."
         return (*facts[:-1], replace(facts[-1], words=f"{facts[-1].words} {instead}"))
 
 
@@ -147,17 +147,17 @@ def admitted(
     for option in options:
         figures = measured(option[1])
         tried.append(figures)
-        worse, model = worsened(figures, declared), "the declared model"
+        worse, model = worsened(figures, declared), "as declared"
         if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
             worse = {}
         if not worse and refit is not None:
-            worse, model = worsened(figures, refit, most), "the refit without the effect"
+            worse, model = worsened(figures, refit, most), "without the effect"
             if most >= 0 and may_be_chance(worse, figures, refit):
                 worse = {}
         if worse:
             refusals.append(Refusal(option[0], model, worse))
         elif refit is not None and gains_nothing(figures, declared, refit) and shown():
-            refusals.append(Refusal(option[0], "the declared model"))
+            refusals.append(Refusal(option[0], "as declared"))
         else:
             return Admitted(option, figures, tuple(refusals))
     return Admitted(None, tried[0], tuple(refusals))

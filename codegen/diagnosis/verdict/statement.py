@@ -107,7 +107,7 @@ def _facts(view: Mapping[str, Any]) -> Iterator[Fact]:
     elif view["left"]:
         yield _said("unexplained", "unexplained", view)
         if view["left"].nature(view["material"]) == "structured":
-            yield from (_sentence(Fact("unexplained", words)) for words in view["changes"])
+            yield from (_sentence(Fact("unexplained", words[0].upper() + words[1:])) for words in view["changes"])
     if verdict == "unknown":
         yield from (_sentence(Fact("log", f"the log itself may be the cause: {words}")) for words in view["doubts"])
     yield _said("next", "next", view)

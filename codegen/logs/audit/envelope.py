@@ -44,7 +44,7 @@ class Span:
         share = self.outside / self.count
         words = (
             f"{self.name} runs from {self.least:.4g} to {self.most:.4g} {self.unit}, outside the spec's envelope "
-            f"[{self.low:g}, {self.high:g}] for {share:.1%} of the time: the certificate does not speak for that part."
+            f"[{self.low:g}, {self.high:g}] for {share:.1%} of the time: the certificate does not cover that part."
         )
         figures = {"min": self.least, "max": self.most, "low": self.low, "high": self.high, "share": share}
         return Finding("warning", f"envelope of {self.name}", words, figures)

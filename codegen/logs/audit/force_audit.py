@@ -149,8 +149,8 @@ def _off_scale(forces: Forces, spec: Spec, steady: frozenset[int], least: float 
         end = f"Check unit and scale of {c.name} and t."
         if sizes[0] > TOO_MUCH * sizes[1] and float(taken @ push) < TELLING * sizes[0] * sizes[1]:
             words = (
-                f"{start} its motion takes {sizes[0] / sizes[1]:.3g} times the force that the inputs give, and at "
-                f"other times. {end}"
+                f"{start} its motion takes {sizes[0] / sizes[1]:.3g} times the force of the inputs, and does not "
+                f"follow it. {end}"
             )
             found.append(Finding("problem", topic, words, {"times": sizes[0] / sizes[1]}))
             continue
@@ -158,7 +158,7 @@ def _off_scale(forces: Forces, spec: Spec, steady: frozenset[int], least: float 
         fits = r_friction > FRICTION_SEEN and 1 / FRICTION_FITS < slid < FRICTION_FITS
         if fits and r_inertia > INERTIA_SEEN and not 1 / least < heavy < least:
             words = (
-                f"{start} the input fits the declared friction on {c.name} (factor {slid:.2g}), and takes {heavy:.3g} "
+                f"{start} the input fits the declared friction on {c.name} (factor {slid:.2g}), but takes {heavy:.3g} "
                 f"times the declared inertia. {end}"
             )
             figures = {"inertia": heavy, "friction": slid, "correlation": r_inertia}
@@ -202,8 +202,8 @@ def _other_unit(
     if not fits:
         return
     words = (
-        f"The scale of {name} seems off: is {name} in {unit}? As {taken}, motion and inputs leave {in_percent(now)} of "
-        f"the squared forces unbalanced, as {unit} {in_percent(least)}. "
+        f"The scale of {name} seems off: is {name} in {unit}? As {taken}, {in_percent(now)} of the squared forces stay "
+        f"unbalanced; as {unit}, {in_percent(least)}. "
         f"(`units: {{{name}: {unit}}}` in meta.yaml beside the log)"
     )
     yield Finding("problem", f"scale of {name}", words, {"misfit": now, "misfit_in_unit": least})
@@ -238,9 +238,9 @@ def _no_unit(name: str, spec: Spec, factor: float, misfits: dict[str, float]) ->
     same = f" The parameter {gear} has this value: is {name} measured on the other side of a gear?" if gear else ""
     left = {key: f"{in_percent(value)}" for key, value in misfits.items()}
     words = (
-        f"The scale of {name} seems off by a factor of {factor:.3g}: as it is, motion and inputs leave "
-        f"{left['misfit']} of the squared forces unbalanced, divided by this factor {left['misfit_scaled']}, in no "
-        f"usual unit less than {left['misfit_in_unit']}.{same} "
+        f"The scale of {name} seems off by a factor of {factor:.3g}. As read, {left['misfit']} of the squared forces "
+        f"stay unbalanced; divided by it, {left['misfit_scaled']}; in the best usual unit, {left['misfit_in_unit']}."
+        f"{same} "
         f"(`scale: {{{name}: {scale:.4g}}}` in meta.yaml beside the log)"
     )
     return Finding("problem", f"scale of {name}", words, misfits)
@@ -262,8 +262,8 @@ def _against_velocity(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]
         meant = [other for other, by in _other_units(unit) if abs(by * factor - 1) < NEAR]
         key = f"`units: {{{c.name}: {meant[0]}}}`" if meant else f"`scale: {{{c.name}: {1 / factor:.4g}}}`"
         words = (
-            f"{c.name} moves {factor:.3g} times as far as the integral of the measured {c.velocity} says: the scale or "
-            f"sign of one of the two is off. If it is that of {c.name}: {key} in meta.yaml beside the log."
+            f"{c.name} moves {factor:.3g} times as far as the measured {c.velocity} says: one of the two has a wrong "
+            f"scale or sign. If it is {c.name}: {key} in meta.yaml beside the log."
         )
         yield Finding("warning", f"scale of {c.name}", words, {"factor": factor})
 
@@ -312,8 +312,8 @@ def _exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, for
         entries = ", ".join(f"{name}: {log.intake.columns.get(source, '...')}" for name, source in taken.items())
         lines.append(f"`columns: {{{entries}}}`")
     words = (
-        f"The columns of {', or those of '.join(which)} seem exchanged: as the log is read, motion and inputs leave "
-        f"{in_percent(now)} of the squares unbalanced, otherwise {in_percent(best)}. "
+        f"The columns of {', or those of '.join(which)} seem exchanged: as read, {in_percent(now)} of the squares stay "
+        f"unbalanced; exchanged, {in_percent(best)}. "
         f"({' or '.join(lines)} in meta.yaml beside the log)"
     )
     yield Finding("problem", "columns", words, {"misfit": now, "misfit_exchanged": best})
@@ -380,10 +380,9 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
         if share > COMPUTED or other < least or _swings(left[:, 2], left[:, 3:]):
             continue
         words = (
-            f"The force of the inputs on {c.name} is a function of {c.name} alone, to {in_percent(share)}, but the "
-            f"motion takes {in_percent(other)} that no such function gives. So it was computed from {c.name}, as a "
-            "controller does that compensates gravity, and what moves the machine (a hand?) is in no column: "
-            "friction, inertia and effects cannot be learnt from this log."
+            f"The input's force on {c.name} is a function of {c.name} alone, to {in_percent(share)}, as from a "
+            f"controller that compensates gravity. The motion takes another {in_percent(other)}: what moves the "
+            "machine (a hand?) is in no column, so friction, inertia and effects cannot be learnt from this log."
         )
         yield Finding("problem", f"input computed from {c.name}", words, {"share": share, "taken": other})
 

@@ -104,8 +104,8 @@ def _input(
     telling = correlation > TELLING
     if outside is not None and (factor >= SCALE_OFF if telling else outside.times >= FAR_OUTSIDE):
         words = (
-            f"{outside.words}, and the motion takes {factor:.3g} times the force that the log's {name} gives. Check "
-            f"unit and scale of {outside.coordinate}, or the envelope."
+            f"{outside.words}, and the motion takes {factor:.3g} times the force of {name}. Check unit and scale of "
+            f"{outside.coordinate}, or the envelope."
         )
         return Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
     if telling and not 1 / SCALE_OFF < factor < SCALE_OFF:
@@ -116,14 +116,14 @@ def _input(
         figures["factor_at_small_input"] = at_small
         if 1 / SCALE_OFF < at_small < SCALE_OFF:
             words = (
-                f"The motion takes {factor:.3g} times the force that the log's {name} gives, but {at_small:.3g} times "
-                f"where {name} is small: not its scale, rather a limit or another bend in how it acts."
+                f"The motion takes {factor:.3g} times the force of {name}, but {at_small:.3g} times where {name} is "
+                f"small. That is no wrong scale, rather a limit of {name} or another nonlinearity."
             )
             return Finding("warning", topic, words, figures)
         words = (
-            f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times the force "
-            f"that the log's {name} gives. Check its unit and scale, whether it saturates, and the declared masses and "
-            f"friction levels. {_asked_unit(name, factor, spec, log)}"
+            f"The scale of input {name} is off by a factor of {factor:.3g}: the motion takes that many times its "
+            f"force. Check its unit, whether it saturates, and the declared masses and friction levels. "
+            f"{_asked_unit(name, factor, spec, log)}"
         )
         return Finding("problem", topic, words, figures)
     words = f"Sign and scale of {name} fit the motion (factor {factor:.3g}, correlation {correlation:.2f})."
@@ -154,8 +154,8 @@ def _flipped(name: str, correlation: float, seen: Mapping[str, float], turned: s
     if against == ["gravity and springs"] and agreeing:
         return (
             f"The modelled gravity and springs run against the force that input {name} gives, while {agreeing} agree "
-            f"with it: the sign of gravity or of a spring in the spec seems wrong, or the zero of a position (half a "
-            f"turn off, for a pendulum), and not the sign of {name}. Together {fact}."
+            f"with it. Check the sign of gravity and springs in the spec, or the zero of a position (a pendulum's "
+            f"may be half a turn off); the sign of {name} seems right. (All together, {fact}.)"
         )
     if against and not agreeing and ("inertia" in seen or "friction" in seen):
         return f"The sign of input {name} seems flipped, or that of the coordinate it drives: {fact}. {turned}"
@@ -188,10 +188,10 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Itera
             words = f"{outside.words}. Check its unit and scale."
             yield Finding("problem", f"scale of {outside.coordinate}", words, figures | {"times": outside.times})
         elif correlation > TELLING and off:
-            words = f"The modelled force on {c.name} is off by a factor of {slope:.3g} against mass times acceleration."
+            words = f"The modelled force on {c.name} is off by a factor of {slope:.3g} from mass times acceleration."
             yield Finding("problem", topic, words, figures)
         else:
-            words = f"The force modelled on {c.name} against mass times acceleration: correlation {correlation:.2f}."
+            words = f"The force modelled on {c.name} correlates with mass times acceleration by {correlation:.2f}."
             yield Finding("info", topic, words, figures)
 
 

@@ -148,8 +148,8 @@ def _finding(
             rivals.append(f"{driving[0]} is {by_input.factor:.3g} times too small ({line})")
         elif not apart:
             excluded = (
-                f" An input {driving[0]} that is {by_input.factor:.3g} times too small would need "
-                f"{by_input.level:.2g} times the declared friction, the position {position.level:.2g} times."
+                f" If {driving[0]} were {by_input.factor:.3g} times too small instead, friction would be "
+                f"{by_input.level:.2g} times the declared one; with the position it is {position.level:.2g} times."
             )
     if by_mass.left <= ALIKE * position.left:
         rivals.append(f"the declared inertia is {by_mass.factor:.3g} times too large")
@@ -162,13 +162,12 @@ def _finding(
     )
     line = f"`scale: {{{name}: {log.description.stated_scale(name, spec) / ratio:.4g}}}`"
     words = (
-        f"The scale of {name} seems off by a factor of {k:.3g}: as it is, motion and inputs leave "
-        f"{in_percent(plain.left)} of the squared forces unbalanced; divided by this factor "
-        f"{in_percent(position.left)}, with the declared inertia and viscous friction. "
+        f"The scale of {name} seems off by a factor of {k:.3g}. As read, {in_percent(plain.left)} of the squared "
+        f"forces stay unbalanced; divided by it, with the declared inertia, {in_percent(position.left)}. "
         f"Is it {side}? ({line} in meta.yaml beside the log){excluded}"
     )
     if rivals:
-        words += f" This log cannot tell that from the following: {'; or '.join(rivals)}."
+        words += f" This log cannot tell that from another cause: {'; or '.join(rivals)}."
     figures = {"factor": k, "level": position.level, "misfit": plain.left, "misfit_scaled": position.left}
     return Finding("problem" if sure else "warning", f"scale of {name}", words, figures)
 

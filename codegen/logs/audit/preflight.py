@@ -128,7 +128,7 @@ def _jitter(log: Log) -> Finding:
         return Finding("info", "jitter", "The time stamps are regular; no value was touched.", figures)
     words = f"The time stamps are irregular (RMS jitter {jitter:.1%} of a step): the data were put on a uniform grid."
     if jitter > MUCH_JITTER:
-        words += " Effects faster than a few samples (delay, lag) cannot be told from the jitter."
+        words += " They hide effects faster than a few samples (delay, lag)."
     return Finding(_decide(jitter > MUCH_JITTER), "jitter", words, figures)
 
 
@@ -171,12 +171,12 @@ def _stale_rows(share: float, in_motion: float) -> list[Finding]:
         return []
     figures = {"share": share, "in_motion": in_motion}
     words = (
-        f"{share:.1%} of the rows have the motion of the row before ({in_motion:.1%} of those in fast motion): "
-        "stale where the machine moves, natural where it stands still or its measuring step is coarse."
+        f"{share:.1%} of the rows repeat the motion of the row before ({in_motion:.1%} of those in fast motion). Such "
+        "rows are stale, unless the machine stands still or its measuring step is coarse."
     )
     if in_motion < REPEATS_WARNED:
         return [Finding("info", "stale rows", words, figures)]
-    words += " A delay of a row or two, and what is faster than that, cannot be told from it."
+    words += " They look like a delay of a row or two, which this log cannot show."
     return [Finding("warning", "stale rows", words, figures)]
 
 
@@ -208,8 +208,8 @@ def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
     if finer > MANY_FINER:
         figures |= {"finer": finer}
         words = (
-            f"{c.name} moves by less than half of the step of {declared:.4g} {c.unit} that the description says, in "
-            f"{finer:.0%} of the rows in which it moves: is `encoder_step` in {c.unit}, and of this column?"
+            f"{c.name} moves by less than half of the described step, {declared:.4g} {c.unit}, in {finer:.0%} of the "
+            f"rows in which it moves: is `encoder_step` in {c.unit}, and of this column?"
         )
         return Finding("warning", topic, words, figures)
     if not step:
@@ -251,7 +251,7 @@ def _coordinate(log: Log, spec: Spec, motion: Motion, kept: Kept, j: int) -> Fin
     if reversals < FEW_REVERSALS:
         hints.append("Few reversals: friction is hard to tell from offsets and springs.")
     if still > MOSTLY_STILL:
-        hints.append("It stands still most of the time, where friction can be anything up to its level.")
+        hints.append("It stands still most of the time, when friction can be anything up to its level.")
     if slow > -threshold or fast < threshold:
         hints.append("It moves in one direction only: friction cannot be told from a constant force.")
     return Finding(_decide(bool(hints)), topic, " ".join([words, *hints]), figures)
@@ -270,9 +270,8 @@ def _wraps(log: Log, spec: Spec, kept: Kept, j: int) -> Iterator[Finding]:
     ):
         count, size = int(jumps.sum()), float(np.median(moves[jumps]))
         words = (
-            f"{c.name} jumps by {size:.4g} {c.unit} {count} times, as one that wraps around each turn: unwrap it. "
-            f"`unwrap: {{COLUMN: {size:.4g}}}` in meta.yaml beside the log does so, by the column's own unit and exact "
-            "period."
+            f"{c.name} jumps by {size:.4g} {c.unit} {count} times, as if it wraps around each turn. Unwrap it: "
+            f"`unwrap: {{COLUMN: {size:.4g}}}` in meta.yaml beside the log, in the column's own unit and exact period."
         )
         yield Finding("problem", f"jumps of {c.name}", words, {"count": float(count), "size": size})
 
@@ -311,7 +310,7 @@ def _on_steady(steady: list[Steady], spec: Spec) -> Iterator[Finding]:
             speeds = f"in {one.records} of its {one.of} records, from {one.slowest:.3g} to {one.fastest:.3g} {unit}"
         words = (
             f"{c.name} runs at constant speed, {speeds}. Such a log shows friction over speed and forces that repeat "
-            "with position. It does not show inertia, delays and effects at reversals, and inertia is not judged."
+            "with position. It does not show inertia, delays or effects at reversals."
         )
         figures = {"share": one.records / one.of, "records": float(one.records)}
         figures |= {"slowest": one.slowest, "fastest": one.fastest}
