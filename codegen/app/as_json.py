@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass
-from numbers import Integral, Real
 from typing import Annotated, Any
 
 import typer
 
 from codegen.base.files import named_path
-from codegen.base.shown import json_text
+from codegen.base.shown import json_text, plain
 from codegen.base.terminal import output
 
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
@@ -25,20 +21,3 @@ def written(what: str, help: str) -> Any:
 def print_json(content: object) -> None:
     """Print a result as JSON."""
     output.print(json_text(plain(content)), end="")
-
-
-def plain(value: object) -> Any:
-    """A value made of what JSON has: dicts, lists, numbers, text and None; None for a number that is not finite."""
-    if value is None or isinstance(value, bool | str):
-        return value
-    if isinstance(value, Integral):
-        return int(value)
-    if isinstance(value, Real):
-        return float(value) if math.isfinite(value) else None
-    if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): plain(inner) for key, inner in value.items()}
-    if isinstance(value, Iterable):
-        return [plain(inner) for inner in value]
-    return str(value)

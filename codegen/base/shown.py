@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass
+from numbers import Integral, Real
 from typing import Any, ClassVar
 
 from codegen.base.errors import brief
@@ -61,6 +64,23 @@ def named(source: object, names: str) -> dict[str, Any]:
 def json_text(content: object) -> str:
     """A JSON object as a file holds it."""
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def plain(value: object) -> Any:
+    """A value made of what JSON has: dicts, lists, numbers, text and None; None for a number that is not finite."""
+    if value is None or isinstance(value, bool | str):
+        return value
+    if isinstance(value, Integral):
+        return int(value)
+    if isinstance(value, Real):
+        return float(value) if math.isfinite(value) else None
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, Iterable):
+        return [plain(inner) for inner in value]
+    return str(value)
 
 
 def _texts(shown: Shown) -> list[tuple[str, str]]:

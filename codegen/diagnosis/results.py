@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from math import isfinite, sqrt
+from math import sqrt
 from typing import Any, Literal, get_args
 
-from codegen.base.shown import Shown
+from codegen.base.shown import Shown, plain
 from codegen.diagnosis.reliability import Reliability
 from codegen.effects.declare import written_place
 
@@ -288,15 +288,16 @@ class Separation:
         return best if enough else None
 
     def as_json(self) -> dict[str, Any]:
+        """The object of diagnosis.json, which ``plain`` converts."""
         return {
             "pairs": [
                 asdict(a) | dict(zip(("first", "other"), _places((a.first, a.other)), strict=True)) for a in self.pairs
             ],
             "separation_needed": self.needed,
             "motion": None if self.chosen is None else asdict(self.chosen) | {"reference": dict(self.references)},
-            "tried": [asdict(motion) for motion in self.tried],
-            "change": None if self.change is None else asdict(self.change),
-            "changes": [asdict(change) for change in self.changes],
+            "tried": self.tried,
+            "change": self.change,
+            "changes": self.changes,
         }
 
 
@@ -437,7 +438,7 @@ class Diagnosis(Shown):
             "format": "stiction-diagnosis/1",
             "verdict": self.verdict,
             "headline": self.statement.headline,
-            "facts": [asdict(fact) for fact in self.statement.facts],
+            "facts": self.statement.facts,
             "sentence": self.sentence,
             "reliability": None if self.reliability is None else self.reliability.as_json(),
             "effects": [_effect(e) for e in self.effects],
@@ -460,7 +461,7 @@ class Diagnosis(Shown):
             },
             "parameter_errors": [_parameter_error(e) for e in self.parameter_errors],
             "data": self.data,
-            "residual_agreement": None if self.agreement is None else asdict(self.agreement),
+            "residual_agreement": self.agreement,
             "material": self.material,
             "remainder": [
                 {
@@ -470,7 +471,7 @@ class Diagnosis(Shown):
                     "predicted_share_of_drive_force": r.material,
                     "explained_by_all_variables": r.structured,
                     "explained_over": r.over,
-                    "changes_in_time": [asdict(change) for change in r.changes],
+                    "changes_in_time": r.changes,
                 }
                 for r in self.remainder
             ],
@@ -483,10 +484,11 @@ class Diagnosis(Shown):
             if self.proposal is None
             else {
                 "is": "a proposal by sparse regression, not a finding; it is in no spec and in no code",
-                "coordinates": [asdict(one) for one in self.proposal],
+                "coordinates": self.proposal,
             },
         }
-        return {name: _plain(value) for name, value in content.items()}
+        result: dict[str, Any] = plain(content)
+        return result
 
 
 def written_values(
@@ -566,12 +568,3 @@ def _parameter_error(e: ParameterError) -> dict[str, Any]:
 
 def _places(effects: Sequence[tuple[str, str]]) -> list[dict[str, Any]]:
     return [{"kind": kind, "on": written_place(on)} for kind, on in effects]
-
-
-def _plain(value: Any) -> Any:
-    """A value as JSON has it: tuples are lists, and null stands for what is not finite."""
-    if isinstance(value, Mapping):
-        return {name: _plain(one) for name, one in value.items()}
-    if isinstance(value, (tuple, list)):
-        return [_plain(one) for one in value]
-    return None if isinstance(value, float) and not isfinite(value) else value

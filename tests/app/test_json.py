@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 import typer
 
-from codegen.app.as_json import plain
 from codegen.app.cli import app
 from codegen.base.error_codes import CODES
+from codegen.base.shown import plain
 from codegen.effects import CATALOGUE
 from codegen.friction import LAWS
 
