@@ -216,7 +216,7 @@ def _column(train: Problem, term: Term) -> Array:
 
 def _projection(drive: Drive, train: Problem, coordinate: int, column: Array) -> Array:
     """(N,) what a column alone takes out of a coordinate's residual, beyond the friction level."""
-    rows = train.masks.rows[:, coordinate]
+    rows = train.used[:, coordinate]
     level = _column(train, Term(LEVEL, "velocity", coordinate))
     column, residual = (_without(level, values, rows) for values in (column, drive.residual[:, coordinate]))
     return residual - _without(column, residual, rows)

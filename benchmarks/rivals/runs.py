@@ -101,7 +101,7 @@ def _compare(pair: Pair, out: Path) -> Compared:
     said, models = diagnose_log(spec, system, log, test)
     judge, window = models.test, models.window
     answer = mujoco_answer(system, spec.name, models.train.motion, out)
-    found = measure(with_values(system, answer.values), judge.motion, judge.masks, window)
+    found = measure(with_values(system, answer.values), judge.motion, judge.used, window)
     sums = propose_terms(models.refit, models.train, judge, window)[0]
     left = 1.0 if math.isnan(sums.held_out_share) else 1 - sums.held_out_share
     declared, own, augmented = (

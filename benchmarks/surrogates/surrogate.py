@@ -44,7 +44,7 @@ def surrogate(
             what a diagnosis credits, so that blocks cannot bring that along.
     """
     motion = smooth_motion(log, cutoff_hz, SHORTEST_TEST_S)
-    used = Problem(refit, motion, {}).masks.rows
+    used = Problem(refit, motion, {}).used
     residual, left = (
         np.where(used, inverse_dynamics_residual(system, motion), 0.0) for system in (refit, augmented or refit)
     )

@@ -141,7 +141,7 @@ class _FreeRuns:
     def measured(self, model: System) -> ErrorFigures:
         """Errors of a model on held-out data."""
         case = self.case
-        return measure(model, case.test.motion, case.test.masks, case.window, self.restart_s)
+        return measure(model, case.test.motion, case.test.used, case.window, self.restart_s)
 
     @cached_property
     def held_out(self) -> Problem:
@@ -156,7 +156,7 @@ class _FreeRuns:
     def left_by(self, answer: Answer) -> tuple[Remainder, ...]:
         """The remainder of the model that an answer writes."""
         problem = self.case.problem
-        return remainders(answer.adopted or answer.refit, problem.motion, problem.masks)
+        return remainders(answer.adopted or answer.refit, problem.motion, problem.used)
 
     def without_tied(self, last: Search, outcome: Outcome, far: bool) -> tuple[Answer, Outcome] | None:
         """The answer by the effects that all tied models have in common; None where these do not suffice."""
@@ -238,7 +238,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         answer,
         left,
         rivals_of(outcome, tied, answer.refit),
-        lambda model: force_errors(model, problem.motion, problem.masks)[2],
+        lambda model: force_errors(model, problem.motion, problem.used)[2],
         _data(case, problem, runs.restart_s) | _search_data(search, outcome),
         case.window,
         runs.restart_s,
@@ -267,7 +267,7 @@ def _by_means(case: Case, means: steady_runs.Means) -> tuple[Diagnosis, Models]:
     window = slice(0, len(case.test.motion.time))
 
     def measured(model: System) -> ErrorFigures:
-        plain = measure(model, case.test.motion, case.test.masks, window)
+        plain = measure(model, case.test.motion, case.test.used, window)
         return plain if held is None else steady_runs.figures_of(model, held, plain)
 
     steady = steady_runs.SteadySearch(problem, means, position_noise(case.motion, case.log))
@@ -412,7 +412,7 @@ def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
     residual, acting = residual_at_drive(answer.adopted, motion), acting_force(answer.adopted, motion)
     log, facts = case.log if case.test_log is None else case.test_log, list[Fact]()
     for i, x in enumerate(answer.adopted.positions):
-        rows = case.test.masks.rows[:, i] & within
+        rows = case.test.used[:, i] & within
         found = half_of_squares(residual[:, i], rows)
         if found is None or rms(residual[rows, i]) < case.material * rms(acting[rows, i]):
             continue

@@ -98,7 +98,7 @@ def _evidence(problem: Problem, without: System, whole: System, effect: FoundEff
     motion, i = problem.motion, acts_on(effect, problem.system)
     variable = VARIABLES[CATALOGUE[effect.kind].seen_over]
     residuals = residual_at_drive(without, motion)
-    used = sliding(without, motion, problem.masks, i)
+    used = sliding(without, motion, problem.used, i)
     before = without_levels(without, motion, used, residuals[:, i], i)
     after = without_levels(without, motion, used, residual_at_drive(whole, motion)[:, i], i)
     x = variables_of(without, motion, residuals, i)

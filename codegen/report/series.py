@@ -81,7 +81,7 @@ def held_out_series(models: Models, names: Sequence[str]) -> tuple[CoordinateSer
         names: of the models to compare, attributes of ``models``.
     """
     systems: list[System] = [getattr(models, name) for name in names]
-    motion, used = models.test.motion, models.test.masks
+    motion, used = models.test.motion, models.test.used
     window = models.window
     residuals = [residual_at_drive(system, motion)[window] for system in systems]
     runs = [free_run_series(system, motion, models.restart_s)[window] for system in systems]
@@ -95,7 +95,7 @@ def held_out_series(models: Models, names: Sequence[str]) -> tuple[CoordinateSer
     }
     coordinates = []
     for i, symbol in enumerate(models.refit.positions):
-        rows = used.rows[window, i]
+        rows = used[window, i]
         here = {name: values[:, i] for name, values in over.items()}
         residual_of = [_model_residual(r[:, i], rows, here, time, motion.cutoff_hz) for r in residuals]
         free_runs = [_envelope(time, r[:, i], motion.usable[window] & np.isfinite(r[:, i])) for r in runs]

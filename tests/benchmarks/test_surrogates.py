@@ -40,7 +40,7 @@ def test_a_surrogate_has_the_motion_the_residuals_size_and_no_spring(way: Way, t
     made = [surrogate(log, system, way, np.random.default_rng(k)) for k in range(MADE)]
     assert all(np.array_equal(one.positions, log.positions) for one in made)
     before = smooth_motion(log)
-    used = Problem(system, before, {}).masks.rows[:, 0]
+    used = Problem(system, before, {}).used[:, 0]
     x = before.positions[used, 0]
     residual, *others = [inverse_dynamics_residual(system, smooth_motion(one))[used, 0] for one in (log, *made)]
     assert float(residual @ x / (x @ x)) == pytest.approx(30, rel=0.02)  # the drive makes up for the spring
@@ -56,7 +56,7 @@ def test_a_surrogate_has_the_motion_the_residuals_size_and_no_spring(way: Way, t
 def test_what_the_augmented_model_explains_is_not_in_a_surrogate(tmp_path: Path) -> None:
     log, system, whole = log_of(stage(SPRING), tmp_path, "log.csv"), system_of(stage()), system_of(stage(SPRING))
     before = smooth_motion(log)
-    used = Problem(system, before, {}).masks.rows[:, 0]
+    used = Problem(system, before, {}).used[:, 0]
     for k, way in enumerate(WAYS):
         made = surrogate(log, system, way, np.random.default_rng(k), augmented=whole)
         left = inverse_dynamics_residual(system, smooth_motion(made))[used, 0]

@@ -102,7 +102,7 @@ def test_a_refit_is_not_drawn_away_by_a_force_that_no_model_holds(
 
     def errors(values: dict[str, float]) -> tuple[float, float]:
         system = with_values(search.system, values)
-        return force_errors(system, motion, judge.masks, window)[1], free_run_errors(system, motion, window)[0][0]
+        return force_errors(system, motion, judge.used, window)[1], free_run_errors(system, motion, window)[0][0]
 
     declared = errors({})
     assert errors(alone)[0] > 1.01 * declared[0]  # what the fit by free runs alone does, and what was written before
@@ -479,7 +479,7 @@ def test_free_runs_that_are_ten_times_worse_in_each_of_two_parts_are_not_so_by_c
 
 def test_the_parts_of_a_free_run_make_up_its_error(rough: tuple[Log, Log]) -> None:
     motion = smooth_motion(rough[0])
-    found = measure(system_of(stage()), motion, Problem(system_of(stage()), motion, {}).masks, slice(1000, 5000))
+    found = measure(system_of(stage()), motion, Problem(system_of(stage()), motion, {}).used, slice(1000, 5000))
     parts = np.array(found.free_run_parts)
     assert len(parts) == 16  # 8 s, restarted every half second
     assert np.sqrt(parts.mean(axis=0)) == pytest.approx(found.free_run_rmse_rows, rel=1e-2)

@@ -42,7 +42,7 @@ def shaken(log: Log) -> Log:
 def best_cogging(problem: Problem) -> FoundEffect:
     """The single sine over position that removes most of the force residual, by least squares over many periods."""
     system, motion = problem.system, problem.motion
-    used = problem.masks.rows[:, 0]
+    used = problem.used[:, 0]
     r = inverse_dynamics_residual(system, motion)[:, 0]
     best: tuple[float, float, np.ndarray[Any, Any]] = (np.inf, 0.0, np.zeros(2))
     for period in np.geomspace(0.02, 0.2, 240):

@@ -18,14 +18,13 @@ from codegen.diagnosis.evidence.force_evidence import ForceGain, force_gain
 from codegen.diagnosis.fit.credit import ALPHA, Evidence, random_signs
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import (
-    Masks,
     Problem,
     bounded_least_squares,
     drive_left,
     drive_shares,
     inverse_dynamics_residual,
-    masks,
     residual_at_drive,
+    used_samples,
 )
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
@@ -64,7 +63,7 @@ def search_in(log: Log) -> Search:
 
 def blocks_of(problem: Problem) -> NDArray[np.int_]:
     """(N,) index of each sample among 48 blocks, which have as many used samples each."""
-    used = np.flatnonzero(problem.masks.rows.any(axis=1))
+    used = np.flatnonzero(problem.used.any(axis=1))
     first = [block[0] for block in np.array_split(used, 48)]
     return np.maximum(np.searchsorted(first, np.arange(len(problem.motion.time)), side="right") - 1, 0)
 
@@ -74,7 +73,7 @@ def test_nats_are_those_of_as_many_residuals_as_the_band_holds(log: Log) -> None
     problem = problem_of(log)
     white = np.random.default_rng(1).normal(size=(len(problem.motion.time), 1))
     gain = force_gain(problem, 1.1 * white, white)
-    seconds = problem.masks.rows.sum() * problem.motion.sample_time
+    seconds = problem.used.sum() * problem.motion.sample_time
     assert gain.left == pytest.approx(1 / 1.21)
     assert gain.nats == pytest.approx(problem.motion.cutoff_hz * seconds * np.log(1.21), rel=0.15)
     assert force_gain(problem, white, 1.1 * white).p == 1.0
@@ -96,7 +95,7 @@ def test_what_a_few_accelerations_show_is_no_chance(log: Log) -> None:
 
 def _with_moments(problem: Problem, count: int) -> tuple[ForceGain, ForceGain]:
     """Gains of a right model over one that leaves ten times the noise in so many moments of half a block, and back."""
-    rows, used = len(problem.motion.time), np.flatnonzero(problem.masks.rows.any(axis=1))
+    rows, used = len(problem.motion.time), np.flatnonzero(problem.used.any(axis=1))
     white = np.random.default_rng(16).normal(size=(rows, 1))
     firsts = (np.array([0.13, 0.29, 0.71])[:count] * len(used)).astype(int)
     moments = np.concatenate([used[first:][: len(used) // 96] for first in firsts])
@@ -157,7 +156,7 @@ def test_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log
 def test_a_force_that_is_not_there_is_credited_as_rarely_as_stated(log: Log) -> None:
     """A wave fitted by least squares to residuals with jerks, of the log's spectrum: one coefficient too many."""
     problem, draw = problem_of(log), np.random.default_rng(3)
-    count, rows = len(problem.motion.time), problem.masks.rows
+    count, rows = len(problem.motion.time), problem.used
     wave = problem.motion.low_pass(np.sin(0.05 * np.arange(count))[:, None])
     p = []
     for _ in range(400):
@@ -182,7 +181,7 @@ def test_a_force_of_three_coefficients_is_credited_as_rarely_as_stated_where_par
 ) -> None:
     """Neighbours of the residual, white but for a slow part of a share of its size, are nearly uncorrelated."""
     problem, draw = problem_of(log), np.random.default_rng(5)
-    count, rows = len(problem.motion.time), problem.masks.rows[:, 0]
+    count, rows = len(problem.motion.time), problem.used[:, 0]
     waves = np.sin(np.outer(np.arange(count), [0.0021, 0.0033, 0.0049]))
     p = []
     for _ in range(400):
@@ -201,7 +200,7 @@ def test_forces_fitted_where_most_is_left_are_credited_as_rarely_as_stated(coeff
     in each block alike, and with as many as there are blocks the score test says nothing.
     """
     problem, draw = problem_of(log), np.random.default_rng(6)
-    count, rows = len(problem.motion.time), problem.masks.rows[:, 0]
+    count, rows = len(problem.motion.time), problem.used[:, 0]
     block, p = blocks_of(problem), []
     for _ in range(150):
         moved = np.isin(block, draw.choice(np.arange(4, 44), 8, replace=False))
@@ -228,7 +227,7 @@ def test_many_coefficients_that_explain_nearly_all_of_a_few_accelerations_are_no
 def test_a_coefficient_five_deviations_from_zero_is_no_chance_though_the_gains_of_blocks_leave_doubt(log: Log) -> None:
     """A wave whose size by least squares is 5 standard errors, in white residuals."""
     problem, draw = problem_of(log), np.random.default_rng(4)
-    count, rows = len(problem.motion.time), problem.masks.rows
+    count, rows = len(problem.motion.time), problem.used
     wave = np.sin(0.05 * np.arange(count))[:, None]
     noise = problem.motion.low_pass(draw.normal(size=(count, 1)))
     rate = 2 * problem.motion.cutoff_hz * problem.motion.sample_time
@@ -241,13 +240,13 @@ def test_a_coefficient_five_deviations_from_zero_is_no_chance_though_the_gains_o
 
 @pytest.mark.parametrize("used", [1.0, 0.25])
 def test_a_log_that_stands_still_most_of_the_time_shows_an_added_force_as_well(used: float, log: Log) -> None:
-    """A wave 7 standard errors from zero: samples that the masks leave out are in no block of the score test. And one
+    """A wave 7 standard errors from zero: samples that are not used are in no block of the score test. And one
     that is not there is credited as rarely as stated, though all 48 blocks then lie in a quarter of the log.
     """
     problem, draw = problem_of(log), np.random.default_rng(9)
     count = len(problem.motion.time)
-    rows = problem.masks.rows & (np.arange(count)[:, None] >= (1 - used) * count)
-    some: Any = SimpleNamespace(motion=problem.motion, masks=Masks(rows))
+    rows = problem.used & (np.arange(count)[:, None] >= (1 - used) * count)
+    some: Any = SimpleNamespace(motion=problem.motion, used=rows)
     wave = problem.motion.low_pass(np.sin(0.05 * np.arange(count))[:, None])
     rate = 2 * problem.motion.cutoff_hz * problem.motion.sample_time
     power = float(wave[rows] @ wave[rows])
@@ -330,7 +329,7 @@ def test_beside_a_toleranced_value_a_force_that_is_not_there_is_credited_as_rare
 ) -> None:
     """A wave fitted together with the acceleration, where the residual without it has that some standard errors off."""
     problem, draw = problem_of(log), np.random.default_rng(10)
-    count, rows = len(problem.motion.time), problem.masks.rows[:, 0]
+    count, rows = len(problem.motion.time), problem.used[:, 0]
     columns = np.column_stack([problem.motion.accelerations[:, 0], np.sin(0.05 * np.arange(count))])
     columns = problem.motion.low_pass(columns / np.sqrt(np.mean(columns**2, axis=0)))
     columns[:, 1] += columns[:, 0]  # correlated
@@ -460,7 +459,7 @@ def test_an_effect_that_weakens_one_drive_owes_nothing_on_the_other_axis(tmp_pat
         theta=np.append(search.declared, part.inward({"width": 8.0})),
     )
     before, after = ForceCriterion(search, base), ForceCriterion(search, moved)
-    shares = drive_shares(after.fit.model, before.fit.model, problem.motion, problem.masks.rows)
+    shares = drive_shares(after.fit.model, before.fit.model, problem.motion, problem.used)
     assert shares[0] == pytest.approx(1) and shares[1] < 0.7
     left = [np.sqrt(np.mean(c.without_levels**2, axis=0)) for c in (before, after)]
     assert left[1][0] == pytest.approx(left[0][0], rel=1e-3) and left[1][1] < 0.1 * left[0][1]
@@ -483,7 +482,7 @@ def test_friction_that_follows_the_measured_drive_does_not_explain_its_noise(tmp
     noise = 0.4 * np.random.default_rng(4).normal(size=plain.inputs.shape)
     motion = smooth_motion(replace(plain, inputs=plain.inputs + noise))
     declared, trap = system_of(stage()), by_load(0.97, 0.03)
-    used = masks(declared, motion).rows[:, 0]
+    used = used_samples(declared, motion)[:, 0]
 
     def rms(residual: np.ndarray) -> float:
         return float(np.sqrt(np.mean(residual[used, 0] ** 2)))
@@ -504,7 +503,7 @@ def test_friction_that_does_follow_the_drive_still_explains_it(tmp_path: Path) -
     effect = "[{kind: load_dependent_friction, on: rail, parameters: {mu: 0.3}}]"
     motion = smooth_motion(log_of(stage(effect), tmp_path, "load.csv"))
     declared, true = system_of(stage()), by_load(0.3)
-    used = masks(declared, motion).rows[:, 0]
+    used = used_samples(declared, motion)[:, 0]
     before, after = (residual_at_drive(s, motion)[used, 0] for s in (declared, true))
     assert 0.6 < drive_left(true, motion)[0] <= 1.0
     assert np.mean(after**2) < 0.05 * np.mean(before**2)

@@ -72,7 +72,7 @@ def test_the_fit_is_that_of_a_least_squares_solver(tmp_path: Path) -> None:
 
     motion = problem.motion
     every = max(1, round(1 / (2 * motion.cutoff_hz * motion.sample_time)))
-    used = np.flatnonzero(problem.masks.rows[:, 0])[::every]
+    used = np.flatnonzero(problem.used[:, 0])[::every]
     plain = inverse_dynamics_residual(model_of(search.declared_trial, fits.adopted), motion)[used, 0]
     edges = np.searchsorted(used, np.linspace(0, len(motion.time), 49)[1:-1])
     longest = max(map(len, np.split(used, edges)))
@@ -242,7 +242,7 @@ def tied_about_one_place(truth: str, leader: str, rival: str, folder: Path) -> t
 
     other = smooth_motion(logged(0.6, "test.csv"))
     unseen = Problem(system, other, {})
-    errors = partial(measure, motion=other, used=unseen.masks, window=slice(0, len(other.time)), restart_s=0.5)
+    errors = partial(measure, motion=other, used=unseen.used, window=slice(0, len(other.time)), restart_s=0.5)
     tied = ForceSelection(fits, best, fits.run(best), 0.5, (LaterRound((), tuple(ranked)),), (ranked[1],))
     return tied, HeldOut(unseen, errors)
 

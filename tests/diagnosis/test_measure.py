@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.fit.measure import Drive, force_errors, restart_within_reach
-from codegen.diagnosis.fit.residual import Masks
 from codegen.diagnosis.fit.signals import Motion, smooth_motion
 from codegen.logs import Log
 from codegen.mechanics import System, build_system
@@ -67,7 +66,7 @@ def test_a_force_behind_a_gear_is_the_same_share_by_the_rotors_turns_as_by_the_l
 
 
 def test_so_is_the_relative_force_error() -> None:
-    everything = Masks(np.ones((4000, 2), dtype=bool))
+    everything = np.ones((4000, 2), dtype=bool)
     window = slice(300, 3700)
     one = force_errors(joint(), motion(1.0), everything, window)
     other = force_errors(joint(1.0, LOAD / RATIO**2), motion(RATIO), everything, window)

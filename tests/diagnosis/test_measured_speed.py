@@ -83,7 +83,7 @@ def test_noise_of_the_speed_is_told_over_nothing(tmp_path: Path) -> None:
     """It is in the residual and in what a load or an acceleration is computed from, and would explain itself."""
     log = speed_only(log_of(stage(), tmp_path, "train.csv"), tmp_path, 4 * SIGMA)
     problem = Problem(system_of(stage()), smooth_motion(log, 20.0), {})
-    (left,) = remainders(problem.system, problem.motion, problem.masks)
+    (left,) = remainders(problem.system, problem.motion, problem.used)
     assert left.share > 0.05  # the noise is no small part of the force
     assert max(left.over["load"], left.over["acceleration"]) < 0.02 and not left.changes
 

@@ -58,7 +58,7 @@ def test_a_spring_that_is_lacking_is_told_over_position(tmp_path: Path) -> None:
     for name, effects in (("spring", "[{kind: spring, on: x, parameters: {k: 30}}]"), ("none", "[]")):
         log = log_of(stage(effects), tmp_path, f"{name}.csv")
         problem = Problem(system_of(stage()), smooth_motion(log), {})
-        (left[name],) = remainders(problem.system, problem.motion, problem.masks)
+        (left[name],) = remainders(problem.system, problem.motion, problem.used)
     assert left["spring"].over["position"] > 0.95 and left["spring"].material > 0.1
     assert left["none"].material < 0.02
 
@@ -71,15 +71,15 @@ def test_a_coordinate_that_no_input_reaches_has_the_load_of_its_inertia(tmp_path
     spec, plant = (parse_spec(t, tmp_path / "spec.yaml") for t in (text, pushed))
     write_log(tmp_path / "log.csv", plant, simulate(plant, system_of(plant)))
     problem = Problem(system_of(spec), smooth_motion(read_log(tmp_path / "log.csv", spec)), {})
-    left = remainders(problem.system, problem.motion, problem.masks)[0]
+    left = remainders(problem.system, problem.motion, problem.used)[0]
     inertia = 10.0 * problem.motion.low_pass(problem.motion.accelerations)[:, 0]  # m1 is 10 kg
-    rows = sliding(problem.system, problem.motion, problem.masks, 0)
+    rows = sliding(problem.system, problem.motion, problem.used, 0)
     assert left.rms == pytest.approx(5.0, rel=1e-3)
     assert left.share == pytest.approx(5.0 / np.sqrt(np.mean(inertia[rows] ** 2)), rel=1e-2)
     # A push that is always the same is a constant, and no variable's.
     assert left.over["constant"] > 0.999 and max(s for name, s in left.over.items() if name != "constant") < 0.001
     truth = system_of(plant)
-    noise = remainders(truth, problem.motion, problem.masks)[0]
+    noise = remainders(truth, problem.motion, problem.used)[0]
     assert noise.over["load"] < 0.5
 
 

@@ -54,7 +54,7 @@ def test_ringing_after_few_moves_is_told_and_noise_is_not(tmp_path: Path) -> Non
     """A load that a blow sets ringing twice in a log of 14 s: few held-out pieces hold nearly all of what it makes."""
     clean = log_of(stage(), tmp_path, "train.csv")
     problem = Problem(system_of(stage()), smooth_motion(clean), {})
-    motion, rows = problem.motion, problem.masks.rows[:, 0]
+    motion, rows = problem.motion, problem.used[:, 0]
     generator = np.random.default_rng(4)
     acceleration = 0.2 * motion.low_pass(generator.standard_normal((len(motion.time), 1)))[:, 0]
     for blow in (4.1, 9.3):

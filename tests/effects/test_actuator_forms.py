@@ -11,7 +11,7 @@ import sympy
 from numpy.typing import NDArray
 from scipy.signal import cont2discrete
 
-from codegen.diagnosis.fit.residual import inverse_dynamics_residual, masks
+from codegen.diagnosis.fit.residual import inverse_dynamics_residual, used_samples
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
@@ -99,7 +99,7 @@ def test_up_to_a_threshold_nothing_passes_and_above_it_everything(tmp_path: Path
 def test_the_force_residual_of_the_true_model_is_small(effect: str, tmp_path: Path) -> None:
     plant = stage(f"[{{kind: {effect}}}]")
     motion = smooth_motion(log_of(plant, tmp_path, "log.csv"))
-    sliding = masks(system_of(plant), motion).rows
+    sliding = used_samples(system_of(plant), motion)
     left = inverse_dynamics_residual(system_of(plant), motion)[sliding]
     without = inverse_dynamics_residual(system_of(stage()), motion)[sliding]
     assert np.sum(left**2) < 0.01 * np.sum(without**2)

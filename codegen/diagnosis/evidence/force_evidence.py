@@ -124,7 +124,7 @@ def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
     Low-passed at f, a log of T seconds holds 2 f T values, fewer where these are correlated. Blocks hold as many
     samples that some coordinate uses each: a block without any would count as one without a gain.
     """
-    motion, rows = problem.motion, problem.masks.rows
+    motion, rows = problem.motion, problem.used
     moving = np.flatnonzero(rows[:, rows.sum(axis=0) >= LEAST_ROWS].any(axis=1))
     blocks_of = np.array_split(moving, SIGNED)
     rate = 2 * motion.cutoff_hz * motion.sample_time
@@ -244,7 +244,7 @@ def force_evidence(
     found = []
     for i in sorted(set(acting)):
         variables = remainder_columns(refit, motion, before, i)
-        used = sliding(refit, motion, problem.masks, i)
+        used = sliding(refit, motion, problem.used, i)
         r, left = (without_levels(refit, motion, used, y[:, i], i) for y in (before, after))
         removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
         together = explained_over(r, used, [variables[name] for name in sorted(own)])

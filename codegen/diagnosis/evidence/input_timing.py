@@ -67,14 +67,14 @@ def _share(problem: Problem, change: Array) -> float:
     motion, system = problem.motion, problem.system
     rest = replace(motion, inputs=0 * motion.inputs)
     drive = inverse_dynamics_residual(system, motion) - inverse_dynamics_residual(system, rest)
-    power = [(forces**2 * problem.masks.rows).sum(axis=0) for forces in (change, drive)]
+    power = [(forces**2 * problem.used).sum(axis=0) for forces in (change, drive)]
     return float(np.sqrt(np.max(power[0][power[1] > 0] / power[1][power[1] > 0], initial=0.0)))
 
 
 def _lead(problem: Problem, i: int, residual: Array, change: Array) -> tuple[float, float]:
     """(lead in half samples, standard deviation) from the force residual of one coordinate, both (N,)."""
     motion = problem.motion
-    used = problem.masks.rows[:, i] & (np.abs(motion.low_pass(np.sign(motion.velocities[:, i]))) > ONE_WAY)
+    used = problem.used[:, i] & (np.abs(motion.low_pass(np.sign(motion.velocities[:, i]))) > ONE_WAY)
     if used.sum() < LEAST_ROWS or not np.any(change[used]):
         return 0.0, 1.0
     v = motion.velocities[:, i]

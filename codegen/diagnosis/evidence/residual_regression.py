@@ -20,7 +20,7 @@ from codegen.diagnosis.evidence.changes_in_time import ChangesInTime, changes_in
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.recent import OF_MODELS, recent
-from codegen.diagnosis.fit.residual import Masks, contacts_on, evaluate_forces, residual_at_drive, slip_velocities
+from codegen.diagnosis.fit.residual import contacts_on, evaluate_forces, residual_at_drive, slip_velocities
 from codegen.diagnosis.fit.signals import Motion, central_difference
 from codegen.diagnosis.fit.starting_values import resonances, resonant
 from codegen.diagnosis.results import Remainder, Term
@@ -52,7 +52,7 @@ SLIDING = 0.03
 """Share of a contact's 95 % speed above which it surely slides; below, friction may balance any load."""
 
 
-def remainders(system: System, motion: Motion, used: Masks) -> tuple[Remainder, ...]:
+def remainders(system: System, motion: Motion, used: NDArray[np.bool_]) -> tuple[Remainder, ...]:
     """The remainder of a model along a motion, one a coordinate; ``used`` away from standstill, ends and gaps."""
     residual = residual_at_drive(system, motion)
     acting = acting_force(system, motion)
@@ -156,11 +156,11 @@ def noise_share(system: System, motion: Motion, residual: Array, i: int) -> floa
     return min(1.0, inertia_noise(system, motion, i) / whole) if whole > 0 else 0.0
 
 
-def sliding(system: System, motion: Motion, used: Masks, i: int) -> NDArray[np.bool_]:
+def sliding(system: System, motion: Motion, used: NDArray[np.bool_], i: int) -> NDArray[np.bool_]:
     """(N,) samples at which every contact on a coordinate surely slides."""
     slip = np.abs(slip_velocities(system, motion))
     fast = [slip[:, c] >= SLIDING * float(np.quantile(slip[:, c], 0.95)) for c in contacts_on(system, i)]
-    return np.asarray(np.logical_and.reduce([used.rows[:, i], *fast]))
+    return np.asarray(np.logical_and.reduce([used[:, i], *fast]))
 
 
 def half_of_squares(residual: Array, rows: NDArray[np.bool_]) -> tuple[int, int] | None:

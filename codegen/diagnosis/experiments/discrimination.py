@@ -77,7 +77,7 @@ class Weighed:
         """(R,) weighted low-passed force residual on all coordinates; theta may end with the friction factor."""
         numbers, factor = (theta, 1.0) if self.setup.friction is None else (theta[:-1], float(theta[-1]))
         left = inverse_dynamics_residual(model.system(numbers, self.setup, factor), self.problem.motion)
-        rows = self.problem.masks.rows
+        rows = self.problem.used
         return np.concatenate([np.sqrt(w) * left[rows[:, i], i] for i, w in enumerate(self.weights)])
 
     def slopes(self, model: Model, theta: Array, at: Array) -> Array:
@@ -157,7 +157,7 @@ class Discrimination:
         return float(np.sqrt(best))
 
     def _weights(self, truth: Model) -> Array:
-        motion, rows = self.search.problem.motion, self.search.problem.masks.rows
+        motion, rows = self.search.problem.motion, self.search.problem.used
         system = truth.system(truth.theta, UNCHANGED)
         left = inverse_dynamics_residual(system, motion)
         acting = acting_force(system, motion)

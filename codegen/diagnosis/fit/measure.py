@@ -13,7 +13,6 @@ from codegen.diagnosis.fit.credit import SIGNED
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.residual import (
-    Masks,
     effective_inputs,
     evaluate_forces,
     inverse_dynamics_residual,
@@ -31,7 +30,9 @@ SHORTEST_PERIODS = 5.0
 """Shortest free run between two restarts, in periods of the coarse cutoff."""
 
 
-def measure(system: System, motion: Motion, used: Masks, window: slice, restart_s: float = RESTART_S) -> ErrorFigures:
+def measure(
+    system: System, motion: Motion, used: NDArray[np.bool_], window: slice, restart_s: float = RESTART_S
+) -> ErrorFigures:
     """Error figures of a system on one window of a motion; ``used`` are the same samples for every model compared."""
     per_row, force_rms, relative = force_errors(system, motion, used, window)
     positions, parts = free_run_errors(system, motion, window, restart_s)
@@ -40,7 +41,7 @@ def measure(system: System, motion: Motion, used: Masks, window: slice, restart_
 
 
 def force_errors(
-    system: System, motion: Motion, used: Masks, window: slice = WHOLE
+    system: System, motion: Motion, used: NDArray[np.bool_], window: slice = WHOLE
 ) -> tuple[tuple[float, ...], float, float]:
     """RMS low-passed residual by coordinate and over all, and its norm (``power``) over that of the drive force.
 
@@ -49,7 +50,7 @@ def force_errors(
     residual = residual_at_drive(system, motion)
     inside = np.zeros(len(motion.time), dtype=bool)
     inside[window] = True
-    rows = used.rows & inside[:, None]
+    rows = used & inside[:, None]
     squares = [residual[rows[:, i], i] ** 2 for i in range(residual.shape[1])]
     per_row = tuple(float(np.sqrt(s.mean())) if len(s) else float("nan") for s in squares)
     pooled = np.concatenate(squares)

@@ -98,8 +98,9 @@ class Problem:
     deviation: Mapping[sympy.Symbol, float]
 
     @cached_property
-    def masks(self) -> Masks:
-        return masks(self.system, self.motion, self.noise_speed)
+    def used(self) -> NDArray[np.bool_]:
+        """(N, n) samples at which the force balance of each coordinate can be used."""
+        return used_samples(self.system, self.motion, self.noise_speed)
 
     @cached_property
     def noise_speed(self) -> float:
@@ -150,13 +151,6 @@ LONGEST_CROSSING_S = 0.03
 """Longest time for which a reversal is at standstill; a longer standstill is stick."""
 
 
-@dataclass(frozen=True, eq=False)
-class Masks:
-    """(N, n) samples at which the force balance of each coordinate can be used."""
-
-    rows: NDArray[np.bool_]
-
-
 @recent(OF_MODELS)
 def effective_inputs(system: System, motion: Motion) -> Array:
     """Outputs of the declared actuators for the motion's inputs, (N, m), the inputs of ``System.equation_error``."""
@@ -167,8 +161,8 @@ def effective_inputs(system: System, motion: Motion) -> Array:
     return inputs
 
 
-def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
-    """Samples to use for the force balance of each coordinate: away from ends, gaps and standstill.
+def used_samples(system: System, motion: Motion, noise_speed: float = 0.0) -> NDArray[np.bool_]:
+    """(N, n) samples to use for the force balance of each coordinate: away from ends, gaps and standstill.
 
     At standstill friction may have any value up to its level, so samples within the filter's width of one are left out;
     quick zero crossings are kept. Of a log that was resampled to a finer grid as many are used as it had.
@@ -186,7 +180,7 @@ def masks(system: System, motion: Motion, noise_speed: float = 0.0) -> Masks:
                 rows[:, i] &= ~widened
     if motion.counted is not None:
         rows &= motion.counted[:, None]
-    return Masks(rows)
+    return rows
 
 
 @recent(OF_MODELS)
@@ -203,7 +197,7 @@ def residual_at_drive(system: System, motion: Motion) -> Array:
 
 def residual_without_levels(problem: Problem, system: System) -> Array:
     """(N, n) low-passed force residual of a system, less the least-squares contribution of its friction levels."""
-    motion, used = problem.motion, problem.masks.rows.T
+    motion, used = problem.motion, problem.used.T
     by_coordinate = enumerate(zip(residual_at_drive(system, motion).T, used, strict=True))
     return np.stack([without_levels(system, motion, rows, one, i) for i, (one, rows) in by_coordinate], axis=1)
 
@@ -217,7 +211,7 @@ def residual_without_values(problem: Problem, system: System, slopes: Array, lim
         slopes: (N, n, p) by the values. limits: (p,) least and largest change.
     """
     motion, found = problem.motion, residual_at_drive(system, problem.motion).copy()
-    for i, used in enumerate(problem.masks.rows.T):
+    for i, used in enumerate(problem.used.T):
         levels = level_columns(system, motion, i)
         columns = np.hstack([levels, -slopes[:, i] / drive_left(system, motion)[i]])
         free = np.full(levels.shape[1], np.inf)
@@ -474,7 +468,7 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
     slopes = residual_slopes(system, motion, symbols)
     rows = []
     for i in range(system.degrees_of_freedom):
-        used = np.flatnonzero(problem.masks.rows[:, i])
+        used = np.flatnonzero(problem.used[:, i])
         if len(used):
             rows.append(ForceRows(used, residual[used, i], slopes[used, i], np.zeros(len(symbols))))
     return rows
@@ -486,7 +480,7 @@ def relative_force_rows(system: System, problem: Problem, symbols: Sequence[symp
     A weaker drive, with all other forces smaller alike, leaves a smaller residual and is the same motion.
     """
     rows, acting = force_rows(system, problem, symbols), drive_symbols(system)
-    moved = np.flatnonzero(problem.masks.rows.any(axis=0))
+    moved = np.flatnonzero(problem.used.any(axis=0))
     slopes = np.zeros((len(rows), len(symbols)))
     for k, s in enumerate(symbols):
         if s in acting and system.values[s] != 0:

@@ -224,7 +224,7 @@ class ForceStart:
 
     def _rows(self, forces: Array) -> Array:
         """(R,) forces at the points of all coordinates, away from standstill, over the RMS residual of the base."""
-        used = self.problem.masks.rows[:: self._every].T
+        used = self.problem.used[:: self._every].T
         return np.concatenate([f[u] / s for f, u, s in zip(forces.T, used, self._sizes, strict=True) if u.any()])
 
     def _least_squares(self, columns: Array, residual: Array) -> tuple[Array, Array]:
@@ -275,7 +275,7 @@ class ForceStart:
     @cached_property
     def _sizes(self) -> list[float]:
         """RMS of the base's residual on each coordinate."""
-        used = self.problem.masks.rows.T
+        used = self.problem.used.T
         squares = [float(np.mean(r[u] ** 2)) if u.any() else 1.0 for r, u in zip(self._residual.T, used, strict=True)]
         return [max(square, 1e-300) ** 0.5 for square in squares]
 
@@ -306,7 +306,7 @@ class ForceStart:
             return np.asarray(np.column_stack([self._rows(c[:: self._every]) for c in changes]) / steps.diagonal())
         symbols = [self.base.trial.moved[k] for k in self._places]
         rows = force_rows(self.base.model, self.problem, symbols)
-        sizes = [s for s, u in zip(self._sizes, self.problem.masks.rows.T, strict=True) if u.any()]
+        sizes = [s for s, u in zip(self._sizes, self.problem.used.T, strict=True) if u.any()]
         used = [r.slopes[r.sample % self._every == 0] for r in rows]
         return np.concatenate([slopes / s for slopes, s in zip(used, sizes, strict=True)])
 

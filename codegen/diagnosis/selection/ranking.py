@@ -511,7 +511,7 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     - an effect with which neither is that much below what p² alone gives, since p scales noise and structure alike.
     """
     motion = before.search.motion
-    acting = drive_shares(after.fit.model, before.fit.model, motion, before.search.problem.masks.rows)
+    acting = drive_shares(after.fit.model, before.fit.model, motion, before.search.problem.used)
     least = float(np.min(acting))
     if least < LEAST_DRIVE:
         return f"weakens the drive force to {in_percent(least)}: too little to move the machine"
@@ -538,7 +538,7 @@ def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array
     ``remaining``: (n,) q; symbols of ``only_reduces_drive``.
     """
     search = before.search
-    for i, used in enumerate(search.problem.masks.rows.T):
+    for i, used in enumerate(search.problem.used.T):
         if used.any() and remaining[i] < 1 - credit.LEAST_SHARE:
             without, with_effect = (float(np.mean(c.without_levels[used, i] ** 2)) for c in (before, after))
             noise, share = inertia_noise(search.system, search.motion, i), float(remaining[i]) ** 2

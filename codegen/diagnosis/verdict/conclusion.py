@@ -166,7 +166,7 @@ def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System)
     near = noise_ratio(final) <= credit.NEAR_NOISE
     if near and augmented.transmissions:
         return True
-    before, after = (force_errors(s, problem.motion, problem.masks)[2] for s in (refit, augmented))
+    before, after = (force_errors(s, problem.motion, problem.used)[2] for s in (refit, augmented))
     if after**2 <= (1 - credit.LEAST_SHARE) * before**2:
         return True
     return near and _gain(problem, augmented, refit).p > credit.TIE_LEVEL

@@ -96,7 +96,7 @@ class ForceFits:
         """Samples used, for each coordinate: away from standstill, two in each period of the cutoff."""
         motion = self.problem.motion
         every = max(1, round(1 / (2 * motion.cutoff_hz * motion.sample_time)))
-        return [np.flatnonzero(used)[::every] for used in self.problem.masks.rows.T]
+        return [np.flatnonzero(used)[::every] for used in self.problem.used.T]
 
     @cached_property
     def _sizes(self) -> list[float]:
@@ -512,9 +512,7 @@ def force_round(fits: ForceFits, plain: Fit, report_progress: Callable[[float], 
 
 def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:
     """Share of a fit's drive force that is left with these values of a trial; the least over coordinates."""
-    return float(
-        np.min(drive_shares(model_of(trial, theta), plain.model, fits.problem.motion, fits.problem.masks.rows))
-    )
+    return float(np.min(drive_shares(model_of(trial, theta), plain.model, fits.problem.motion, fits.problem.used)))
 
 
 def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> Fit:

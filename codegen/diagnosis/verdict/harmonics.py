@@ -116,7 +116,7 @@ def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> t
     own, found = fit.values
     some = replace(fit.trial, parts=tuple(fit.trial.parts[k] for k in kept))
     ways = [(values, some.model(values, [found[k] for k in kept])) for values in (own, search.declared)]
-    return min(ways, key=lambda way: force_errors(way[1], problem.motion, problem.masks)[2])
+    return min(ways, key=lambda way: force_errors(way[1], problem.motion, problem.used)[2])
 
 
 def _periods(
@@ -142,7 +142,7 @@ def _periods(
 
 def regress(problem: Problem, force: Array, coordinate: int, period: float) -> Waves | None:
     """A sparse sum of sines and cosines of one period, with an offset and a friction level, fitted to a force (N,)."""
-    motion, rows = problem.motion, problem.masks.rows[:, coordinate]
+    motion, rows = problem.motion, problem.used[:, coordinate]
     x, v = motion.positions[:, coordinate], motion.velocities[:, coordinate]
     usual = float(np.median(np.abs(v[rows]))) if rows.any() else 0.0
     if usual <= 0.0:

@@ -61,7 +61,7 @@ def propose_terms(system: System, train: Problem, test: Problem, window: slice) 
     inside[window] = True
     found = []
     for i, x in enumerate(system.positions):
-        rows, seen = train.masks.rows[:, i], test.masks.rows[:, i] & inside
+        rows, seen = train.used[:, i], test.used[:, i] & inside
         weights = _sparse(columns[rows], residual[rows, i])
         share = _share(others[seen] @ weights, held_out[seen, i]) if seen.sum() >= LEAST_ROWS else float("nan")
         terms = {name: float(w) for name, w in zip(names, weights, strict=True) if w != 0}

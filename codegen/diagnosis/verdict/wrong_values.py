@@ -203,7 +203,7 @@ def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
     names = ("positions", "velocities", "accelerations", "measured")
     divided = replace(motion, **{name: getattr(motion, name) / gain for name in names})
     declared = with_values(problem.system, {s.name: float(written.values[s]) for s in problem.uncertain})
-    used = problem.masks.rows
+    used = problem.used
     by_gain, by_scale = (
         float((residual_without_levels(replace(problem, motion=moved), model)[used] ** 2).sum())
         for moved, model in ((motion, written), (divided, declared))
