@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from codegen.base.border import verb, verb_that_raises
 from codegen.base.errors import BadInput, Place
-from codegen.base.input_files import read_text
+from codegen.base.input_files import is_there, read_text
 from codegen.base.shown import Shown
 from codegen.checker import verify as checker
 
@@ -42,7 +42,8 @@ class Verified(Shown):
 
 def certificate_in(path: str | Path) -> Path:
     """The certificate that a path names: a file, or certificate.json in a folder of generated code."""
-    return Path(path) / "certificate.json" if Path(path).is_dir() else Path(path)
+    path = Path(path)
+    return path / "certificate.json" if is_there(path) and path.is_dir() else path
 
 
 @verb_that_raises(checker.Refused)

@@ -147,3 +147,10 @@ def test_a_name_that_is_not_utf8(folder, call):
     assert result.code == 2 and "Traceback" not in result.err
     if call != "usage":
         assert is_one_message(result) and "a name that is not UTF-8" in result.err and r"\xff.yaml" in result.err
+
+
+@pytest.mark.parametrize("verb", ["check", "verify", "certify"])
+def test_a_name_that_is_too_long_is_one_message(folder, verb):
+    """`verify` asked first whether it is a folder."""
+    result = stiction(verb, "x" * 5000)
+    assert is_one_message(result) and "File name too long" in result.err, result.err[-300:]
