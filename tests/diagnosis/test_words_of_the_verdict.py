@@ -201,7 +201,7 @@ def test_unknown_says_no_more_than_its_reason(over: Any, refused: Any, headline:
     said = statement_of("unknown", refused=refused, records=records, over=over)
     assert said.headline == headline
     assert said.of("not credited") == (("cogging on x, the best candidate, fits no better.",) if refused else ())
-    assert ("24 steady records" if records else "5.2 times the noise") in said.of("evidence")[0]
+    assert ("24 steady records" if records else "5.2 times the measurement noise") in said.of("evidence")[0]
 
 
 def test_unknown_names_the_candidate_that_leaves_most() -> None:
