@@ -97,7 +97,7 @@ def test_a_log_at_constant_speed_keeps_the_declared_mass(tmp_path: Path) -> None
     with among("cogging", "input_gain"):
         found, models = diagnose_log(spec, system_of(spec), log)
     assert "m" not in found.refitted and "m: {value: 2.0, unit: kg, tolerance: 10%}" in models.spec_text
-    (told,) = (words for words in found.findings["train"] if "the diagnosis keeps m at 2 kg" in words)
+    (told,) = (words for words in found.findings["train"] if "The diagnosis keeps m at 2 kg" in words)
     assert told.startswith("warning: The motion of this log hardly shows m")
     assert [e.kind for e in found.effects] == ["cogging"]
     assert found.effects[0].parameters["amplitude"] == pytest.approx(0.6, rel=0.1)

@@ -155,7 +155,7 @@ def _flipped(name: str, correlation: float, seen: Mapping[str, float], turned: s
         return (
             f"The modelled gravity and springs run against the force that input {name} gives, while {agreeing} agree "
             f"with it. Check the sign of gravity and springs in the spec, or the zero of a position (a pendulum's "
-            f"may be half a turn off); the sign of {name} seems right. (All together, {fact}.)"
+            f"may be half a turn off), and not the sign of {name}. (All together, {fact}.)"
         )
     if against and not agreeing and ("inertia" in seen or "friction" in seen):
         return f"The sign of input {name} seems flipped, or that of the coordinate it drives: {fact}. {turned}"

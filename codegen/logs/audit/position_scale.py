@@ -148,8 +148,8 @@ def _finding(
             rivals.append(f"{driving[0]} is {by_input.factor:.3g} times too small ({line})")
         elif not apart:
             excluded = (
-                f" If {driving[0]} were {by_input.factor:.3g} times too small instead, friction would be "
-                f"{by_input.level:.2g} times the declared one; with the position it is {position.level:.2g} times."
+                f" If {driving[0]} were {by_input.factor:.3g} times too small instead, it would take "
+                f"{by_input.level:.2g} times the declared friction; the position takes {position.level:.2g} times."
             )
     if by_mass.left <= ALIKE * position.left:
         rivals.append(f"the declared inertia is {by_mass.factor:.3g} times too large")
