@@ -72,17 +72,14 @@ def test_the_values_adopted_without_an_effect_are_tried_with_it_too() -> None:
     name = moved.name
     one, two, three = (np.array([value]) for value in (1.0, 1.1, 1.3))
     refit = Refit((name,), one, two, one, two, (), ())
-    options = _options(system, refit, "the effect", {name: float(three[0])})
+    options = _options(system, refit, {name: float(three[0])})
     assert [float(model.values[moved]) for _, model in options] == [1.1, 1.3, 1.0]
-    assert [float(model.values[moved]) for _, model in _options(system, refit, "refitted values")] == [1.1, 1.0]
+    assert [float(model.values[moved]) for _, model in _options(system, refit)] == [1.1, 1.0]
 
 
 def test_values_that_are_the_declared_ones_are_called_so() -> None:
-    """Of a refit whose levels stayed it was written `refitted values of friction levels alone`."""
+    """Of a refit whose levels stayed it was written `refitted friction levels alone`."""
     system = system_of(stage())
     names, declared, moved = ("rail_a", "m"), np.array([4.0, 2.0]), np.array([4.0, 2.2])
     refit = Refit(names, declared, moved, np.zeros(2), declared, (), ())
-    assert [name for name, _ in _options(system, refit, "refitted values")] == [
-        "refitted values",
-        "the declared values",
-    ]
+    assert [name for name, _ in _options(system, refit)] == ["refitted values", "declared values"]
