@@ -52,7 +52,8 @@ by_kernel_alone = theorem.proved
 integers, require = kernel.integers, forms.require
 MAX_TEXT, MAX_SIZE, MAX_VERTICES, MAX_TOTAL, MAX_FILES, FINE = 5_000_000, 32, 4096, 200_000, 1000, 2**128
 FORMS = json.loads(r"""{"FORMAT": "stiction-certificate/1", "TEXT": ".*",
-    "NAME": "[A-Za-z][A-Za-z0-9_]*", "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
+    "NAME": "[A-Za-z][A-Za-z0-9_]*", "WORD": "[A-Za-z0-9_]{1,200}",
+    "FILE": "[A-Za-z0-9_][A-Za-z0-9_.+-]{0,127}", "WHOLE": "0|[1-9][0-9]{0,8}",
     "LINE": ".*\\S.*", "HASH": "[0-9a-f]{64}", "STEP": "euler|semi_implicit|exponential|implicit"}""")
 # unbound: files named, but not there. proved: what the kernel shows of the C, in words; unproved: why nothing; whole:
 # whether without conditions.
@@ -68,14 +69,14 @@ ALWAYS = (  # not checked, whatever is given
 )
 # A certificate: {"field": ...} is an object with just these fields, {"FORM": ...} one with any keys of that form.
 SCHEMA = json.loads("""{"format": "FORMAT", "tool": {"name": "TEXT", "version": "TEXT", "command": "TEXT"},
-    "subject": {"name": "LINE", "spec_sha256": "HASH", "files": {"FILE": "HASH"}},
+    "subject": {"name": "WORD", "spec_sha256": "HASH", "files": {"FILE": "HASH"}},
     "observer": {"kind": "TEXT", "velocity": "TEXT", "integration": "STEP"}, "claim": "LINE", "assumptions": ["LINE"],
-    "sample_time": "RATIONAL", "decay_rate": "RATIONAL", "error": [{"name": "LINE", "meaning": "TEXT", "unit": "TEXT"}],
+    "sample_time": "RATIONAL", "decay_rate": "RATIONAL", "error": [{"name": "WORD", "meaning": "TEXT", "unit": "TEXT"}],
     "variables": {"NAME": ["RATIONAL"]}, "splits": {"NAME": ["RATIONAL"]}, "along": ["RATIONAL"],
     "parameters": [{"name": "NAME", "expression": "ANY"}], "matrix": [["ANY"]], "lyapunov_matrix": [["RATIONAL"]],
     "code": {"errors": ["ANY"], "variables": {"NAME": "ANY"}, "motion": {"LINE": "LINE"}},
     "cover": ["ANY"],
-    "reversals": [{"contact": "LINE", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}]}""")
+    "reversals": [{"contact": "WORD", "flips": ["WHOLE"], "growth": "RATIONAL", "dwell_samples": "WHOLE"}]}""")
 Matrix = list[list[Fraction]]
 
 

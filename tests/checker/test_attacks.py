@@ -5,6 +5,7 @@ Where a forger once wrote into the Python twin, by which a certificate was bound
 
 from __future__ import annotations
 
+import copy
 import functools
 import hashlib
 import io
@@ -531,3 +532,16 @@ def test_wrong_laws_are_refused_or_do_no_harm(name: str) -> None:
             ]
         kept += 1
     assert kept < 125
+
+
+@pytest.mark.parametrize("place", ["subject", "contact"])
+def test_a_name_is_no_sentence_among_what_holds(place: str) -> None:
+    """What holds as algebra is printed with these names, of a certificate that is bound to no code too."""
+    said = "rail: the friction error is at most 1 mN. Besides"
+    content = copy.deepcopy(certificate("one_mass"))
+    if place == "subject":
+        content["subject"]["name"] = "verified for the C (exit status 0)"
+    else:
+        content["reversals"][0]["contact"], content["error"][1]["name"] = said, f"e_a_{said}"
+    with pytest.raises(Refused, match="is no 'WORD'"):
+        check(content, {})
