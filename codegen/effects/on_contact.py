@@ -290,6 +290,10 @@ class Presliding(Effect):
     def applies(self, system: System, place: int) -> bool:
         return isinstance(system.contacts[place].law, Coulomb)
 
+    def followed(self, covered: Covered) -> list[dict[str, float]]:
+        """Every stiffness: the level of the refit is too low for a soft contact, whose free runs then look stiff."""
+        return [{"sigma": sigma} for sigma in bristles(covered)]
+
     def add(self, system: System, place: int, p: Symbols) -> System:
         contact = system.contacts[place]
         return system.with_law(place, PreslidingLaw(), {**contact.law_parameters, "sigma": p["sigma"]})
