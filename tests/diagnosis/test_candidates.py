@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,15 @@ from codegen.diagnosis.fit.record import MOST_STEPS, PLENTY, record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.selection.candidate_fits import every_part, start_compiling
+from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates, start_compiling
 from codegen.diagnosis.verdict.adoption import Refit
 from codegen.diagnosis.verdict.examination import _options
+from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
-from tests.diagnosis.stage import stage, system_of
+from tests.diagnosis.stage import log_of, stage, system_of
 
 SPEC = """\
 name: one
@@ -83,3 +86,18 @@ def test_values_that_are_the_declared_ones_are_called_so() -> None:
     names, declared, moved = ("rail_a", "m"), np.array([4.0, 2.0]), np.array([4.0, 2.2])
     refit = Refit(names, declared, moved, np.zeros(2), declared, (), ())
     assert [name for name, _ in _options(system, refit)] == ["refitted values", "declared values"]
+
+
+@pytest.mark.parametrize("level", [16.0, 25.0])
+def test_a_soft_contact_is_found_although_the_refit_has_a_third_of_its_level(level: float, tmp_path: Path) -> None:
+    """Presliding over the whole stroke is a hysteresis that a set-valued law follows with a low level."""
+    lacking = "[{kind: presliding, on: rail, parameters: {sigma: 30}}]"
+    log = log_of(stage(lacking, level=level, noise=1e-3), tmp_path, "soft.csv")
+    problem = Problem(system_of(stage()), smooth_motion(log), {})
+    one = search_on(problem, partial(record_of, problem.motion, log))
+    base = one.refit()
+    assert base.theta[0] < level / 3
+    part = part_of(CATALOGUE["presliding"], 0, one.system)
+    (found,) = fit_candidates(one, base, [part], lambda share: None)
+    assert found.parameters["sigma"] == pytest.approx(30, rel=0.01)
+    assert found.theta[0] == pytest.approx(level, rel=0.01)
