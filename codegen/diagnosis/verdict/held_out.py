@@ -112,7 +112,7 @@ def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> t
             "not credited",
             f"{names[k]}, which fits the training log as well as {names[j]}, is refused: on held-out data it leaves "
             f"{times:.3g} times the squared residual force",
-            "The errors of what is left are measured on the same held-out data, so they are a little too good.",
+            "The errors of what is left are measured on the data that chose it, so they are slightly optimistic.",
         )
         for k, (j, times) in refused.items()
     )
