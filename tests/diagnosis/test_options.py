@@ -29,6 +29,7 @@ def test_the_values_that_suit_the_effect_come_first(
     one = np.array
     refit = Refit(("a",), one([DECLARED]), one([values]), one([0.1]), one([levels]), (), ())
     system: Any = SimpleNamespace()
-    options = examination._options(system, refit, "refitted values", {"a": WITHOUT})
+    options = examination._options(system, refit, {"a": WITHOUT})
     assert [model for _, model in options] == order
-    assert {model: name for name, model in options}[DECLARED] == "the effect with the declared values"  # type: ignore[index]
+    names: dict[Any, str] = {model: name for name, model in options}
+    assert names[DECLARED] == "declared values"
