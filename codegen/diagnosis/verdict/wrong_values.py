@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
@@ -41,6 +42,8 @@ from codegen.spec.model import Spec
 
 MOST = 0.8
 """Least share of the squared force residual that a value explains on held-out blocks of the training log."""
+MIRRORED = 0.1
+"""Relative difference up to which a constant force counts as −2 times a term of the spec, whose sign may be wrong."""
 
 
 def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] | None:
@@ -162,6 +165,46 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
             )
         )
     return facts
+
+
+def flipped_constants(answer: Answer) -> list[Fact]:
+    """The constant terms of the force, such as a weight, that a credited constant force turns round.
+
+    A weight T with the wrong sign and a constant −2 T are one force, so no log tells them apart; the reader may.
+    """
+    refit, written = answer.refit, answer.augmented
+    if answer.verdict != "effect":
+        return []
+    facts = []
+    for k, x in enumerate(refit.positions):
+        added = _constant(written.modelled_force[k] - refit.modelled_force[k], written)
+        declared = _constant_terms(refit.modelled_force[k], written)
+        sizes = {term: float(term.subs(written.values)) for term in declared}
+        turned = [term for term, size in sizes.items() if size and abs(added / size + 2) <= 2 * MIRRORED]
+        unit = refit.force_unit(k)
+        facts += [
+            Fact(
+                "next",
+                f"Check the sign of {term} in the force on {x.name} first: it is {sizes[term]:.4g} {unit}, and the "
+                f"constant force of {added:.4g} {unit} that is added is {added / sizes[term]:.3g} times it",
+                "The term with the other sign is the same force, so no log can tell the two apart.",
+            )
+            for term in turned
+        ]
+    return facts
+
+
+def _constant_terms(force: sympy.Expr, system: System) -> list[sympy.Expr]:
+    """The terms of a sum, as it is written, that hold parameters alone."""
+    return [
+        term for term in sympy.Add.make_args(force) if term.free_symbols and term.free_symbols <= system.values.keys()
+    ]
+
+
+def _constant(force: sympy.Expr, system: System) -> float:
+    """The sum of the terms that hold nothing but numbers and parameters."""
+    terms = sympy.Add.make_args(sympy.expand(force.subs(system.values)))
+    return float(sum(term for term in terms if not term.free_symbols))
 
 
 def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> list[Fact]:
