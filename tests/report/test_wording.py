@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from codegen.base.significant import in_percent, significant_digits, with_deserved_digits
+from codegen.base.text import render
+from codegen.diagnosis.results import ParameterError
 from codegen.report.wording import estimated
 
 
@@ -30,6 +34,17 @@ def test_no_more_digits_than_asked_for() -> None:
     assert with_deserved_digits(0.0412345, (0.02, 0.06)) == "0.041"
     assert with_deserved_digits(0.0412345, ()) == "0.04123"
     assert significant_digits(1.0, (-1e6, 1e6)) == 1
+
+
+def test_an_interval_whose_ends_print_alike_is_left_out() -> None:
+    found = ParameterError("m", "kg", 25.0, 0.02, 28.001, (27.9978, 28.0042), 6.0, (), 0.2, 0.1, 8, 8, 8)
+
+    def words(error: ParameterError) -> str:
+        return render("text/statement/declared_value.j2", part="words", e=error).strip()
+
+    assert words(found) == "The log gives m = 28 kg; declared is 25 kg, 6 tolerances away."
+    wider = replace(found, interval=(27.9, 28.1))
+    assert words(wider) == "The log gives m = 28 kg (95 %: 27.9 to 28.1); declared is 25 kg, 6 tolerances away."
 
 
 @pytest.mark.parametrize(
