@@ -32,7 +32,7 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
     assert "0.6 % of the drive force, below the 2 % that counts." in words(SMALL)
     assert "10 % of the drive force, mostly noise" in words(NOISE)
     assert "predicts 1.7 % of the drive force" in words(NOISE)  # 10 % · √0.03
-    assert all("reversals left out" in words(left) for left in (SMALL, NOISE, SHAPED))
+    assert all("log, reversals left out: " in words(left) for left in (SMALL, NOISE, SHAPED))  # as the table has them
     assert not any(name in words(left) for left in (SMALL, NOISE) for name in ("load", "speed"))
     shares = "Of its mean square, 81 % follows from load, 30 % follows from position (overlapping)."
     assert shares in words(SHAPED)
@@ -42,7 +42,7 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
     forceful = Remainder(1.0, 0.3, 0.06, {"input rate": 0.06, "speed": 0.0})  # 0.3·√0.06 is 7 % of the drive force
     assert "Of its mean square, 6 % follows from input rate." in words(forceful)
     assert "Of its mean square, 2 % follows from all variables together." in words(SPREAD)
-    assert "Residual force on q1 in the training log:" in words(SHAPED, left_on="q1")
+    assert "Residual force on q1 in the training log, reversals left out:" in words(SHAPED, left_on="q1")
     assert "smooth curve" not in words(SHAPED)
 
 
