@@ -332,7 +332,10 @@ class _Search:
             unit = about.units[symbol]
             if not same_dimension(unit, own, place):
                 found = f"unit {unit}, of {describe(dimension(parse_unit(unit, place)))}"
-                raise BadInput(place, found, f"a unit of {symbol}, which is in {own}", code="LOG012")
+                expected = f"a unit of {symbol}, which is in {own}"
+                if "count" in unit.lower():
+                    expected += f"; or in its place `scale: {{{symbol}: SIZE}}`, the size of one count in {own}"
+                raise BadInput(place, found, expected, code="LOG012")
             return float(si_factor(unit, place)) * scale
         if term is None or symbol in about.scale or symbol in spec.log.scale:
             return scale
