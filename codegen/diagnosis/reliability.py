@@ -47,8 +47,11 @@ class Reliability:
     def words(self) -> str:
         """The counts in a sentence."""
         low, high = (in_percent(v) for v in self.interval)
+        kind = self.name.replace(", at the", ", simulation error near the").replace(
+            ", above", ", simulation error above"
+        )
         return (
-            f"{self.right} of {self.of} verdicts of this class ({self.name}) were right on logs with known truth: "
+            f"{self.right} of {self.of} verdicts of this class ({kind}) were right on logs with known truth: "
             f"{in_percent(self.probability)} (95 %: {low.removesuffix(' %')} to {high})."
         )
 

@@ -300,7 +300,7 @@ REASONS = {
         PLACED.replace("force: [w]", "force: [w - drag*v*v]").replace("envelope: {", "envelope: {v: [0.1, 1], "),
         "euler",
         "estimated",
-        "the slope of g in v is no constant, and a bound is known for g affine in v",
+        "the slope of g in v is no constant, and a bound is known for constant slopes only",
     ),
 }
 

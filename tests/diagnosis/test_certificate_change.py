@@ -42,5 +42,6 @@ def test_the_files_that_are_lost_are_named_with_the_reason(effects: str, words: 
     assert sorted(name for name, _ in change.lost) == [n for n in NAMES if n in before.files and n not in after.files]
     text = render("text/certificate_change.j2", d=SimpleNamespace(certificate=change))
     assert text.count("is not made for the spec with it") == len(change.lost) == len(text.splitlines()) - 2
+    assert all(f"{name} (the " in text for name, _ in change.lost)
     assert all(some in text for some in words)
     assert not certificate_change(after.outcome, after.outcome).lost

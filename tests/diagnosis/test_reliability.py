@@ -34,6 +34,11 @@ def test_a_class_of_few_logs_has_no_probability(monkeypatch: pytest.MonkeyPatch)
     assert reliability_of("effect", near=True) == Reliability(9, 10, "effect, at the noise")
 
 
+def test_a_class_is_printed_by_what_it_means() -> None:
+    assert "(effect, simulation error near the noise) were" in Reliability(9, 10, "effect, at the noise").words
+    assert "(none, simulation error above the noise) were" in Reliability(9, 10, "none, above the noise").words
+
+
 def test_the_shipped_counts_are_of_the_classes_that_a_diagnosis_asks_for() -> None:
     asked = {class_of(verdict, near) for verdict in ("effect", "none", "ambiguous") for near in (True, False)}
     assert set(measured()) <= asked

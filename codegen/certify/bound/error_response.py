@@ -174,7 +174,7 @@ def _not_constant(observer: Observer, matrices: Mapping[str, Matrix]) -> str:
     slopes = [words for name, words in SLOPES.items() if name in varying and varying[name].free_symbols]
     if slopes or any(e.free_symbols for e in varying.values()):
         what = slopes[0] if slopes else "the slope of h"
-        return f"{what} is no constant, and a bound is known for g affine in v, and h(s) = s"
+        return f"{what} is no constant, and a bound is known for constant slopes only"
     return "a number of the step is not rational"
 
 
