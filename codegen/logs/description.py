@@ -149,9 +149,26 @@ def _period(value: object) -> float:
     if not isinstance(value, (str, int, float)) or isinstance(value, bool):
         raise ValueError("expected a positive number, or an expression such as 2*pi")
     try:
-        return _positive(float(parse_expression(value, Place("")).symbolic({})))
+        return _positive(_value(value))
     except BadInput:
         raise ValueError("expected a positive number, or an expression such as 2*pi") from None
+
+
+def _scale(value: object) -> float:
+    """A factor other than zero, or an expression of numbers such as ``2*pi/4096``."""
+    try:
+        return _factor(_value(value) if isinstance(value, str) else value)
+    except BadInput:
+        raise ValueError("expected a number, or an expression of numbers such as 2*pi/4096") from None
+
+
+def _value(expression: str | float) -> float:
+    """Of an expression of numbers.
+
+    Raises:
+        BadInput: for a name, or what is no real number.
+    """
+    return float(parse_expression(expression, Place("")).symbolic({}))
 
 
 Texts = Annotated[dict[str, str], BeforeValidator(lambda value: _texts(value))]
@@ -216,7 +233,7 @@ class LogDescription(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     columns: Annotated[Any, BeforeValidator(_columns)] = {}
-    scale: dict[str, Annotated[float, BeforeValidator(_factor)]] = {}
+    scale: dict[str, Annotated[float, BeforeValidator(_scale)]] = {}
     units: Texts = {}
     header: Annotated[int | None, BeforeValidator(_header)] = None
     decimal: Annotated[Literal["", "point", "comma"], AfterValidator(lambda word: DECIMALS[word])] = ""

@@ -120,6 +120,23 @@ def test_counters_that_start_anew(tmp_path, spec):
             read_log(path, spec)
 
 
+def test_a_scale_may_be_an_expression_of_numbers(tmp_path, spec):
+    """As of an encoder with 4096 counts in a revolution, whose scale has no short decimal."""
+    made = rows(2)
+    counts = np.round(made["x"] * 4096)
+    path = write_csv(tmp_path / "a.csv", {"t": made["t"], "x": counts, "w": made["w"]}, fmt="%.17g")
+    about(tmp_path, "scale: {x: -2*pi/4096}\n")
+    assert np.allclose(read_log(path, spec).positions[:, 0], counts * (-np.pi / 2048), rtol=1e-12)
+    for text in ("0*pi", "a", "1/0", "sqrt(0-1)", "log(0-1)", "exp(exp(9))", "10**9**9", "2*x", "[1]", "true", "''"):
+        about(tmp_path, f"scale: {{x: {text}}}\n")
+        with refused("SPEC006 meta.yaml:1: scale.x: "):
+            read_log(path, spec)
+    for text in ("sqrt(0-1)", "exp(exp(9))"):
+        about(tmp_path, f"unwrap: {{x: {text}}}\n")
+        with refused("SPEC006 meta.yaml:1: unwrap"):
+            read_log(path, spec)
+
+
 def test_stale_rows(tmp_path, spec):
     made = rows(20)
     late = np.arange(10000) // 4 * 4  # a bus with news every fourth row
