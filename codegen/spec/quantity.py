@@ -111,9 +111,13 @@ def read_share(text: str, place: Place) -> float:
     """Read a relative tolerance.
 
     Raises:
-        BadInput: for what is no number, is below zero or above 1000 %.
+        BadInput: for what is no number, is below zero or above 1000 %, or is a plain number from 1 on, which may be
+            meant in percent.
     """
     number = _share(text, place)
+    if 1 <= number <= 100 and not text.strip().endswith("%"):
+        expected = f"`{text.strip()}%`, or `{100 * number:g}%` if that is meant"
+        raise BadInput(place, f"tolerance {text}", expected, code="SPEC007")
     if not 0 <= number <= LARGEST_SHARE:
         raise BadInput(place, f"tolerance {text}", "a share such as 1% or 0.01, at most 1000%", code="SPEC007")
     return number

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from codegen.base.errors import BadInput
+from codegen.base.errors import BadInput, Place
 from codegen.effects.declare import system_of
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
 from codegen.spec import Spec, parse_spec
+from codegen.spec.quantity import read_share
 
 ONE = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text()
 LOG = "log: {scale: {t: %s, x: %s, v: %s}, cutoff_hz: %s}\n"
@@ -154,3 +155,16 @@ def test_another_name_of_a_law_is_told_with_its_parameters(name: str, law: str) 
         build_system(spec((RAIL, f"name: rail, law: {name}, F_c: 40, F_s: 50, v_s: 0.01, unit: N")))
     assert (told.value.code, told.value.nearest) == ("SPEC008", law)
     assert f"another name for `{law}`: its parameters are " in told.value.found
+
+
+@pytest.mark.parametrize(("text", "share"), [("2%", 0.02), ("0.02", 0.02), ("200 %", 2.0), ("0", 0.0)])
+def test_a_tolerance_is_a_share(text: str, share: float) -> None:
+    assert read_share(text, Place("s.yaml")) == share
+
+
+@pytest.mark.parametrize(("text", "meant"), [("2", "`2%`, or `200%`"), ("1", "`1%`, or `100%`"), ("10.5", "`10.5%`")])
+def test_a_tolerance_that_may_be_meant_in_percent_is_refused(text: str, meant: str) -> None:
+    """`tolerance: 2` was taken as 200 %, and nothing said so."""
+    with pytest.raises(BadInput) as fault:
+        read_share(text, Place("s.yaml"))
+    assert meant in fault.value.expected and fault.value.code == "SPEC007"
