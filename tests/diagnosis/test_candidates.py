@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.diagnosis.fit.credit import near_noise, share_far
 from codegen.diagnosis.fit.record import MOST_STEPS, PLENTY, record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import part_of
-from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates, start_compiling
+from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part, fit_candidates, start_compiling
 from codegen.diagnosis.verdict.adoption import Refit
 from codegen.diagnosis.verdict.examination import _options
 from codegen.effects import CATALOGUE
@@ -101,3 +102,25 @@ def test_a_soft_contact_is_found_although_the_refit_has_a_third_of_its_level(lev
     (found,) = fit_candidates(one, base, [part], lambda share: None)
     assert found.parameters["sigma"] == pytest.approx(30, rel=0.01)
     assert found.theta[0] == pytest.approx(level, rel=0.01)
+
+
+PULSE = "0.2*sin(2*pi*0.4*t) + 0.25*exp(-((t - 20)/0.15)**2)"
+"""One quick move in 40 s asks for 46 N, the rest for 10 N."""
+
+
+@pytest.mark.parametrize(("limit", "rare"), [(60, False), (30, True)])
+def test_an_effect_that_acts_once_starts_from_the_force_residual(limit: float, rare: bool, tmp_path: Path) -> None:
+    """A base that is at the noise but for one move was taken for one that leaves nothing to start from."""
+    lacking = f"[{{kind: saturation, on: w, parameters: {{limit: {limit}}}}}]"
+    log = log_of(stage(lacking, reference=PULSE, duration=40.0, noise=1e-4), tmp_path, f"pulse{limit}.csv")
+    problem = Problem(system_of(stage()), smooth_motion(log), {})
+    one = search_on(problem, partial(record_of, problem.motion, log))
+    base = one.refit()
+    assert near_noise(base) and bool(share_far(base)) is rare
+    part = part_of(CATALOGUE["saturation"], 0, one.system)
+    tried = CandidateFits(one, base, (part,), lambda share: None)
+    tried.promising([0])
+    assert bool(tried.forced) is rare
+    if rare:
+        start = part.outward(tried.forced[0][-1][-1:])
+        assert start["limit"] == pytest.approx(limit, rel=0.02)
