@@ -291,7 +291,7 @@ class Presliding(Effect):
         return isinstance(system.contacts[place].law, Coulomb)
 
     def followed(self, covered: Covered) -> list[dict[str, float]]:
-        """Every stiffness: the level of the refit is too low for a soft contact, whose free runs then look stiff."""
+        """All starting stiffnesses: if the contact is soft, the refit's level is too low for starts by free runs."""
         return [{"sigma": sigma} for sigma in bristles(covered)]
 
     def add(self, system: System, place: int, p: Symbols) -> System:

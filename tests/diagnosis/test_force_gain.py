@@ -441,7 +441,7 @@ simulation:
 """
 
 
-def test_an_effect_that_weakens_one_drive_owes_nothing_on_the_other_axis(tmp_path: Path) -> None:
+def test_an_effect_that_weakens_one_drive_is_not_judged_on_the_other_axis(tmp_path: Path) -> None:
     """A dead zone that takes half of the drive of y, and a spring on x that the model lacks as well: x is as before."""
     lacking = (
         "[{kind: dead_zone, on: wy, parameters: {width: 8}}, {kind: spring, on: x, parameters: {k: 120}}]"  # 120 N/m

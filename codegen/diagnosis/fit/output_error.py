@@ -29,7 +29,8 @@ AT_END = 0.999
 """Share of the distance to a limit from which on a parameter counts as limited."""
 WIDE = 20.0
 UNKNOWN = 10.0
-"""Standard deviation, in sizes of a parameter, with which an estimate without one block stays near that of all."""
+"""Standard deviation, in sizes of a parameter, of the weak prior in cross-validation: an estimate without one block is
+drawn to the estimate from all blocks."""
 MANY = 12
 """With more toleranced parameters, as of an arm, in which forces are linear, slopes are computed once a fit."""
 SPEED_SHARE = 0.005
@@ -129,8 +130,8 @@ class Fit:
     def held_out_losses(self) -> Array:
         """(S,) cross-validated loss of each segment, under the fit to the other blocks by one Gauss–Newton step.
 
-        A parameter that one block alone shows, as the limit of a drive that saturates once, does not move
-        (``UNKNOWN``): the other blocks say nothing of it, and that block is as in the fit to all.
+        A weak prior (``UNKNOWN``) keeps a parameter at its value where the other blocks do not determine it, as the
+        limit of a drive that saturates in one block only.
         """
         residual, slopes, prior = self.residual, self.slopes, self.prior
         segments = np.arange(len(residual))

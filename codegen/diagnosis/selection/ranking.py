@@ -498,8 +498,8 @@ def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidenc
     """Reason to refuse an effect that gains only by a reduction of the drive force; empty if there is none.
 
     Let p be the constant factor by which the effect scales the drive force of a coordinate (a gain, friction in
-    proportion to the drive), and q the remaining share of the drive force apart from p (dead zone, saturation); of
-    coordinates whose drive force it leaves as it is, it promises nothing. Refused are
+    proportion to the drive), and q the remaining share of the drive force apart from p (dead zone, saturation). The
+    tests with q skip coordinates whose drive force the effect does not reduce. Refused are
 
     - less than ``LEAST_DRIVE`` of the drive force: with a dead zone wider than the commands only inertia is left to
       explain, which slow motion hardly shows;

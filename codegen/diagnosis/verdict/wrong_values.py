@@ -168,9 +168,10 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
 
 
 def flipped_constants(answer: Answer) -> list[Fact]:
-    """The constant terms of the force, such as a weight, that a credited constant force turns round.
+    """Constant terms of the force, such as a weight, whose sign a credited constant force reverses.
 
-    A weight T with the wrong sign and a constant −2 T are one force, so no log tells them apart; the reader may.
+    A term T with the wrong sign and a missing force of −2 T are the same to every log. So the reader is asked to check
+    the sign.
     """
     refit, written = answer.refit, answer.augmented
     if answer.verdict != "effect":
