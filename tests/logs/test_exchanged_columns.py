@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from slider_log import LEVEL, TEXT, rows, write_csv
+from slider_log import LEVEL, MASS, TEXT, rows, write_csv
 
 from codegen.logs import preflight, read_log
 from codegen.spec.reader import parse_spec
@@ -78,3 +78,64 @@ friction:
     log = read_log(write_csv(tmp_path / "a.csv", made), pair)
     (found,) = [f for f in preflight(log, pair) if f.topic == "columns"]
     assert sorted(re.findall(r"`columns: \{(.*?)\}`", found.words)) == sorted(offered)
+
+
+PAIR = """name: pair
+coordinates: {x: {velocity: v, unit: m}, y: {velocity: u, unit: m}}
+inputs: {w: {unit: N}, f: {unit: N}}
+parameters: {m: {value: 2, unit: kg}}
+mass_matrix: [[m, 0], [0, 2.5*m]]
+force: [w, f]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts: [{name: first, a: 3, unit: N}, {name: second, a: 3, unit: N}]
+"""
+
+
+def pair_rows(level: float = LEVEL) -> dict[str, np.ndarray]:
+    """Two drives of 2 kg and 5 kg that move at frequencies of their own."""
+    one, other = rows(20), rows(20, frequency=0.8)
+    inertia = {"w": one["w"] - LEVEL * np.sign(one["v"]), "f": 2.5 * (other["w"] - LEVEL * np.sign(other["v"]))}
+    forces = {"w": inertia["w"] + level * np.sign(one["v"]), "f": inertia["f"] + level * np.sign(other["v"])}
+    return {"t": one["t"], "x": one["x"], "y": other["x"], "v": one["v"], "u": other["v"], **forces}
+
+
+@pytest.mark.parametrize(
+    "swap",
+    [{"x": "y", "v": "u"}, {"x": "y", "v": "u", "w": "f"}, {"x": "v", "y": "u"}],
+    ids=["coordinates", "axes", "positions and velocities"],
+)
+@pytest.mark.parametrize("level", [LEVEL, 8.0], ids="level {}".format)
+def test_whole_axes_that_are_exchanged_are_told(tmp_path, swap, level):
+    """With much friction exchanged axes leave less than a quarter of the squares unbalanced, and was not told."""
+    given = {**swap, **{b: a for a, b in swap.items()}}
+    pair = parse_spec(PAIR.replace("a: 3", f"a: {level:g}"), Path("pair.yaml"))
+    path = write_csv(tmp_path / "a.csv", pair_rows(level))
+    found = preflight(read_log(path, pair, columns=given), pair)
+    (one,) = [f for f in found if f.topic == "columns"]
+    assert one.severity == "problem" and not [f for f in found if f.topic.startswith(("scale", "sign"))]
+    (line,) = re.findall(r"`columns: \{(.*?)\}`", one.words)
+    assert dict(re.findall(r"(\w+): (\w+)", line)) == {symbol: symbol for symbol in given}
+    assert not [f for f in preflight(read_log(path, pair), pair) if f.severity == "problem"]
+
+
+@pytest.mark.parametrize("bound", [{"x": "v"}, {"y": "u"}, {"x": "v", "y": "u"}], ids=str)
+def test_a_velocity_bound_as_a_position_is_told(tmp_path, bound):
+    """It was answered with a wrong scale of the input, or not at all."""
+    pair, made = parse_spec(PAIR, Path("pair.yaml")), pair_rows()
+    speeds = {"a": made.pop("v"), "b": made.pop("u")}
+    path = write_csv(tmp_path / "a.csv", {**made, **speeds})
+    columns = {symbol: {"v": "a", "u": "b"}[velocity] for symbol, velocity in bound.items()}
+    found = preflight(read_log(path, pair, columns=columns), pair)
+    (one,) = [f for f in found if f.topic == "columns"]
+    assert one.severity == "problem" and not [f for f in found if f.topic.startswith(("scale", "sign"))]
+    assert all(f"{velocity}: {columns[symbol]}" in one.words for symbol, velocity in bound.items())
+
+
+@pytest.mark.parametrize("lacking", [0.0, 2.0])
+def test_a_model_without_much_of_a_force_is_no_velocity_as_position(tmp_path, lacking):
+    """Of a machine of m a + d v = w, moved at one frequency, a spec without d has its force from the integral of x."""
+    made = rows(20)
+    made["w"] = made["w"] + lacking * MASS * made.pop("v")
+    spec = parse_spec(TEXT, Path("slider.yaml"))
+    assert "columns" not in {f.topic for f in preflight(read_log(write_csv(tmp_path / "a.csv", made), spec), spec)}

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations, permutations
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -19,12 +18,13 @@ from scipy.optimize import minimize_scalar
 from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.base.significant import in_percent
+from codegen.logs.audit.exchanged_columns import exchanged_columns
 from codegen.logs.audit.force_balance import Forces, forces_along, unexplained
 from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside, audit_inputs, audit_undriven, not_judged
 from codegen.logs.audit.position_scale import position_scales
 from codegen.logs.column_names import is_brought
 from codegen.logs.log import Finding, Log
-from codegen.logs.motion import Motion, low_pass, measured_motion, scaled
+from codegen.logs.motion import Motion, scaled
 from codegen.mechanics import System, build_system
 from codegen.spec.model import Spec
 from codegen.spec.units import si_factor
@@ -47,14 +47,10 @@ SAME_MOTION, APART = 0.9, 2.0
 NEAR = 0.05
 """Relative deviation of a ratio from the power of ten that it is taken for."""
 FITS, BETTER = 0.25, 0.5
-"""Largest misfit that is accepted of another unit or order of columns, and its largest ratio to that of any other."""
+"""Largest misfit that is accepted of another unit, and its largest ratio to that of any other."""
 FACTOR_RANGE, FACTORS_TRIED, SURE_FACTOR, NO_UNIT = 10.0, 41, 0.02, 1.5
 """Search for a scale factor that is no unit conversion: range about a starting value, number of factors on that grid,
 largest misfit at which the factor is named, and least ratio to the unit's factor (nearer: a parameter error)."""
-IN_ANY_ORDER, MOST_TRIED = 3, 60
-"""Variables that are tried in any order, more of them by pairs; and most orders that are tried."""
-UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 3
-"""Orders are named together whose misfit is within a factor of the best, or below a value, if there are not more."""
 KNOTS = 60
 COMPUTED = 0.01
 """Of the input's force: what a function of the position leaves of one that was computed from it."""
@@ -78,7 +74,7 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     if not motion.usable.any():
         return
     forces = forces_along(log, system, motion)
-    exchanged = list(_exchanged_columns(log, spec, system, motion, forces))
+    exchanged = list(exchanged_columns(log, spec, system, motion, forces))
     if exchanged:  # what is wrong with scales and signs follows from it
         yield from exchanged
         return
@@ -282,81 +278,6 @@ def _other_units(unit: str) -> list[tuple[str, float]]:
     here = Place("")
     usual = [other for other in UNITS if other != unit and is_brought(other, unit)]
     return [(other, float(si_factor(other, here) / si_factor(unit, here))) for other in usual]
-
-
-def _exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
-    """The orders of the columns in which the log fits, where it does not as it is read."""
-    now = max(forces.misfit, _kinematic(log, motion))
-    if now <= FITS or log.intake.doubted:
-        return
-    names = [*spec.positions, *(spec.velocities if log.velocities is not None else ()), *(i.name for i in spec.inputs)]
-    values = np.hstack([log.positions, *([] if log.velocities is None else [log.velocities]), log.inputs])
-    factors = np.array([_stated_factor(name, log, spec) for name in names])
-    tried = []
-    for order in _orders(len(names)):
-        other = _with(log, values[:, order] / factors[list(order)] * factors)
-        moved = measured_motion(other)
-        if moved.usable.any() and (slope := _kinematic(other, moved)) <= FITS:
-            tried.append((max(forces_along(other, system, moved).misfit, slope), order))
-    tried.sort(key=lambda one: one[0])
-    if not tried or tried[0][0] > min(FITS, BETTER * now):
-        return
-    best = tried[0][0]
-    alike = [order for left, order in tried if left <= max(UNSURE * best, ALL_FIT)]
-    if len(alike) > MOST_ALIKE:
-        return
-    which, lines = [], []
-    for order in alike:
-        taken = {names[k]: names[source] for k, source in enumerate(order) if source != k}
-        which.append(" and ".join(taken))
-        entries = ", ".join(f"{name}: {log.intake.columns.get(source, '...')}" for name, source in taken.items())
-        lines.append(f"`columns: {{{entries}}}`")
-    words = (
-        f"The columns of {', or those of '.join(which)} seem exchanged: as read, {in_percent(now)} of the squares stay "
-        f"unbalanced; exchanged, {in_percent(best)}. "
-        f"({' or '.join(lines)} in meta.yaml beside the log)"
-    )
-    yield Finding("problem", "columns", words, {"misfit": now, "misfit_exchanged": best})
-
-
-def _orders(count: int) -> Sequence[tuple[int, ...]]:
-    """Orders of the columns: in each, variable k takes the column of variable ``order[k]``."""
-    plain = tuple(range(count))
-    if count <= IN_ANY_ORDER:
-        return [order for order in permutations(plain) if order != plain]
-    pairs = [tuple(b if k == a else a if k == b else k for k in plain) for a, b in combinations(plain, 2)]
-    return pairs[:MOST_TRIED]
-
-
-def _with(log: Log, values: Array) -> Log:
-    """The log with other positions, velocities if there were any, and inputs."""
-    n, m = log.positions.shape[1], log.inputs.shape[1]
-    return replace(
-        log,
-        positions=values[:, :n],
-        velocities=None if log.velocities is None else values[:, n : 2 * n],
-        inputs=values[:, values.shape[1] - m :],
-        encoder_step=None,
-        intake=replace(log.intake, smallest_step=()),
-    )
-
-
-def _kinematic(log: Log, motion: Motion) -> float:
-    """Σ(v − x')² over Σv² + Σx'², the largest of the coordinates, below the cut-off; 0 where no velocity was logged."""
-    if log.velocities is None:
-        return 0.0
-    smooth, _ = low_pass(log, log.velocities, motion.cutoff_hz)
-    said, seen = smooth[motion.usable], motion.velocities[motion.usable]
-    whole = np.sum(said**2 + seen**2, axis=0)
-    apart = np.sum((said - seen) ** 2, axis=0)
-    return float(np.max(apart[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 0.0
-
-
-def _stated_factor(name: str, log: Log, spec: Spec) -> float:
-    """What is stated of the variable and not of its column, and stays with it when its column is another."""
-    about = log.description
-    factor = about.stated_scale(name, spec)
-    return factor * float(si_factor(about.units[name], Place(""))) if name in about.units else factor
 
 
 def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]) -> Iterator[Finding]:

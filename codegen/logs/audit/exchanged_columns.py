@@ -1,0 +1,188 @@
+"""Preflight of the binding: variables whose columns were exchanged, and velocities that were bound as positions.
+
+Each other order of the columns, and each position as the integral of its column, is a log of its own. The binding is
+wrong where the balance of forces along one of them is closed far better than as read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations, permutations
+
+import numpy as np
+
+from codegen.base.arrays import Array
+from codegen.base.errors import Place
+from codegen.base.significant import in_percent
+from codegen.base.user_text import shown
+from codegen.logs.audit.force_balance import Forces, forces_along
+from codegen.logs.log import Finding, Log
+from codegen.logs.motion import Motion, low_pass, measured_motion
+from codegen.mechanics import System
+from codegen.spec.model import Spec
+from codegen.spec.units import si_factor
+
+FITS, BETTER = 0.25, 0.5
+"""Largest misfit that is accepted of another binding, and its largest ratio to that as read."""
+NEARLY, FAR_BETTER = 0.05, 0.1
+"""Misfit as read, up to ``FITS``, from which on whole axes are tried too, since axes in which friction is large are
+balanced in part by each other's motion; and the ratio that is then asked for, as it is of integrated columns."""
+IN_ANY_ORDER, MOST_TRIED = 3, 70
+"""Variables that are tried in any order, more of them by pairs and axes; and most orders that are tried."""
+UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 3
+"""Orders are named together whose misfit is within a factor of the best, or below a value, if there are not more."""
+Order = tuple[int, ...]
+"""Variable k takes the column of variable ``order[k]``."""
+
+
+def exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
+    """The bindings with which the log fits, where it does not as it is read."""
+    now = max(forces.misfit, _kinematic(log, motion))
+    if now <= NEARLY or log.intake.doubted:
+        return
+    names = [*spec.positions, *(spec.velocities if log.velocities is not None else ()), *(i.name for i in spec.inputs)]
+    values = np.hstack([log.positions, *([] if log.velocities is None else [log.velocities]), log.inputs])
+    factors = np.array([_stated_factor(name, log, spec) for name in names])
+    orders = _orders(len(spec.positions), len(spec.inputs), log.velocities is not None, axes_alone=now <= FITS)
+    tried = []
+    for order in orders:
+        other = _with(log, values[:, order] / factors[list(order)] * factors)
+        left = _misfit(other, system)
+        if left is not None:
+            tried.append((left, order))
+    tried.sort(key=lambda one: one[0])
+    enough = min(FITS, BETTER * now) if now > FITS else FAR_BETTER * now
+    integrated = _integrated(log, system) if now > FITS else (1.0, ())
+    if integrated[0] <= min([FAR_BETTER * now, *(left for left, _ in tried)]):
+        yield _velocity_as_position(log, spec, integrated[1], now, integrated[0])
+        return
+    if not tried or tried[0][0] > enough:
+        return
+    best = tried[0][0]
+    alike = [order for left, order in tried if left <= max(UNSURE * best, ALL_FIT)]
+    if len(alike) > MOST_ALIKE:
+        return
+    which, lines = [], []
+    for order in alike:
+        taken = {names[k]: names[source] for k, source in enumerate(order) if source != k}
+        which.append(_listed(taken))
+        entries = ", ".join(f"{name}: {log.intake.columns.get(source, '...')}" for name, source in taken.items())
+        lines.append(f"`columns: {{{entries}}}`")
+    words = (
+        f"The columns of {', or those of '.join(which)} seem exchanged: as read, {in_percent(now)} of the squares stay "
+        f"unbalanced; exchanged, {in_percent(best)}. "
+        f"({' or '.join(lines)} in meta.yaml beside the log)"
+    )
+    yield Finding("problem", "columns", words, {"misfit": now, "misfit_exchanged": best})
+
+
+def _listed(taken: dict[str, str]) -> str:
+    """Variables in words; where they change places by pairs, each pair: x and y, v and u."""
+    if all(taken[source] == name for name, source in taken.items()):
+        return ", ".join(f"{a} and {b}" for a, b in taken.items() if list(taken).index(a) < list(taken).index(b))
+    return " and ".join(taken)
+
+
+def _orders(n: int, m: int, velocities: bool, axes_alone: bool) -> Sequence[Order]:
+    """Orders of n positions, their velocities where they are logged, and m inputs.
+
+    Args:
+        axes_alone: whether only those are returned in which whole axes change places.
+    """
+    count = n + n * velocities + m
+    plain = tuple(range(count))
+    if count <= IN_ANY_ORDER and not axes_alone:
+        return [order for order in permutations(plain) if order != plain]
+    kinds = [range(n), *([range(n, 2 * n)] if velocities else []), range(count - m, count)]
+    moving = kinds[:-1]
+    together = [kinds, moving] if m == n else [moving]
+    axes = [[(kind[a], kind[b]) for kind in group] for group in together for a, b in combinations(range(n), 2)]
+    alike = [[pair] for kind in kinds for pair in combinations(kind, 2)]
+    slopes = [[(k, n + k) for k in range(n)]] if velocities else []
+    others = [[pair] for pair in combinations(plain, 2)]
+    wanted = axes if axes_alone else [*alike, *axes, *slopes, *others]
+    return list(dict.fromkeys(_order(count, pairs) for pairs in wanted))[:MOST_TRIED]
+
+
+def _order(count: int, pairs: Sequence[tuple[int, int]]) -> Order:
+    """The order in which the variables of each pair change places."""
+    order = list(range(count))
+    for a, b in pairs:
+        order[a], order[b] = b, a
+    return tuple(order)
+
+
+def _integrated(log: Log, system: System) -> tuple[float, tuple[int, ...]]:
+    """The coordinates whose columns are velocities, if one or all of them are, and the misfit with these integrated.
+
+    The integral's constant is not known; its mean is taken to be zero.
+    """
+    if log.velocities is not None:
+        return 1.0, ()
+    n = log.positions.shape[1]
+    found = []
+    for group in dict.fromkeys([*((j,) for j in range(n)), tuple(range(n))]):
+        positions = log.positions.copy()
+        for j in group:
+            for start, stop in log.segments:
+                speeds = log.positions[start:stop, j]
+                way = np.concatenate([[0.0], np.cumsum((speeds[1:] + speeds[:-1]) / 2)]) * log.sample_time
+                positions[start:stop, j] = way - way.mean()
+        left = _misfit(_with(log, np.hstack([positions, log.inputs])), system)
+        if left is not None:
+            found.append((left, group))
+    return min(found, default=(1.0, ()))
+
+
+def _velocity_as_position(log: Log, spec: Spec, which: Sequence[int], now: float, left: float) -> Finding:
+    """The finding on coordinates whose columns are velocities."""
+    some = [spec.coordinates[j] for j in which]
+    columns = {c.name: shown(str(log.intake.columns.get(c.name, "..."))) for c in some}
+    entries = ", ".join(f"{c.name}: COLUMN OF THE POSITION, {c.velocity}: {columns[c.name]}" for c in some)
+    held = "its velocity" if len(some) == 1 else "their velocities"
+    words = (
+        f"The {'column' if len(some) == 1 else 'columns'} of {' and '.join(columns)} may hold {held}: as read, "
+        f"{in_percent(now)} of the squares stay unbalanced; integrated, {in_percent(left)}. (`columns: {{{entries}}}` "
+        "in meta.yaml beside the log; the position is integrated where the log has no other column)"
+    )
+    return Finding("problem", "columns", words, {"misfit": now, "misfit_integrated": left})
+
+
+def _misfit(log: Log, system: System) -> float | None:
+    """Of the forces and of the velocities; None where these are no slopes of the positions."""
+    motion = measured_motion(log)
+    if not motion.usable.any() or (slope := _kinematic(log, motion)) > FITS:
+        return None
+    return max(forces_along(log, system, motion).misfit, slope)
+
+
+def _with(log: Log, values: Array) -> Log:
+    """The log with other positions, velocities if there were any, and inputs."""
+    n, m = log.positions.shape[1], log.inputs.shape[1]
+    return replace(
+        log,
+        positions=values[:, :n],
+        velocities=None if log.velocities is None else values[:, n : 2 * n],
+        inputs=values[:, values.shape[1] - m :],
+        encoder_step=None,
+        intake=replace(log.intake, smallest_step=()),
+    )
+
+
+def _kinematic(log: Log, motion: Motion) -> float:
+    """Σ(v − x')² over Σv² + Σx'², the largest of the coordinates, below the cut-off; 0 where no velocity was logged."""
+    if log.velocities is None:
+        return 0.0
+    smooth, _ = low_pass(log, log.velocities, motion.cutoff_hz)
+    said, seen = smooth[motion.usable], motion.velocities[motion.usable]
+    whole = np.sum(said**2 + seen**2, axis=0)
+    apart = np.sum((said - seen) ** 2, axis=0)
+    return float(np.max(apart[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 0.0
+
+
+def _stated_factor(name: str, log: Log, spec: Spec) -> float:
+    """What is stated of the variable and not of its column, and stays with it when its column is another."""
+    about = log.description
+    factor = about.stated_scale(name, spec)
+    return factor * float(si_factor(about.units[name], Place(""))) if name in about.units else factor
