@@ -180,20 +180,23 @@ class HeldInput:
         self._steps = np.array(lags) / (period * np.diff(edges)[:, None])
         with np.errstate(divide="ignore"):
             self._decay = np.exp(-1 / self._steps)
+        self._has_lag = bool(self._steps.any())
         self._orders = [chain.order for chain in chains]
+        self._held = np.empty((len(edges) - 1, len(chains)))
         self._lagged = np.zeros((max(self._orders, default=1), len(chains)))
 
     def take(self, command: Array) -> Array:
-        """Hold a command (m,) from now on: (parts, m) effective inputs of this sample."""
+        """Hold a command (m,) from now on: (parts, m) effective inputs of this sample, valid until the next call."""
         if self._static is not None:
             command = self._static(command)
         if len(self._past) == 1:
-            driven = np.broadcast_to(command, (len(self._shares), len(command)))
+            driven = self._held
+            driven[:] = command
         else:
             self._past[1:] = self._past[:-1].copy()
             self._past[0] = command
             driven = np.asarray(np.sum(self._shares * self._past, axis=1))
-        return driven if not self._steps.any() else self._behind_lag(driven)
+        return self._behind_lag(driven) if self._has_lag else driven
 
     def _behind_lag(self, driven: Array) -> Array:
         means = np.array(driven)
