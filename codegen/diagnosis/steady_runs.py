@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import casadi
 import numpy as np
@@ -37,7 +38,7 @@ from codegen.diagnosis.verdict.conclusion import TABLE_SIZE, effect_of
 from codegen.effects.register import candidates, is_own
 from codegen.logs import Log
 from codegen.logs.motion import measured_motion, steady_speeds
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics.casadi_form import in_place, to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
 
 LEAST_RUNS = 8
@@ -342,12 +343,15 @@ def _forces_of(system: System, symbols: Sequence[sympy.Symbol], means: Means) ->
     driven = Matrix(system.force - system.force.subs(dict.fromkeys(system.inputs, 0)))
     outputs = [casadi.densify(to_casadi(term, names)) for term in (system.equation_error, driven)]
     function = casadi.Function("means", [point, moved], outputs).map(count)
-    at = np.hstack([means.speeds, means.inputs]).T
+    at, numbers = np.hstack([means.speeds, means.inputs]), np.zeros((count, len(symbols)))
+    residual, drive = np.zeros((count, n)), np.zeros((count, n))
+    given = [at, numbers] if symbols else [at]  # CasADi takes no empty memory
+    buffer, evaluate = in_place(function, given, [residual, drive])
 
-    def forces(values: Array) -> tuple[Array, Array]:
-        found = function(at, np.repeat(np.asarray(values, dtype=float)[:, None], count, axis=1))
-        residual, drive = (np.asarray(one.full()).T for one in found)
-        return residual, drive
+    def forces(values: Array, _kept: Any = buffer) -> tuple[Array, Array]:
+        numbers[:] = values
+        evaluate()
+        return residual.copy(), drive.copy()
 
     return forces
 

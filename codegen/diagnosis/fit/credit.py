@@ -123,11 +123,12 @@ def by_random_signs(gains: Array) -> float:
     whole = float(sizes.sum())
     if not 0 < whole < np.inf:
         return 1.0
-    steps = np.rint(sizes * (SIGN_STEPS / whole)).astype(np.int64)
+    steps = np.rint(sizes * (SIGN_STEPS / whole)).astype(np.int32)
     most, reached = int(steps.sum()), int((np.sign(gains) * steps).sum())
     length = 2 * (most + 1)  # sums lie from −most to most
-    turns = np.arange(length // 2 + 1)[:, None] * steps % length
-    probabilities = np.fft.irfft(np.cos(2 * np.pi / length * turns).prod(axis=1), length)
+    turns = np.arange(length // 2 + 1, dtype=np.int32)[:, None] * steps % length
+    cosines = np.cos(2 * np.pi / length * np.arange(length))
+    probabilities = np.fft.irfft(cosines[turns].prod(axis=1), length)
     exact = float(probabilities[np.arange(reached, most + 1)].sum())
     return min(1.0, max(exact, random_signs(float(gains.sum() / np.linalg.norm(gains)))))
 
