@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.diagnosis.evidence.force_evidence import ForceGain
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.results import Fact
@@ -34,7 +35,8 @@ def ranked(kind: str, left: float, on: str = "q") -> Any:
 @pytest.fixture
 def significant(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every difference of free runs is significant, as it is where all models are wrong."""
-    monkeypatch.setattr(ranking, "evidence_of", lambda *_, floored: SimpleNamespace(p=lambda white, alone: 1e-6))
+    never_chance = SimpleNamespace(p_of_rivals=lambda whiteness, at_noise: 1e-6)
+    monkeypatch.setattr(ranking, "evidence_of", lambda *_, floored: never_chance)
     monkeypatch.setattr(ranking, "whiteness", lambda *_: 1.0)
     monkeypatch.setattr(ranking, "dispersion", lambda *_: 1.0)
     monkeypatch.setattr(ranking, "is_identical", lambda *_: False)
@@ -134,7 +136,7 @@ def test_far_from_the_noise_force_decides_only_clearly(
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
     monkeypatch.setattr(ranking, "adds_load", lambda _: False)
     one, other = ranked("spring", 0.41), ranked("offset", 0.42)
-    told = SimpleNamespace(left=gain, p_of_rivals=lambda more: 1e-9)
+    told = SimpleNamespace(left=gain, p_of_rivals=lambda more, against: 1e-9)
     fit = SimpleNamespace(trial=SimpleNamespace(parts=()))
     one.force_criterion = SimpleNamespace(over=lambda criterion: told, fit=fit)
     other.force_criterion = one.force_criterion
@@ -160,7 +162,8 @@ def test_at_the_noise_force_decides_nothing_against_ten_nats_of_free_runs(
     lag.found.held_out_losses, delay.found.held_out_losses = np.array([100.0]), np.array([100.0 + nats])
     delay.found.cost = 50.0  # in training alone
     for one, better in ((lag, False), (delay, True)):
-        gain = SimpleNamespace(left=0.9 if better else 1.1, p_of_rivals=lambda more, p=1e-4 if better else 1.0: p)
+        p = 1e-4 if better else 1.0
+        gain = SimpleNamespace(left=0.9 if better else 1.1, p_of_rivals=lambda more, against, p=p: p)
         one.force_criterion = SimpleNamespace(
             fit=SimpleNamespace(trial=SimpleNamespace(parts=())), over=lambda other, gain=gain: gain
         )
@@ -168,6 +171,24 @@ def test_at_the_noise_force_decides_nothing_against_ten_nats_of_free_runs(
     found = ranking.ordered_by_force(search, [lag, delay])
     assert found[0].found.part.kind == first
     assert [r.found.part.kind for r in ranking.ties(search, found)] == rivals
+
+
+@pytest.mark.parametrize(("against", "preferred"), [(0.0, True), (4.1, False)])
+def test_at_the_noise_nats_of_free_runs_count_against_those_of_the_force(
+    against: float, preferred: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A lag of 4 ms was named a delay: 4.9 nats of the force residual against 4.1 of the free runs."""
+    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 1.0)
+    monkeypatch.setattr(ranking, "adds_load", lambda _: False)
+    monkeypatch.setattr(ranking.credit, "near_noise", lambda fit: True)
+    lag, delay = ranked("actuator_lag", 0.1), ranked("input_delay", 0.1)
+    lag.found.held_out_losses, delay.found.held_out_losses = np.array([480.0]), np.array([480.0 + against])
+    gain = ForceGain(left=0.967, nats=4.9, ratios=(), where_apart=1e-3)
+    lag.force_criterion = delay.force_criterion = SimpleNamespace(  # type: ignore[assignment]
+        fit=SimpleNamespace(trial=SimpleNamespace(parts=())), over=lambda other: gain
+    )
+    assert gain.p_of_rivals(0, against) == pytest.approx(max(3e-3, np.exp(against - 4.9)))
+    assert ranking._preferred(delay, lag) is preferred
 
 
 @pytest.mark.parametrize(("k", "c", "other"), [(1e-3, 0.05, "inertia_error"), (2500.0, 4.0, ""), (10.0, 0.1, "")])
@@ -201,7 +222,7 @@ def test_force_does_not_tell_two_loads_behind_springs_apart(springs: tuple[int, 
             fit=SimpleNamespace(
                 model=SimpleNamespace(transmissions=("spring",) * count), trial=SimpleNamespace(parts=())
             ),
-            over=lambda criterion: SimpleNamespace(left=0.948, p_of_rivals=lambda more: 0.019),
+            over=lambda criterion: SimpleNamespace(left=0.948, p_of_rivals=lambda more, against: 0.019),
         )
         for count in springs
     )

@@ -86,14 +86,15 @@ class ForceGain:
         """
         return max(min(1.0, 2 * min(self.by_signs, self.where_large())), exp(-max(self.nats, 0.0)))
 
-    def p_of_rivals(self, fitted: int = 0) -> float:
+    def p_of_rivals(self, fitted: int = 0, against: float = 0.0) -> float:
         """As ``p``, of two models of which one at most is true, by the shift test too.
 
         Args:
             fitted: parameters that this model has, fitted to the same residuals, and the other one has not.
+            against: nats by which other evidence of the same log speaks for the other model.
         """
         by_blocks = min(self.by_signs, self.where_large(fitted), self.where_apart)
-        return max(min(1.0, 3 * by_blocks), exp(-max(self.nats - fitted, 0.0)))
+        return max(min(1.0, 3 * by_blocks), exp(-max(self.nats - fitted - against, 0.0)))
 
     def p_added(self, parameters: int) -> float:
         """Probability of such a gain where the other model is true and this one has so many parameters more.

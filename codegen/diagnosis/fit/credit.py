@@ -47,6 +47,10 @@ AT_NOISE = 0.05
 TIE_LEVEL = 0.05
 TIE_RATIO = 2.0
 """A rival ties with the best candidate if p > ``TIE_LEVEL``, with at most ``TIE_RATIO`` times its squared residual."""
+TESTS_OF_RIVALS = 5
+"""Tests of which the smallest p tells two rivals apart at the noise (Bonferroni)."""
+MOST_NATS = 2.0
+"""Largest gain of one of the ``SIGNED`` blocks that counts in ``Evidence.capped``."""
 GAIN_STEP = 1e-3
 """Relative step of the drive force in the finite difference of ``_over_drive``."""
 
@@ -65,6 +69,7 @@ class Evidence:
             either model is more than ``FAR`` times the noise off, or over those chosen by ``LARGE``; 1 where these are
             too few.
         by_score: p of ``score_test``, where the fit contains the one before it.
+        capped: the gain in nats with at most ``MOST_NATS`` from each block, so that no few of them decide.
     """
 
     gain: float
@@ -76,6 +81,7 @@ class Evidence:
     where_large: float = 1.0
     signed: int = 0
     by_score: float | None = None
+    capped: float = 0.0
 
     def p(self, whiteness: float, alone: bool = True) -> float:
         """One-sided p-value of the gain under "no effect": the smallest of several, times their number (Bonferroni).
@@ -95,6 +101,15 @@ class Evidence:
         tests = [random_signs(self.t), likelihood, self.where_far, self.where_large]
         tests += [] if self.by_score is None else [self.by_score]
         return min(1.0, len(tests) * min(tests))
+
+    def p_of_rivals(self, whiteness: float, at_noise: bool) -> float:
+        """As ``p``, of two models neither of which contains the other; at the noise also by ``capped``.
+
+        Where the other model is true, the mean of its likelihood ratio is 1 and a gain of G nats has at most the
+        probability exp(−G) (Markov's inequality). A cap makes a gain no larger, so this holds for ``capped`` as well.
+        """
+        p = self.p(whiteness, alone=False)
+        return min(p, TESTS_OF_RIVALS * exp(-max(whiteness * self.capped, 0.0))) if at_noise else p
 
     @property
     def by_blocks(self) -> float:
@@ -166,6 +181,7 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
         where_far=far,
         where_large=large,
         signed=min(SIGNED, len(gains)),
+        capped=float(np.minimum(in_blocks(gains), MOST_NATS).sum()),
     )
 
 

@@ -159,12 +159,9 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
 
 
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
-    """Whether free runs tell a fit from another one, neither of which contains the other.
-
-    At the noise too, the likelihood ratio of such two has no known distribution: a t test on blocks must agree.
-    """
-    gained = evidence_of(other, best, floored=False)
-    return gained.p(whiteness(search, best), alone=False) <= credit.TIE_LEVEL
+    """Whether free runs tell a fit from another one, neither of which contains the other (``Evidence.p_of_rivals``)."""
+    gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= ALONE
+    return gained.p_of_rivals(whiteness(search, best), at_noise) <= credit.TIE_LEVEL
 
 
 def leaves_as_little(one: Ranked, best: Ranked) -> bool:
@@ -239,32 +236,34 @@ def _from_declared(search: Search, one: Ranked) -> float:
 
 
 def _preferred(one: Ranked, other: Ranked) -> bool:
-    if one.force_criterion is None or other.force_criterion is None or _runs_contradict(one, other):
+    if one.force_criterion is None or other.force_criterion is None:
         return False
-    return force_prefers(one.force_criterion, other.force_criterion, 1 / CLOSE if _is_far(one) else 1.0)
+    against = _nats_against(one, other)
+    if against > CONTRARY:  # each criterion is evidence against what the other one prefers: the pair ties
+        return False
+    return force_prefers(one.force_criterion, other.force_criterion, 1 / CLOSE if _is_far(one) else 1.0, against)
 
 
-def _runs_contradict(one: Ranked, other: Ranked) -> bool:
-    """Whether free runs at the noise prefer another candidate, on held-out segments by ``CONTRARY``, to one that the
-    force prefers.
-
-    Each of the two criteria is then evidence against what the other prefers, and the pair ties.
-    """
-    preferred, held_out = (float(r.found.held_out_losses.sum()) for r in (one, other))
-    return held_out < preferred - CONTRARY and credit.near_noise(other.found)
+def _nats_against(one: Ranked, other: Ranked) -> float:
+    """Nats on held-out segments by which free runs prefer another candidate, where that leaves the noise; else 0."""
+    nats = float(one.found.held_out_losses.sum() - other.found.held_out_losses.sum())
+    return nats if nats > 0 and credit.near_noise(other.found) else 0.0
 
 
-def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0) -> bool:
+def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0, against: float = 0.0) -> bool:
     """Whether the force residual tells a model from another one, and leaves less than a share of its square.
 
     It does not tell two loads behind springs apart, with play or without: their motion is not measured, and what it
     shows of them is differentiated noise.
+
+    Args:
+        against: nats by which free runs prefer the other one; the likelihoods of both criteria are multiplied.
     """
     if adds_load(one) and adds_load(other):
         return False
     a, b = one.fit.trial, other.fit.trial
     gain, more = one.over(other), max(added_parameters(b, a) - added_parameters(a, b), 0)
-    return gain.left < most and gain.p_of_rivals(more) <= credit.TIE_LEVEL
+    return gain.left < most and gain.p_of_rivals(more, against) <= credit.TIE_LEVEL
 
 
 def adds_load(one: ForceCriterion) -> bool:
