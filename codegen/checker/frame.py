@@ -215,7 +215,7 @@ def plain(text: str) -> str:
     comment = r'/\*.*?(\*/|\Z)|("[^"\n]*"|//)'
     text = re.sub(comment, lambda m: m[2] or (" " if m[1] else "//"), text, flags=re.DOTALL)
     fault = "a comment from // on, % or not ASCII, or a comment without an end"
-    demand(text.isascii() and not re.search(r"//|%|[\w.]{200}", text), fault)
+    demand(text.isascii() and not re.search(r"//|%|(?<![\w.])[\w.]{200}", text), fault)
     lines = filter(None, (" ".join(line.split()) for line in text.split("\n")))
     return re.sub(r"(?m)^([^#].*)\n(?!#)", r"\1 ", "\n".join(lines))
 
