@@ -16,6 +16,7 @@ from codegen.diagnosis.fit.parallel import in_parallel
 from codegen.diagnosis.fit.search import ROUNDS, Search
 from codegen.diagnosis.fit.starting_values import ForceStart, simplex_search, starting_points
 from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
+from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates, is_own
 from codegen.effects.start import Covered
 
@@ -44,7 +45,7 @@ POLISHES, MOVING = 4, 0.01
 """The slopes by the segments' start states are computed again at most so often, while the cost falls by this share."""
 FORM_GAIN = 10.0
 """Nats by which a form with more parameters must fit better than a simpler one of the same effect, and a special form
-better than the usual form of another."""
+better than the usual form of this effect or of another."""
 LEADING, AGAIN = 2, 3
 """How many of the best candidates, beside those with values that no log can show, are fitted again from other starting
 values where they are far above the noise, and Gauss–Newton steps on few segments from each of these."""
@@ -105,13 +106,22 @@ def in_simplest_forms(found: Sequence[Fit]) -> list[Fit]:
 
 
 def is_simpler_form(other: Fit, found: Fit) -> bool:
-    """Whether a candidate is the same effect with fewer parameters, or one that the other extends, and fits as well.
+    """Whether a candidate is a simpler effect than another one, on the same coordinate or input, and fits as well.
 
-    A backlash is a compliance with a play: without evidence for the play it is a compliance.
+    Simpler is the same effect with fewer parameters, or in its usual form with as many, and one that the other extends:
+    a backlash is a compliance with a play, and without evidence for the play it is a compliance.
     """
-    same = other.part.on == found.part.on and other.part.kind in (found.part.kind, found.part.effect.extends)
-    simpler = same and len(other.part.names) < len(found.part.names)
+    one, richer = other.part, found.part
+    if one.on != richer.on or one.kind not in (richer.kind, richer.effect.extends):
+        return False
+    usual = one.kind == richer.kind and is_usual_form(one) and not is_usual_form(richer)
+    simpler = len(one.names) < len(richer.names) or (usual and len(one.names) == len(richer.names))
     return simpler and other.cost <= found.cost + FORM_GAIN
+
+
+def is_usual_form(part: Part) -> bool:
+    """Whether an effect has the first form of its kind."""
+    return list(part.names) == [p.name for p in CATALOGUE[part.kind].forms[0].parameters]
 
 
 @dataclass(eq=False)

@@ -28,7 +28,7 @@ from codegen.diagnosis.fit.residual import drive_left, drive_shares, inverse_dyn
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form
+from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form, is_usual_form
 from codegen.effects import CATALOGUE
 from codegen.effects.register import is_identical
 from codegen.mechanics.system import System
@@ -178,19 +178,14 @@ def _only_extends(other: Ranked, best: Ranked) -> bool:
 
 def _is_no_better_form(other: Ranked, best: Ranked) -> bool:
     """Whether a candidate has a special form, the best one its kind's usual form, and it is not clearly better."""
-    special = not _has_usual_form(other) and _has_usual_form(best)
+    special = not is_usual_form(other.found.part) and is_usual_form(best.found.part)
     return special and other.found.cost > best.found.cost - FORM_GAIN
-
-
-def _has_usual_form(one: Ranked) -> bool:
-    usual = CATALOGUE[one.found.part.kind].forms[0]
-    return list(one.found.part.names) == [p.name for p in usual.parameters]
 
 
 def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     """The candidates, led by one of a usual form where the best has a special form and is not clearly better."""
     best = ranked[0]
-    if _has_usual_form(best):
+    if is_usual_form(best.found.part):
         return list(ranked)
     others = [r for r in _tied(search, best, ranked) if _is_no_better_form(best, r) and not r.why_not]
     best = min(others, key=lambda r: r.found.cost, default=best)
