@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -31,13 +32,24 @@ def log(path: Path, amplitude: float = 0.1) -> None:
     np.savetxt(path, table, delimiter=",", header="t,x,w", comments="", fmt="%.9g")
 
 
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A spec, two logs of one name, and the diagnosis of the first: for ``folder`` alone, which copies it."""
+    made = tmp_path_factory.mktemp("diagnosed")
+    with pytest.MonkeyPatch.context() as there:
+        there.chdir(made)
+        Path("s.yaml").write_text(SPEC)
+        log(Path("run.csv"))
+        log(Path("other/run.csv"), 0.2)
+        assert stiction("diagnose", "s.yaml", "run.csv").code == 3
+    return made
+
+
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(diagnosed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of what was diagnosed, each test's own, as the working directory."""
+    shutil.copytree(diagnosed, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    Path("s.yaml").write_text(SPEC)
-    log(Path("run.csv"))
-    log(Path("other/run.csv"), 0.2)
-    assert stiction("diagnose", "s.yaml", "run.csv").code == 3
     return tmp_path
 
 
