@@ -38,16 +38,15 @@ Order = tuple[int, ...]
 
 def exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
     """The bindings with which the log fits, where it does not as it is read."""
-    now = max(forces.misfit, _kinematic(log, motion))
+    now = max(forces.misfit, apart_from_slopes(log, motion))
     if now <= NEARLY or log.intake.doubted:
         return
-    names = [*spec.positions, *(spec.velocities if log.velocities is not None else ()), *(i.name for i in spec.inputs)]
-    values = np.hstack([log.positions, *([] if log.velocities is None else [log.velocities]), log.inputs])
+    names, values = values_of(log, spec)
     factors = np.array([_stated_factor(name, log, spec) for name in names])
     orders = _orders(len(spec.positions), len(spec.inputs), log.velocities is not None, axes_alone=now <= FITS)
     tried = []
     for order in orders:
-        other = _with(log, values[:, order] / factors[list(order)] * factors)
+        other = with_values(log, values[:, order] / factors[list(order)] * factors)
         left = _misfit(other, system)
         if left is not None:
             tried.append((left, order))
@@ -74,7 +73,7 @@ def exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, forc
         f"unbalanced; exchanged, {in_percent(best)}. "
         f"({' or '.join(lines)} in meta.yaml beside the log)"
     )
-    yield Finding("problem", "columns", words, {"misfit": now, "misfit_exchanged": best})
+    yield Finding("problem", "columns", words, {"misfit": now, "misfit_mended": best})
 
 
 def _listed(taken: dict[str, str]) -> str:
@@ -129,7 +128,7 @@ def _integrated(log: Log, system: System) -> tuple[float, tuple[int, ...]]:
                 speeds = log.positions[start:stop, j]
                 way = np.concatenate([[0.0], np.cumsum((speeds[1:] + speeds[:-1]) / 2)]) * log.sample_time
                 positions[start:stop, j] = way - way.mean()
-        left = _misfit(_with(log, np.hstack([positions, log.inputs])), system)
+        left = _misfit(with_values(log, np.hstack([positions, log.inputs])), system)
         if left is not None:
             found.append((left, group))
     return min(found, default=(1.0, ()))
@@ -146,18 +145,29 @@ def _velocity_as_position(log: Log, spec: Spec, which: Sequence[int], now: float
         f"{in_percent(now)} of the squares stay unbalanced; integrated, {in_percent(left)}. (`columns: {{{entries}}}` "
         "in meta.yaml beside the log; the position is integrated where the log has no other column)"
     )
-    return Finding("problem", "columns", words, {"misfit": now, "misfit_integrated": left})
+    return Finding("problem", "columns", words, {"misfit": now, "misfit_mended": left})
+
+
+def values_of(log: Log, spec: Spec) -> tuple[list[str], Array]:
+    """Positions, velocities where they were logged, and inputs: their names and columns."""
+    names = [*spec.positions, *(spec.velocities if log.velocities is not None else ()), *(i.name for i in spec.inputs)]
+    return names, np.hstack([log.positions, *([] if log.velocities is None else [log.velocities]), log.inputs])
+
+
+def forces_of(log: Log, system: System) -> tuple[Forces, float] | None:
+    """The balance of forces and ``apart_from_slopes``; None where velocities are no slopes of the positions."""
+    motion = measured_motion(log)
+    if not motion.usable.any() or (slope := apart_from_slopes(log, motion)) > FITS:
+        return None
+    return forces_along(log, system, motion), slope
 
 
 def _misfit(log: Log, system: System) -> float | None:
-    """Of the forces and of the velocities; None where these are no slopes of the positions."""
-    motion = measured_motion(log)
-    if not motion.usable.any() or (slope := _kinematic(log, motion)) > FITS:
-        return None
-    return max(forces_along(log, system, motion).misfit, slope)
+    found = forces_of(log, system)
+    return None if found is None else max(found[0].misfit, found[1])
 
 
-def _with(log: Log, values: Array) -> Log:
+def with_values(log: Log, values: Array) -> Log:
     """The log with other positions, velocities if there were any, and inputs."""
     n, m = log.positions.shape[1], log.inputs.shape[1]
     return replace(
@@ -170,7 +180,7 @@ def _with(log: Log, values: Array) -> Log:
     )
 
 
-def _kinematic(log: Log, motion: Motion) -> float:
+def apart_from_slopes(log: Log, motion: Motion) -> float:
     """Σ(v − x')² over Σv² + Σx'², the largest of the coordinates, below the cut-off; 0 where no velocity was logged."""
     if log.velocities is None:
         return 0.0

@@ -22,6 +22,7 @@ from codegen.logs.audit.exchanged_columns import exchanged_columns
 from codegen.logs.audit.force_balance import Forces, forces_along, unexplained
 from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside, audit_inputs, audit_undriven, not_judged
 from codegen.logs.audit.position_scale import position_scales
+from codegen.logs.audit.turned_signs import turned_signs
 from codegen.logs.column_names import is_brought
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, scaled
@@ -74,9 +75,9 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     if not motion.usable.any():
         return
     forces = forces_along(log, system, motion)
-    exchanged = list(exchanged_columns(log, spec, system, motion, forces))
-    if exchanged:  # what is wrong with scales and signs follows from it
-        yield from exchanged
+    bindings = [f for tried in (exchanged_columns, turned_signs) for f in tried(log, spec, system, motion, forces)]
+    if bindings:  # what else is wrong with scales and signs follows from it
+        yield min(bindings, key=lambda finding: finding.figures["misfit_mended"])
         return
     yield from _against_velocity(log, spec, motion)
     if len(forces.inertia) < FEWEST:

@@ -49,6 +49,17 @@ class Forces:
         whole = np.sum(self.inertia**2 + self.rest**2 + self.given**2, axis=0)
         return float(np.mean(left[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 1.0
 
+    @property
+    def moving_misfit(self) -> float:
+        """Σ(M a − g + U λ)² over the squares of what the motion takes beside gravity and springs, as in ``misfit``.
+
+        Where a weight is most of the balance, the squares of all forces say little of the motion.
+        """
+        left = np.sum((self.inertia - self.rest - self.given) ** 2, axis=0)
+        moving = self.rest - self.standing
+        whole = np.sum(self.inertia**2 + moving**2 + (self.inertia - moving) ** 2, axis=0)
+        return float(np.mean(left[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 1.0
+
     def inertia_factor(self, i: int) -> tuple[float, float]:
         """By how much the inputs' force on coordinate i is inertia, over M a, and the partial correlation.
 

@@ -1,0 +1,136 @@
+"""Preflight of signs: which coordinates, positions, velocities or inputs, turned, balance the forces of a log.
+
+With the position q = −x and the right force u, the machine M a + d v + U λ − g(x) = u is in the log
+
+    M a_q + d v_q + U λ + g(−q) = −u,
+
+which is the machine with the input turned where g is odd, as without gravity or with a spring about zero. There a log
+cannot tell a turned position from a turned input; a weight, or a spring with another zero, can.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from codegen.base.significant import in_percent
+from codegen.logs.audit.exchanged_columns import (
+    BETTER,
+    FAR_BETTER,
+    FITS,
+    NEARLY,
+    UNSURE,
+    apart_from_slopes,
+    forces_of,
+    values_of,
+    with_values,
+)
+from codegen.logs.audit.force_balance import Forces
+from codegen.logs.log import Finding, Log
+from codegen.logs.motion import Motion
+from codegen.mechanics import System
+from codegen.spec.model import Spec
+
+IN_PAIRS = 6
+"""Coordinates and inputs up to which two of them are turned together."""
+MOST_ALIKE = 4
+"""Explanations that are named together."""
+Turned = tuple[str, ...]
+"""Positions, velocities and inputs whose sign is turned."""
+STANDING: Turned = ("gravity and springs",)
+"""A sign of the spec, and none of the log."""
+
+
+def turned_signs(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
+    """The signs with which the log fits, where it does not as it is read."""
+    slopes = apart_from_slopes(log, motion)
+    now = max(forces.moving_misfit, slopes)
+    if now <= NEARLY or log.intake.doubted:
+        return
+    names, values = values_of(log, spec)
+    tried = []
+    for count, group in _explanations(spec, log.velocities is not None, pairs=now > FITS):
+        signs = np.array([-1.0 if name in group else 1.0 for name in names])
+        found = forces_of(with_values(log, values * signs), system)
+        if found is not None:
+            tried.append((max(found[0].moving_misfit, found[1]), count, group))
+    if np.any(forces.standing):
+        other = replace(forces, rest=forces.rest - 2 * forces.standing, standing=-forces.standing)
+        tried.append((max(other.moving_misfit, slopes), 1, STANDING))
+    best = min((left for left, _, _ in tried), default=1.0)
+    if best > (min(FITS, BETTER * now) if now > FITS else FAR_BETTER * now):
+        return
+    alike = [(count, group, left) for left, count, group in tried if left <= UNSURE * best]
+    fewest = min(count for count, _, _ in alike)
+    named = [(group, left) for count, group, left in alike if count == fewest]
+    if len(named) > MOST_ALIKE or (len(named) > 1 and STANDING in dict(named)):
+        return  # undecided with a force of the spec: the audit of the inputs says what shows
+    others = [(left, group) for left, count, group in tried if count == fewest and left > UNSURE * best]
+    yield _finding(log, spec, named, min(others, default=None), now)
+
+
+def _explanations(spec: Spec, velocities: bool, pairs: bool) -> list[tuple[int, Turned]]:
+    """What may be turned, with the number of mistakes that it takes; a coordinate is a position with its velocity."""
+    coordinates: list[Turned] = [(c.name, c.velocity) if velocities else (c.name,) for c in spec.coordinates]
+    inputs: list[Turned] = [(i.name,) for i in spec.inputs]
+    alone = [(name,) for names in coordinates for name in names] if velocities else []
+    singles = [*inputs, *coordinates, *alone, *(sum(all_of, ()) for all_of in (inputs, coordinates) if len(all_of) > 1)]
+    found = dict.fromkeys(singles, 1)
+    if pairs and len(coordinates) + len(inputs) <= IN_PAIRS:
+        for a, b in combinations([*inputs, *coordinates], 2):
+            found.setdefault(a + b, 2)
+    return [(count, group) for group, count in found.items()]
+
+
+def _finding(
+    log: Log, spec: Spec, named: Sequence[tuple[Turned, float]], other: tuple[float, Turned] | None, now: float
+) -> Finding:
+    """The finding on explanations that leave as little, and on the best of those that leave more."""
+    least = min(left for _, left in named)
+    said = [_said(group, log, spec) for group, _ in named]
+    lines = " or ".join(f"`scale: {_entries(group, log, spec)}`" for group, _ in named if group != STANDING)
+    which = f"{said[0]} seems flipped" + "".join(f", or that of {one}" for one in said[1:])
+    rival = f"; with {_said(other[1], log, spec)} turned, {in_percent(other[0])}" if other and len(named) == 1 else ""
+    words = (
+        f"The sign of {which}: as read, {in_percent(now)} of the squares stay unbalanced; turned, "
+        f"{in_percent(least)}{rival}. "
+    )
+    if len(named) > 1:
+        words += (
+            "This log cannot tell which: the forces of the spec fit either. A push by hand in the direction that the "
+            f"drawing calls positive tells the sign of {_positions(named, spec)}. "
+        )
+    if named[0][0] == STANDING:
+        words += "Check them in the spec, or the zero of a position (a pendulum's may be half a turn off)."
+    else:
+        words += f"({lines} in meta.yaml beside the log)"
+    inputs = [i.name for i in spec.inputs if any(i.name in group for group, _ in named)]
+    topic = f"sign and scale of {inputs[0]}" if inputs else f"sign of {named[0][0][0]}"
+    return Finding("problem", topic, words, {"misfit": now, "misfit_mended": least})
+
+
+def _positions(named: Sequence[tuple[Turned, float]], spec: Spec) -> str:
+    """The positions of the explanations, in words."""
+    return " and ".join(c.name for c in spec.coordinates if any(c.name in group for group, _ in named))
+
+
+def _said(group: Turned, log: Log, spec: Spec) -> str:
+    """The turned variables in words; a coordinate is a position with its velocity."""
+    if group == STANDING:
+        return "gravity and springs"
+    inputs = [i.name for i in spec.inputs if i.name in group]
+    both = [c.name for c in spec.coordinates if c.name in group and (c.velocity in group or log.velocities is None)]
+    positions = [c.name for c in spec.coordinates if c.name in group and c.name not in both]
+    velocities = [c.velocity for c in spec.coordinates if c.velocity in group and c.name not in group]
+    kinds = {"input": inputs, "the coordinate": both, "the position": positions, "the velocity": velocities}
+    return " and ".join(
+        f"{kind}{'s' * (len(names) > 1)} {' and '.join(names)}" for kind, names in kinds.items() if names
+    )
+
+
+def _entries(group: Turned, log: Log, spec: Spec) -> str:
+    scales = [f"{name}: {-log.description.stated_scale(name, spec):.6g}" for name in group]
+    return f"{{{', '.join(scales)}}}"

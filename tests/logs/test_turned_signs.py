@@ -1,0 +1,108 @@
+"""A flipped sign of a position, a velocity or an input: which it is, or that the log cannot tell."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from slider_log import LEVEL, MASS, TEXT, write_csv
+
+from codegen.logs import Finding, preflight, read_log
+from codegen.spec.reader import parse_spec
+
+WEIGHT, STIFFNESS = 120.0, 150.0
+FORCES = {"plain": "w", "hoist": "w - W", "spring": "w - k*x", "wall": "w - k*(x - rest)"}
+STANDING = TEXT.replace(
+    "parameters:\n",
+    f"parameters:\n  W: {{value: {WEIGHT}, unit: N}}\n  k: {{value: {STIFFNESS}, unit: N/m}}\n"
+    "  rest: {value: 0.3, unit: m}\n",
+)
+
+
+def made() -> dict[str, np.ndarray]:
+    t = np.arange(8000) / 500
+    waves = [(0.1, 3.1, 0.0), (0.02, 12.0, 0.4)]
+    x, a = (sum(b * (-(o**2)) ** n * np.sin(o * t + p) for b, o, p in waves) for n in (0, 1))
+    v = sum(b * o * np.cos(o * t + p) for b, o, p in waves)
+    return {"t": t, "x": x, "v": v, "w": MASS * a + LEVEL * np.sign(v)}
+
+
+def problems(folder: Path, machine: str, turned: str, speeds: bool = True, about: str = "hold: []") -> list[Finding]:
+    """The problems of a log of ``machine`` in which the columns of ``turned`` have the wrong sign."""
+    columns = made()
+    standing = {"plain": 0.0, "hoist": WEIGHT, "spring": STIFFNESS * columns["x"]}
+    columns["w"] = columns["w"] + standing.get(machine, STIFFNESS * (columns["x"] - 0.3))
+    columns = {name: -values if name in turned else values for name, values in columns.items()}
+    if not speeds:
+        del columns["v"]
+    spec = parse_spec(STANDING.replace("force: [w]", f"force: [{FORCES[machine]}]"), Path("slider.yaml"))
+    path, described = write_csv(folder / "a.csv", columns), folder / "about.yaml"
+    described.write_text(f"{about}\n")
+    return [f for f in preflight(read_log(path, spec, description=described), spec) if f.severity == "problem"]
+
+
+@pytest.mark.parametrize("machine", FORCES)
+@pytest.mark.parametrize(("turned", "speeds"), [("x", False), ("x", True), ("v", True), ("xv", True), ("w", True)])
+def test_a_flipped_sign_is_named_where_a_log_can_tell(tmp_path, machine, turned, speeds):
+    """A hoist whose position counts downwards passed the preflight; elsewhere the answer was to turn the input.
+
+    A weight, or a spring about another zero, tells a coordinate from an input; a measured velocity tells it from a
+    position alone. A plain axis, or a spring about zero, cannot tell them apart.
+    """
+    (one,) = problems(tmp_path, machine, turned, speeds)
+    alone = speeds and turned in ("x", "v")
+    undecided = machine in ("plain", "spring") and not alone
+    coordinate = "x: -1, v: -1" if speeds else "x: -1"
+    lines = re.findall(r"`scale: \{(.*?)\}`", one.words)
+    right = f"{turned}: -1" if alone or turned == "w" else coordinate
+    assert lines == (["w: -1", coordinate] if undecided else [right])
+    assert ("cannot tell which" in one.words) is undecided
+    assert one.topic == ("sign and scale of w" if undecided or turned == "w" else f"sign of {turned[0]}")
+    assert not problems(tmp_path, machine, turned, speeds, about=f"scale: {{{right}}}")
+
+
+@pytest.mark.parametrize("machine", FORCES)
+def test_a_right_log_has_no_flipped_sign(tmp_path, machine):
+    assert not problems(tmp_path, machine, "")
+
+
+def test_a_weight_with_the_wrong_sign_in_the_spec_is_no_sign_of_the_log(tmp_path):
+    spec = parse_spec(STANDING.replace("force: [w]", "force: [w + W]"), Path("slider.yaml"))
+    columns = made()
+    log = read_log(write_csv(tmp_path / "a.csv", columns | {"w": columns["w"] + WEIGHT}), spec)
+    (one,) = [f for f in preflight(log, spec) if f.severity == "problem"]
+    assert one.topic == "sign of gravity and springs" and "in the spec" in one.words and "scale:" not in one.words
+
+
+def test_an_angle_that_no_input_drives(tmp_path):
+    """A cart with a pendulum whose angle has the wrong sign passed the preflight."""
+    text = """name: crane
+coordinates: {x: {velocity: v, unit: m}, p: {velocity: u, unit: rad}}
+inputs: {w: {unit: N}}
+parameters:
+  {a: {value: 28, unit: kg}, b: {value: 7, unit: kg*m}, c: {value: 6, unit: kg*m^2}, g: {value: 9.8, unit: m/s^2}}
+mass_matrix: [[a, b*cos(p)], [b*cos(p), c]]
+force: [w + b*u**2*sin(p), -b*g*sin(p)]
+friction: {distribution: [[1], [0]], contacts: [{name: rail, a: 15, unit: N}]}
+"""
+    t, step = np.arange(0, 20, 2e-4), 2e-4
+    state, rows = np.zeros(4), []
+    force = 60 * np.sin(1.9 * t) + 45 * np.sin(4.5 * t)
+
+    def rate(z, w):
+        (_, p, v, u), k = z, np.cos(z[1])
+        f = np.array([w + 7 * u**2 * np.sin(p) - 15 * np.tanh(v / 1e-3), -7 * 9.8 * np.sin(p)])
+        return np.array([v, u, *np.linalg.solve([[28, 7 * k], [7 * k, 6]], f)])
+
+    for w in force:
+        rows.append(state)
+        half = state + step / 2 * rate(state, w)
+        state = state + step * rate(half, w)
+    x = np.array(rows)[::5]
+    columns = {"t": t[::5], "x": x[:, 0], "p": -x[:, 1], "w": force[::5]}
+    spec = parse_spec(text, Path("crane.yaml"))
+    found = preflight(read_log(write_csv(tmp_path / "a.csv", columns), spec), spec)
+    (one,) = [f for f in found if f.severity == "problem"]
+    assert one.topic == "sign of p" and re.findall(r"`scale: \{(.*?)\}`", one.words) == ["p: -1"]
