@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from codegen.base.user_text import shown
 from codegen.logs.binding import time_columns
-from codegen.logs.column_names import COMMANDED, words_of
+from codegen.logs.column_names import COMMANDED, is_in_counts, words_of
 from codegen.logs.formats.series import TIME
 from codegen.logs.formats.source import listing
 from codegen.logs.term import identifier
@@ -80,6 +80,12 @@ def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
                     remarks.append(f"{symbol}: no column of {quantity} with the name {shown(joints[joint])}")
     for symbol, name in currents:
         remarks.append(f"{symbol}: `{shown(name, 80)}` is a current; as `{identifier(name)}*K`, K the torque it makes")
+    for symbol, name in columns.items():
+        if symbol != TIME and is_in_counts(name):
+            line = f"`scale: {{{symbol}: 2*pi/4096}}` for 4096 counts a turn"
+            remarks.append(
+                f"{symbol}: `{shown(name, 80)}` holds counts by its name: say their size here, such as {line}"
+            )
     remarks += _of_commands(commanded, [f"w_{joint}" for joint in joints if f"w_{joint}" not in columns])
     return Guess(columns, tuple(remarks))
 

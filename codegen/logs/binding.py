@@ -13,9 +13,11 @@ from codegen.logs.column_names import (
     Proposed,
     is_brought,
     is_counter,
+    is_in_counts,
     lines_of,
     proposed_columns,
     reasons,
+    scale_of_counts,
     stated_unit,
     unit_behind,
     unit_of,
@@ -25,6 +27,7 @@ from codegen.logs.formats.source import LogFile, listing
 from codegen.logs.log import Finding
 from codegen.logs.term import OPERATORS, Term, find_term, identifier
 from codegen.spec.model import Spec
+from codegen.spec.quantity import refuse_other_unit
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
 from codegen.spec.velocity_names import meant_velocity
 
@@ -257,6 +260,8 @@ class _Search:
         absent = f"no {'columns' if len(lacking) > 1 else 'column'} {', '.join(f'`{s}`' for s in lacking)}"
         blank = "NUMBER" if self.headless else "..."
         lines = lines_of(told, {s: blank for s in lacking if s not in found and not (s == "t" and counted)})
+        counts = [one for one in told if not one.unit and is_in_counts(one.column)]
+        lines += "".join(f", and their size, such as {scale_of_counts(one.symbol, self.spec)}," for one in counts)
         if counted:
             lines += " and `sample_time: SECONDS`"
         elif "t" in lacking and "t" not in found:
@@ -328,6 +333,11 @@ class _Search:
         about, spec, term = self.description, self.spec, self.terms.get(symbol)
         scale = about.stated_scale(symbol, spec)
         own, place = unit_of(symbol, spec), about.place(f"units.{symbol}")
+        sized = about.scale.units.get(symbol, "")
+        refuse_other_unit(sized, own, f"scale of {symbol}", about.place(f"scale.{symbol}"))
+        if sized and symbol in about.units:
+            found = f"unit {about.units[symbol]}, beside a scale in {sized}"
+            raise BadInput(place, found, f"one of the two: `scale: {{{symbol}: …}}` alone", code="LOG012")
         if symbol in about.units:
             unit = about.units[symbol]
             if not same_dimension(unit, own, place):
@@ -353,6 +363,8 @@ class _Search:
         by_file, behind = self._stated(name), unit_behind(symbol, name)
         unit = by_file or behind
         if unit in ("", "-", "1", own):
+            if unit != own and is_in_counts(name):
+                self._note_counts(symbol, name)
             return scale
         if is_brought(unit, own):
             factor = float(si_factor(unit, place))
@@ -367,8 +379,19 @@ class _Search:
             words = f"the file has {symbol} in `{shown(unit)}`, {taken}"
             self.notes.append(f"{words} (`scale: {{{symbol}: ...}}` in meta.yaml beside the log)")
             advice = f"Say `scale: {{{symbol}: FACTOR}}` in meta.yaml beside the log, 1 if they are in {own}."
+            if is_in_counts(f"x {by_file}"):
+                advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, spec)}."
             self.findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
         return scale
+
+    def _note_counts(self, symbol: str, name: str) -> None:
+        """A note and a finding on a column whose name says that it holds counts, where nobody states their size."""
+        own = unit_of(symbol, self.spec)
+        words = f"column `{shown(name)}` of {symbol} holds counts by its name, and is taken to be in {own}"
+        advice = f"Say their size in meta.yaml beside the log, such as {scale_of_counts(symbol, self.spec)}"
+        self.notes.append(f"{words}. {advice}")
+        advice += f", or `scale: {{{symbol}: 1}}` if its numbers are in {own}."
+        self.findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
 
     def _stated(self, name: str) -> str:
         """The unit of a column that the file states, or its name; an index or a joint in brackets is none."""

@@ -43,6 +43,10 @@ COUNTED = frozenset({"sample", "samples", "index", "idx", "row", "line", "nr", "
 """Words of which the name of a column of row numbers is made; it is no time."""
 
 
+COUNTS = frozenset({"counts", "count", "cnts", "cnt", "ticks", "tick", "increments", "incs", "inc", "pulses", "lsb"})
+"""Words of a column's name that say that it holds the raw counts of a sensor."""
+
+
 def stated_unit(name: str) -> tuple[str, str]:
     """A column's name without the unit in it, and that unit: ``x [mm]``, ``x (mm)``, ``x/mm``; empty for none.
 
@@ -193,6 +197,20 @@ def _asked(symbol: str, name: str, spec: Spec) -> bool:
 def is_counter(name: str) -> bool:
     """Whether a column's name says that it holds the numbers of the rows: ``Sample``, ``row_nr``, ``Index``."""
     return bool(_words(name)) and _words(name) <= COUNTED
+
+
+def is_in_counts(name: str) -> bool:
+    """Whether a column's name says that it holds raw counts of a sensor: ``pos_counts``, ``Enc.Ticks``, ``q [cnt]``."""
+    return not is_counter(name) and bool(COUNTS & set(words_of(name)))
+
+
+def scale_of_counts(symbol: str, spec: Spec) -> str:
+    """The line of meta.yaml, or of the spec's ``log:``, that brings counts to SI, for an example of their size."""
+    own = unit_of(symbol, spec)
+    if own.startswith("rad"):
+        return f"`scale: {{{symbol}: 2*pi/4096}}` of an encoder with 4096 counts a turn"
+    size, said = ("10 um", "10 um") if own == "m" else ("0.001", f"0.001 {own}")
+    return f"`scale: {{{symbol}: {size}}}` of counts of {said}"
 
 
 def words_of(name: str) -> list[str]:

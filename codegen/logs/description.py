@@ -13,11 +13,10 @@ from codegen.base.errors import BadInput, Faults, Place
 from codegen.base.input_files import read_text
 from codegen.spec.expression import parse_expression
 from codegen.spec.model import Spec
-from codegen.spec.quantity import read_quantity, split_quantity, with_any_unit
+from codegen.spec.quantity import LARGEST_FACTOR, read_factor, read_quantity, split_quantity, with_any_unit
 from codegen.spec.validation import validate
 from codegen.spec.yaml_text import load_plain
 
-LARGEST_FACTOR = 1e30
 DECIMALS = {"": "", "point": ".", "comma": ","}
 ZERO_ORDER = ("zero-order", "zero order", "zoh")
 """Beginnings of ``input_hold`` for commands that are held from row to row."""
@@ -49,7 +48,6 @@ def _number_that(holds: Callable[[float], bool], expected: str) -> Callable[[obj
 
 _positive = _number_that(lambda number: number > 1 / LARGEST_FACTOR, "a positive number")
 _not_negative = _number_that(lambda number: number >= 0, "zero or a positive number")
-_factor = _number_that(lambda number: abs(number) >= 1 / LARGEST_FACTOR, "a factor other than zero")
 
 
 def _share(value: object) -> float:
@@ -154,12 +152,22 @@ def _period(value: object) -> float:
         raise ValueError("expected a positive number, or an expression such as 2*pi") from None
 
 
-def _scale(value: object) -> float:
-    """A factor other than zero, or an expression of numbers such as ``2*pi/4096``."""
-    try:
-        return _factor(_value(value) if isinstance(value, str) else value)
-    except BadInput:
-        raise ValueError("expected a number, or an expression of numbers such as 2*pi/4096") from None
+class Factors(dict[str, float]):
+    """Symbol → factor in SI, and the units that they were written with, where they have one."""
+
+    units: Mapping[str, str] = {}
+
+
+def _scales(value: object, info: ValidationInfo) -> Factors:
+    if not isinstance(value, dict):
+        raise ValueError("expected a mapping of names to factors")
+    reading: Any = info.context
+    factors, units = Factors(), {}
+    for name, one in value.items():
+        with reading.faults.noting():
+            factors[str(name)], units[str(name)] = read_factor(one, reading.place(f"scale.{name}"))
+    factors.units = {name: unit for name, unit in units.items() if unit}
+    return factors
 
 
 def _value(expression: str | float) -> float:
@@ -233,7 +241,7 @@ class LogDescription(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     columns: Annotated[Any, BeforeValidator(_columns)] = {}
-    scale: dict[str, Annotated[float, BeforeValidator(_scale)]] = {}
+    scale: Annotated[Any, BeforeValidator(_scales)] = Factors()
     units: Texts = {}
     header: Annotated[int | None, BeforeValidator(_header)] = None
     decimal: Annotated[Literal["", "point", "comma"], AfterValidator(lambda word: DECIMALS[word])] = ""

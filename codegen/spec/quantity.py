@@ -9,7 +9,8 @@ from typing import Any
 import sympy
 
 from codegen.base.errors import BadInput, Faults, Place
-from codegen.spec.expression import exact_number, printed
+from codegen.base.user_text import shown
+from codegen.spec.expression import exact_number, parse_expression, printed
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
 
 _WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*|1/.*)")
@@ -105,6 +106,35 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
     number, given = parts
     refuse_other_unit(given, unit, f"`{text}`", place, _inverted(number, given, unit, place))
     return printed(exact_number(number, place) * si_factor(given, place), place, f"{text} in {unit}")
+
+
+LARGEST_FACTOR = 1e30
+
+
+def read_factor(value: object, place: Place) -> tuple[float, str]:
+    """A factor other than zero, as ``scale:`` of a spec and of a log's description takes it, and its unit, "" for none.
+
+    Args:
+        value: a number, a number with its unit, which is brought to SI, or an expression of numbers: 1 ms, 2*pi/4096.
+
+    Raises:
+        BadInput: for what is none of these, zero, or beyond ``LARGEST_FACTOR`` or its inverse.
+    """
+    expected = "a number other than zero, one with its unit such as 1 ms, or an expression of numbers such as 2*pi/4096"
+    factor, unit = 0.0, ""
+    if isinstance(value, (str, int, float)) and not isinstance(value, bool):
+        text = str(value)
+        if split_quantity(text) is not None:
+            exact, unit = with_any_unit(text, place)
+            factor = float(exact)
+        else:
+            try:
+                factor = float(parse_expression(text, place).symbolic({}))
+            except (BadInput, OverflowError):
+                raise BadInput(place, f"`{shown(text)}`", expected, code="SPEC006") from None
+    if not 1 / LARGEST_FACTOR <= abs(factor) <= LARGEST_FACTOR:
+        raise BadInput(place, f"`{shown(str(value))}`", expected, code="SPEC006")
+    return factor, unit
 
 
 def read_share(text: str, place: Place) -> float:

@@ -26,7 +26,7 @@ from codegen.spec.model import (
 from codegen.spec.motion import Sliding
 from codegen.spec.motion_section import read_motion
 from codegen.spec.observer_section import read_cancellation, read_observer
-from codegen.spec.quantity import read_numbers, read_quantity, read_share
+from codegen.spec.quantity import read_factor, read_numbers, read_quantity, read_share, refuse_other_unit
 from codegen.spec.reserved import is_device, is_identifier, is_macro, reserved, shadows_header
 from codegen.spec.schema import SpecDocument
 from codegen.spec.simulation_section import read_simulation
@@ -294,7 +294,11 @@ class _Reading:
             return LogColumns()
         self._known(section.columns, set(units), "log.columns")
         self._known(section.scale, set(units), "log.scale")
-        scale = {k: float(read_quantity(v, units[k], self.place(f"log.scale.{k}"))) for k, v in section.scale.items()}
+        scale = {}
+        for name, text in section.scale.items():
+            where = self.place(f"log.scale.{name}")
+            scale[name], unit = read_factor(text, where)
+            refuse_other_unit(unit, units[name], f"`{text}`", where)
         place = self.place("log.cutoff_hz")
         cutoff = float(read_quantity(section.cutoff_hz, "1/s", place)) if section.cutoff_hz else None
         return LogColumns(dict(section.columns), scale, cutoff, dict(section.published))

@@ -234,7 +234,7 @@ class LogSection(Section):
     """How the columns of a log are called; meta.yaml beside the log says more."""
 
     columns: dict[str, str] = {}
-    scale: dict[str, Quantity] = {}
+    scale: dict[str, Text] = {}
     cutoff_hz: Quantity | None = None
     published: dict[str, Text] = {}
 

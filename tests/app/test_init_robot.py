@@ -185,3 +185,10 @@ def test_the_limits_of_a_urdf_are_the_envelope_or_it_is_said_to_be_assumed(folde
     low, high = read_spec("slide.yaml").envelope["x"]
     assert (float(low), float(high)) == (ends or (-1, 1))
     assert ("assumed" in Path("slide.yaml").read_text()) == (ends is None)
+
+
+def test_a_column_in_counts_asks_for_their_size():
+    found = guess_columns(["t", "elbow_pos_counts", "elbow_torque"], {"elbow": "elbow"})
+    assert found.columns["elbow"] == "elbow_pos_counts"
+    (said,) = [remark for remark in found.remarks if "counts by its name" in remark]
+    assert said.startswith("elbow: `elbow_pos_counts`") and "`scale: {elbow: 2*pi/4096}`" in said

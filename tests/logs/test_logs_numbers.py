@@ -137,6 +137,37 @@ def test_a_scale_may_be_an_expression_of_numbers(tmp_path, spec):
             read_log(path, spec)
 
 
+def test_a_scale_with_a_unit_is_the_size_of_one_count(tmp_path, spec):
+    made = rows(2)
+    counts = np.round(made["x"] / 1e-5)
+    path = write_csv(tmp_path / "a.csv", {"t": made["t"], "x": counts, "w": made["w"]}, fmt="%.17g")
+    about(tmp_path, "scale: {x: 10 um}\n")
+    assert np.allclose(read_log(path, spec).positions[:, 0], counts * 1e-5, rtol=1e-12)
+    for text, where in (("scale: {x: 10 us}", "scale.x"), ("units: {x: mm}\nscale: {x: 10 um}", "units.x")):
+        about(tmp_path, f"{text}\n")
+        with pytest.raises(BadInput) as told:
+            read_log(path, spec)
+        assert told.value.place.key == where
+
+
+def test_counts_in_a_columns_name_ask_for_their_size(tmp_path, spec):
+    made = rows(20)
+    counts = np.round(made["x"] / 1e-5)
+    path = write_csv(tmp_path / "a.csv", {"t": made["t"], "pos_counts": counts, "w": made["w"]}, fmt="%.17g")
+    with pytest.raises(BadInput) as told:
+        read_log(path, spec)
+    said = "`columns: {x: pos_counts}`, and their size, such as `scale: {x: 10 um}` of counts of 10 um"
+    assert told.value.expected.startswith(said)
+    about(tmp_path, "columns: {x: pos_counts}\n")
+    log = read_log(path, spec)
+    assert "holds counts by its name" in str(log.notes)
+    (one,) = [f for f in preflight(log, spec) if f.topic == "unit of x"]
+    assert one.severity == "warning" and "`scale: {x: 10 um}` of counts of 10 um" in one.words
+    for size in ("10 um", "1", "1/100000"):
+        about(tmp_path, f"columns: {{x: pos_counts}}\nscale: {{x: {size}}}\n")
+        assert "unit of x" not in {f.topic for f in preflight(read_log(path, spec), spec)}
+
+
 def test_stale_rows(tmp_path, spec):
     made = rows(20)
     late = np.arange(10000) // 4 * 4  # a bus with news every fourth row

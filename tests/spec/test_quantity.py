@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
 
 from codegen.base.errors import BadInput, Place
 from codegen.effects.declare import system_of
+from codegen.logs.description import read_description
 from codegen.mechanics import build_system
 from codegen.mechanics.system import System
 from codegen.spec import Spec, parse_spec
@@ -36,6 +38,28 @@ def test_a_time_in_milliseconds() -> None:
 def test_scales_of_a_log() -> None:
     log = spec(behind=LOG % ("1 ms", "2 mm", "1 cm/s", "0.5 kHz")).log
     assert log == spec(behind=LOG % ("0.001", "0.002", "0.01", "500")).log
+
+
+@pytest.mark.parametrize("given", ["2*pi/131072", "1e-3", "0.5 mm", "-1/3", "2 m"])
+def test_a_scale_is_the_same_in_a_spec_and_beside_a_log(tmp_path: Path, given: str) -> None:
+    """A spec took a number or a quantity, and meta.yaml a number or an expression."""
+    (tmp_path / "meta.yaml").write_text(f"scale: {{x: {given}}}\n")
+    there = spec(behind=f"log: {{scale: {{x: {given}}}}}\n").log.scale["x"]
+    assert read_description(tmp_path / "meta.yaml").scale == {"x": there}
+    exact = {"2*pi/131072": 2 * math.pi / 131072, "0.5 mm": 5e-4, "-1/3": -1 / 3, "2 m": 2.0}.get(given, 1e-3)
+    assert there == pytest.approx(exact, rel=1e-15)
+
+
+@pytest.mark.parametrize("given", ["0", "2*y", "1 qqq", "pi pi", "[1]", "true"])
+def test_a_wrong_scale_is_told_alike(tmp_path: Path, given: str) -> None:
+    (tmp_path / "meta.yaml").write_text(f"scale: {{x: {given}}}\n")
+    with pytest.raises(BadInput) as beside:
+        read_description(tmp_path / "meta.yaml")
+    with pytest.raises(BadInput) as within:
+        spec(behind=f"log: {{scale: {{x: {given}}}}}\n")
+    assert within.value.place.key == "log.scale.x" and beside.value.place.key == "scale.x"
+    if given not in ("[1]", "true"):  # of another type, which the spec's schema tells
+        assert (within.value.found, within.value.expected) == (beside.value.found, beside.value.expected)
 
 
 @pytest.mark.parametrize("given", ["1 mm", "1 ms/s", "foo", "ms", "1 2", "1_0 ms"])
