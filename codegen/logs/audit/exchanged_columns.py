@@ -16,10 +16,9 @@ from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.base.significant import in_percent
 from codegen.base.user_text import shown
-from codegen.logs.audit.force_balance import Forces, forces_along
+from codegen.logs.audit.force_balance import Balance, Forces
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, low_pass, measured_motion
-from codegen.mechanics import System
 from codegen.spec.model import Spec
 from codegen.spec.units import si_factor
 
@@ -36,7 +35,7 @@ Order = tuple[int, ...]
 """Variable k takes the column of variable ``order[k]``."""
 
 
-def exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
+def exchanged_columns(log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces) -> Iterator[Finding]:
     """The bindings with which the log fits, where it does not as it is read."""
     now = max(forces.misfit, apart_from_slopes(log, motion))
     if now <= NEARLY or log.intake.doubted:
@@ -47,12 +46,12 @@ def exchanged_columns(log: Log, spec: Spec, system: System, motion: Motion, forc
     tried = []
     for order in orders:
         other = with_values(log, values[:, order] / factors[list(order)] * factors)
-        left = _misfit(other, system)
+        left = _misfit(other, balance)
         if left is not None:
             tried.append((left, order))
     tried.sort(key=lambda one: one[0])
     enough = min(FITS, BETTER * now) if now > FITS else FAR_BETTER * now
-    integrated = _integrated(log, system) if now > FITS else (1.0, ())
+    integrated = _integrated(log, balance) if now > FITS else (1.0, ())
     if integrated[0] <= min([FAR_BETTER * now, *(left for left, _ in tried)]):
         yield _velocity_as_position(log, spec, integrated[1], now, integrated[0])
         return
@@ -112,7 +111,7 @@ def _order(count: int, pairs: Sequence[tuple[int, int]]) -> Order:
     return tuple(order)
 
 
-def _integrated(log: Log, system: System) -> tuple[float, tuple[int, ...]]:
+def _integrated(log: Log, balance: Balance) -> tuple[float, tuple[int, ...]]:
     """The coordinates whose columns are velocities, if one or all of them are, and the misfit with these integrated.
 
     The integral's constant is not known; its mean is taken to be zero.
@@ -128,7 +127,7 @@ def _integrated(log: Log, system: System) -> tuple[float, tuple[int, ...]]:
                 speeds = log.positions[start:stop, j]
                 way = np.concatenate([[0.0], np.cumsum((speeds[1:] + speeds[:-1]) / 2)]) * log.sample_time
                 positions[start:stop, j] = way - way.mean()
-        left = _misfit(with_values(log, np.hstack([positions, log.inputs])), system)
+        left = _misfit(with_values(log, np.hstack([positions, log.inputs])), balance)
         if left is not None:
             found.append((left, group))
     return min(found, default=(1.0, ()))
@@ -154,17 +153,24 @@ def values_of(log: Log, spec: Spec) -> tuple[list[str], Array]:
     return names, np.hstack([log.positions, *([] if log.velocities is None else [log.velocities]), log.inputs])
 
 
-def forces_of(log: Log, system: System) -> tuple[Forces, float] | None:
+def forces_of(log: Log, balance: Balance) -> tuple[Forces, float] | None:
     """The balance of forces and ``apart_from_slopes``; None where velocities are no slopes of the positions."""
+    found = _along_slopes(log)
+    return None if found is None else (balance.along(log, found[0]), found[1])
+
+
+def _along_slopes(log: Log) -> tuple[Motion, float] | None:
+    """The measured motion and ``apart_from_slopes``; None where velocities are no slopes of the positions."""
     motion = measured_motion(log)
     if not motion.usable.any() or (slope := apart_from_slopes(log, motion)) > FITS:
         return None
-    return forces_along(log, system, motion), slope
+    return motion, slope
 
 
-def _misfit(log: Log, system: System) -> float | None:
-    found = forces_of(log, system)
-    return None if found is None else max(found[0].misfit, found[1])
+def _misfit(log: Log, balance: Balance) -> float | None:
+    """Of the forces and of the velocities; None as ``forces_of``."""
+    found = _along_slopes(log)
+    return None if found is None else max(balance.misfit(log, found[0]), found[1])
 
 
 def with_values(log: Log, values: Array) -> Log:

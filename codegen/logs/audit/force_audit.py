@@ -19,14 +19,14 @@ from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.base.significant import in_percent
 from codegen.logs.audit.exchanged_columns import exchanged_columns
-from codegen.logs.audit.force_balance import Forces, forces_along, unexplained
+from codegen.logs.audit.force_balance import Balance, Forces, unexplained
 from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside, audit_inputs, audit_undriven, not_judged
 from codegen.logs.audit.position_scale import position_scales
 from codegen.logs.audit.turned_signs import turned_signs
 from codegen.logs.column_names import is_brought
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, scaled
-from codegen.mechanics import System, build_system
+from codegen.mechanics import build_system
 from codegen.spec.model import Spec
 from codegen.spec.units import si_factor
 
@@ -74,8 +74,9 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
     system = build_system(spec)
     if not motion.usable.any():
         return
-    forces = forces_along(log, system, motion)
-    bindings = [f for tried in (exchanged_columns, turned_signs) for f in tried(log, spec, system, motion, forces)]
+    balance = Balance(system)
+    forces = balance.along(log, motion)
+    bindings = [f for tried in (exchanged_columns, turned_signs) for f in tried(log, spec, balance, motion, forces)]
     if bindings:  # what else is wrong with scales and signs follows from it
         yield min(bindings, key=lambda finding: finding.figures["misfit_mended"])
         return
@@ -98,10 +99,10 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
             if outside:
                 topic = f"scale of {outside.coordinate}"
                 known[topic] = {"times": outside.times, **known.get(topic, {})}
-            off = list(_other_unit(log, spec, system, motion, forces, off)) or off
+            off = list(_other_unit(log, spec, balance, motion, forces, off)) or off
             off = [replace(f, figures={**f.figures, **known.get(f.topic, {})}) for f in off]
         off = off or list(_computed_from_position(forces, spec, steady))
-        off = off or [f for f in position_scales(log, spec, system, motion, forces) if not steady]
+        off = off or [f for f in position_scales(log, spec, balance, motion, forces) if not steady]
         yield from off
         if any(f.severity == "problem" for f in off):  # beside a motion in another unit an input cannot be judged
             return
@@ -164,7 +165,7 @@ def _off_scale(forces: Forces, spec: Spec, steady: frozenset[int], least: float 
 
 
 def _other_unit(
-    log: Log, spec: Spec, system: System, motion: Motion, forces: Forces, found: Sequence[Finding]
+    log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces, found: Sequence[Finding]
 ) -> Iterator[Finding]:
     """The coordinate that fits in another unit, if there is one.
 
@@ -179,11 +180,11 @@ def _other_unit(
         heavy, seen = forces.inertia_factor(j)
         for unit, factor in _other_units(log.description.units.get(c.name, c.unit)):
             if found or (seen > INERTIA_SEEN and 1 / SCALE_OFF < heavy / factor < SCALE_OFF):
-                tried.append((forces_along(log, system, scaled(motion, j, factor)).misfit, j, unit))
+                tried.append((balance.misfit(log, scaled(motion, j, factor)), j, unit))
     if not tried:
         return
     least, j, unit = min(tried)
-    now = forces_along(log, system, motion).misfit
+    now = forces.misfit
     others = [now, *(left for left, k, _ in tried if k != j)]
     name = spec.coordinates[j].name
     taken = log.description.units.get(name, spec.coordinates[j].unit)
@@ -191,7 +192,7 @@ def _other_unit(
     unit_factor = dict(_other_units(taken))[unit]
     heavy, _ = forces.inertia_factor(j)
     if fits or (found and heavy > 0):
-        factor, fitted = _best_factor(log, system, motion, j, unit_factor if fits else heavy)
+        factor, fitted = _best_factor(log, balance, motion, j, unit_factor if fits else heavy)
         if fitted < min(SURE_FACTOR, BETTER * least) and not 1 / NO_UNIT < factor / unit_factor < NO_UNIT:
             misfits = {"misfit": now, "misfit_in_unit": least, "misfit_scaled": fitted}
             yield _no_unit(name, spec, 1 / factor, misfits)
@@ -206,11 +207,11 @@ def _other_unit(
     yield Finding("problem", f"scale of {name}", words, {"misfit": now, "misfit_in_unit": least})
 
 
-def _best_factor(log: Log, system: System, motion: Motion, j: int, about: float) -> tuple[float, float]:
+def _best_factor(log: Log, balance: Balance, motion: Motion, j: int, about: float) -> tuple[float, float]:
     """The factor on coordinate j with the least misfit, within ``FACTOR_RANGE`` of ``about``, and that misfit."""
 
     def misfit(power: float) -> float:
-        return forces_along(log, system, scaled(motion, j, 10.0**power)).misfit
+        return balance.misfit(log, scaled(motion, j, 10.0**power))
 
     powers = np.log10(about) + np.linspace(-1, 1, FACTORS_TRIED) * np.log10(FACTOR_RANGE)
     k = int(np.argmin([misfit(power) for power in powers]))

@@ -5,16 +5,19 @@ M(x) a − g(x, v, 0) + U λ = g(x, v, w) − g(x, v, 0), both sides low-passed 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import casadi
 import numpy as np
+import sympy
 
 from codegen.base.arrays import Array, Flags
 from codegen.logs.log import Log
 from codegen.logs.motion import Motion, low_pass
 from codegen.mechanics import System
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,9 +48,7 @@ class Forces:
     @property
     def misfit(self) -> float:
         """Σ(M a − g + U λ)² over the sum of the squares of these forces, the mean over the coordinates."""
-        left = np.sum((self.inertia - self.rest - self.given) ** 2, axis=0)
-        whole = np.sum(self.inertia**2 + self.rest**2 + self.given**2, axis=0)
-        return float(np.mean(left[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 1.0
+        return _misfit(self.inertia, self.rest, self.given)
 
     @property
     def moving_misfit(self) -> float:
@@ -91,51 +92,82 @@ def partial_correlation(wanted: Array, column: Array, others: Array) -> tuple[fl
     return product / power, product / float(np.sqrt(power * whole)) if whole > 0 else 0.0
 
 
-def forces_along(log: Log, system: System, motion: Motion) -> Forces:
-    """The balance of forces of a system along the motion of a log."""
-    before = np.vstack([log.inputs[:1], log.inputs[:-1]])
-    mean_input = 0.5 * (before + log.inputs)
-    evaluate = _function(system, motion.threshold).map(log.size)
-    n, m = len(system.positions), len(system.inputs)
+class Balance:
+    """The balance of forces of a system along motions of its logs; its function is built once."""
 
-    def along(inputs: Array) -> list[Array]:
-        arguments = (motion.positions, motion.velocities, motion.accelerations, inputs)
-        results = evaluate(*(np.ascontiguousarray(a.T) for a in arguments))
-        return [np.array(r.full(), dtype=np.float64).T for r in results]
+    def __init__(self, system: System) -> None:
+        self._function = _function(system)
+        self._n, self._m, self._contacts = len(system.positions), len(system.inputs), len(system.contacts)
 
-    inertia, rest, friction, standing, slip_margin = along(np.zeros_like(mean_input))
-    driven = []
-    for j in range(m):
-        alone = np.zeros_like(mean_input)
-        alone[:, j] = mean_input[:, j]
-        driven.append(along(alone)[1] - rest)
-    stacked = np.hstack([inertia, rest, friction, standing, motion.positions, motion.velocities, *driven])
-    finite: Flags = np.all(np.isfinite(stacked), axis=1)
-    smooth, _ = low_pass(log, np.where(finite[:, None], stacked, 0.0), motion.cutoff_hz)
-    slipping: Flags = np.all(slip_margin > 0, axis=1)
-    parts = smooth[motion.usable & finite & slipping].reshape(-1, 6 + m, n)
-    moved = parts[:, 4:6].reshape(-1, 2 * n)
-    return Forces(parts[:, 0], parts[:, 1], parts[:, 2], parts[:, 3], np.moveaxis(parts[:, 6:], 1, 0), moved)
+    def along(self, log: Log, motion: Motion) -> Forces:
+        """The forces along the motion of a log."""
+        forces, driven, finite, slipping = self._sampled(log, motion)
+        columns = np.hstack([*forces, *driven, motion.positions, motion.velocities])
+        parts = self._smooth(log, motion, columns, finite)[motion.usable & finite & slipping]
+        inertia, rest, friction, standing = (parts[:, k] for k in range(4))
+        moved = parts[:, 4 + self._m :].reshape(-1, 2 * self._n)
+        return Forces(inertia, rest, friction, standing, np.moveaxis(parts[:, 4 : 4 + self._m], 1, 0), moved)
+
+    def misfit(self, log: Log, motion: Motion) -> float:
+        """``Forces.misfit`` of ``along``, in less time: only the forces that it needs are low-passed."""
+        (inertia, rest, _, _), driven, finite, slipping = self._sampled(log, motion)
+        smooth = self._smooth(log, motion, np.hstack([inertia, rest, *driven]), finite)
+        parts = smooth[motion.usable & finite & slipping]
+        return _misfit(parts[:, 0], parts[:, 1], parts[:, 2:].sum(axis=1))
+
+    def _sampled(self, log: Log, motion: Motion) -> tuple[list[Array], list[Array], Flags, Flags]:
+        """M a, g(x, v, 0) − U λ, U λ and g(x, 0, 0), each (N, n); what each input alone adds to g, alike; and (N,) at
+        which samples all are finite, and every contact slips.
+        """
+        contacts = self._contacts
+        before = np.vstack([log.inputs[:1], log.inputs[:-1]])
+        moved = motion.positions, motion.velocities, motion.accelerations
+        threshold = np.broadcast_to(motion.threshold, motion.positions.shape)
+        rows = np.hstack([*moved, 0.5 * (before + log.inputs), threshold, np.zeros((log.size, 1))])
+        found = over_rows(self._function, rows)
+        inertia, rest, friction, standing, *alone = np.split(found[:, contacts:], 4 + self._m, axis=1)
+        forces, driven = [inertia, rest, friction, standing], [force - rest for force in alone]
+        finite: Flags = np.all(np.isfinite(np.hstack([*forces, *moved[:2], *driven])), axis=1)
+        slipping: Flags = np.all(found[:, :contacts] > 0, axis=1)
+        return forces, driven, finite, slipping
+
+    def _smooth(self, log: Log, motion: Motion, columns: Array, finite: Flags) -> Array:
+        """(N, columns / n, n) low-passed."""
+        smooth, _ = low_pass(log, np.where(finite[:, None], columns, 0.0), motion.cutoff_hz)
+        return smooth.reshape(len(smooth), -1, self._n)
 
 
-def _function(system: System, threshold: Array) -> casadi.Function:
-    """(x, v, a, w) → M a; g − U λ; U λ; g at rest; |u| less the slip that speeds of ``threshold``, (n), amount to.
+def _misfit(inertia: Array, rest: Array, given: Array) -> float:
+    """Σ(M a − g + U λ)² over the sum of the squares of these forces, the mean over the coordinates."""
+    left = np.sum((inertia - rest - given) ** 2, axis=0)
+    whole = np.sum(inertia**2 + rest**2 + given**2, axis=0)
+    return float(np.mean(left[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 1.0
 
-    All are columns.
+
+def _function(system: System) -> casadi.Function:
+    """Column (x, v, a, w, speeds, zero) → column of |u| less the slip that ``speeds`` (n) amount to; M a; g − U λ
+    without input; U λ; g at rest; g − U λ with each input alone.
+
+    ``zero`` is 0 in each row: an input that is left out then acts as one that is 0 in the log.
     """
     groups = (system.positions, system.velocities, system.accelerations, system.inputs)
     arguments = [casadi.SX.sym("q", len(group)) for group in groups]
+    speeds, zero = casadi.SX.sym("speeds", len(system.positions)), casadi.SX.sym("zero")
     names = symbol_values(system.values, *zip(groups, arguments, strict=True))
     slip = to_casadi(system.slip_velocity, names)
     names |= {c.slip: slip[k] for k, c in enumerate(system.contacts)}
-    friction = casadi.SX.zeros(len(system.positions))
-    if system.contacts:
-        forces = casadi.vertcat(*(to_casadi(c.force, names) for c in system.contacts))
-        friction = casadi.mtimes(to_casadi(system.distribution, names), forces)
-    force = to_casadi(system.force, names) - friction
-    at_rest = names | {system.velocities[k]: casadi.SX(0.0) for k in range(len(system.velocities))}
-    standing = to_casadi(system.force, at_rest)
-    inertia = casadi.mtimes(to_casadi(system.mass_matrix, names), arguments[2])
-    margin = casadi.fabs(slip) - casadi.mtimes(casadi.fabs(casadi.jacobian(slip, arguments[1])), casadi.DM(threshold))
-    outputs = (inertia, force, friction, standing, margin)
-    return casadi.Function("forces", arguments, [casadi.densify(o) for o in outputs])
+    none = names | dict.fromkeys(system.inputs, zero)
+    distribution, nothing = to_casadi(system.distribution, none), casadi.SX.zeros(len(system.positions))
+
+    def friction(at: Mapping[sympy.Symbol, Any]) -> Any:
+        forces = [to_casadi(c.force, at) for c in system.contacts]
+        return casadi.mtimes(distribution, casadi.vertcat(*forces)) if forces else nothing
+
+    inputs = none, *(none | {w: names[w]} for w in system.inputs)
+    rest, *alone = (to_casadi(system.force, at) - friction(at) for at in inputs)
+    standing = to_casadi(system.force, none | dict.fromkeys(system.velocities, casadi.SX(0.0)))
+    inertia = casadi.mtimes(to_casadi(system.mass_matrix, none), arguments[2])
+    margin = casadi.fabs(slip) - casadi.mtimes(casadi.fabs(casadi.jacobian(slip, arguments[1])), speeds)
+    outputs = casadi.vertcat(margin, inertia, rest, friction(none), standing, *alone)
+    row = casadi.vertcat(*arguments, speeds, zero)
+    return casadi.Function("forces", [row], [casadi.densify(outputs)], {"cse": True})

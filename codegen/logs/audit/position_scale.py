@@ -24,10 +24,9 @@ from scipy.optimize import minimize_scalar
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
-from codegen.logs.audit.force_balance import Forces, forces_along, partial_correlation
+from codegen.logs.audit.force_balance import Balance, Forces, partial_correlation
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, scaled
-from codegen.mechanics import System
 from codegen.spec.model import Spec
 
 APPARENT = 1.5
@@ -63,22 +62,22 @@ class Explained:
     level: float
 
 
-def position_scales(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
+def position_scales(log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces) -> Iterator[Finding]:
     """Findings on the coordinates whose positions explain the log much better when they are divided by a factor."""
     for j in range(len(spec.coordinates)):
-        found = _scale_of(j, log, spec, system, motion, forces)
+        found = _scale_of(j, log, spec, balance, motion, forces)
         if found is not None:
             yield found
 
 
-def _scale_of(j: int, log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Finding | None:
+def _scale_of(j: int, log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces) -> Finding | None:
     """The finding on one coordinate; None where no factor explains the log much better."""
     heavy, seen = forces.inertia_factor(j)
     if seen < SEEN or heavy <= 0 or 1 / APPARENT < heavy < APPARENT:
         return None
 
     def divided(factor: float) -> Forces:
-        return forces_along(log, system, scaled(motion, j, 1 / factor))
+        return balance.along(log, scaled(motion, j, 1 / factor))
 
     position = _best(lambda k: _left(divided(k), j), 1 / heavy)
     found, plain = divided(position.factor), _left(forces, j)

@@ -28,10 +28,9 @@ from codegen.logs.audit.exchanged_columns import (
     values_of,
     with_values,
 )
-from codegen.logs.audit.force_balance import Forces
+from codegen.logs.audit.force_balance import Balance, Forces
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion
-from codegen.mechanics import System
 from codegen.spec.model import Spec
 
 IN_PAIRS = 6
@@ -44,7 +43,7 @@ STANDING: Turned = ("gravity and springs",)
 """A sign of the spec, and none of the log."""
 
 
-def turned_signs(log: Log, spec: Spec, system: System, motion: Motion, forces: Forces) -> Iterator[Finding]:
+def turned_signs(log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces) -> Iterator[Finding]:
     """The signs with which the log fits, where it does not as it is read."""
     slopes = apart_from_slopes(log, motion)
     now = max(forces.moving_misfit, slopes)
@@ -54,7 +53,7 @@ def turned_signs(log: Log, spec: Spec, system: System, motion: Motion, forces: F
     tried = []
     for count, group in _explanations(spec, log.velocities is not None, pairs=now > FITS):
         signs = np.array([-1.0 if name in group else 1.0 for name in names])
-        found = forces_of(with_values(log, values * signs), system)
+        found = forces_of(with_values(log, values * signs), balance)
         if found is not None:
             tried.append((max(found[0].moving_misfit, found[1]), count, group))
     if np.any(forces.standing):
