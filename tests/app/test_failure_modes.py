@@ -116,6 +116,9 @@ def test_a_problem_is_the_verdict_unfit_and_exit_code_3(good, tmp_path, monkeypa
     told = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     found = [f"preflight, train log: {words}" for words in told["preflight"]["train"] if not words.startswith("info")]
     assert found and result.out.startswith("\n".join(found) + "\nverdict: ")  # each once, and before the verdict
+    problems = [words.partition("problem: ")[2] for words in told["preflight"]["train"] if words.startswith("problem")]
+    printed = " ".join(result.out.split())  # the facts are broken into lines of their own
+    assert problems and all(printed.count(" ".join(words.split()[:6])) == 1 for words in problems)
     assert told["verdict"] == "unfit" and told["effects"] == told["candidates"] == []
     page = (tmp_path / "out" / "report.html").read_text()
     assert "log unfit" in page

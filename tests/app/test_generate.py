@@ -233,6 +233,19 @@ def test_every_file_is_in_the_readme(made):
     assert not {name for name in listed if f"`{name}`" not in said}
 
 
+@pytest.mark.parametrize("where", ["generated/one_mass", "c"])
+def test_the_readme_says_the_import_of_either_place(generated, folder, where):
+    """With -o c it said `from generated import one_mass` alone."""
+    if where == "c":
+        shutil.copytree(generated, folder / "c")
+    (code,) = re.findall(r"```python\n(.*?)```", (folder / where / "README.md").read_text(), re.DOTALL)
+    default, elsewhere, *calls = code.splitlines()
+    line = default if where.startswith("generated") else elsewhere.replace("NAME_OF_THIS_FOLDER", "c")
+    program = "\n".join([line, *calls, "print(outputs)"])
+    done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and "F_hat" in done.stdout, done.stderr
+
+
 def test_uncertified(folder):
     (folder / "one_mass.yaml").write_text(UNSTABLE)
     assert stiction("generate", "one_mass.yaml", "--uncertified").code == 0

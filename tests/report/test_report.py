@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
@@ -12,6 +13,7 @@ import html5lib
 import numpy as np
 import pytest
 
+from codegen.app.diagnose import Diagnosed
 from codegen.diagnosis.results import (
     Agreement,
     CertificateChange,
@@ -88,6 +90,16 @@ def test_ranks_every_candidate_with_its_reason(lacking: Case) -> None:
     for candidate in lacking.diagnosis.candidates:
         assert f"{candidate.kind} on {candidate.on}" in text
         assert candidate.why_not.replace(" -", " −") in text
+
+
+def test_the_columns_of_candidates_are_called_as_in_the_terminal(lacking: Case) -> None:
+    printed = Diagnosed(lacking.diagnosis, Path("out"), ()).text(paths=False)
+    (line,) = [line for line in printed.splitlines() if line.startswith("candidates, best first")]
+    columns = re.split(r"  +", line)[1:]
+    (table,) = re.findall(r'<table class="candidates">\n<thead>(.*?)</thead>', lacking.html)[:1]
+    heads = [re.sub(r"<[^>]*>", "", head) for head in re.findall(r"<th.*?</th>", table)]
+    assert len(columns) == 4 and [head for head in heads if head in columns] == columns
+    assert "blocks won" not in lacking.html and all(f"<strong>{name}</strong>:" in lacking.html for name in columns)
 
 
 @pytest.mark.parametrize("name", ["lacking", "complete", "two_masses"])
