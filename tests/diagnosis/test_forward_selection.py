@@ -82,8 +82,10 @@ def ranked(kind: str, share: float) -> Any:
     return SimpleNamespace(found=fit(part_named(kind)), evidence=SimpleNamespace(share=share), why_not="")
 
 
-def part_named(kind: str) -> Any:
-    return SimpleNamespace(kind=kind, on="x")
+def part_named(kind: str, names: tuple[str, ...] = ()) -> Any:
+    """A part; with the names of its kind's usual form, or these."""
+    usual = tuple(p.name for p in CATALOGUE[kind].parameters) if kind in CATALOGUE else ()
+    return SimpleNamespace(kind=kind, on="x", names=names or usual)
 
 
 @pytest.mark.parametrize(("share", "whole"), [(0.85, True), (0.7, False)])
@@ -165,6 +167,28 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     assert moves == [1]
     monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: True)
     assert forward_selection._reconsidered(search, current, [], []) == (current, [])
+
+
+@pytest.mark.parametrize(("cost", "rival"), [(96.0, False), (89.0, True)])
+def test_a_replacement_of_a_special_form_must_be_clearly_better_to_be_a_rival(
+    cost: float, rival: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two equal lags beside a delay that was credited together with another effect: the delay was `ambiguous`."""
+    lags = fit(part_named("actuator_lag", ("tau_each",)))
+    monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [lags])
+    monkeypatch.setattr(forward_selection, "is_possible", lambda search, found: True)
+    monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "in_simplest_forms", lambda found: found)
+    monkeypatch.setattr(forward_selection, "_refused_by_force", lambda *_: False)
+    monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [] if k else [lags.part])
+    monkeypatch.setattr(forward_selection, "runs_prefer", lambda *_: False)
+    monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
+    monkeypatch.setattr(forward_selection, "_ranked", lambda found, without: found)
+    search: Any = SimpleNamespace(without=lambda current, k: current)
+    current = fit(part_named("input_delay"), part_named("viscous_asymmetry"))
+    current.cost, lags.cost = 100.0, cost
+    assert forward_selection._swapped(search, current, [], None) == (None, {0: [lags]} if rival else {})
 
 
 @pytest.mark.parametrize(

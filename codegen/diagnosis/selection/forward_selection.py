@@ -26,6 +26,7 @@ from codegen.diagnosis.selection.ranking import (
     force_prefers,
     force_share,
     hypotheses,
+    is_no_better_form,
     is_possible,
     leaves_as_little,
     matters,
@@ -305,6 +306,7 @@ def _swapped(
         if (best := next(better, None)) is not None:
             return search.fitted_again(best), {}
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
+        own = (f for f in own if not is_no_better_form(f, current, parts[k]))
         same = [f for f in own if not runs_prefer(search, current, f)]
         if k or rivals is None:
             alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f)))

@@ -149,7 +149,9 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
     for other in ranked:
         if other is best or (other.why_not and not other.unsure) or _is_one_of(other.found, same):
             continue
-        if not leaves_as_little(other, best) or _only_extends(other, best) or _is_no_better_form(other, best):
+        if not leaves_as_little(other, best) or _only_extends(other, best):
+            continue
+        if is_no_better_form(other.found, best.found, best.found.part):
             continue
         alike = _is_far(best) and _nearly_alike(best, other)
         if alike or not runs_prefer(search, best.found, other.found):
@@ -176,10 +178,11 @@ def _only_extends(other: Ranked, best: Ranked) -> bool:
     return same_place and extended and other.found.cost >= best.found.cost
 
 
-def _is_no_better_form(other: Ranked, best: Ranked) -> bool:
-    """Whether a candidate has a special form, the best one its kind's usual form, and it is not clearly better."""
-    special = not is_usual_form(other.found.part) and is_usual_form(best.found.part)
-    return special and other.found.cost > best.found.cost - FORM_GAIN
+def is_no_better_form(found: Fit, best: Fit, part: Part) -> bool:
+    """Whether a candidate has a special form, ``part`` of the best fit its kind's usual one, and it is not clearly
+    better.
+    """
+    return is_usual_form(part) and not is_usual_form(found.part) and found.cost > best.cost - FORM_GAIN
 
 
 def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
@@ -187,7 +190,8 @@ def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     best = ranked[0]
     if is_usual_form(best.found.part):
         return list(ranked)
-    others = [r for r in _tied(search, best, ranked) if _is_no_better_form(best, r) and not r.why_not]
+    tied = [r for r in _tied(search, best, ranked) if not r.why_not]
+    others = [r for r in tied if is_no_better_form(best.found, r.found, r.found.part)]
     best = min(others, key=lambda r: r.found.cost, default=best)
     return led_by(best, ranked)
 
