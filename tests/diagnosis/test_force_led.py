@@ -322,6 +322,27 @@ def test_what_takes_the_drive_away_removes_no_residual_by_that(tmp_path: Path) -
     assert ranked.evidence.share > 0.3 and ranked.why_not.endswith("% of the drive force")
 
 
+def test_friction_of_the_load_pays_once_for_the_drive_that_it_takes(tmp_path: Path) -> None:
+    """The residual is over the drive that friction leaves already: removing a fifth of its square is a fifth.
+
+    The square without it is computed here at the drive of the logged input, that with it over the share 1 - mu.
+    """
+    waves = "{kind: cogging, on: x, parameters: {amplitude: 3, period: 0.02, phase: 0}}"
+    lacking = f"[{{kind: load_dependent_friction, on: rail, parameters: {{mu: 0.2}}}}, {waves}]"
+    search, problem = searched(log_of(stage(lacking), tmp_path, "train.csv"))
+    fits = ForceFits(search, problem, search.refit())
+    trial = search.declared_trial.with_part(part_of(CATALOGUE["load_dependent_friction"], 0, search.system))
+    found = fits.fit(trial, trial.theta(np.array([4.0]), [{"mu": 0.2}]))
+    ranked = judged(fits, fits.plain, found, 1)
+    left, motion = 1 - trial.split(found.theta)[1][0]["mu"], problem.motion
+    with_it, without = (
+        np.mean(inverse_dynamics_residual(fit.model, motion)[problem.used[:, 0], 0] ** 2) for fit in (found, fits.plain)
+    )
+    removed = 1 - with_it / left**2 / without
+    assert removed > 0.05 and 1 - removed > 0.95 * left**2
+    assert ranked.why_not == ""
+
+
 def test_a_fit_that_lost_its_way_is_repeated_from_near_the_model_without_the_effect(tmp_path: Path) -> None:
     """A gain of 1 is no effect, so a gain never fits worse than none; from a start at 0.7 with little mass it did."""
     rise = "{kind: stribeck, on: rail, parameters: {delta: 3, v_s: 0.1}}"

@@ -32,6 +32,7 @@ from codegen.diagnosis.fit.output_error import (
 from codegen.diagnosis.fit.residual import (
     Problem,
     drive_gain,
+    drive_left,
     drive_shares,
     drive_symbols,
     residual_at_drive,
@@ -532,15 +533,18 @@ def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> 
 def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     """A candidate with its evidence from the force residual over a fit without it, and the reason if not credited.
 
-    An effect that reduces the drive force reduces the residual in proportion; only a larger reduction counts. The share
-    removed on held-out blocks is limited to the share that the fit to all blocks removes, since the correction of the
-    fit for a held-out block is linear.
+    An effect that reduces the drive force reduces the residual in proportion; only a larger reduction counts. By a
+    constant factor, such as friction in proportion to the drive leaves, the residual is divided already
+    (``residual_at_drive``). The share removed on held-out blocks is limited to the share that the fit to all blocks
+    removes, since the correction of the fit for a held-out block is linear.
     """
     variables = {p.effect.seen_over for p in plain.trial.parts if not _has_twin_elsewhere(fits.search, p)}
     least = credit.LEAST_SHARE if not plain.trial.parts else ELSEWHERE
     least = credit.FURTHER if found.part.effect.seen_over in variables else least
     ratio = float(np.sqrt(found.by_segment.sum() / plain.by_segment.sum()))
-    acting = drive_kept(fits, plain, found.trial, found.theta)
+    motion, used = fits.problem.motion, fits.problem.used
+    scales = drive_left(found.model, motion) / drive_left(plain.model, motion)
+    acting = min(1.0, float(np.min(drive_shares(found.model, plain.model, motion, used) / scales)))
     one = evidence_of(plain, found, floored=False)
     p = min(1.0, candidates * random_signs(one.t))
     why_not = ""
