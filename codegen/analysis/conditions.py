@@ -71,6 +71,7 @@ def _without(expression: Any, known: Sequence[Any]) -> Any:
     if int(sympy.count_ops(expression)) > 400:
         return expression  # too expensive to factor
     numerator, denominator = sympy.fraction(sympy.together(expression))
+    positive = {_multiplied_out(k) for k in known}
     sign = 1
     kept: list[Any] = []
     squares: list[Any] = []
@@ -80,9 +81,9 @@ def _without(expression: Any, known: Sequence[Any]) -> Any:
         odd = power % 2 == 1
         if part.is_number:
             sign *= -1 if odd and part < 0 else 1
-        elif any(sympy.expand(part - k) == 0 for k in known):
+        elif _multiplied_out(part) in positive:
             continue
-        elif any(sympy.expand(part + k) == 0 for k in known):
+        elif _multiplied_out(-part) in positive:
             sign *= -1 if odd else 1
         elif odd:
             kept.append(part)
@@ -92,6 +93,12 @@ def _without(expression: Any, known: Sequence[Any]) -> Any:
         return sympy.Integer(-1)  # negative for any values of the squares
     reduced = sympy.Mul(sign, *kept, *squares)
     return sympy.expand(reduced) if len(kept) + len(squares) <= 1 else reduced
+
+
+@lru_cache(maxsize=1024)
+def _multiplied_out(expression: Any) -> Any:
+    """``sympy.expand``, kept: two expressions are equal where these are."""
+    return sympy.expand(expression)
 
 
 def _factors(expression: Any) -> list[tuple[Any, int]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi
@@ -10,7 +10,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, System
 from codegen.simulate.drive import HeldInput, edges_at_changes
@@ -63,7 +63,11 @@ class EventPlant:
         self._n, self._period = n, period
         self._edges = edges_at_changes(system, period)
         self._held = HeldInput(system, period, self._edges)
-        self._laws = _laws(system, contacts)
+        function, count = _laws(system, contacts), len(system.contacts)
+        ends = np.cumsum([n * count, n, *[count] * 7, count * count]).tolist()
+        self._places = [slice(a, b) for a, b in zip([0, *ends], ends, strict=False)]
+        self._given, self._found = np.zeros(function.size1_in(0)), np.zeros(function.size1_out(0))
+        self._buffer, self._evaluate = in_place(function, [self._given], [self._found])
         self._directions = np.zeros(len(system.contacts), dtype=int)
         self._set_directions(_REST)
 
@@ -150,22 +154,28 @@ class EventPlant:
         return float(min(forward - force, backward + force) + _BACK * (forward + backward))
 
     def _at(self, time: float, state: Array, w: Array | None) -> _Laws:
-        inputs = np.zeros(self._laws.size1_in(2)) if w is None else w
-        return _Laws(*[part.full() for part in self._laws(state[: self._n], state[self._n :], inputs, time)])
+        self._given[: 2 * self._n], self._given[2 * self._n : -1], self._given[-1] = (
+            state,
+            0.0 if w is None else w,
+            time,
+        )
+        self._evaluate()
+        return _Laws([self._found[place].copy() for place in self._places], self._n)
 
 
 class _Laws:
     """Quantities at a state: M⁻¹U, M⁻¹(g − U smooth), u, u' without set-valued forces, U'M⁻¹U and the levels."""
 
-    def __init__(self, compliance: Array, *columns: Array) -> None:
-        self.compliance = compliance
-        self.motion, self.slip, self.free, self.smooth, *levels = (part[:, 0] for part in columns[:-1])
-        self.mobility = columns[-1]
+    def __init__(self, columns: Sequence[Array], n: int) -> None:
+        compliance, self.motion, self.slip, self.free, self.smooth, *levels, mobility = columns
+        contacts = len(self.slip)
+        self.compliance = np.ascontiguousarray(compliance.reshape(contacts, n).T)
+        self.mobility = np.ascontiguousarray(mobility.reshape(contacts, contacts).T)
         self.limits = Limits(*levels)
 
 
 def _laws(system: System, contacts: PlantContacts) -> Any:
-    """CasADi function (x, v, w, t) → the parts of ``_Laws``."""
+    """CasADi function of the column (x, v, w, t) → the parts of ``_Laws``, column by column."""
     n, count = system.degrees_of_freedom, len(system.contacts)
     x, v, w = casadi.SX.sym("x", n), casadi.SX.sym("v", n), casadi.SX.sym("w", len(system.inputs))
     t = casadi.SX.sym("t")
@@ -185,8 +195,8 @@ def _laws(system: System, contacts: PlantContacts) -> Any:
         for rest, sliding in ((levels.held_forward, levels.forward), (levels.held_backward, levels.backward))
     ]
     parts = [compliance, motion, slip, free, smooth, levels.forward, levels.backward, *held]
-    mobility = casadi.mtimes(U.T, compliance)
-    return casadi.Function("laws", [x, v, w, t], [casadi.densify(p) for p in (*parts, mobility)], {"cse": True})
+    found = casadi.vertcat(*(casadi.vec(casadi.densify(p)) for p in (*parts, casadi.mtimes(U.T, compliance))))
+    return casadi.Function("laws", [casadi.vertcat(x, v, w, t)], [found], {"cse": True})
 
 
 class _Event:
