@@ -20,7 +20,18 @@ from benchmarks.practice.fresh import Unavailable
 from benchmarks.practice.runs import code_version
 from benchmarks.rates import Bar, Rate, rate
 from benchmarks.real.spiked import real_sets
-from benchmarks.spikes.outcome import NEAR, OUTCOMES, Outcome, Spike, named, outcome_of, spike_of, totals
+from benchmarks.spikes.outcome import (
+    CANDIDATES,
+    CHOSEN,
+    NEAR,
+    OUTCOMES,
+    Outcome,
+    Spike,
+    named,
+    outcome_of,
+    spike_of,
+    totals,
+)
 from benchmarks.spikes.runs import SPIKE, Bench, kinds_for
 from codegen.base.files import write_atomically
 from codegen.base.text import render
@@ -77,6 +88,9 @@ def rates(rows: Sequence[Row]) -> dict[str, Rate]:
     every = [r.outcome for r in rows]
     some = {
         "detected, of those that least squares tells from zero": [r.outcome for r in rows if r.spike.is_told],
+        "detected, of those that least squares tells among all candidates": [
+            r.outcome for r in rows if r.spike.is_told_among_all
+        ],
         "detected, of those that least squares sees": [r.outcome for r in rows if r.spike.is_visible],
     }
     found = totals(every) | {words: totals(outcomes)["detected"] for words, outcomes in some.items()}
@@ -117,6 +131,8 @@ def page(
         absent=absent,
         code=code,
         near=round(100 * NEAR),
+        chosen=CHOSEN,
+        candidates=CANDIDATES,
         least=round(100 * LEAST_SHARE),
     )
 

@@ -10,14 +10,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from scipy.stats import norm
+
 from benchmarks.rates import Rate, rate
-from codegen.diagnosis.fit.credit import LEAST_SHARE
+from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE
 from codegen.effects import CATALOGUE
 
 NEAR = 0.3
 """A parameter is right that is off by no more than this share of the spike, or whose interval has own + spike."""
 SIGNIFICANT = 1.96
 """Standard errors from zero, 95 %."""
+CANDIDATES = 23
+"""Effects at their places among which a diagnosis of one of these axes chooses."""
+CHOSEN = float(norm.isf(ALPHA / 2 / CANDIDATES))
+"""Standard errors from zero at which one of the candidates, not known beforehand, is told at α (Bonferroni)."""
 DETECTED, TAKEN, EXTRA = "detected", "taken by the refit", "detected, and a wrong name"
 WITH, WITHOUT = "ambiguous with it", "ambiguous without it"
 PLAIN, WRONG = "as the plain log", "wrong name"
@@ -41,6 +47,7 @@ class Spike:
             factor for its inverse; or "".
         visible: share of the squared residual of least squares that the effect itself removes; None if not known.
         deviations: standard errors of the spike from zero by least squares; None if not known.
+        found_deviations: those of the effect in the spiked log, own + spike; None if not known, or where ``own`` is.
     """
 
     kind: str
@@ -51,11 +58,18 @@ class Spike:
     refitted: str = ""
     visible: float | None = None
     deviations: float | None = None
+    found_deviations: float | None = None
 
     @property
     def is_told(self) -> bool:
         """Whether least squares with the right structure tells a coefficient of the spike's size from zero."""
         return self.deviations is None or self.deviations >= SIGNIFICANT
+
+    @property
+    def is_told_among_all(self) -> bool:
+        """Whether least squares would tell the spike, and the effect that the spiked log has, of any candidate."""
+        known = [d for d in (self.deviations, self.found_deviations) if d is not None]
+        return all(d >= CHOSEN for d in known)
 
     @property
     def is_visible(self) -> bool:
@@ -107,7 +121,8 @@ def spike_of(truth: Mapping[str, Any], checked: Mapping[str, float], refitted: s
     name = CATALOGUE[effect["kind"]].parameters[0].name
     accepted = frozenset({effect["kind"], *(twin["kind"] for twin in twins)})
     size, deviations = float(effect["parameters"][name]), checked.get("deviations")
-    return Spike(effect["kind"], name, size, accepted, own, refitted, visible, deviations)
+    whole = None if refitted else checked.get("found_deviations")
+    return Spike(effect["kind"], name, size, accepted, own, refitted, visible, deviations, whole)
 
 
 def outcome_of(spike: Spike, plain: Mapping[str, Any], spiked: Mapping[str, Any]) -> Outcome:

@@ -84,8 +84,9 @@ class Bench:
         case = self.case(kind, percent)
         checked, truth = case / "check.json", json.loads((case / "truth.json").read_text())
         found = json.loads(checked.read_text()) if checked.is_file() else {}
-        if percent and "deviations" not in found:
-            found["deviations"] = _deviations(self.one, self.logs, case, truth, self.out)
+        if percent and "found_deviations" not in found:
+            both = _deviations(self.one, self.logs, case, truth, self.out)
+            found["deviations"], found["found_deviations"] = both
             write_atomically(checked, json.dumps(found) + "\n")
         return truth, found
 
@@ -122,8 +123,8 @@ def _make(one: RealSet, logs: Readable, case: Path, kind: str, percent: float, o
             write_atomically(case / "check.json", line.split(" ", 1)[1] + "\n")
 
 
-def _deviations(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any], out: Path) -> float:
-    """Standard errors of the spike from zero, by significance.py."""
+def _deviations(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any], out: Path) -> tuple[float, float]:
+    """Standard errors from zero of the spike, and of the effect in the spiked log, by significance.py."""
     (effect,) = truth["effects"]
     asked = {
         "kind": effect["kind"],
@@ -136,7 +137,8 @@ def _deviations(one: RealSet, logs: Readable, case: Path, truth: dict[str, Any],
         "gravity": one.gravity,
         "cutoff": 2 * one.cutoff_hz,
     }
-    return float(_spike_python([str(SIGNIFICANCE), str(case / "train.csv"), json.dumps(asked)], out))
+    spike, found = json.loads(_spike_python([str(SIGNIFICANCE), str(case / "train.csv"), json.dumps(asked)], out))
+    return float(spike), float(found)
 
 
 def _spike_python(command: list[str], out: Path) -> str:

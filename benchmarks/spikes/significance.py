@@ -18,12 +18,15 @@ import spike  # the shared script; its folder is on the path
 from scipy.signal import butter, filtfilt
 
 BLOCKS = 48
+SPANNED = 1e-6
+"""Share of a column's norm that the other columns leave of it, below which they span it: no log tells its size then."""
 
 
-def deviations(kind: str, parameters: dict[str, float], args: argparse.Namespace, log: Path) -> float:
-    """s/σ(c) of a spiked log.
+def deviations(kind: str, parameters: dict[str, float], args: argparse.Namespace, log: Path) -> tuple[float, float]:
+    """(s/σ(c), abs(c)/σ(c)) of a spiked log: of the spike, and of all that the log has of the effect.
 
-    Of a delay the column is dF/dt, to first order in the delay; a gain is told by the inertia, which it scales.
+    Of a delay the column is dF/dt, to first order in the delay; a gain is told by the inertia, which it scales: both
+    are of the spike then.
     """
     m = spike.Motion(spike.read(log), args)
     rows = np.flatnonzero(np.abs(np.interp(m.grid, m.t, m.v)) >= 2 * m.still)
@@ -48,8 +51,23 @@ def deviations(kind: str, parameters: dict[str, float], args: argparse.Namespace
         return np.asarray(filtfilt(*butter(4, 2 * m.cutoff / m.rate), on_grid)[rows])
 
     columns = np.array([*map(low, base.values()), low(column)]).T
+    found, error = jackknife(columns, low(m.F))
+    if not error < np.inf:
+        return 0.0, 0.0
+    if kind == "input_gain":
+        return (abs(found * (size - 1)) / error,) * 2
+    return abs(size) / error, abs(found) / error
+
+
+def jackknife(columns: np.ndarray, drive: np.ndarray) -> tuple[float, float]:
+    """The last column's coefficient by least squares and its standard error, infinite where the others span it."""
     scale = np.sqrt(np.mean(columns**2, axis=0))
-    columns, drive = columns / scale, low(m.F)
+    columns = columns / scale
+    *_, last = columns.T
+    others = columns[:, :-1]
+    rest = last - others @ np.linalg.lstsq(others, last, rcond=None)[0]
+    if np.linalg.norm(rest) < SPANNED * np.linalg.norm(last):
+        return 0.0, np.inf
     parts = np.array_split(np.arange(len(drive)), BLOCKS)
     matrices = np.array([columns[k].T @ columns[k] for k in parts])
     vectors = np.array([columns[k].T @ drive[k] for k in parts])
@@ -59,8 +77,7 @@ def deviations(kind: str, parameters: dict[str, float], args: argparse.Namespace
     )
     error = float(np.sqrt((BLOCKS - 1) * np.var(without)))
     found = float(np.linalg.lstsq(matrix, vector, rcond=None)[0][-1])
-    moved = found * (size - 1) if kind == "input_gain" else size * scale[-1]
-    return abs(moved) / error
+    return found / float(scale[-1]), error / float(scale[-1])
 
 
 def main() -> None:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from benchmarks.rates import Rate
@@ -139,6 +143,37 @@ def test_what_least_squares_tells_from_zero_is_counted_apart(deviations: float, 
     assert spike.is_told is told
     assert found["told from zero by least squares"] == Rate(1 + told, 2)
     assert found["detected, of those that least squares tells from zero"] == Rate(1 + told, 1 + told)
+
+
+@pytest.mark.parametrize(
+    ("spike", "whole", "refitted", "told"),
+    [(5.0, 4.0, "", True), (5.0, 3.0, "", False), (3.0, 9.0, "", False), (5.0, 0.1, "b", True)],
+)
+def test_what_least_squares_tells_among_all_candidates_is_counted_apart(
+    spike: float, whole: float, refitted: str, told: bool
+) -> None:
+    """Also own + spike must be there, unless the spec declares the force: then least squares knows no own."""
+    truth = {"effects": [{"kind": "cogging", "on": "x", "parameters": {"amplitude": 10.0}}], "equivalents": [[]]}
+    one = spike_of(truth, {"own": 1.0, "deviations": spike, "found_deviations": whole}, refitted)
+    assert one.is_told_among_all is told
+    found = rates([Row("cogging", 10.0, one, Outcome(DETECTED, ()))])
+    assert found["detected, of those that least squares tells among all candidates"] == Rate(told, told)
+
+
+def test_the_jackknife_agrees_with_the_textbook_error_and_knows_no_spanned_column(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(sys.modules, "spike", SimpleNamespace())
+    jackknife = importlib.import_module("benchmarks.spikes.significance").jackknife
+    rng = np.random.default_rng(3)
+    columns = rng.standard_normal((9600, 3)) * [1.0, 20.0, 0.3]
+    drive = columns @ [2.0, -1.0, 5.0] + 0.7 * rng.standard_normal(9600)
+    found, error = jackknife(columns, drive)
+    exact = 0.7 * np.sqrt(np.linalg.inv(columns.T @ columns)[2, 2])
+    assert found == pytest.approx(5.0, abs=4 * exact) and error == pytest.approx(exact, rel=0.3)
+    angle = rng.uniform(-1, 1, 9600)
+    spanned = np.column_stack([np.sin(angle), np.cos(angle), np.sin(angle + 0.4)])
+    assert jackknife(spanned, drive)[1] == np.inf
 
 
 def test_totals_count_detections_and_false_names_apart() -> None:
