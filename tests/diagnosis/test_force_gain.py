@@ -476,6 +476,29 @@ def by_load(mu: float, share: float = 1.0) -> System:
     return with_values(system, {"rail_a": share * named["rail_a"], "b": share * named["b"]})
 
 
+NOISE = 2e-5
+SPEED_NOISE = 3 * NOISE * 2 * np.pi * 50.0 * np.sqrt(2 * 50.0 * 0.002 / 3)
+"""Three standard deviations of the derivative of white noise at 500 Hz, low-passed at 50 Hz."""
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_creep_in_the_noise_of_the_speed_is_a_standstill(seed: int, tmp_path: Path) -> None:
+    """At 40 % of three standard deviations of the speed's noise, single samples above that were taken for motion.
+
+    A right model was told that a force of −7.2 N acts for 0.3 s: the sign of the slip was noise there.
+    """
+    plain = log_of(stage(), tmp_path, "plain.csv")
+    t = plain.time - plain.time[0]
+    moving = np.minimum(t, 7.0)
+    x = 0.02 * np.sin(2 * np.pi * moving) + 0.4 * SPEED_NOISE * np.maximum(t - 7.0, 0.0)
+    noise = NOISE * np.random.default_rng(seed).normal(size=len(t))
+    motion = smooth_motion(replace(plain, positions=(x + noise)[:, None]), cutoff_hz=20.0)
+    problem = Problem(system_of(stage()), motion, {})
+    assert problem.noise_speed == pytest.approx(SPEED_NOISE, rel=0.15)
+    used, creep = problem.used[:, 0], (t > 7.1) & motion.usable
+    assert not used[creep].any() and used[~creep & motion.usable].mean() > 0.9
+
+
 def test_friction_that_follows_the_measured_drive_does_not_explain_its_noise(tmp_path: Path) -> None:
     """At a steady speed friction is all of the drive: `a share of the drive` leaves that share of any residual."""
     plain = log_of(stage(reference=STEADY), tmp_path, "plain.csv")

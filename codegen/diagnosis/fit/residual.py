@@ -10,7 +10,7 @@ import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
-from scipy.ndimage import binary_opening, maximum_filter1d
+from scipy.ndimage import binary_closing, binary_opening, maximum_filter1d
 from scipy.optimize import lsq_linear
 
 from codegen.base.arrays import Array
@@ -165,7 +165,9 @@ def used_samples(system: System, motion: Motion, noise_speed: float = 0.0) -> ND
     """(N, n) samples to use for the force balance of each coordinate: away from ends, gaps and standstill.
 
     At standstill friction may have any value up to its level, so samples within the filter's width of one are left out;
-    quick zero crossings are kept. Of a log that was resampled to a finer grid as many are used as it had.
+    quick zero crossings are kept. In a creep as slow as the noise of the speed the sign of slip is noise: a short
+    excursion above the threshold ends no standstill. Of a log that was resampled to a finer grid as many are used as it
+    had.
     """
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
@@ -173,7 +175,8 @@ def used_samples(system: System, motion: Motion, noise_speed: float = 0.0) -> ND
     rows = np.repeat(motion.usable[:, None], system.degrees_of_freedom, axis=1)
     for c in range(slip.shape[1]):
         threshold = max(STICK_SHARE * float(np.quantile(np.abs(slip[:, c]), 0.95)), noise_speed)
-        still = binary_opening(np.abs(slip[:, c]) <= threshold, np.ones(longest + 1))
+        slow = binary_closing(np.abs(slip[:, c]) <= threshold, np.ones(longest + 1))
+        still = binary_opening(slow, np.ones(longest + 1))
         widened = maximum_filter1d(still, 2 * reach + 1, mode="constant")
         for i in range(system.degrees_of_freedom):
             if system.distribution[i, c] != 0:
