@@ -37,8 +37,8 @@ from codegen.spec.velocity_names import meant_velocity
 from codegen.spec.yaml_text import load_plain
 
 TOLERANCE = "tolerance"
-OTHER_UNITS = "logs in other units are brought to it by their `scale:`"
 """The key of a parameter that contacts do not have."""
+OTHER_UNITS = "logs in other units are brought to it by their `scale:`"
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
