@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.fit.credit import near_noise, share_far
+from codegen.diagnosis.fit.output_error import Fit, polish
 from codegen.diagnosis.fit.record import MOST_STEPS, PLENTY, record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.fit.trial import part_of
+from codegen.diagnosis.fit.trial import Runner, part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part, fit_candidates, start_compiling
 from codegen.diagnosis.verdict.adoption import Refit
 from codegen.diagnosis.verdict.examination import _options
@@ -124,3 +125,36 @@ def test_an_effect_that_acts_once_starts_from_the_force_residual(limit: float, r
     if rare:
         start = part.outward(tried.forced[0][-1][-1:])
         assert start["limit"] == pytest.approx(limit, rel=0.02)
+
+
+def test_a_fit_whose_slopes_are_not_read_is_the_same_with_fewer_free_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lacking = "[{kind: stribeck, on: rail, parameters: {delta: 2.0, v_s: 0.05}}]"
+    log = log_of(stage(lacking), tmp_path, "stribeck.csv")
+    problem = Problem(system_of(stage()), smooth_motion(log), {})
+    search = search_on(problem, partial(record_of, problem.motion, log))
+    base = search.refit()
+    part = part_of(CATALOGUE["stribeck"], 0, search.system)
+    (runner,) = search.runners([base.trial.with_part(part)])
+    theta = np.append(base.theta, part.inward({"delta": 0.5, "v_s": 0.2}))
+    _ = base.raw_slopes
+    counted = []
+    at = Runner.at
+    monkeypatch.setattr(Runner, "at", lambda *given: counted.append(given) or at(*given))
+
+    def fitted(rounds: int, final_slopes: bool) -> tuple[Fit, int]:
+        counted.clear()
+        fit = search.fit_from(runner, theta, base, rounds, final_slopes=final_slopes)
+        fit = polish(fit, rounds, search.prior(fit.trial, fit.theta, fit.prior.tempering), final_slopes)
+        return fit, len(counted)
+
+    for rounds in (1, 3):
+        (plain, often), (quick, seldom) = fitted(rounds, True), fitted(rounds, False)
+        assert np.array_equal(plain.theta, quick.theta) and plain.cost == quick.cost
+        assert np.array_equal(plain.offsets, quick.offsets) and np.array_equal(plain.limited, quick.limited)
+        own, all_of_them = (
+            len(part.names),
+            len(theta),
+        )  # of the first fit, which knows the base's slopes, and the second
+        assert often - seldom in (own, all_of_them, own + all_of_them)

@@ -265,13 +265,14 @@ def shooting_fit(
     rounds: int,
     residual: Array | None = None,
     difference: float = STEP,
+    final_slopes: bool = True,
 ) -> Fit:
     """Output-error fit with the slopes by the start states computed at ``theta``; arguments as of ``gauss_newton``."""
     predict = runner.at(theta)
     if residual is None:
         residual = mean_residuals(runner, predict(offsets))
     starts = state_slopes(runner, predict, offsets, residual)
-    return gauss_newton(runner, theta, offsets, starts, prior, rounds, (), residual, difference)
+    return gauss_newton(runner, theta, offsets, starts, prior, rounds, (), residual, difference, final_slopes)
 
 
 def gauss_newton(
@@ -284,19 +285,25 @@ def gauss_newton(
     known: Sequence[Array] = (),
     residual: Array | None = None,
     difference: float = STEP,
+    final_slopes: bool = True,
 ) -> Fit:
     """Output-error fit by Gauss–Newton steps with Levenberg–Marquardt damping.
 
     Args:
         known: slopes of the first parameters, before projection. residual: at theta and offsets, where it is known.
         difference: step of a slope, over the size of its parameter.
+        final_slopes: whether the slopes are computed again after the last one of ``rounds`` steps, a free run for each
+            parameter. Needless where values and cost alone are read.
     """
     first, theta = theta, prior.clip(theta)
     if residual is None or not np.array_equal(theta, first):
         residual = mean_residuals(runner, runner.run(theta, offsets))
     now, damping = residual, 1e-6
     slopes: list[Array] = []
+    columns = np.zeros((0, *now.shape))
     for turn in range(rounds + 1):
+        if turn == rounds and not final_slopes:
+            break
         flat = starts.project(now)
         cost = segment_cost(flat) + prior.cost(theta)
         taken: dict[int, Array] = dict(enumerate(known))
@@ -350,11 +357,11 @@ def _slopes(
     return [known[k] for k in range(len(theta))]
 
 
-def polish(fit: Fit, rounds: int, prior: Prior | None = None) -> Fit:
+def polish(fit: Fit, rounds: int, prior: Prior | None = None, final_slopes: bool = True) -> Fit:
     """The fit with the slopes by the start states computed again; the old fit where that is no better."""
     offsets = _restarted(fit)
     known = fit.unprojected if offsets is fit.offsets else None
-    new = shooting_fit(fit.runner, fit.theta, offsets, prior or fit.prior, rounds, known)
+    new = shooting_fit(fit.runner, fit.theta, offsets, prior or fit.prior, rounds, known, final_slopes=final_slopes)
     return new if new.cost < fit.cost else fit
 
 

@@ -177,10 +177,18 @@ class Search:
         runner = replace(fit.runner, substeps=self.substeps)
         return self.fitted_again(replace(fit, runner=runner, offsets=self.record.at_rest))
 
-    def fit_from(self, runner: Runner, theta: Array, base: Fit, rounds: int, raw: Sequence[Array] | None = None) -> Fit:
+    def fit_from(
+        self,
+        runner: Runner,
+        theta: Array,
+        base: Fit,
+        rounds: int,
+        raw: Sequence[Array] | None = None,
+        final_slopes: bool = True,
+    ) -> Fit:
         """The fit of a trial with one part more than the base's, from ``theta``, with the base's starts and slopes."""
         prior, known = self.prior(runner.trial, theta, base.prior.tempering), base.raw_slopes if raw is None else raw
-        return gauss_newton(runner, theta, base.offsets, base.starts, prior, rounds, known)
+        return gauss_newton(runner, theta, base.offsets, base.starts, prior, rounds, known, final_slopes=final_slopes)
 
     def prior(self, trial: Trial, theta: Array, tempering: float = 1.0) -> Prior:
         """Of a trial's parameters, none for those of effects; a logarithm, a phase or a logit has the size 1."""

@@ -233,7 +233,9 @@ class CandidateFits:
             enough = few.cost - AS_GOOD * max(few.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
         thetas = [*(theta for _, theta in starts), *self.forced.get(k, [])]
-        fits = in_parallel(lambda theta: self.search.fit_from(runner, theta, few, FIRST_ROUNDS), thetas)
+        fits = in_parallel(
+            lambda theta: self.search.fit_from(runner, theta, few, FIRST_ROUNDS, final_slopes=False), thetas
+        )
         fits += in_parallel(lambda theta: self._from_measured_states(runner, theta), self.along.get(k, []))
         self._count_one()
         if not fits:
@@ -279,9 +281,9 @@ class CandidateFits:
 
         def again(values: Mapping[str, float]) -> Fit:
             theta = np.append(found.theta[:count], part.inward(values))
-            fit = self.search.fit_from(runner, theta, few, 0)
+            fit = self.search.fit_from(runner, theta, few, 0, final_slopes=False)
             for _ in range(AGAIN):  # the start states first: they were fitted without the effect
-                fit = self._polish(fit, 1)
+                fit = self._polish(fit, 1, final_slopes=False)
             return fit
 
         best = self.fitted((k, min(in_parallel(again, others), key=lambda fit: fit.cost)))
@@ -301,10 +303,11 @@ class CandidateFits:
     def _from_measured_states(self, runner: Runner, theta: Array) -> Fit:
         """A fit whose segments start as measured: start states that were fitted without a load are far off with it."""
         prior = self.search.prior(runner.trial, theta, self.base.prior.tempering)
-        return self._polish(shooting_fit(runner, theta, runner.record.at_rest, prior, FIRST_ROUNDS), FIRST_ROUNDS)
+        first = shooting_fit(runner, theta, runner.record.at_rest, prior, FIRST_ROUNDS, final_slopes=False)
+        return self._polish(first, FIRST_ROUNDS, final_slopes=False)
 
-    def _polish(self, fit: Fit, rounds: int) -> Fit:
-        return polish(fit, rounds, self.search.prior(fit.trial, fit.theta, fit.prior.tempering))
+    def _polish(self, fit: Fit, rounds: int, final_slopes: bool = True) -> Fit:
+        return polish(fit, rounds, self.search.prior(fit.trial, fit.theta, fit.prior.tempering), final_slopes)
 
     def _is_worth_trying(self, part: Part) -> bool:
         """Whether the base leaves enough loss above the noise at the joint on which a part acts."""
