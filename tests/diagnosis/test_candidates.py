@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit.credit import near_noise, share_far
+from codegen.diagnosis.fit.credit import LEAST_NET, is_negligible, misfit, near_noise, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish
 from codegen.diagnosis.fit.record import MOST_STEPS, PLENTY, record_of
 from codegen.diagnosis.fit.residual import Problem
@@ -118,6 +118,7 @@ def test_an_effect_that_acts_once_starts_from_the_force_residual(limit: float, r
     one = search_on(problem, partial(record_of, problem.motion, log))
     base = one.refit()
     assert near_noise(base) and bool(share_far(base)) is rare
+    assert not (rare and is_negligible(base))
     part = part_of(CATALOGUE["saturation"], 0, one.system)
     tried = CandidateFits(one, base, (part,), lambda share: None)
     tried.promising([0])
@@ -125,6 +126,22 @@ def test_an_effect_that_acts_once_starts_from_the_force_residual(limit: float, r
     if rare:
         start = part.outward(tried.forced[0][-1][-1:])
         assert start["limit"] == pytest.approx(limit, rel=0.02)
+
+
+@pytest.mark.parametrize("k", [0.02, 0.4])
+def test_what_is_left_is_negligible_below_the_least_force_of_an_effect(k: float, tmp_path: Path) -> None:
+    """Of a spring that the spec lacks, the force over that of the drive, which m a + b v + a sgn v takes on its way."""
+    log = log_of(stage(f"[{{kind: spring, on: x, parameters: {{k: {k}}}}}]"), tmp_path, f"spring{k}.csv")
+    t = np.arange(0.0, 14.0, 0.002)
+    slow, fast = 2 * np.pi * 0.4, 2 * np.pi * 1.1
+    x = 0.2 * np.sin(slow * t) + 0.06 * np.sin(fast * t)
+    v = 0.2 * slow * np.cos(slow * t) + 0.06 * fast * np.cos(fast * t)
+    a = -0.2 * slow**2 * np.sin(slow * t) - 0.06 * fast**2 * np.sin(fast * t)
+    share = k * np.sqrt(np.mean(x**2) / np.mean((2 * a + 6 * v + 4 * np.sign(v)) ** 2))
+    problem = Problem(system_of(stage()), smooth_motion(log), {})
+    base = search_on(problem, partial(record_of, problem.motion, log)).refit()
+    assert is_negligible(base) == (share < LEAST_NET)
+    assert misfit(base) == pytest.approx(share, rel=0.5)
 
 
 def test_a_fit_whose_slopes_are_not_read_is_the_same_with_fewer_free_runs(

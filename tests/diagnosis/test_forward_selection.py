@@ -412,9 +412,13 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     for name in ("usual_form_first", "ordered_by_force", "nearest_twin_first"):
         monkeypatch.setattr(forward_selection, name, lambda search, some: some)
     monkeypatch.setattr(forward_selection, "_pair", in_pairs)
+    monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: False)
     search: Any = SimpleNamespace(fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
     found = forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert found.final is (pair if paired else alone) and asked == [[best]] * paired
+    monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: fit is alone)
+    forward_selection.find_effects(search, fit(), lambda turn, share: None)
+    assert asked == [[best]] * paired, "nothing is left that a pair could explain"
 
 
 @pytest.mark.parametrize(("gap", "cost", "kinds"), [(1e-15, 104.0, "c"), (1e-15, 111.0, "b"), (0.1, 100.0, "b")])

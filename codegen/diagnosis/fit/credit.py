@@ -51,6 +51,8 @@ TESTS_OF_RIVALS = 5
 """Tests of which the smallest p tells two rivals apart at the noise (Bonferroni)."""
 MOST_NATS = 2.0
 """Largest gain of one of the ``SIGNED`` blocks that counts in ``Evidence.capped``."""
+MOST = 0.97
+"""Share of the segments of which ``size_of`` and ``misfit`` take the mean: those that change least."""
 GAIN_STEP = 1e-3
 """Relative step of the drive force in the finite difference of ``_over_drive``."""
 
@@ -248,13 +250,18 @@ def misfit(base: Fit) -> float:
     return _over_drive(base.residual, base)
 
 
-def _over_drive(change: Array, base: Fit) -> float:
-    """RMS of a change over that by the drive force, without the 3 % of segments that change most."""
+def is_negligible(fit: Fit) -> bool:
+    """Whether all that a model leaves, in every segment, is less than the least change by an effect (``LEAST_NET``)."""
+    return _over_drive(fit.residual, fit, 1.0) < LEAST_NET
+
+
+def _over_drive(change: Array, base: Fit, share: float = MOST) -> float:
+    """RMS of a change over that by the drive force, of the share of the segments that change least."""
     runner = base.runner
     reduced = mean_residuals(runner, runner.run(base.theta, base.offsets, 1 - GAIN_STEP))
     by_drive = base.starts.project((base.unprojected - reduced) / GAIN_STEP, slope=True)
     power, drive_power = (change**2).sum(axis=1), (by_drive**2).sum(axis=1)
-    kept = power <= np.quantile(power, 0.97)
+    kept = power <= np.quantile(power, share)
     return float(np.sqrt(power[kept].sum() / max(float(drive_power[kept].sum()), 1e-300)))
 
 

@@ -115,7 +115,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     paired = False
     later: list[LaterRound] = []
     for turn in range(0 if refit_only else MOST_EFFECTS):
-        if turn and at_noise(current):
+        if turn and nothing_left(current):
             break
         parts = every_part(search, current.trial.parts)
         ranked = run_round(search, current, parts, partial(report_progress, turn))
@@ -136,7 +136,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             break
         rivals = tied or rivals
         confirmed = current
-        if not turn and not credit.near_noise(current):
+        if not turn and not credit.near_noise(current) and not credit.is_negligible(current):
             pair = _pair(search, possible[:PAIRED])
             if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
                 current = confirmed = pair
@@ -254,6 +254,11 @@ def still_credited(
 def first_candidates(search: Search, base: Fit) -> int:
     """Number of candidates of the first round, also those that were not fitted on all segments."""
     return hypotheses(every_part(search, base.trial.parts))
+
+
+def nothing_left(fit: Fit) -> bool:
+    """Whether no further effect is sought: only noise is left, or less than the smallest effect would change."""
+    return at_noise(fit) or credit.is_negligible(fit)
 
 
 def at_noise(fit: Fit) -> bool:
