@@ -29,10 +29,23 @@ READ = {
     "comma and blank": "t, x, w\n" + table(", "),
     "blanks": "t x w\n" + table("   "),
     "blanks and a comment": "# t x w\n" + table(" "),
+    "a comment with commas over blanks": "# t, x, w\n" + table(" "),
+    "a comment with blanks over commas": "# rig 3\n# t x w\n" + table(),
+    "a comment with blanks over tabs": "% t x w\n" + table("\t"),
     "tabs": "a preamble\nt\tx\tw\n" + table("\t"),
     "quotes": '"t","x","w"\n' + "".join(",".join(f'"{v:g}"' for v in row) + "\n" for row in ROWS),
     "index without a name": ",t,x,w\n" + "".join(f"{k},{line}\n" for k, line in enumerate(table().splitlines())),
 }
+
+
+@pytest.mark.parametrize("separator", [",", " ", ";"])
+def test_a_comment_names_the_columns_with_units_in_brackets(tmp_path, spec, separator):
+    """As ``numpy.savetxt`` writes a header; it was not found, or each unit was taken for a name."""
+    path = tmp_path / "log.txt"
+    path.write_text("# Stand 3, axis X\n# t [s]  x [mm]  w [N]\n" + table(separator))
+    log = read_log(path, spec)
+    assert np.array_equal(log.inputs[:, 0], [row[2] for row in ROWS])
+    assert np.allclose(log.positions[:, 0], [1e-3 * row[1] for row in ROWS], rtol=1e-12)
 
 
 @pytest.mark.parametrize("ending", [".csv", ".txt"])

@@ -468,8 +468,19 @@ def _names_of(line: str, rows: _Rows) -> list[str]:
     """A line's fields if it can be the header of the rows: as many, one of them a text and none a number.
 
     The number of a row may have no name, as in tables of R; a comment may have one that no row has, as in LabVIEW's.
+    A comment may separate its names in another way than the rows are, with units in brackets or not.
     """
-    texts = _split(line.strip().lstrip("#%/"), rows.delimiter, rows.wrapped)
+    said = line.strip().lstrip("#%/")
+    ways = [_split(said, rows.delimiter, rows.wrapped)]
+    if COMMENT.match(line) and not rows.wrapped:
+        others = [_split(said.strip(), other) for other in SEPARATORS if other != rows.delimiter]
+        spaced = [_split(said, ""), re.split(r"\s+(?![\[(])", said.strip())]
+        ways = [*(ways if rows.delimiter else []), *others, *spaced]
+    return next((names for names in (_as_names(texts, rows) for texts in ways) if names), [])
+
+
+def _as_names(texts: list[str], rows: _Rows) -> list[str]:
+    """The texts if they can be names of the columns; else none."""
     if rows.numbered and len(texts) == rows.width - 1:
         texts = ["", *texts]
     if len(texts) == rows.width + 1 and texts[-1].strip().lower() == "comment":
