@@ -179,7 +179,7 @@ class _FreeRuns:
         for name in levels_at_zero(problem.system, (answer.refit, answer.augmented), problem.levels):
             yield Fact("declared value", f"The fit reduces the friction level {name} to zero, its lowest value")
         yield from _in_place(in_place, answer)
-        yield from wrong_values.flipped_constants(answer)
+        yield from wrong_values.turned_terms(answer, problem)
         yield from wrong_values.scaled_position(answer, case.log, case.spec, problem)
         if lacks and not answer.errors:
             yield from wrong_values.equal_parameters(self.search, self.base, outcome)

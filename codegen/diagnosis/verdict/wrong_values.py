@@ -24,14 +24,15 @@ from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segm
 from codegen.diagnosis.fit.residual import (
     ForceRows,
     Problem,
+    evaluate_forces,
     force_rows,
     inverse_dynamics_residual,
     level_parameters,
     residual_without_levels,
 )
 from codegen.diagnosis.fit.search import Search
-from codegen.diagnosis.fit.trial import in_unit, with_values
-from codegen.diagnosis.results import Fact
+from codegen.diagnosis.fit.trial import in_unit, with_effects, with_values
+from codegen.diagnosis.results import Fact, FoundEffect
 from codegen.diagnosis.selection.forward_selection import BETTER, Outcome
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.effects import CATALOGUE
@@ -43,7 +44,7 @@ from codegen.spec.model import Spec
 MOST = 0.8
 """Least share of the squared force residual that a value explains on held-out blocks of the training log."""
 MIRRORED = 0.1
-"""Relative difference up to which a constant force counts as −2 times a term of the spec, whose sign may be wrong."""
+"""Relative difference up to which a force counts as −2 times a term of the spec, whose sign may be wrong."""
 
 
 def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] | None:
@@ -167,45 +168,60 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
     return facts
 
 
-def flipped_constants(answer: Answer) -> list[Fact]:
-    """Constant terms of the force, such as a weight, whose sign a credited constant force reverses.
+def turned_terms(answer: Answer, problem: Problem) -> list[Fact]:
+    """Terms of the declared force whose sign credited effects reverse along the log.
 
-    A term T with the wrong sign and a missing force of −2 T are the same to every log. So the reader is asked to check
-    the sign.
+    A term T with the wrong sign and a missing force of −2 T are the same to every log, whatever effect has that force:
+    an offset for a weight, a spring for a spring, an asymmetry of the friction for a constant force. So the forces that
+    the effects add, each and together, are compared with −2 T, and the reader is asked to check the sign.
     """
-    refit, written = answer.refit, answer.augmented
-    if answer.verdict != "effect":
+    written, motion = answer.augmented, problem.motion
+    if answer.verdict != "effect" or written.transmissions:
         return []
-    facts = []
-    for k, x in enumerate(refit.positions):
-        added = _constant(written.modelled_force[k] - refit.modelled_force[k], written)
-        declared = _constant_terms(refit.modelled_force[k], written)
-        sizes = {term: float(term.subs(written.values)) for term in declared}
-        turned = [term for term, size in sizes.items() if size and abs(added / size + 2) <= 2 * MIRRORED]
-        unit = refit.force_unit(k)
-        facts += [
-            Fact(
-                "next",
-                f"Check the sign of {term} in the force on {x.name} first: it is {sizes[term]:.4g} {unit}, and the "
-                f"constant force of {added:.4g} {unit} that is added is {added / sizes[term]:.3g} times it",
-                "The term with the other sign is the same force, so no log can tell the two apart.",
-            )
-            for term in turned
-        ]
+    plain = with_values(answer.refit, {s.name: float(v) for s, v in written.values.items()})
+    before = inverse_dynamics_residual(plain, motion)
+    together = [answer.effects] if len(answer.effects) > 1 else []
+    groups: list[tuple[FoundEffect, ...]] = [*((one,) for one in answer.effects), *together]
+    gained = [inverse_dynamics_residual(with_effects(plain, group), motion) - before for group in groups]
+    facts, told = [], set()
+    for k, x in enumerate(plain.positions):
+        used = problem.used[:, k]
+        for term, force in _terms_along(plain, k, problem):
+            for group, added in zip(groups, gained, strict=True):
+                ratio = _mirrored(added[used, k], force[used])
+                if ratio is None or abs(term) in told:
+                    continue
+                told.add(abs(term))
+                size, unit = float(np.sqrt(np.mean(force[used] ** 2))), plain.force_unit(k)
+                which = " and ".join(f"{one.kind} on {one.on}" for one in group)
+                facts.append(
+                    Fact(
+                        "next",
+                        f"Check the sign of {term} in the force on {x.name} first: it is {size:.4g} {unit} (RMS), and "
+                        f"the force of {which} is {ratio:.3g} times it along this log",
+                        "The term with the other sign is the same force, so no log can tell the two apart.",
+                    )
+                )
     return facts
 
 
-def _constant_terms(force: sympy.Expr, system: System) -> list[sympy.Expr]:
-    """The terms of a sum, as it is written, that hold parameters alone."""
-    return [
-        term for term in sympy.Add.make_args(force) if term.free_symbols and term.free_symbols <= system.values.keys()
-    ]
+def _terms_along(system: System, k: int, problem: Problem) -> list[tuple[sympy.Expr, Array]]:
+    """The terms of the force on coordinate k, as its sum is written, and their low-passed values along a motion."""
+    terms = [term for term in sympy.Add.make_args(system.modelled_force[k]) if term.free_symbols]
+    rows = [sympy.Matrix([term if i == k else 0 for i in range(system.degrees_of_freedom)]) for term in terms]
+    values = evaluate_forces(system, rows, problem.motion) if rows else np.zeros((0, len(problem.motion.time), 1))
+    return [(term, problem.motion.low_pass(one)[:, k]) for term, one in zip(terms, values, strict=True)]
 
 
-def _constant(force: sympy.Expr, system: System) -> float:
-    """The sum of the terms that hold nothing but numbers and parameters."""
-    terms = sympy.Add.make_args(sympy.expand(force.subs(system.values)))
-    return float(sum(term for term in terms if not term.free_symbols))
+def _mirrored(added: Array, force: Array) -> float | None:
+    """The ratio of an added force to a declared one, where it is about −2 throughout; else None."""
+    power = float(force @ force)
+    if power == 0 or not np.all(np.isfinite(added)):
+        return None
+    ratio = float(added @ force) / power
+    left = added - ratio * force
+    same = float(left @ left) <= MIRRORED**2 * float(added @ added)
+    return ratio if same and abs(ratio + 2) <= 2 * MIRRORED else None
 
 
 def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> list[Fact]:
