@@ -50,6 +50,7 @@ HELD = START + "after invalid samples the held estimates continue"
 BARE = START + "an invalid sample is used like any other"
 OUT = "rounding{}, {}, {}outputs other than these estimates"
 ASSUMED = "error bounds, assuming that "
+STEP, LONG_RUN = "the step multiplies V = e'Pe", "is in the long run at most"
 SIZES = "that noise and drift stay within the bounds assumed (generate and certify take them from the envelope)"
 UNREAD = f"{SETS}: it belongs to a {PROOF} whose V is not that of the certificate, so its bounds are not used"
 WITHIN, SIZED = "noise, change of force or speed within a sample, ", "noise and drift beyond the bounds assumed below, "
@@ -297,7 +298,7 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     for ball, bounds in zip(claim["sets"], found, strict=True):
         known, any_ = iter(bounds), whatever * (ellipsoid.FRICTION in ball)
         for *c, _ in ball["rows"]:
-            lines.append(f"  {combined(c, errors, shown)} is in the long run at most {most(next(known))}{any_}")
+            lines.append(f"  {combined(c, errors, shown)} {LONG_RUN} {most(next(known))}{any_}")
         for after in ball.get("after", []):
             start = zip(errors, after["start"], strict=True)
             begun = ", ".join(f"|{e}| <= {least(number(s))}" for e, s in start)
@@ -439,10 +440,11 @@ def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str],
     known, alone = shown["numbers"], ", without that addition," * any(r != "0" for r in proof.get("rest", []))
     factor = enclosure.most(shown["fall"])
     first = ", to first order in the errors," * shown["first order"]
+    limits = f"{first}{alone}".replace(",,", ",")
     rate = f"(decay rate {enclosure.least(known['rate'])} 1/s)"
-    return [f"the step multiplies V = e'Pe{first}{alone} by at most {factor} {rate}"] + [
+    return [f"{STEP}{limits} by at most {factor} {rate}"] + [
         f"when {plain(sign)} changes, V grows by at most the factor {enclosure.most(growth)}; {dwell} samples later,"
-        f" if no sign has changed again, V is{first}{alone} not above its value before; besides, the step in which"
+        f" if no sign has changed again, V is{limits} not above its value before; besides, the step in which"
         f" {plain(proof['signs'][sign])} passes 0 may move the estimates, which is not bounded"
         for sign, (growth, dwell) in known["turns"].items()
     ]

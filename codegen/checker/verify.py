@@ -62,6 +62,7 @@ TEXTS = ("makefile", "license", "readme", "copying", "dockerfile")  # without a 
 HEADERS = r"\.(h|tcc|inl|modulemap)(\.|$)|^module\.map$"  # names, in small letters
 # Exit statuses: proved of the C where stated conditions hold; the inequalities hold, and were not bound to code.
 DOMAIN, NO_CODE = 4, 5
+FEW = 4  # bounds that are printed before the rest
 ALWAYS = (  # not checked, whatever is given
     "what __init__.py, the Python version, computes (`stiction generate --check` compares it with the tool's output)",
     "what options and macros of a command line (CMakeLists.txt, NAME.mk) make of the C, and any main program",
@@ -364,6 +365,14 @@ def status(report: Report) -> int:
     return 0 if report.whole else DOMAIN if report.proved else NO_CODE
 
 
+def in_short(report: Report) -> list[str]:
+    """The rate and the bounds among what is proved of the C; where the bounds are many, how many."""
+    rates = [line for line in report.proved if line.startswith(theorem.STEP)]
+    bounds = [line.strip() for line in report.proved if theorem.LONG_RUN in line]
+    many = [f"{len(bounds)} error bounds, listed below"] if len(bounds) > FEW else bounds
+    return [*rates, *many]
+
+
 def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Check a stability certificate.")
     parser.add_argument("certificate", type=Path)
@@ -380,8 +389,13 @@ def main(argv: list[str] | None = None) -> int:
         print(one_line(f"error: {where}: {what}"), file=sys.stderr)
         return 2
     left = [f"{name}, which is not here" for name in report.unbound] + [*report.open]
+    verdict = {0: "verified for the C", NO_CODE: "the algebra holds; it was not bound to code"}
+    verdict[DOMAIN] = "verified for the C, under the conditions {}"
+    said = f"{verdict[status(report)]} (exit status {status(report)})"
+    print(f"{report.name}: {said.format('below')}", *(f"  {line}" for line in in_short(report)), sep="\n")
+    print("in full, with what it rests on:")
     if report.claim:
-        print(f"{report.name}: the algebra holds:", *(f"  {fact}" for fact in report.facts), sep="\n")
+        print("the algebra holds:", *(f"  {fact}" for fact in report.facts), sep="\n")
     where = "" if report.whole else ", where the conditions below hold"
     loose = "it was not bound to code:", f"  {report.unproved}"
     bound = f"proved of {report.name}.c itself by the kernel{where}:", *(f"  {line}" for line in report.proved)
@@ -389,9 +403,7 @@ def main(argv: list[str] | None = None) -> int:
     if report.claim:
         print("claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
         print("assumptions of this claim, not checked:", *(f"  {x}" for x in report.assumptions), sep="\n")
-    verdict = {0: "verified for the C", NO_CODE: "the algebra holds; it was not bound to code"}
-    verdict[DOMAIN] = "verified for the C, under the conditions above"
-    print(f"{verdict[status(report)]} (exit status {status(report)})")
+    print(said.format("above"))
     return status(report)
 
 

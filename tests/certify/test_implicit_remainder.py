@@ -221,4 +221,4 @@ def test_a_largest_sample_time_of_equations_that_the_code_does_not_solve_is_said
 ) -> None:
     found = certify(spec)
     assert "implicit" in found.sample_times and found.solved == solved
-    assert ("the code solves by two Newton steps" in certified_text(found, None)) == (not solved)
+    assert ("the code solves by two Newton steps" in " ".join(certified_text(found, None).split())) == (not solved)

@@ -338,11 +338,16 @@ def test_what_is_bound_to_no_code_has_an_exit_status_of_its_own(case: str, tmp_p
     status, out = run(folder / "certificate.json")
     bound = case in ("", "no twin here")  # of which nothing is claimed
     assert status == (0 if bound else 5), out
-    assert out.startswith("one_mass: the algebra holds:\n")
+    assert "\nthe algebra holds:\n" in out
     assert ("proved of one_mass.c itself by the kernel:" in out) == bound
     assert ("it was not bound to code:" in out) == (not bound)
     verdict = "verified for the C" if bound else "the algebra holds; it was not bound to code"
-    assert out.splitlines()[-1] == f"{verdict} (exit status {0 if bound else 5})"
+    said = f"{verdict} (exit status {0 if bound else 5})"
+    first, *more, last = out.splitlines()
+    assert (first, last) == (f"one_mass: {said}", said)
+    short = more[: more.index("in full, with what it rests on:")]
+    assert len(short) == (3 if bound else 0)  # the rate and two bounds: of velocity and friction
+    assert all(more.count(line) + more.count(f"  {line}") == 2 for line in short)  # words that are proved below
 
 
 def test_of_the_twin_nothing_is_claimed() -> None:
