@@ -60,6 +60,7 @@ def square_root(square: Fraction) -> Fraction:
     return Fraction(math.isqrt(square.numerator * scale // square.denominator), math.isqrt(scale))
 
 
+@lru_cache(maxsize=4096)  # axes of gains and sample times are asked for again and again
 def power_of_ten(exponent: float) -> float:
     """10 to a power, correctly rounded."""
     with mpmath.workdps(DIGITS):

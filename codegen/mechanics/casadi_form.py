@@ -99,9 +99,10 @@ def function_of(
 def at_points(function: Any, points: Array) -> Array:
     """A function as of ``function_of`` at points (N, symbols): (N, rows, columns), NaN or infinite where not real."""
     rows, columns = function.size_out(0)
-    given = np.zeros((function.size1_in(0), len(points)))
-    given[: points.shape[1]] = points.T
-    return np.asarray(function.map(len(points))(given)).reshape(rows, len(points), columns).transpose(1, 0, 2)
+    given = np.zeros((len(points), function.size1_in(0)))
+    given[:, : points.shape[1]] = points
+    found = over_rows(function, given).reshape(len(points), columns, rows)
+    return np.ascontiguousarray(found.transpose(2, 0, 1)).transpose(1, 0, 2)  # in memory row by row of the matrix
 
 
 def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) -> tuple[Any, Callable[[], None]]:
@@ -114,11 +115,11 @@ def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) ->
 
 
 def over_rows(function: casadi.Function, rows: Array) -> Array:
-    """A dense function (k, 1) → (r, 1) evaluated at each row of (N, k): (N, r).
+    """A dense function (k, 1) → (r, 1) evaluated at each row of (N, k): (N, r); of a matrix, column by column.
 
     NumPy and CasADi share the memory. The last block of rows is filled up with copies of the last row.
     """
-    count, width = len(rows), function.size1_out(0)
+    count, width = len(rows), function.numel_out(0)
     if not count or not width:
         return np.zeros((count, width))
     size = min(_ROWS, count)

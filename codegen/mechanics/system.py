@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -137,7 +138,7 @@ class System:
     def v(self) -> Matrix:
         return Matrix(self.velocities)
 
-    @property
+    @cached_property
     def slip_velocity(self) -> Matrix:
         """U' v, one row a contact."""
         return Matrix(self.distribution.T * self.v)
@@ -171,7 +172,7 @@ class System:
         """g less the friction that declared effects give: everything but the friction an observer estimates."""
         return Matrix(self.force - self.distribution * self.known_friction(self.slip_velocity))
 
-    @property
+    @cached_property
     def equation_error(self) -> Matrix:
         """g − M a − U λ over x, v, w and the accelerations: zero on a motion that the model explains.
 

@@ -10,7 +10,7 @@ import casadi
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
+from codegen.mechanics.casadi_form import in_place, over_rows, symbol_values, to_casadi
 from codegen.mechanics.system import System
 from codegen.simulate.controller import Controller, Sample
 from codegen.simulate.drive import HeldInput
@@ -206,4 +206,4 @@ def _on_coordinates(system: System, positions: Array, forces: Array) -> Array:
     force = casadi.SX.sym("force", forces.shape[1])
     distribution = to_casadi(system.distribution, symbol_values(system.values, (system.positions, x)))
     total = casadi.densify(casadi.mtimes(distribution, force))
-    return np.asarray(casadi.Function("total", [x, force], [total])(positions.T, forces.T).full().T, dtype=float)
+    return over_rows(casadi.Function("total", [casadi.vertcat(x, force)], [total]), np.hstack([positions, forces]))
