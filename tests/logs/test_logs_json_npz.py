@@ -30,6 +30,10 @@ TABLES = {
     "an object of lists beside scalars": ({"mass": 2, **LISTS}, ""),
     "an object of lists under a key": ({"mass": 2, "data": LISTS}, ""),
     "a list of rows": ([list(r.values()) for r in RECORDS], "columns: {t: 1, x: 2, v: 3, w: 4}\n"),
+    "a list of rows with names beside them": (
+        {"index": [0, 1], "columns": list(RECORDS[0]), "data": [list(r.values()) for r in RECORDS]},
+        "",
+    ),
     "one of two tables": ({"a": RECORDS[:5], "b": RECORDS}, "records: b\n"),
     "records in records": (
         [{"t": r["t"], "axis": {"x": r["x"], "v": [0, r["v"]]}, "w": [[r["w"]]], "mode": "run"} for r in RECORDS],

@@ -94,6 +94,10 @@ def test_columns_by_number(tmp_path, spec):
         log = read_log(tmp_path / "a.csv", spec, description=about)
         assert np.allclose(log.positions[:, 0], [r[1] for r in ROWS])
         assert any("no header line" in n for n in log.notes)
+    (tmp_path / "board.txt").write_text("Starting...\nREADY\n" + table())
+    about.write_text("columns: {t: 1, x: 2, w: 3}\n")
+    log = read_log(tmp_path / "board.txt", spec, description=about)  # "Starting..." was taken for the header
+    assert np.allclose(log.positions[:, 0], [r[1] for r in ROWS])
     about.write_text("columns: [t, x]\n")
     with refused("LOG013 a.csv:2: 3 2 t, x"):
         read_log(tmp_path / "a.csv", spec, description=about)

@@ -1,6 +1,7 @@
 """JSON logs: a list of records, a record a line, or an object of lists, at the top or under a key beside scalars.
 
-A value inside a record or object is named by its path: ``motor.position``, ``q[0]``.
+A value inside a record or object is named by its path: ``motor.position``, ``q[0]``. Rows that are lists are named by a
+list of texts beside them, as pandas writes ``{"columns": ["t", "q"], "data": [[0, 1], …]}``; else by numbers from 1.
 """
 
 from __future__ import annotations
@@ -48,6 +49,7 @@ class JsonFile(LogFile):
         except (ValueError, RecursionError) as error:
             raise self.fault(f"no JSON that can be read ({shown(str(error), 60)})") from None
         self._under, self._content = self._table(content)
+        self._headings = _headings(content, self._content)
         self._paths = self._found()
         self.names = tuple(self._paths)
 
@@ -136,7 +138,7 @@ class JsonFile(LogFile):
                 what = "an object" if kind is dict else f"a list of {len(table[0])}"
                 raise BadInput(self.place, found, f"{what}, as the first one", code="LOG005")
         if kind is list:
-            return {str(k + 1): ((), (k,)) for k in range(len(table[0]))}
+            return {name: ((), (k,)) for k, name in enumerate(self._headings)}
         names: dict[str, tuple[tuple[str, ...], Inner]] = {}
         for record in table:
             names |= {name: ((), path) for name, path in _inside(record)}
@@ -144,6 +146,15 @@ class JsonFile(LogFile):
                 words = f"more than {MOST_COLUMNS} names in its records"
                 raise BadInput(self.place, words, self.expected, code="LOG010")
         return names
+
+
+def _headings(content: Any, table: Any) -> list[str]:
+    """Names for rows that are lists: the one list of as many different texts beside them, else numbers from 1."""
+    count = len(table[0]) if isinstance(table, list) else 0
+    beside = content.values() if isinstance(content, dict) else []
+    texts = [v for v in beside if isinstance(v, list) and len(v) == count and all(isinstance(n, str) for n in v)]
+    one = len(texts) == 1 and len(set(texts[0])) == count
+    return texts[0] if one else [str(k + 1) for k in range(count)]
 
 
 def _inside(value: Any, name: str = "", path: Inner = ()) -> Iterator[tuple[str, Inner]]:

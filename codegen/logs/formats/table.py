@@ -252,7 +252,7 @@ def _table(
     above = None if header == 0 else _above(file, lines, rows, asked)
     if above is not None:
         return above
-    if plain is not None and rows.index > plain.line - 1:
+    if plain is not None and rows.index > plain.line - 1 and len(plain.names) > 1:
         return plain  # a header of another length: the row says so
     return _without_header(file, rows, named)
 
