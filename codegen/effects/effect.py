@@ -248,8 +248,8 @@ class Effect(ABC):
         return ""
 
     def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
-        """Kind and parameters of the simpler effect that is the limit of this one as its own force tends to zero; else
-        None.
+        """Kind and parameters of a simpler effect whose force this one's may hardly differ from, at other values of the
+        parameters that it has more; else None.
         """
         return None
 

@@ -100,6 +100,13 @@ class Cogging(Periodic):
     def act(self, system: System, place: int, wave: sympy.Expr) -> System:
         return system.with_force(place, wave)
 
+    def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
+        """The pull of an unbalanced mass: a wave of one turn is no other force, and its period is no free parameter."""
+        gravity = GravityImbalance()
+        if not gravity.applies(system, place):
+            return None
+        return gravity.kind, gravity.normal_form({"G": -values["amplitude"], "phase": values["phase"]})
+
 
 class GravityImbalance(Periodic):
     """e = −G sin(x + phase)."""

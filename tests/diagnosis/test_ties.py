@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.evidence.force_evidence import ForceGain
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.trial import part_of
@@ -21,7 +22,7 @@ from codegen.diagnosis.verdict import examination
 from codegen.diagnosis.verdict.examination import examine
 from codegen.effects import CATALOGUE
 from codegen.spec import parse_spec
-from tests.diagnosis.stage import STAGE, TRAIN, log_of, stage, system_of
+from tests.diagnosis.stage import STAGE, TRAIN, among, log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
 
 
@@ -219,6 +220,49 @@ def test_a_load_that_no_spring_moves_is_an_inertia_error(k: float, c: float, oth
     assert part.effect.limit(search.system, 0, values) == ("inertia_error", {"delta": pytest.approx(-0.2 * mass)})
     spring = part_of(CATALOGUE["spring"], 0, search.system)
     assert spring.effect.limit(search.system, 0, {"k": k}) is None
+
+
+TURNS = """\
+name: table
+coordinates: {{q: {{velocity: v, unit: rad}}}}
+inputs: {{w: {{unit: N*m}}}}
+parameters: {{J: {{value: 0.05, unit: kg*m^2}}}}
+mass_matrix: [[J]]
+force: [w]
+friction:
+  distribution: [[1]]
+  contacts: [{{name: pivot, law: coulomb, a: 0.1, unit: N*m}}]
+effects: {effects}
+simulation:
+  duration: 14
+  sample_time: 0.002
+  reference: {{q: "4*sin(2*pi*0.2*t) + 0.5*sin(2*pi*0.9*t)"}}
+  position_gain: {{w: 20}}
+  velocity_gain: {{w: 1.5}}
+  encoder_step: {{q: 1e-4}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("effects", "found"),
+    [
+        ("{kind: gravity_imbalance, on: q, parameters: {G: 0.4, phase: 0.7}}", ["gravity_imbalance"]),
+        ("{kind: cogging, on: q, parameters: {amplitude: 0.4, period: 3.5, phase: 0.7}}", ["cogging"]),
+    ],
+)
+def test_a_wave_of_one_turn_is_an_unbalance(effects: str, found: list[str], tmp_path: Path) -> None:
+    """Over more than a turn the period was found as 6.284 rad, and the verdict was `ambiguous`: they are one force."""
+    plant, spec = (parse_spec(TURNS.format(effects=f"[{some}]"), Path("table.yaml")) for some in (effects, ""))
+    train, test = (log_of(plant, tmp_path, name) for name in ("train.csv", "test.csv"))
+    with among("cogging", "gravity_imbalance"):
+        diagnosis, _ = diagnose_log(spec, system_of(spec), train, test)
+    assert [e.kind for e in diagnosis.effects] == found and diagnosis.rivals == ()
+    effect, x = CATALOGUE["cogging"], np.linspace(-4.0, 4.0, 9)
+    simpler = effect.limit(system_of(spec), 0, {"amplitude": 0.4, "period": 2 * np.pi, "phase": 0.7})
+    assert simpler is not None and simpler[0] == "gravity_imbalance"
+    G, phase = simpler[1]["G"], simpler[1]["phase"]
+    assert np.allclose(0.4 * np.sin(x + 0.7), -G * np.sin(x + phase))
+    assert effect.limit(system_of(stage()), 0, {"amplitude": 1.0, "period": 2 * np.pi, "phase": 0.0}) is None
 
 
 @pytest.mark.parametrize(("springs", "preferred"), [((1, 1), False), ((1, 0), True), ((0, 0), True)])
