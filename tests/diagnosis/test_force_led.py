@@ -134,28 +134,6 @@ def test_an_effect_that_free_runs_do_not_need_is_dropped(tmp_path: Path) -> None
     assert run.theta == pytest.approx(kept.theta)
 
 
-def test_free_runs_confirm_what_they_gain_with_values_of_their_own(tmp_path: Path) -> None:
-    """With twice the level, free runs stop early with the spring as without it; fitted to them it is there.
-
-    A force that is not there stays unconfirmed.
-    """
-    log = log_of(stage(SPRING, 5.5), tmp_path, "train.csv")
-    search, problem = searched(log)
-    fits = ForceFits(search, problem, search.refit())
-    kept = {}
-    for kind, value in (("spring", 30.0), ("hardening_spring", 20.0)):
-        parts = [part_of(CATALOGUE[k], 0, search.system) for k in dict.fromkeys(("spring", kind))]
-        trial = replace(search.declared_trial, parts=tuple(parts))
-        found = fits.fit(trial, trial.theta(fits.adopted, [{"k": 30.0}, {"k3": value}][: len(parts)]))
-        off = replace(found, theta=np.append(2.0 * found.theta[:1], found.theta[1:]))
-        run = fits.run(off)
-        other = fits.run(fits.without(off, len(parts) - 1))
-        shown = evidence(segment_losses(other.residual), segment_losses(run.residual), run.residual.shape[1])
-        assert random_signs(shown.t) > 0.05
-        kept[kind] = [p.kind for p in confirmed(fits, off, run)[0].trial.parts]
-    assert kept == {"spring": ["spring"], "hardening_spring": ["spring"]}
-
-
 def test_the_first_effect_is_chosen_again_beside_the_second(tmp_path: Path) -> None:
     """A cubic spring in place of the linear one: with the viscous friction known, it no longer ties with it."""
     log = jittered(log_of(stage(TWO, 5.5), tmp_path, "train.csv"), tmp_path)

@@ -471,34 +471,17 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
 
 
 def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
-    """The fit and its free runs, without the effects whose removal does not make free runs significantly worse.
-
-    Either with the values of the force residual, or where both are fitted to free runs from these, on held-out
-    segments: a level or a mass that the force residual gives may put free runs far off with the effect as without.
-    """
+    """The fit and its free runs, without the effects whose removal does not make free runs significantly worse."""
     while parts := fit.trial.parts:
         others = [fits.without(fit, k) for k in range(len(parts))]
         runs = [fits.run(other) for other in others]
-        doubt = [_doubt(fits, one, run) for one in runs]
+        shown = [_evidence_of_blocks(one, run) for one in runs]
+        doubt = [random_signs(one.t) for one in shown]
         k = int(np.argmax(doubt))
         if doubt[k] <= credit.TIE_LEVEL:
             break
         fit, run = others[k], runs[k]
     return fit, run
-
-
-def _doubt(fits: ForceFits, without: Fit, run: Fit) -> float:
-    """Probability of what free runs gain if its signs are random: as they are, or on held-out segments, fitted again.
-
-    The latter, a second test, counts only at ``credit.ALPHA`` and from ``credit.LEAST_SHARE`` of the square on.
-    """
-    doubt = random_signs(_evidence_of_blocks(without, run).t)
-    if doubt <= credit.TIE_LEVEL:
-        return doubt
-    before, after = (fits.search.fitted_again(one) for one in (without, run))
-    shown = evidence_of(before, after)
-    p = random_signs(shown.t)
-    return p if p <= credit.ALPHA and shown.share >= credit.LEAST_SHARE else doubt
 
 
 def _evidence_of_blocks(before: Fit, after: Fit) -> Evidence:
