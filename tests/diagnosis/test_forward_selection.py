@@ -156,7 +156,8 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
     monkeypatch.setattr(forward_selection, "_refused_by_force", lambda *_: False)
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [gain.part] if k else [])
-    monkeypatch.setattr(forward_selection, "runs_prefer", lambda *_: False)
+    monkeypatch.setattr(forward_selection, "runs_do_not_tell", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "least_gain", lambda _: 1.0)
     monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
     monkeypatch.setattr(forward_selection, "_ranked", lambda found, without: found)
     monkeypatch.setattr(forward_selection, "_put_first", put_first)
@@ -167,6 +168,38 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     assert moves == [1]
     monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: True)
     assert forward_selection._reconsidered(search, current, [], []) == (current, [])
+
+
+@pytest.mark.parametrize(("noise", "gain", "rivals"), [(200.0, 0.95, 1), (200.0, 0.85, 0), (1.5, 0.95, 0)])
+def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
+    noise: float, gain: float, rivals: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A motor far from the noise of its encoder: viscous friction and quadratic drag differed by 1.2 % of the square,
+    and the drag was named. In a round the two tie.
+    """
+    drag = fit(part_named("quadratic_drag"))
+    for name, value in {
+        "fit_candidates": [drag], "is_possible": True, "matters": True, "in_simplest_forms": [drag],
+        "_refused_by_force": False, "_force_speaks_for": True, "is_no_better_form": False,
+    }.items():  # fmt: skip
+        monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
+    monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [] if k else [drag.part])
+    monkeypatch.setattr(ranking, "noise_ratio", lambda _: noise)
+    monkeypatch.setattr(ranking, "runs_prefer", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "force_prefers", lambda here, other, most: gain < most)
+    shares = {"viscous": 0.6, "quadratic_drag": 0.59}
+    monkeypatch.setattr(
+        forward_selection,
+        "_ranked",
+        lambda found, _: SimpleNamespace(
+            found=found, evidence=SimpleNamespace(share=shares[found.runner.trial.parts[0].kind])
+        ),
+    )
+    search: Any = SimpleNamespace(without=lambda current, k: current)
+    current = fit(part_named("viscous"), part_named("cogging"))
+    current.cost = drag.cost = 100.0
+    _, tied = forward_selection._swapped(search, current, [], None)
+    assert [r.found for r in tied.get(0, [])] == [drag] * rivals
 
 
 @pytest.mark.parametrize(("cost", "rival"), [(96.0, False), (89.0, True)])
@@ -182,7 +215,8 @@ def test_a_replacement_of_a_special_form_must_be_clearly_better_to_be_a_rival(
     monkeypatch.setattr(forward_selection, "_refused_by_force", lambda *_: False)
     monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda *_: True)
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [] if k else [lags.part])
-    monkeypatch.setattr(forward_selection, "runs_prefer", lambda *_: False)
+    monkeypatch.setattr(forward_selection, "runs_do_not_tell", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "least_gain", lambda _: 1.0)
     monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
     monkeypatch.setattr(forward_selection, "_ranked", lambda found, without: found)
     search: Any = SimpleNamespace(without=lambda current, k: current)
@@ -220,6 +254,8 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(ranking, "takes_the_level", lambda problem, system, model: "")
     shared = {"problem": None, "system": None}
     search: Any = SimpleNamespace(without=lambda current, k: current, fitted_again=lambda fit: fit, **shared)
+    monkeypatch.setattr(forward_selection, "_ranked", lambda found, without: found)
+    monkeypatch.setattr(forward_selection, "least_gain", lambda _: 1.0)
     current = fit(part_named("spring"), part_named("viscous_asymmetry"))
     current.cost = 100.0
     assert forward_selection._swapped(search, current, [], []) == (None, {})
@@ -227,7 +263,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: False)
     assert forward_selection._swapped(search, current, [], [])[0] is wave
     monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: True)
-    monkeypatch.setattr(forward_selection, "runs_prefer", lambda *_: True)
+    monkeypatch.setattr(forward_selection, "runs_do_not_tell", lambda *_: False)
     assert forward_selection._swapped(search, current, [], []) == (None, {})
     monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: False)
     monkeypatch.setattr(forward_selection, "matters", lambda *_: False)  # a lag of 1e-15 s ties with anything

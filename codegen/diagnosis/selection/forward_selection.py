@@ -28,13 +28,14 @@ from codegen.diagnosis.selection.ranking import (
     hypotheses,
     is_no_better_form,
     is_possible,
+    least_gain,
     leaves_as_little,
     matters,
     nearest_twin_first,
     ordered_by_force,
     refused_when_fitted_again,
     run_round,
-    runs_prefer,
+    runs_do_not_tell,
     same_signature,
     ties,
     usual_form_first,
@@ -312,9 +313,11 @@ def _swapped(
             return search.fitted_again(best), {}
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
         own = (f for f in own if not is_no_better_form(f, current, parts[k]))
-        same = [f for f in own if not runs_prefer(search, current, f)]
+        as_it_is = _ranked(current, without)
+        same = [f for f in own if runs_do_not_tell(search, as_it_is, _ranked(f, without))]
         if k or rivals is None:
-            alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f)))
+            most = least_gain(current)
+            alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))
             tied[k] = [_ranked(f, without) for f in alike]
         else:
             tied[k] = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]

@@ -153,11 +153,17 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
             continue
         if is_no_better_form(other.found, best.found, best.found.part):
             continue
-        alike = _is_far(best) and _nearly_alike(best, other)
-        if alike or not runs_prefer(search, best.found, other.found):
+        if runs_do_not_tell(search, best, other):
             tied.append(other)
             same |= _same_motion(other.found)
     return tied
+
+
+def runs_do_not_tell(search: Search, best: Ranked, other: Ranked) -> bool:
+    """Whether free runs do not tell a candidate from another one: no significant gain or, far from the noise, where
+    every difference is significant, nearly the same share of the squared residual.
+    """
+    return (is_far(best.found) and _nearly_alike(best, other)) or not runs_prefer(search, best.found, other.found)
 
 
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
@@ -240,7 +246,7 @@ def _preferred(one: Ranked, other: Ranked) -> bool:
     against = _nats_against(one, other)
     if against > CONTRARY:  # each criterion is evidence against what the other one prefers: the pair ties
         return False
-    return force_prefers(one.force_criterion, other.force_criterion, 1 / CLOSE if _is_far(one) else 1.0, against)
+    return force_prefers(one.force_criterion, other.force_criterion, least_gain(one.found), against)
 
 
 def _nats_against(one: Ranked, other: Ranked) -> float:
@@ -276,9 +282,14 @@ def _nearly_alike(best: Ranked, other: Ranked) -> bool:
     return 1 - less <= CLOSE * (1 - most) and most <= CLOSE * less
 
 
-def _is_far(one: Ranked) -> bool:
-    """Whether a candidate leaves far more than the noise, so that it is not all that is missing."""
-    return noise_ratio(one.found) > credit.NEAR_NOISE
+def is_far(found: Fit) -> bool:
+    """Whether a model leaves far more than the noise, so that it is not all that is missing."""
+    return noise_ratio(found) > credit.NEAR_NOISE
+
+
+def least_gain(found: Fit) -> float:
+    """Share of a rival's squared force residual that a fit must not exceed to be preferred: far from the noise less."""
+    return 1 / CLOSE if is_far(found) else 1.0
 
 
 def twins(part: Part, found: Fit) -> list[tuple[str, str]]:
