@@ -41,9 +41,20 @@ class Verified(Shown):
 
 
 def certificate_in(path: str | Path) -> Path:
-    """The certificate that a path names: a file, or certificate.json in a folder of generated code."""
+    """The certificate that a path names: a file, or certificate.json in a folder of generated code.
+
+    Raises:
+        BadInput: for a folder of a machine whose certificate was refused; it names the claims that lie there.
+    """
     path = Path(path)
-    return path / "certificate.json" if is_there(path) and path.is_dir() else path
+    if not (is_there(path) and path.is_dir()):
+        return path
+    certificate = path / "certificate.json"
+    claims = sorted(p.name for p in path.glob("*.json") if p.name != "manifest.json")
+    if "refusal.json" in claims and not is_there(certificate):
+        found = "no certificate.json: this machine's certificate was refused (refusal.json says why)"
+        raise BadInput(str(path), found, f"one of the claims that lie there: {', '.join(claims)}", code="FILE001")
+    return certificate
 
 
 @verb_that_raises(checker.Refused)

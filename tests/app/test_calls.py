@@ -201,6 +201,16 @@ def test_the_folder_of_a_certificate_is_its_certificate(folder):
     assert stiction("verify", "elsewhere").code == 2
 
 
+def test_the_folder_of_a_refused_machine_names_the_claims_that_lie_there(folder):
+    refused = SPECS.parent / "generated" / "rig_dfoa"
+    told = stiction("verify", refused)
+    assert told.code == 2 and told.out == "" and is_one_message(told)
+    for name in ("refusal.json", "proof.json", "sliding.json"):
+        assert name in told.err
+        assert stiction("verify", refused / name).code in (4, 5)
+    assert "manifest.json" not in told.err
+
+
 def test_words_that_look_like_markup_or_pictures(folder):
     text = ONE.read_text().replace("Mentzelopoulou 1994, sections 2.3 and 3.3", "'[bold]a:smile:b[/bold]'")
     (folder / ":x:.yaml").write_text(text)
