@@ -787,12 +787,15 @@ def beside_alone(name: str) -> dict[str, bytes]:
 def test_it_runs_alone_and_prints_no_traceback(tmp_path: Path) -> None:
     for end in "ch":
         (tmp_path / f"one_mass.{end}").write_text(texts("one_mass")[f"one_mass.{end}"])
+    fall = "  the step multiplies V = e'Pe by at most 0.97768 (decay rate 11.16 1/s)\n"
+    under = "one_mass: verified for the C, under the conditions below (exit status 4)\n"
+    proved = "\nproved of one_mass.c itself by the kernel"
     for text, status, words in (
-        (proof("one_mass"), 0, "proved of one_mass.c itself by the kernel:\n"),
+        (proof("one_mass"), 0, f"one_mass: verified for the C (exit status 0)\n{fall}"),
         (
             proof("one_mass").replace('"domain": []', f'"domain": ["inputs.w"], "witness": {json.dumps(POINT)}'),
             4,
-            "proved of one_mass.c itself by the kernel, where the conditions below hold:\n",
+            f"{under}{fall}",
         ),
         ("{", 2, "error"),
         ("[]", 3, "refused"),
@@ -804,6 +807,8 @@ def test_it_runs_alone_and_prints_no_traceback(tmp_path: Path) -> None:
         done = subprocess.run(command, capture_output=True, text=True)
         assert done.returncode == status, done
         assert (done.stdout + done.stderr).startswith(words)
+        conditions = {0: f"{proved}:\n", 4: f"{proved}, where the conditions below hold:\n"}
+        assert conditions.get(status, "") in done.stdout
 
 
 def test_a_sceptic_reads_it_in_one_sitting() -> None:
