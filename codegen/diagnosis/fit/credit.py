@@ -251,7 +251,7 @@ def misfit(base: Fit) -> float:
 
 
 def is_negligible(fit: Fit) -> bool:
-    """Whether all that a model leaves, in every segment, is less than the least change by an effect (``LEAST_NET``)."""
+    """Whether the RMS residual of all segments is below ``LEAST_NET`` of the RMS change by the drive force."""
     return _over_drive(fit.residual, fit, 1.0) < LEAST_NET
 
 

@@ -28,9 +28,9 @@ from codegen.diagnosis.selection.ranking import (
     hypotheses,
     is_no_better_form,
     is_possible,
-    least_gain,
     leaves_as_little,
     matters,
+    most_left,
     nearest_twin_first,
     ordered_by_force,
     refused_when_fitted_again,
@@ -316,7 +316,7 @@ def _swapped(
         as_it_is = _ranked(current, without)
         same = [f for f in own if runs_do_not_tell(search, as_it_is, _ranked(f, without))]
         if k or rivals is None:
-            most = least_gain(current)
+            most = most_left(current)
             alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))
             tied[k] = [_ranked(f, without) for f in alike]
         else:

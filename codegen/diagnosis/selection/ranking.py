@@ -246,7 +246,7 @@ def _preferred(one: Ranked, other: Ranked) -> bool:
     against = _nats_against(one, other)
     if against > CONTRARY:  # each criterion is evidence against what the other one prefers: the pair ties
         return False
-    return force_prefers(one.force_criterion, other.force_criterion, least_gain(one.found), against)
+    return force_prefers(one.force_criterion, other.force_criterion, most_left(one.found), against)
 
 
 def _nats_against(one: Ranked, other: Ranked) -> float:
@@ -287,8 +287,8 @@ def is_far(found: Fit) -> bool:
     return noise_ratio(found) > credit.NEAR_NOISE
 
 
-def least_gain(found: Fit) -> float:
-    """Share of a rival's squared force residual that a fit must not exceed to be preferred: far from the noise less."""
+def most_left(found: Fit) -> float:
+    """Largest share of a rival's squared force residual that a preferred fit leaves: 1, far from the noise 1/CLOSE."""
     return 1 / CLOSE if is_far(found) else 1.0
 
 

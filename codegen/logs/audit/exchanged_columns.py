@@ -24,9 +24,12 @@ from codegen.spec.units import si_factor
 
 FITS, BETTER = 0.25, 0.5
 """Largest misfit that is accepted of another binding, and its largest ratio to that as read."""
-NEARLY, FAR_BETTER = 0.05, 0.1
-"""Misfit as read, up to ``FITS``, from which on whole axes are tried too, since axes in which friction is large are
-balanced in part by each other's motion; and the ratio that is then asked for, as it is of integrated columns."""
+NEARLY = 0.05
+"""Least misfit as read at which exchanged axes are tried. Below ``FITS`` nothing else is tried: the motion of one axis
+may balance much of the forces of another one where friction is large in both."""
+FAR_BETTER = 0.1
+"""Largest ratio of the misfit of another binding to that as read, where that is below ``FITS``, or where columns are
+integrated."""
 IN_ANY_ORDER, MOST_TRIED = 3, 70
 """Variables that are tried in any order, more of them by pairs and axes; and most orders that are tried."""
 UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 3

@@ -40,11 +40,11 @@ MOST_ALIKE = 4
 Turned = tuple[str, ...]
 """Positions, velocities and inputs whose sign is turned."""
 STANDING: Turned = ("gravity and springs",)
-"""A sign of the spec, and none of the log."""
+"""Forces of the spec that depend on positions alone. Their wrong sign is a mistake in the spec, not in the log."""
 
 
 def turned_signs(log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces) -> Iterator[Finding]:
-    """The signs with which the log fits, where it does not as it is read."""
+    """A finding on the variables whose signs must be turned for the forces to balance; none where they do as read."""
     slopes = apart_from_slopes(log, motion)
     now = max(forces.moving_misfit, slopes)
     if now <= NEARLY or log.intake.doubted:
