@@ -144,7 +144,7 @@ def certify(
     found = certify(spec, out)
     target = None if found.certificate is None else out
     on = errors if found.certificate is None else output
-    _print(as_json, lambda: certified_json(found), lambda: certified_text(found, target), on)
+    _print(as_json, lambda: certified_json(found), lambda: on.fitted(certified_text(found, target)), on)
     raise typer.Exit(REFUSED if found.certificate is None else 0)
 
 
@@ -468,7 +468,10 @@ def main() -> None:
     traced = bool(os.environ.get(TRACEBACK))
     try:
         with noted():
-            _command()(prog_name="stiction")
+            try:
+                _command()(prog_name="stiction")
+            finally:
+                sys.stdout.flush()  # here, and not when Python ends, which prints of a reader that has gone
     except BadInput as error:
         for each in error.all[:MOST_FAULTS]:
             code = f" [{each.code}]" if each.code else ""
@@ -480,6 +483,7 @@ def main() -> None:
             print_json({"format": "stiction-errors/1", "errors": [each.parts for each in error.all]})
         sys.exit(2)
     except BrokenPipeError:
+        _drop_output()
         sys.exit(1)
     except SystemExit as end:
         if end.code == INTERRUPTED:  # Typer ends so by itself
@@ -492,14 +496,19 @@ def main() -> None:
             _end_interrupted()
         if isinstance(error, OSError) and error.filename is None:  # of a print: a verb's own border lets none through
             errors.print(f"error: standard output: cannot be written ({error.strerror}); expected room for a result")
-            with contextlib.suppress(OSError):  # what is left is not tried again when Python ends
-                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _drop_output()
             sys.exit(2)
         if traced:
             traceback.print_exc()
         fault = error if isinstance(error, InternalError) else InternalError("stiction", sys.argv[1:], error)
         errors.print(f"internal error: {fault}\n{fault.advice}")
         sys.exit(INTERNAL)
+
+
+def _drop_output() -> None:
+    """What could not be written is not tried again when Python ends."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @cache

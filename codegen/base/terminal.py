@@ -7,6 +7,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from textwrap import fill
 from typing import Any
 
 from rich.console import Console
@@ -22,6 +23,18 @@ class PlainConsole(Console):
 
     def print(self, *objects: Any, **options: Any) -> None:
         super().print(*(terminal_text(o) if isinstance(o, str) else o for o in objects), **options)
+
+    def fitted(self, text: str) -> str:
+        """The text with its lines broken at the width of the screen, the rest of each indented by two more.
+
+        In a pipe or a file every line stays as it is.
+        """
+        return "\n".join(map(self._broken, text.split("\n"))) if self.is_terminal else text
+
+    def _broken(self, line: str) -> str:
+        indented = " " * (len(line) - len(line.lstrip()) + 2)
+        whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+        return line if len(line) <= self.width else fill(line, self.width, subsequent_indent=indented, **whole)
 
 
 output = PlainConsole()

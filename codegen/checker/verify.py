@@ -4,7 +4,7 @@ Nothing that the certificate's author computed is believed: every inequality is 
 arithmetic, and what is not rational (sin, exp, sqrt) is enclosed. That the matrix is that of the C beside it, the
 kernel (kernel.py) proves by the proof.json there. Exit status: 0 verified, and proved to be of the C; 4 the same where
 the conditions hold that are printed; 5 the inequalities hold, and were not bound to code; 3 refused; 2 a file that
-cannot be read, is too large or no JSON. A proof.json may be given in place of the certificate.
+cannot be read, is too large or no JSON. In place of the certificate its folder may be given, or a proof.json.
 """
 
 import argparse
@@ -14,8 +14,10 @@ import math
 import os
 import re
 import runpy
+import shutil
 import signal
 import sys
+import textwrap
 from collections import namedtuple
 from fractions import Fraction
 from itertools import pairwise, product
@@ -63,6 +65,7 @@ HEADERS = r"\.(h|tcc|inl|modulemap)(\.|$)|^module\.map$"  # names, in small lett
 # Exit statuses: proved of the C where stated conditions hold; the inequalities hold, and were not bound to code.
 DOMAIN, NO_CODE = 4, 5
 FEW = 4  # bounds that are printed before the rest
+WHOLE_WORDS: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
 ALWAYS = (  # not checked, whatever is given
     "what __init__.py, the Python version, computes (`stiction generate --check` compares it with the tool's output)",
     "what options and macros of a command line (CMakeLists.txt, NAME.mk) make of the C, and any main program",
@@ -373,37 +376,47 @@ def in_short(report: Report) -> list[str]:
     return [*rates, *many]
 
 
+def say(*lines: str) -> None:
+    """Print them; on a screen what is beyond its width goes on below, indented."""
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
+    for line in lines:
+        indented = " " * (len(line) - len(line.lstrip()) + 2)
+        print(line if len(line) <= width else textwrap.fill(line, width, subsequent_indent=indented, **WHOLE_WORDS))
+
+
 def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Check a stability certificate.")
-    parser.add_argument("certificate", type=Path)
+    parser.add_argument("certificate", type=Path, help="the file, or a folder with a certificate.json")
     parser.add_argument("--spec", type=Path, help="the specification, to be compared with the hash in the certificate")
     given = parser.parse_args(argv)
     getattr(sys.stdout, "reconfigure", dict)(errors="backslashreplace")  # a screen may lack alpha
+    path = given.certificate
     try:
-        report = check(files.read(given.certificate, MAX_TEXT).decode(), given.certificate.parent, given.spec)
+        path = path / "certificate.json" if path.is_dir() else path
+        report = check(files.read(path, MAX_TEXT).decode(), path.parent, given.spec)
     except Refused as e:
-        print(one_line(f"refused: {given.certificate}: {e}"))
+        say(one_line(f"refused: {path}: {e}"))
         return 3
     except (OSError, ValueError) as e:
-        where, what = getattr(e, "filename", given.certificate), getattr(e, "strerror", f"not a certificate: {e}")
+        where, what = getattr(e, "filename", path), getattr(e, "strerror", f"not a certificate: {e}")
         print(one_line(f"error: {where}: {what}"), file=sys.stderr)
         return 2
     left = [f"{name}, which is not here" for name in report.unbound] + [*report.open]
     verdict = {0: "verified for the C", NO_CODE: "the algebra holds; it was not bound to code"}
     verdict[DOMAIN] = "verified for the C, under the conditions {}"
     said = f"{verdict[status(report)]} (exit status {status(report)})"
-    print(f"{report.name}: {said.format('below')}", *(f"  {line}" for line in in_short(report)), sep="\n")
-    print("in full, with what it rests on:")
+    say(f"{report.name}: {said.format('below')}", *(f"  {line}" for line in in_short(report)))
+    say("in full, with what it rests on:")
     if report.claim:
-        print("the algebra holds:", *(f"  {fact}" for fact in report.facts), sep="\n")
+        say("the algebra holds:", *(f"  {fact}" for fact in report.facts))
     where = "" if report.whole else ", where the conditions below hold"
     loose = "it was not bound to code:", f"  {report.unproved}"
     bound = f"proved of {report.name}.c itself by the kernel{where}:", *(f"  {line}" for line in report.proved)
-    print(*(bound if report.proved else loose), "not checked:", *(f"  {gap}" for gap in left), sep="\n")
+    say(*(bound if report.proved else loose), "not checked:", *(f"  {gap}" for gap in left))
     if report.claim:
-        print("claim as written by the tool, not checked:", f"  {report.claim}", sep="\n")
-        print("assumptions of this claim, not checked:", *(f"  {x}" for x in report.assumptions), sep="\n")
-    print(said.format("above"))
+        say("claim as written by the tool, not checked:", f"  {report.claim}")
+        say("assumptions of this claim, not checked:", *(f"  {x}" for x in report.assumptions))
+    say(said.format("above"))
     return status(report)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from codegen.app.certify import Certified, certified_text, certify
+from codegen.base.terminal import PlainConsole, output
 
 from .command import SPECS, stiction
 
@@ -77,3 +78,17 @@ def test_exact_measurements_are_said_to_be_the_rate_s_assumption_where_the_bound
     text = " ".join(" ".join(lines).split())
     assert ("include the position noise of the envelope" in text) is noisy
     assert "measurements are exact." in text
+
+
+def test_a_long_line_is_broken_at_the_width_of_a_screen_and_in_a_file_it_is_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of a refused machine lines had 500 characters, which a screen breaks within words and not indented."""
+    text = "refused: short\n  sliding.json: " + "in a_rail [40, 60], " * 30 + "\n"
+    assert output.fitted(text) == text
+    monkeypatch.setattr(PlainConsole, "is_terminal", True)
+    monkeypatch.setattr(PlainConsole, "width", 70)
+    first, *broken, last = output.fitted(text).split("\n")
+    assert first == "refused: short" and last == "" and max(map(len, broken)) <= 70 and len(broken) > 8
+    assert broken[0].startswith("  sliding.json: in") and all(re.match(r"    \S", line) for line in broken[1:])
+    assert " ".join(broken).split() == text.split()[2:]

@@ -8,17 +8,23 @@ from __future__ import annotations
 
 import ast
 import copy
+import fcntl
 import hashlib
 import itertools
 import json
 import math
+import os
+import pty
 import random
 import re
 import shutil
 import signal
+import struct
 import subprocess
 import sys
+import termios
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -1065,7 +1071,13 @@ def test_command_line_cannot_read(folder: Path) -> None:
         (folder / "bad.json").write_bytes(content)
         status, out, err = run(folder / "bad.json")
         assert (status, out) == (2, "") and err.startswith("error: ") and "[Errno" not in err, content
-    for arguments in (["/nowhere.json"], [folder], [folder / "certificate.json", "--spec", "/nowhere"], [], ["a", "b"]):
+    for arguments in (
+        ["/nowhere.json"],
+        [folder.parent],
+        [folder / "certificate.json", "--spec", "/nowhere"],
+        [],
+        ["a", "b"],
+    ):
         status, out, err = run(*arguments)
         assert (status, out) == (2, "") and err
 
@@ -1143,3 +1155,46 @@ def test_a_proof_without_a_field_is_said_to_be_one() -> None:
     del content["domain"]
     with pytest.raises(Refused, match='a proof of the C, but for the fields "domain", "note"'):
         verify.check(json.dumps(content | {"note": ""}))
+
+
+def test_a_folder_stands_for_its_certificate_and_one_without_is_told() -> None:
+    generated = SOURCE.parents[2] / "generated"
+    certificate = generated / "one_mass/certificate.json"
+    alone, whole = (
+        subprocess.run([sys.executable, "-I", "-S", str(SOURCE), str(path)], capture_output=True, check=False)
+        for path in (certificate, certificate.parent)
+    )
+    assert alone.returncode == whole.returncode == 0 and alone.stdout == whole.stdout
+    refused = subprocess.run(
+        [sys.executable, "-I", "-S", str(SOURCE), str(generated / "one_mass_dfo")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert refused.returncode == 2 and refused.stderr.startswith(f"error: {generated / 'one_mass_dfo'}")
+    assert refused.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("columns", [60, 120])
+def test_lines_are_broken_at_the_width_of_a_screen_and_nowhere_else(columns: int) -> None:
+    """The verdict begins a line, and what a file says does not: it goes on indented."""
+    command = [sys.executable, "-I", "-S", str(SOURCE), str(SOURCE.parents[2] / "generated/one_mass_dfo/sliding.json")]
+    plain = subprocess.run(command, capture_output=True, text=True, check=False).stdout
+    screen, child = pty.openpty()
+    fcntl.ioctl(child, termios.TIOCSWINSZ, struct.pack("HHHH", 40, columns, 0, 0))
+    environment = {name: value for name, value in os.environ.items() if name not in ("COLUMNS", "LINES")}
+    process = subprocess.Popen(command, stdout=child, env=environment)
+    os.close(child)
+    said = b""
+    with suppress(OSError):  # the end of a terminal
+        while part := os.read(screen, 10000):
+            said += part
+    os.close(screen)
+    assert process.wait(60) == 5
+    lines = said.decode().replace("\r\n", "\n").splitlines()
+    words = [word for line in plain.splitlines() for word in line.split()]
+    assert [word for line in lines for word in line.split()] == words and max(map(len, plain.splitlines())) > 300
+    assert max(map(len, lines)) <= max(columns, *(len(word) + 4 for word in words))
+    flush = [line for line in plain.splitlines() if not line.startswith(" ")]
+    begun = [line for line in lines if not line.startswith(" ")]
+    assert all(line.startswith(part) for line, part in zip(flush, begun, strict=True))
