@@ -97,25 +97,51 @@ def load_library(library: bytes) -> ctypes.CDLL:
 FOLDER = "stiction-libraries"
 LARGEST = 1 << 28
 """Bytes: largest library that is cached."""
+MOST_CACHED = 1 << 27
+"""Bytes of all cached libraries; those that were not used for longest are removed."""
 
 
-def cached_library(sources: Mapping[str, str], units: Sequence[str]) -> bytes:
+def cached_library(sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ()) -> bytes:
     """The shared library of these sources; compiled at first use, or where the cached one is damaged.
 
-    Raises BadInput where there is no compiler, or it refuses the code.
+    Args:
+        flags: in addition to ``FLAGS``.
+
+    Raises:
+        BadInput: where there is no compiler, or it refuses the code.
     """
     compiler = find_compiler() or ()
-    parts = [*compiler, "", *FLAGS, *units, *(f"{name}\0{sources[name]}" for name in sorted(sources))]
+    parts = [*compiler, "", *FLAGS, *flags, "", *units, *(f"{name}\0{sources[name]}" for name in sorted(sources))]
     folder = _folder()
     if folder is None:
-        return compile_shared(sources, units)
+        return compile_shared(sources, units, flags)
     kept = folder / f"{sha256(chr(1).join(parts))}.library"
     library = _checked(kept)
-    if library is None:
-        library = compile_shared(sources, units)
-        with suppress(BadInput):  # not cached, for example on a full disk
-            write_all(folder, {kept.name: _digest(library) + library})
+    if library is not None:
+        with suppress(OSError):  # removed by another run
+            os.utime(kept)
+        return library
+    library = compile_shared(sources, units, flags)
+    with suppress(BadInput):  # not cached, for example on a full disk
+        write_all(folder, {kept.name: _digest(library) + library})
+        _remove_oldest(folder)
     return library
+
+
+def _remove_oldest(folder: Path) -> None:
+    """Remove libraries, the least recently used first, until the others have ``MOST_CACHED`` bytes."""
+    found = []
+    for path in folder.glob("*.library"):
+        with suppress(OSError):  # removed by another run
+            status = path.lstat()
+            found.append((status.st_mtime_ns, status.st_size, path))
+    size = sum(bytes_ for _, bytes_, _ in found)
+    for _, bytes_, path in sorted(found):
+        if size <= MOST_CACHED:
+            return
+        with suppress(OSError):
+            path.unlink()
+        size -= bytes_
 
 
 def _checked(kept: Path) -> bytes | None:

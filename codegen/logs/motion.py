@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -86,9 +87,9 @@ def low_pass(log: Log, values: Array, cutoff_hz: float) -> tuple[Array, Flags]:
         (N, c) filtered values (as they were in gaps and short segments), and (N,) where they can be relied on: two
         periods of the cut-off away from the ends of a segment.
     """
-    from scipy.signal import butter, sosfiltfilt  # a second that the verbs without a log need not pay
+    from scipy.signal import sosfiltfilt  # a second that the verbs without a log need not pay
 
-    sections = butter(ORDER, cutoff_hz, fs=1 / log.sample_time, output="sos")
+    sections = _sections(cutoff_hz, log.sample_time)
     filtered, usable = values.copy(), np.zeros(log.size, dtype=np.bool_)
     edge = int(np.ceil(EDGE_PERIODS / (cutoff_hz * log.sample_time)))
     for start, stop in log.segments:
@@ -96,6 +97,14 @@ def low_pass(log: Log, values: Array, cutoff_hz: float) -> tuple[Array, Flags]:
             filtered[start:stop] = sosfiltfilt(sections, values[start:stop], axis=0)
             usable[start + edge : stop - edge] = True
     return filtered, usable
+
+
+@lru_cache(maxsize=64)
+def _sections(cutoff_hz: float, sample_time: float) -> Array:
+    """(2, 6) second-order sections of the filter, not to be changed: their design takes longer than filtering."""
+    from scipy.signal import butter
+
+    return np.asarray(butter(ORDER, cutoff_hz, fs=1 / sample_time, output="sos"))
 
 
 def _threshold(log: Log, smooth: Array, velocities: Array, usable: Flags, cutoff: float) -> Array:

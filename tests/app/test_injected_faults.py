@@ -32,6 +32,7 @@ import codegen.analysis.analysis
 import codegen.analysis.conditions
 import codegen.analysis.error_dynamics
 import codegen.base.text
+import codegen.logs.motion
 import codegen.spec.yaml_text
 from codegen.base.errors import InternalError
 from stiction import derive
@@ -119,7 +120,8 @@ def users(owner: Any, name: str) -> list[tuple[Any, str]]:
 
 @contextmanager
 def replaced(owner: Any, name: str, by: Callable[..., Any]) -> Iterator[None]:
-    for kept in (codegen.analysis.conditions._reduced, codegen.spec.yaml_text.load_plain):
+    conditions, yaml, motion = codegen.analysis.conditions, codegen.spec.yaml_text, codegen.logs.motion
+    for kept in (conditions._reduced, yaml.load_plain, motion._sections):
         kept.cache_clear()  # what was computed before meets no fault
     codegen.analysis.error_dynamics._cache.clear()
     with pytest.MonkeyPatch.context() as patch:

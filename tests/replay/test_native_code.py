@@ -100,6 +100,31 @@ def test_the_second_run_compiles_nothing(home: Path, monkeypatch: pytest.MonkeyP
     assert cached_library(SOURCES, ["seven.c"]) == first
 
 
+def test_other_flags_are_another_library(home: Path) -> None:
+    number = {"seven.c": SOURCES["seven.c"].replace("7", "NUMBER")}
+    for value in (7, 8, 7):
+        assert load_library(cached_library(number, ["seven.c"], [f"-DNUMBER={value}"])).seven() == value
+    assert len([*home.glob(f"{cache.FOLDER}-*/*")]) == 2
+
+
+def test_what_was_not_used_for_longest_is_removed(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def numbered(value: int) -> dict[str, str]:
+        return {"seven.c": SOURCES["seven.c"].replace("7", str(value))}
+
+    def compiled(value: int) -> bool:
+        before = len(commands)
+        assert load_library(cached_library(numbered(value), ["seven.c"])).seven() == value
+        return len(commands) > before
+
+    run, commands = compiler.subprocess.run, []
+    monkeypatch.setattr(compiler.subprocess, "run", lambda *a, **named: (commands.append(a), run(*a, **named))[1])
+    assert compiled(1)
+    monkeypatch.setattr(cache, "MOST_CACHED", 3 * kept_file(home).stat().st_size + 100)
+    assert compiled(2) and compiled(3) and not compiled(1)
+    assert compiled(4) and not compiled(1) and not compiled(3) and compiled(2)
+    assert len([*home.glob(f"{cache.FOLDER}-*/*")]) == 3
+
+
 @pytest.mark.parametrize("mode", [0o777, 0o770, 0o755])
 def test_a_cache_that_others_can_reach_is_not_used(home: Path, mode: int) -> None:
     folder = home / f"{cache.FOLDER}-{os.getuid()}"

@@ -16,7 +16,7 @@ from numpy.ctypeslib import ndpointer
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.base.compiler import compile_shared, load_library
+from codegen.base.compiler import cached_library, load_library
 from codegen.base.text import render
 from codegen.diagnosis.fit.parallel import in_background
 from codegen.diagnosis.fit.record import Record
@@ -227,7 +227,7 @@ class Shooter:
 @lru_cache(maxsize=KEPT_LIBRARIES)
 def _library(source: str, level: tuple[str, ...]) -> ctypes.CDLL:
     """The compiled and loaded library; recent ones are cached."""
-    library = load_library(compile_shared({"shooting.c": source}, ["shooting.c"], (*level, *FLAGS)))
+    library = load_library(cached_library({"shooting.c": source}, ["shooting.c"], (*level, *FLAGS)))
     library.follow.restype = library.shoot.restype = None
     whole, real = ctypes.c_int, ctypes.c_double
     reals, indices = (ndpointer(kind, flags="C_CONTIGUOUS") for kind in (np.float64, np.int32))
