@@ -15,8 +15,10 @@ def _sign(argument: Any) -> Any:
     """The sign of a constant, such as pi - 3; None if the argument is not a constant, or its sign is not known."""
     if argument.is_Number:
         return sympy.sign(argument)
+    if not argument.is_number:  # asked first: SymPy takes milliseconds to find that it knows no sign of a sum
+        return None
     known = (argument.is_positive, 1), (argument.is_negative, -1), (argument.is_zero, 0)
-    return next((sympy.Integer(sign) for holds, sign in known if holds), None) if argument.is_number else None
+    return next((sympy.Integer(sign) for holds, sign in known if holds), None)
 
 
 class Sgn(sympy.Function):
