@@ -9,7 +9,7 @@ import shlex
 import shutil
 import stat
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -112,20 +112,30 @@ def cached_library(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
     """
     compiler = find_compiler() or ()
     parts = [*compiler, "", *FLAGS, *flags, "", *units, *(f"{name}\0{sources[name]}" for name in sorted(sources))]
+    return cached(parts, lambda: compile_shared(sources, units, flags))
+
+
+def cached(parts: Sequence[str], make: Callable[[], bytes]) -> bytes:
+    """What was compiled from these parts; made at first use, or where the cached file is damaged.
+
+    Args:
+        parts: all that it depends on: compiler, flags, sources.
+        make: compiles it.
+    """
     folder = _folder()
     if folder is None:
-        return compile_shared(sources, units, flags)
+        return make()
     kept = folder / f"{sha256(chr(1).join(parts))}.library"
-    library = _checked(kept)
-    if library is not None:
+    found = _checked(kept)
+    if found is not None:
         with suppress(OSError):  # removed by another run
             os.utime(kept)
-        return library
-    library = compile_shared(sources, units, flags)
+        return found
+    made = make()
     with suppress(BadInput):  # not cached, for example on a full disk
-        write_all(folder, {kept.name: _digest(library) + library})
+        write_all(folder, {kept.name: _digest(made) + made})
         _remove_oldest(folder)
-    return library
+    return made
 
 
 def _remove_oldest(folder: Path) -> None:

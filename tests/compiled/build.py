@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import subprocess
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -18,6 +17,8 @@ from codegen.observers import build_observer
 from codegen.program import Program, build_program
 from codegen.replay.engine import load_twin
 from codegen.spec.reader import parse_spec
+
+from .toolchain import compiled
 
 WHOLE = {"fault": ctypes.c_int, "mode": ctypes.c_int, "invalid_samples": ctypes.c_ubyte}
 """Fields that are no number of the spec's precision."""
@@ -40,10 +41,7 @@ def compile_shared(folder: Path, file: str, *more: str) -> Path:
     target = folder / f"{sha256(text).hexdigest()[:16]}{''.join(more)}.so"
     if target.exists():
         return target
-    command = ["gcc", *FLAGS, *(more or ("-O2",)), "-fPIC", "-shared", "-o", str(target), str(folder / file), "-lm"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
+    target.write_bytes(compiled(["gcc", *FLAGS, *(more or ("-O2",)), "-fPIC", "-shared"], folder, file))
     return target
 
 

@@ -1,4 +1,4 @@
-"""Compilers and their flags; objects are kept by the hash of what went in, so each is compiled once in a session."""
+"""Compilers and their flags. Objects are kept between sessions by the hash of compiler, flags and sources."""
 
 from __future__ import annotations
 
@@ -6,11 +6,15 @@ import hashlib
 import os
 import shutil
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
+
+from codegen.base.compiler import cached
 
 STRICT = (
     *("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"),
@@ -49,6 +53,26 @@ def run(*command: str | Path, cwd: Path | None = None) -> subprocess.CompletedPr
     return subprocess.run([str(c) for c in command], cwd=cwd, capture_output=True, text=True, check=False)
 
 
+@cache
+def version(command: str) -> str:
+    """What a compiler says of itself, with the revision of its package."""
+    return run(command, "--version").stdout
+
+
+def compiled(command: Sequence[str], folder: Path, source: str) -> bytes:
+    """What a compiler makes of a file that may include others of its folder; any message of it is an error."""
+
+    def make() -> bytes:
+        with TemporaryDirectory() as scratch:
+            made = Path(scratch) / "made"
+            done = run(*command, folder / source, "-o", made, *(["-lm"] if "-shared" in command else []))
+            assert done.returncode == 0 and not done.stderr, f"{' '.join(command)} {source}\n{done.stderr}"
+            return made.read_bytes()
+
+    texts = [part for p in sorted(folder.glob("*.[ch]")) for part in (p.name, p.read_text("utf-8"))]
+    return cached(["a test's", version(command[0]), *command, "", source, *texts], make)
+
+
 class Workshop:
     """A folder of compiled things, shared by the tests of a session and by its workers."""
 
@@ -71,7 +95,11 @@ class Workshop:
         need(compiler.command)
         folder = self.unpack(files)
         target = folder / f"{source}.{_hash(compiler.label, *flags)}.o"
-        return self._make(target, compiler.command, *compiler.machine, *flags, "-c", folder / source, "-o")
+        if not target.exists():
+            scratch, command = self._scratch(), (compiler.command, *compiler.machine, *flags, "-c")
+            scratch.write_bytes(compiled(command, folder, source))
+            scratch.replace(target)
+        return target
 
     def link(self, target: str, compiler: Compiler, *parts: str | Path) -> Path:
         """Link objects into a program or, with -shared among the parts, a library."""
