@@ -40,19 +40,19 @@ class Analysis(Shown):
     """The stability of one observer at the spec's gains.
 
     Attributes:
+        spec: for messages.
         dynamics: Ψ and the sampled matrix.
-        factors: |sI − Ψ| in force errors as a product over the diagonal blocks of a block-triangular Ψ.
-        modes: modal form, where the conditions are signs of gains for any order; else None.
-        routh, jury: conditions > 0, necessary and sufficient; () where a block is above the fourth order.
+        over: the matrices from which ``factors`` and ``modes`` are derived when first asked for, which can take long;
+            None: no conditions are asked for.
         worst: the point of the largest spectral radius.
         radii: largest |z| of the step at each point, to ten digits.
         deciding: the matrices, m by m, from which the figures below are computed.
         free: names of gains that the spec leaves free: their numbers are examples.
     """
 
+    spec: Spec
     dynamics: ErrorDynamics
-    factors: tuple[Factor, ...]
-    modes: Modes | None
+    over: OverEnvelope | None
     points: OperatingPoints
     worst: dict[str, float]
     radii: Any
@@ -92,6 +92,16 @@ class Analysis(Shown):
         """Least −Re λ over the eigenvalues λ of A, where the step is implicit; 0 elsewhere, 1/s."""
         return float(-eigenvalues(self.deciding.implicit).real.max()) if self.dynamics.implicit else 0.0
 
+    @cached_property
+    def factors(self) -> tuple[Factor, ...]:
+        """|sI − Ψ| in force errors as a product over the diagonal blocks of a block-triangular Ψ, with conditions."""
+        return () if self.over is None else _factors(self.spec, self.over)
+
+    @cached_property
+    def modes(self) -> Modes | None:
+        """The modal form, where the conditions are signs of gains for any order; else None."""
+        return None if self.over is None else _modes(self.spec, self.over)
+
     @property
     def polynomial(self) -> tuple[Any, ...] | None:
         """Coefficients of |sI − Ψ|, highest first, where Ψ is one block of up to the fourth order."""
@@ -99,14 +109,14 @@ class Analysis(Shown):
 
     @property
     def routh(self) -> tuple[Condition, ...]:
-        """Routh–Hurwitz conditions of Ψ."""
+        """Routh–Hurwitz conditions of Ψ > 0, necessary and sufficient; () where a block is above the fourth order."""
         if self.modes is not None:
             return self.modes.conditions
         return _all(self.factors, [f.routh for f in self.factors])
 
     @property
     def jury(self) -> tuple[Condition, ...]:
-        """Jury conditions of the explicit Euler step."""
+        """Jury conditions of the explicit Euler step, alike."""
         if self.modes is not None and self.modes.jury:
             return self.modes.jury
         return _all(self.factors, [f.jury for f in self.factors])
@@ -123,7 +133,7 @@ def analyse(
     """Derive the error dynamics, evaluate them over the envelope and judge them.
 
     Args:
-        conditions: whether to derive the symbolic gain conditions too, which can take long.
+        conditions: whether the symbolic gain conditions and the modal form may be asked for.
         differential: as of ``derive_error_dynamics``.
 
     Raises:
@@ -132,7 +142,10 @@ def analyse(
     return judge(spec, dynamics_over_envelope(spec, observer, differential), conditions)
 
 
-@numerical("the error dynamics over the envelope")
+QUANTITY = "the error dynamics over the envelope"
+
+
+@numerical(QUANTITY)
 def judge(spec: Spec, at: OverEnvelope, conditions: bool = True) -> Analysis:
     """As ``analyse``, from dynamics that are already derived and evaluated; ``spec`` is for messages."""
     dynamics, points, continuous, sampled, index = at.dynamics, at.points, at.continuous, at.sampled, at.index
@@ -142,9 +155,9 @@ def judge(spec: Spec, at: OverEnvelope, conditions: bool = True) -> Analysis:
     radii = np.array([float(f"{r:.10g}") for r in largest])[index]
     worst = first_largest(largest[index])  # of unrounded values: equal radii may round differently
     return Analysis(
+        spec=spec,
         dynamics=dynamics,
-        factors=factor_conditions(dynamics, continuous, sampled, h) if conditions else (),
-        modes=find_modes(dynamics, continuous, h) if conditions else None,
+        over=at if conditions else None,
         points=points,
         worst={s.name: float(points.values[worst, k]) for k, s in enumerate(points.variables)},
         radii=radii,
@@ -155,6 +168,17 @@ def judge(spec: Spec, at: OverEnvelope, conditions: bool = True) -> Analysis:
             implicit=sampled[first_largest(of_step.real.max(axis=1))],
         ),
     )
+
+
+@numerical(QUANTITY)
+def _factors(spec: Spec, at: OverEnvelope) -> tuple[Factor, ...]:
+    h = float(at.dynamics.observer.sample_time)
+    return factor_conditions(at.dynamics, at.continuous, at.sampled, h)
+
+
+@numerical(QUANTITY)
+def _modes(spec: Spec, at: OverEnvelope) -> Modes | None:
+    return find_modes(at.dynamics, at.continuous, float(at.dynamics.observer.sample_time))
 
 
 def largest_euler_steps(values: Any) -> Any:

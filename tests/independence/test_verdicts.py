@@ -151,7 +151,9 @@ def check(variant: Variant, count: int) -> tuple[int, int, int, int]:
     assert all(len(f.errors) > SYMBOLIC_ORDER for f in without), "conditions are due up to the fourth order"
     if without:
         pytest.skip("a block above the fourth order: no conditions are given")
-    draws = draw(replace(analysis, modes=None), count, variant.generator("gains"))
+    by_blocks = replace(analysis)
+    vars(by_blocks)["modes"] = None  # the conditions of the blocks, not of the modes
+    draws = draw(by_blocks, count, variant.generator("gains"))
     wrong = (draws.routh != draws.hurwitz) & ~draws.edge
     also = (draws.jury != (draws.schur & draws.hurwitz)) & ~draws.step_edge & ~draws.edge
     left_out = int((draws.edge | draws.step_edge).sum())
