@@ -24,7 +24,7 @@ drift: contacts may slide, stick, reverse or chatter. In the rows of this set th
 import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 from math import isqrt
 from operator import mul
 from typing import TYPE_CHECKING, Any
@@ -40,7 +40,8 @@ DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix"
 GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 60, 84, 10_000, 1000
 MOST_KEPT = 1 << 22  # entries of rows at all samples that are asked for, of some 30 bytes each
 Polys = list[list[Any]]
-Propagated = Callable[[tuple[Fraction, ...], int], tuple[list[int], Fraction]]
+Row = tuple[Fraction, ...]
+Propagated = Callable[[int], tuple[list[int], Fraction]]
 
 
 @cache  # a claim repeats its numbers, the start at every bound
@@ -173,8 +174,8 @@ class PackedIntegers:
         return not bundle + self.limit & self.above
 
 
-def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns: Any, Q: Any) -> Propagated:
-    """As a function of a row c' and an N: GRID times a rounded row c'Phi^N, an upper bound of |c'e[k+N]| - |row e[k]|.
+def propagated(counts: dict[Row, set[int]], step: Any, columns: Any, Q: Any) -> dict[Row, Propagated]:
+    """Of each row c' a function of N: GRID times a rounded row c'Phi^N, an upper bound of |c'e[k+N]| - |row e[k]|.
 
     LEMMA D. Let r_0 be c' and r_i+1 be r_i Phi, all rounded to multiples of 1/GRID. Then c'e[k+N] is the sum of
     r_N e[k]; of r_i push w[k+N-1-i] over i < N; and of the rounding error of each r_i times the e of some sample. That
@@ -197,7 +198,7 @@ def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns:
     sparse = [[(i, a) for i, a in enumerate(column) if a] for column in [*across, *entering]]
     left_out = 2 * sum((root_above(Q[i][i]) for i in range(size)), Fraction(0)) / GRID
     rows, total, kept = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0, {}
-    asked, place = set().union(*counts.values()), {c: k for k, c in enumerate(counts)}
+    asked = set().union(*counts.values())
     for n in range(max(asked) + 1):
         kernel.demand(all(map(packed.within, rows)), "a row is too large")
         if n in asked:
@@ -206,12 +207,12 @@ def propagated(counts: dict[tuple[Fraction, ...], set[int]], step: Any, columns:
         total += sum(map(packed.magnitudes, moved[size:]))
         rows = [packed.shifted(m * R) for m in moved[:size]]
 
-    def at(c: tuple[Fraction, ...], n: int) -> tuple[list[int], Fraction]:
-        (rows, total), k = kept[n], place[c]
+    def at(k: int, n: int) -> tuple[list[int], Fraction]:
+        rows, total = kept[n]
         row = [packed.entry(entries, k) for entries in rows]
         return row, Fraction(packed.entry(total, k), unit * GRID) + (n + 1) * left_out
 
-    return at
+    return {c: partial(at, k) for k, c in enumerate(counts)}
 
 
 def largest(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:
@@ -335,8 +336,8 @@ def require_bounds(
         r >= 1 and kernel.positive(kernel.integers(inside)[0]),
         "the box of `within` is not inside the set: not positive semidefinite",
     )
-    counts: dict[tuple[Fraction, ...], set[int]] = {}
-    lines: list[tuple[tuple[Fraction, ...], Fraction, range, list[str] | None, str | None]] = []
+    counts: dict[Row, set[int]] = {}
+    lines: list[tuple[Row, Fraction, range, list[str] | None, str | None]] = []
     for row, count, begun, end in claimed_rows(set_):
         for n in (count, end or "0"):
             kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(n)), f"{str(n)[:20]!r} is not a number of samples")
@@ -350,16 +351,17 @@ def require_bounds(
         asked.update(samples)
         kernel.demand(len(counts) * len(asked) * len(Q) <= MOST_KEPT, "too many rows at too many samples")
     kernel.demand(len(counts) <= MOST_ROWS, "too many rows")
-    known: dict[tuple[Fraction, ...], Propagated] = {}
+    known: dict[Row, Propagated] = {}
     for last in {max(n) for n in counts.values()}:
         alike = {c: n for c, n in counts.items() if max(n) == last}
         kept = len(alike) * len(set().union(*alike.values())) * len(Q)
         kernel.demand(kept <= MOST_KEPT, "too many rows at too many samples")
-        known |= dict.fromkeys(alike, propagated(alike, step, columns, larger))
+        known |= propagated(alike, step, columns, larger)
     bounds, (squares, by) = [], kernel.integers(Q)
     noise = [largest(p, most, proof) for p in shift]
     for of, bound, samples, begun, end in lines:
-        entries, summed = known[of](of, samples[0])
+        propagated_to = known[of]  # by this name: a hash of its row's fractions takes longer than the rest
+        entries, summed = propagated_to(samples[0])
         square = sum(a * sum(map(mul, qs, entries)) for a, qs in zip(entries, squares, strict=True))
         square *= 1 if begun is None else r
         holds = bound >= summed and square <= (bound - summed) ** 2 * by * GRID**2
@@ -371,7 +373,7 @@ def require_bounds(
             )
             (sizes,), parts = kernel.integers([start])
         if end and not holds:
-            at = (known[of](of, n) for n in samples)
+            at = map(propagated_to, samples)
             holds = all((bound - s) * parts * GRID >= sum(map(mul, map(abs, each), sizes)) for each, s in at)
         kernel.demand(holds, "a bound of the claim is smaller than the proved one")
         direct = sum((kernel.term(a) * d for a, d in zip(of, shift, strict=True)), kernel.Poly())

@@ -352,7 +352,7 @@ def _from_then_on(
     """For each number of samples, what the row of the error is at most from then on.
 
     Two ways, the smaller one counts: by the ellipsoid with matrix Q that the start is in, √(c'Qc); or the largest of
-    all samples up to the next number, and what holds from there on. The second takes the checker time: for FEW errors.
+    all samples up to the next number, and what holds from there on. The first loses a factor √n to n errors.
     """
     alone, largest = list[float](), [0.0 for _ in counts]
     total, row = _pushed(row, step, pushed, counts[0])
@@ -365,7 +365,7 @@ def _from_then_on(
         total += more
     found = [alone[-1]]
     for by_ellipsoid, by_samples in zip(alone[-2::-1], largest[-2::-1], strict=True):
-        by_samples = max(by_samples, found[0]) if len(step) <= FEW else by_ellipsoid
+        by_samples = max(by_samples, found[0])
         found.insert(0, max(min(by_ellipsoid, by_samples), found[0]))
     return found
 
