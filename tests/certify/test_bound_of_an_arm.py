@@ -7,6 +7,7 @@ noise of half an encoder step, 0.5 rad/s^2 within a sample, and forces that chan
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -42,8 +43,8 @@ class Arm:
         slopes = force.jacobian([*self.system.positions, *self.system.velocities])
         self.slopes = sympy.lambdify([*self.system.positions, *self.system.velocities], slopes, "numpy")
 
-    def sums(self, elbow: float, signs: tuple[int, int], samples: int) -> Any:
-        """(columns, sums over so many samples) of the two friction errors, by noise and motion within a sample."""
+    def responses(self, elbow: float, signs: tuple[int, int]) -> tuple[Any, Any, Any]:
+        """(the step's matrix, columns by noise and motion within a sample, the noise that the same sample shows)."""
         inverse = np.linalg.inv(np.array(self.mass(0.0, elbow), dtype=float))
         at = {
             "W11": inverse[0, 0],
@@ -68,10 +69,15 @@ class Arm:
                 np.eye(4)[:, :2] * self.h**2 * jerk / 2,
             ]
         )
-        total, moved = np.abs(shown[2:]).sum(axis=1) * NOISE, columns
+        return step, columns, np.abs(shown[2:]).sum(axis=1) * NOISE
+
+    def sums(self, angles: Sequence[float], samples: int) -> Any:
+        """Sums over so many samples of the two friction errors, for each of these angles and either sign."""
+        found = [self.responses(elbow, (1, way)) for elbow in angles for way in (1, -1)]
+        step, moved, total = (np.array(part) for part in zip(*found, strict=True))
         for _ in range(samples):
-            total, moved = total + np.abs(moved[2:]).sum(axis=1), step @ moved
-        return columns, total
+            total, moved = total + np.abs(moved[:, 2:]).sum(axis=2), step @ moved
+        return total
 
 
 @cache
@@ -83,8 +89,8 @@ def arm_at(h: float) -> Arm:
 @pytest.mark.parametrize(("h", "shares"), [(0.001, (0.470, 0.0251)), (0.0002, (0.0943, 0.0052))])
 def test_the_share_of_friction_at_frozen_angles(h: float, shares: tuple[float, float]) -> None:
     arm = arm_at(h)
-    found = [arm.sums(elbow, (1, way), round(20 / h))[1] for elbow in (0.0, math.pi) for way in (1, -1)]
-    assert np.max(found, axis=0) / FRICTION == pytest.approx(shares, rel=0.02)
+    found = arm.sums((0.0, math.pi), round(20 / h))
+    assert len(found) == 4 and np.max(found, axis=0) / FRICTION == pytest.approx(shares, rel=0.02)
 
 
 @pytest.mark.parametrize(("h", "shares"), [(0.001, (1.61, 0.445)), (0.0001, (0.190, 0.051))])
@@ -98,7 +104,7 @@ def test_the_share_by_the_certificate_s_own_v(h: float, shares: tuple[float, flo
     sizes = []
     for elbow in ELBOW:
         for way in (1, -1):
-            columns, _ = arm.sums(elbow, (1, way), 0)
+            _, columns, _ = arm.responses(elbow, (1, way))
             sizes.append(np.sqrt(np.einsum("ij,ik,kj->j", columns, p, columns)).sum() / left)
     seen = np.sqrt(np.diag(np.linalg.inv(p)))[2:]
     assert max(sizes) * seen / FRICTION == pytest.approx(shares, rel=0.02)

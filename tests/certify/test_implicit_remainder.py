@@ -31,6 +31,7 @@ H, M, C, D1, D2, K_A, K_F1, K_V = 1e-3, 1.0, 100.0, 1000.0, 1e-4, -10.0, -0.01, 
 """Of ``SPEC``, typed again."""
 MOVED = np.array([1e-4, 1e-6, 1e-3])
 CONVERGED = 30
+"""Newton steps at most; none follows one below rounding."""
 GRID = {"a_rail": 3, "v": 14, "v_dot": 3, "f_rail_dot": 3}
 """Points of the grid along each variable, ends included; f follows from v and f'."""
 TWIN = SimpleNamespace(**runpy.run_path(str(FOLDER / "__init__.py")))
@@ -50,7 +51,7 @@ def certificate() -> dict[str, Any]:
 
 
 def residual(y: Any, before: Any, x: float, w: float, h: float) -> Any:
-    """z − z[k] − h f(z) and m v̂' − w + â f̂ at y = (z_v, z_f, z_a, v̂')."""
+    """z − z[k] − h f(z) and m v̂' − w + â f̂ at y = (z_v, z_f, z_a, v̂'), or at each column of y."""
     v, f = y[0] + K_V * x, y[1] + K_F1 * x
     a = y[2] + K_A * v * f
     beyond = f + magnitude(f - 1) / 2 - magnitude(f + 1) / 2
@@ -65,8 +66,11 @@ def newton(steps: int, h: float = H) -> Step:
     def step(before: Any, x: float, w: float) -> Any:
         y = np.array([before[0] - h * K_V / (1 + h * K_V) * (before[0] + K_V * x), before[1], before[2], 0.0])
         for _ in range(steps):
-            slope = np.array([residual(y + 1e-30j * e, before, x, w, h).imag / 1e-30 for e in np.eye(4)]).T
-            y = y - np.linalg.solve(slope, residual(y, before, x, w, h))
+            slope = residual(y[:, None] + 1e-30j * np.eye(4), before[:, None], x, w, h).imag / 1e-30
+            move = np.linalg.solve(slope, residual(y, before, x, w, h))
+            y = y - move
+            if (np.abs(move) <= 1e-15 * np.abs(y)).all():
+                break
         v, f = y[0] + K_V * x, y[1] + K_F1 * x
         return np.array([v, f, y[2] + K_A * v * f])
 
