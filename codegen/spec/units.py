@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -115,6 +115,14 @@ def _checked(text: str) -> Any:
     return unit
 
 
+class _NoUnit(ValueError):
+    """What ``parse_unit`` says of a text."""
+
+    def __init__(self, found: str, expected: str, nearest: str | None) -> None:
+        super().__init__(found)
+        self.found, self.expected, self.nearest = found, expected, nearest
+
+
 def parse_unit(text: str, place: Place) -> SiUnit | Any:
     """A unit from its text: an SiUnit, or pint's.
 
@@ -122,20 +130,29 @@ def parse_unit(text: str, place: Place) -> SiUnit | Any:
         BadInput: for text that is no unit, or may mean two, or one with an offset (degC).
     """
     try:
-        plain = spelled(str(text))
+        return _unit(str(text))
+    except _NoUnit as error:
+        raise BadInput(place, error.found, error.expected, error.nearest, code="SPEC013") from None
+
+
+@lru_cache(maxsize=1024)
+def _unit(text: str) -> SiUnit | Any:
+    """A spec names few units, each many times."""
+    try:
+        plain = spelled(text)
     except Unreadable as error:
-        nearest = error.meant or nearest_name(str(text), _CALLED)
-        raise BadInput(place, f"unit `{text}`", error.expected, nearest, code="SPEC013") from None
+        raise _NoUnit(f"unit `{text}`", error.expected, error.meant or nearest_name(text, _CALLED)) from None
+    signs = with_plain_signs(text)
     for pattern, meanings, meant in _TWO_MEANINGS:
-        if re.search(pattern, plain) or re.search(pattern, with_plain_signs(str(text))):
+        if re.search(pattern, plain) or re.search(pattern, signs):
             clear = inertia_for(meant)
             expected = "an unambiguous unit" + (f": {meant} for a torque, {clear} for an inertia" if clear else "")
-            raise BadInput(place, f"unit `{text}`, {meanings}", expected, meant, code="SPEC013")
+            raise _NoUnit(f"unit `{text}`, {meanings}", expected, meant)
     try:
         return si_unit(plain) or _parse(plain)
     except ValueError:
-        nearest = nearest_name(str(text), _CALLED)
-        raise BadInput(place, f"unit `{text}`", "a unit such as N*m, kg*m^2 or 1", nearest, code="SPEC013") from None
+        expected = "a unit such as N*m, kg*m^2 or 1"
+        raise _NoUnit(f"unit `{text}`", expected, nearest_name(text, _CALLED)) from None
 
 
 def inertia_for(torque: str | None) -> str | None:
