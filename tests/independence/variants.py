@@ -60,16 +60,19 @@ class Variant:
         return seeded(word, self.name)
 
 
+def text_of(machine: str) -> str:
+    return WRITTEN[machine] if machine in WRITTEN else (SPECS / f"{machine}.yaml").read_text()
+
+
 @cache
 def contents(machine: str) -> dict[str, Any]:
-    text = WRITTEN[machine] if machine in WRITTEN else (SPECS / f"{machine}.yaml").read_text()
-    return dict(YAML(typ="safe").load(text))
+    return dict(YAML(typ="safe").load(text_of(machine)))
 
 
 @cache
 def shape(machine: str) -> tuple[list[str], list[str], list[str]]:
     """The machine's coordinates, contacts and inputs."""
-    spec = _parsed(machine, {k: v for k, v in contents(machine).items() if k not in ("observer", "envelope")})
+    spec = parse_spec(text_of(machine), SPECS / f"{machine}.yaml")
     return [c.name for c in spec.coordinates], [c.name for c in spec.contacts], [w.name for w in spec.inputs]
 
 
@@ -170,7 +173,3 @@ def _dumped(entries: dict[str, Any]) -> str:
     stream = io.StringIO()
     YAML(typ="safe").dump(entries, stream)
     return stream.getvalue()
-
-
-def _parsed(machine: str, entries: dict[str, Any]) -> Spec:
-    return parse_spec(_dumped(entries), SPECS / f"{machine}.yaml")
