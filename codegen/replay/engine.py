@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
-from codegen.base.compiler import cached_library, compile_shared, find_compiler, load_library
+from codegen.base.compiler import cached_library, find_compiler, load_library
 from codegen.base.text import render
 from codegen.program import Program
 from codegen.replay.samples import Block
@@ -70,12 +70,11 @@ class CompiledEngine(Engine):
 
     name = "compiled C"
 
-    def __init__(self, program: Program, files: Mapping[str, str], kept: bool = True) -> None:
-        """Compile it.
+    def __init__(self, program: Program, files: Mapping[str, str]) -> None:
+        """Compile it, or take what an earlier run compiled.
 
         Args:
             files: name → text, of the C at least.
-            kept: whether the library is cached for later runs.
 
         Raises:
             BadInput: where there is no compiler, or it refuses the code.
@@ -85,8 +84,7 @@ class CompiledEngine(Engine):
         loop = f"{name}_replay.c"
         text = render("replay/replay.c.j2", program=program, real=program.real, fault=self.holds)
         sources = {f"{name}.h": header, f"{name}.c": files[f"{name}.c"], loop: text}
-        make = cached_library if kept else compile_shared
-        library = load_library(make(sources, (f"{name}.c", loop)))
+        library = load_library(cached_library(sources, (f"{name}.c", loop)))
         size = getattr(library, f"{name}_replay_size")
         size.restype, size.argtypes = ctypes.c_size_t, []
         self._start, self._run = getattr(library, f"{name}_replay_start"), getattr(library, f"{name}_replay_run")

@@ -42,7 +42,7 @@ def tracked_friction(spec: Spec, system: System, motion: Motion, bandwidth: floa
     choice = tracking_choice(system, motion, bandwidth)
     observer = build_observer(replace(spec, observer=choice), system)
     program = build_program(observer)
-    engine = CompiledEngine(program, emit_sources(program, make_header(spec.path.name, spec.sha256, ""), ("c",)), False)
+    engine = CompiledEngine(program, emit_sources(program, make_header(spec.path.name, spec.sha256, ""), ("c",)))
     rows = np.hstack([motion.measured, motion.commands])[:MOST_SAMPLES]
     engine.start(rows[0])
     estimates, _ = engine.run(rows)
