@@ -4,7 +4,6 @@ REGION_PROOFS = (
     "sliding.json",
     "sliding_limit.json",
     "presliding.json",
-    "presliding_back.json",
     "weak.json",
     "passing.json",
     "recovery.json",

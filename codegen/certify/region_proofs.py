@@ -29,7 +29,8 @@ from codegen.certify.regions import RegionSearch
 from codegen.checker import verify
 from codegen.mechanics.system import Matrix
 
-FALLING = ("sliding.json", "presliding.json", "presliding_back.json")
+PRESLIDING = "presliding.json"
+FALLING = ("sliding.json", PRESLIDING)
 ZERO = 1e-6
 
 
@@ -48,7 +49,7 @@ class Regions:
         whole: files whose region holds the whole envelope.
         levels: (name, lowest, largest, unit) of the true friction levels, of the files but presliding.
         withheld: file that is not issued, since no V was found for a range of levels → the rate at the declared level
-            alone, 1/s, where one was found for that.
+            alone, 1/s.
         least_share: of the declared level, to both sides, the least range that was tried for those.
     """
 
@@ -61,7 +62,7 @@ class Regions:
     passes_zero: bool = True
     whole: tuple[str, ...] = ()
     levels: tuple[tuple[str, Any, Any, str], ...] = ()
-    withheld: Mapping[str, float | None] = field(default_factory=dict)
+    withheld: Mapping[str, float] = field(default_factory=dict)
     least_share: float = float(SHARES[-1])
 
     @property
@@ -107,23 +108,20 @@ def _with_presliding(
     widest: _Proofs, search: RegionSearch, declared: AlongFriction, narrower: list[Analysis]
 ) -> Regions:
     """What was proved; presliding over narrower ranges of levels where it was not for the widest, or its absence."""
-    if widest.presliding_whole or not narrower:
+    if PRESLIDING in widest.proofs or not narrower:
         return widest.regions()
-    proofs = widest.proofs
-    if FALLING[1] not in proofs:  # what serves a range of levels serves a narrower one: the narrowest decides
 
-        def presliding(analysis: Analysis) -> dict[str, dict[str, Any]]:
-            other = _Proofs(analysis, widest.along.over(analysis.dynamics.observer), widest.stated)
-            other.add(search.presliding(other.along))
-            return other.proofs
+    def presliding(analysis: Analysis) -> dict[str, dict[str, Any]]:
+        other = _Proofs(analysis, widest.along.over(analysis.dynamics.observer), widest.stated)
+        other.add(search.presliding(other.along))
+        return other.proofs
 
-        *wider, narrowest = narrower
-        if found := presliding(narrowest):
-            found = next((p for analysis in wider if FALLING[1] in (p := presliding(analysis))), found)
-        proofs |= found
-    alone = dict(zip(FALLING[1:], (region.rate for region in search.presliding(declared)), strict=False))
-    asked = [*alone, *(FALLING[2:] if FALLING[1] in proofs else ())]
-    return replace(widest.regions(), withheld={name: alone.get(name) for name in asked if name not in proofs})
+    *wider, narrowest = narrower
+    if found := presliding(narrowest):  # what serves a range of levels serves a narrower one: the narrowest decides
+        widest.proofs.update(next((p for analysis in wider if (p := presliding(analysis))), found))
+        return widest.regions()
+    alone = search.presliding(declared)
+    return replace(widest.regions(), withheld={PRESLIDING: alone[0].rate} if alone else {})
 
 
 @dataclass(frozen=True)
@@ -139,8 +137,7 @@ class _Proofs:
         """Prove what was found."""
         for region in found:
             if region.kind in ("sliding", "presliding", "weak"):
-                name = f"{region.kind}.json"
-                self._prove({f"{region.kind}_back.json" if name in self.proofs else name: region})
+                self._prove({f"{region.kind}.json": region})
         # recovery.json first: it has the smaller box, so digits that are too few for it are found sooner.
         together = {f"{r.kind}.json": r for r in reversed(found) if r.kind in ("passing", "recovery")}
         if len(together) == 2 and self.passes_zero:
@@ -152,15 +149,6 @@ class _Proofs:
     def passes_zero(self) -> bool:
         """Whether the envelope has a friction state of zero."""
         return any(axis.least_state == 0 for axis in self.along.axes)
-
-    @property
-    def presliding_whole(self) -> bool:
-        """Whether it was proved for slips along the friction states and against them, together or apart."""
-        axis = self.along.axes[0].slip.name
-        ends = [
-            Fraction(x) for name in FALLING[1:2] if name in self.proofs for x in self.proofs[name]["variables"][axis]
-        ]
-        return FALLING[2] in self.proofs or (bool(ends) and ends[0] < 0 < ends[1])
 
     def _holds_envelope(self, content: Mapping[str, Any]) -> bool:
         asked = {v.name: ends for v, ends in (envelope_along(self.analysis) or {}).items()}

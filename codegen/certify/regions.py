@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,8 @@ DEARER = 2.0
 """Factor by which the accelerations may increase the growth through zero."""
 PRESLIDING = 0.25
 """Presliding: the share of the spectral rate that is certified in its region."""
-DIRECTIONS = ((-1.0, 1.0), (0.0, 1.0), (0.2, 1.0), (-1.0, -0.2))
+DIRECTIONS = ((-1.0, 1.0), (0.0, 1.0), (0.2, 1.0))
+"""Slips as shares of the largest: both directions, and two ranges of those along the friction state."""
 COARSE, RATIO, FINE = 8.0, 0.03, 2e-4
 BELOW, THIN = 5e-4, 0.99
 FLOOR, FASTEST, CELLS = 1e-6, 2.0, 5
@@ -145,18 +147,16 @@ class RegionSearch:
         return min(rounded(np.ceil(found * 1e4) / 1e4, DIGITS), axis.largest_state)
 
     def _presliding(self, sliding: list[Any]) -> list[Found]:
-        """Away from zero friction, for both directions of slip; or for each, away from zero slip too.
+        """Away from zero friction, for both directions of slip; or for that of the friction state, away from zero slip.
 
-        Up to the largest |f|, or to where sliding begins: a law with a kink there is two laws.
+        Up to the largest |f|, or to where sliding begins: a law with a kink there is two laws. Empty if none is found.
         """
         tops = [axis.largest_state for axis in self.along.axes]
         below = [rounded(np.floor((float(x) - BELOW) * 1e4) / 1e4, DIGITS) for x in sliding]
-        for directions in (DIRECTIONS[:1], DIRECTIONS[2:]):
-            for upper in (tops, below):
-                found = [region for ends in directions if (region := self._away(upper, *ends)) is not None]
-                leasts = [[r.family.variables[axis.state][0] for axis in self.along.axes] for r in found]
-                if found and all(least < sliding for least in leasts):
-                    return found
+        for slips, upper in product((DIRECTIONS[0], DIRECTIONS[2]), (tops, below)):
+            region = self._away(upper, *slips)
+            if region is not None and [region.family.variables[axis.state][0] for axis in self.along.axes] < sliding:
+                return [region]
         return []
 
     def _away(self, tops: list[Any], low: float, high: float) -> Found | None:
