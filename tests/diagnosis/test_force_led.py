@@ -97,7 +97,7 @@ def test_a_spring_is_found_and_free_runs_confirm_it(tmp_path: Path) -> None:
     assert [p.kind for p in found.parts] == ["spring"] and not found.rivals
     values = found.fit.runner.trial.split(found.fit.theta)[1][0]
     assert values["k"] == pytest.approx(30.0, rel=0.1)
-    assert found.explained > 0.5 and found.run.theta == pytest.approx(found.fit.theta)
+    assert found.explained > 0.5 and found.run.values[1] == [pytest.approx(found.fit.values[1][0])]
 
 
 TWO = "[{kind: spring, on: x, parameters: {k: 30}}, {kind: viscous, on: rail, parameters: {b: 4}}]"
@@ -131,7 +131,27 @@ def test_an_effect_that_free_runs_do_not_need_is_dropped(tmp_path: Path) -> None
     fit = fits.fit(trial, trial.theta(fits.adopted, [{"c": 0.1}, {"k": 30.0}]))
     kept, run = confirmed(fits, fit, fits.run(fit))
     assert [p.kind for p in kept.runner.trial.parts] == ["spring"]
-    assert run.theta == pytest.approx(kept.theta)
+    assert run.values[1] == [pytest.approx(kept.values[1][0])]
+
+
+def test_free_runs_confirm_an_effect_beside_levels_that_suit_them(tmp_path: Path) -> None:
+    """With twice the level of the machine they stop early with the spring as without it.
+
+    The spring is confirmed as the force residual has it; a force that is not there, of an eighth of its size, is not.
+    """
+    log = log_of(stage(SPRING, 5.5), tmp_path, "train.csv")
+    search, problem = searched(log)
+    fits = ForceFits(search, problem, search.refit())
+    spring, cubic = (part_of(CATALOGUE[kind], 0, search.system) for kind in ("spring", "hardening_spring"))
+    kept = []
+    for parts, values in (([spring], [{"k": 30.0}]), ([spring, cubic], [{"k": 30.0}, {"k3": 20.0}])):
+        trial = replace(search.declared_trial, parts=tuple(parts))
+        found = fits.fit(trial, trial.theta(fits.adopted, values))
+        off = replace(found, theta=np.append(2.0 * found.theta[:1], found.theta[1:]))
+        run = fits.run(off)
+        assert run.values[1] == [pytest.approx(values) for values in found.values[1]]
+        kept.append([p.kind for p in confirmed(fits, off, run)[0].trial.parts])
+    assert kept == [["spring"], ["spring"]]
 
 
 def test_the_first_effect_is_chosen_again_beside_the_second(tmp_path: Path) -> None:
@@ -262,7 +282,7 @@ def test_held_out_data_tell_what_the_force_residual_leaves_open(
     told, words = told_by_held_out(*tied_about_one_place(truth, leader, rival, tmp_path))
     assert [p.kind for p in (*told.parts, *(one.found.part for one in told.rivals))] == left
     assert told.rounds[0].ranked[0].found.part == told.parts[0]
-    assert told.run.theta == pytest.approx(told.fit.theta)
+    assert told.run.values[1] == [pytest.approx(values) for values in told.fit.values[1]]
     if len(left) == 1:
         refused = rival if left == [leader] else leader
         assert words[0].words.startswith(

@@ -3,7 +3,8 @@
 A free run integrates everything that the model lacks. Its error may be dominated by something that is not an effect,
 such as jitter of the time stamps or a drift, and then no effect is credited by free runs. The force residual at one
 time does not depend on earlier times. Candidates are fitted to it by nonlinear least squares and judged on held-out
-blocks. Free runs with the values found this way, in which only start states are fitted, must then confirm them.
+blocks. Free runs must then confirm them: with the values of effects found this way, and with levels, toleranced values
+and start states that suit them best.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from codegen.diagnosis.fit.credit import SIGNED, Evidence, evidence, evidence_of
 from codegen.diagnosis.fit.output_error import (
     Fit,
     damped_step,
+    polish,
     segment_cost,
     segment_losses,
     segment_weights,
@@ -37,7 +39,7 @@ from codegen.diagnosis.fit.residual import (
     drive_symbols,
     residual_at_drive,
 )
-from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.search import ROUNDS, Search
 from codegen.diagnosis.fit.starting_values import STEP, ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import ErrorFigures, Fact, Verdict
@@ -75,6 +77,8 @@ ELSEWHERE = 0.2
 """Least share of the remaining squared residual that a further effect must remove, if it depends on another variable
 than those found. If it depends on the same variable it may only correct a misfit of their form, and must remove
 ``credit.FURTHER``."""
+FIXED = 1e-9
+"""Prior deviation, in sizes of a parameter, of the values of effects in free runs in which they stay."""
 STEPS, DAMPED = 5, 4
 """Most Gauss–Newton steps, and most attempts at one step with increasing damping."""
 
@@ -203,9 +207,16 @@ class ForceFits:
         return self.fit(*fit.trial.without(fit.theta, index))
 
     def run(self, fit: Fit) -> Fit:
-        """Free runs with the values of a fit; only the start states are fitted."""
-        prior = self.search.prior(fit.trial, fit.theta)
-        return shooting_fit(fit.runner, fit.theta, self.search.record.at_rest, prior, 0)
+        """Free runs with the effects of a fit as they are, and levels, toleranced values and start states fitted.
+
+        A level or a mass of the force residual may put free runs far off, whatever effects they have.
+        """
+        prior, effects = self.search.prior(fit.trial, fit.theta), slice(len(fit.trial.moved), None)
+        precision, centre = prior.precision.copy(), prior.centre.copy()
+        precision[effects], centre[effects] = (FIXED * prior.size[effects]) ** -2.0, fit.theta[effects]
+        held = replace(prior, precision=precision, centre=centre)
+        rough = shooting_fit(fit.runner, fit.theta, self.search.record.at_rest, held, ROUNDS, final_slopes=False)
+        return replace(polish(rough, ROUNDS), prior=prior)
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +224,7 @@ class ForceSelection:
     """Effects that are credited by the force residual and confirmed by free runs.
 
     Attributes:
-        fit: to the force residual, with all of them. run: free runs with the values of ``fit``.
+        fit: to the force residual, with all of them. run: ``ForceFits.run`` of ``fit``.
         explained: share of the squared free-run error that they remove.
         rounds: for each round its candidates, the best first, and the effects found before. rivals: of the first
             effect.
@@ -471,7 +482,10 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
 
 
 def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
-    """The fit and its free runs, without the effects whose removal does not make free runs significantly worse."""
+    """The fit and its free runs, without the effects whose removal does not make free runs significantly worse.
+
+    Levels and toleranced values are nuisance parameters here: both sides of a comparison have those that suit them.
+    """
     while parts := fit.trial.parts:
         others = [fits.without(fit, k) for k in range(len(parts))]
         runs = [fits.run(other) for other in others]
