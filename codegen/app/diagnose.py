@@ -148,7 +148,7 @@ def diagnose(
         load_libraries()
 
     diagnosis, models = diagnose_log(spec, machine.system, train, held_out, progress, propose, matters, tell_and_load)
-    from codegen.report import render_report
+    from codegen.report.page import render_report
 
     files: dict[str, str] = {**robot, "spec.yaml": models.spec_text}
     free = free_gains_in_words(spec)

@@ -1,5 +1,1 @@
-"""The diagnosis report: one self-contained HTML page, without scripts or external files."""
-
-from codegen.report.page import render_report
-
-__all__ = ["render_report"]
+"""The diagnosis report (`page.py`): one self-contained HTML page, without scripts or external files; pages of laws."""

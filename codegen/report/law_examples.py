@@ -12,7 +12,6 @@ from typing import Any
 
 import casadi
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from codegen.friction import LAWS, DynamicLaw, FrictionLaw, MemoryLaw
 from codegen.friction.memory import Karnopp, RisingStatic
@@ -78,6 +77,8 @@ def force_over(law: FrictionLaw, time: Any, velocity: Callable[[float], float]) 
     rate = _function(law.rates(u, z, symbols)[0], arguments, law)
     force = _function(law.force(u, z, symbols), arguments, law)
     start = [float(e.subs({symbols[n]: v for n, v in p.items()})) for e in law.rest_state(symbols)]
+    from scipy.integrate import solve_ivp  # the list of laws, without pictures, does without
+
     done = solve_ivp(
         lambda t, state: [rate(velocity(t), state[0])],
         (time[0], time[-1]),

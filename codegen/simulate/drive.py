@@ -7,7 +7,6 @@ from math import ceil, floor
 import casadi
 import numpy as np
 import sympy
-from scipy.signal import lfilter
 
 from codegen.base.arrays import Array
 from codegen.mechanics.actuator import Actuator, decayed
@@ -141,6 +140,8 @@ def _lagged(w: Array, steps: float, order: int) -> Array:
     Args:
         steps: time constant over the substep.
     """
+    from scipy.signal import lfilter  # a second, which machines without a lag do without
+
     decay, mean = float(np.exp(-1.0 / steps)), w
     errors: list[Array] = []
     for _ in range(order):

@@ -87,6 +87,11 @@ def test_simulate_by_steps_loads_no_solver_and_no_pictures(tmp_path: Path) -> No
     assert not found & {"matplotlib", "clarabel", "cvxpy", "pint"}
 
 
+@pytest.mark.parametrize("verb", ["laws", "effects"])
+def test_the_list_of_a_kind_loads_nothing_that_solves_or_draws(verb: str) -> None:
+    assert loaded(verb) == {"sympy", "casadi", "numpy", "ruamel", "jinja2"}
+
+
 def test_the_version() -> None:
     assert stiction("--version").out == stiction("version").out == f"{VERSION}\n"
 

@@ -37,7 +37,7 @@ from codegen.diagnosis.verdict.adoption import (
 )
 from codegen.diagnosis.verdict.answer import FORCE, RUN, Answer, Refusal, acts, admitted, worsened
 from codegen.logs import Log, read_log
-from codegen.report import render_report
+from codegen.report.page import render_report
 from codegen.spec import Spec, parse_spec, read_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, stage, system_of
 

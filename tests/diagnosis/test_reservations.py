@@ -20,7 +20,7 @@ from codegen.diagnosis.verdict import examination
 from codegen.diagnosis.verdict.conclusion import named_effects
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
-from codegen.report import render_report
+from codegen.report.page import render_report
 from tests.diagnosis.stage import among, log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
 

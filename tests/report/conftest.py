@@ -14,7 +14,7 @@ from codegen.diagnosis.results import Diagnosis
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import read_log
 from codegen.mechanics import build_system
-from codegen.report import render_report
+from codegen.report.page import render_report
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.spec import Spec, parse_spec

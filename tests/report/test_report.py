@@ -25,8 +25,9 @@ from codegen.diagnosis.results import (
     SetupTried,
     TiedPair,
 )
-from codegen.report import page, render_report
+from codegen.report import page
 from codegen.report.evidence import law_evidence
+from codegen.report.page import render_report
 from codegen.report.series import MOST_POINTS, held_out_series
 from codegen.report.wording import estimated, number, percent
 
