@@ -244,7 +244,7 @@ def test_ascii_terminal(folder):
         ("verify", GENERATED / "one_mass/certificate.json"),
         ("verify", GENERATED / "one_mass_dfo/sliding.json", "--json"),
         ("verify", GENERATED / "one_mass_dfo"),
-        ("certify", SPECS / "no_such.yaml"),
+        ("check", SPECS / "no_such.yaml"),
         ("effects",),
         ("--help",),
         ("verify", "--help"),
