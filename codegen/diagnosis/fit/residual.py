@@ -381,8 +381,8 @@ class ResidualAlong:
         """Whether there are states that are not logged."""
         return bool(self._dynamic or self._trial.changed.transmissions)
 
-    def at(self, theta: Array) -> Array:
-        """(N, n) at a vector of the trial."""
+    def at(self, theta: Array, every: int = 1) -> Array:
+        """(N, n) at a vector of the trial; or (M, n) at every so many samples."""
         trial, motion, system = self._trial, self._motion, self._trial.changed
         numbers, n = trial.numbers(theta), system.degrees_of_freedom
         hidden, loads = np.zeros((len(motion.time), 0)), len(system.transmissions)
@@ -397,7 +397,7 @@ class ResidualAlong:
                 velocities=np.hstack([motion.velocities, behind[:, loads:]]),
                 accelerations=np.hstack([motion.accelerations, np.zeros((len(behind), loads))]),
             )
-        at = points(self._whole, followed, effective_inputs(system, motion))
+        at, hidden = points(self._whole, followed, effective_inputs(system, motion))[::every], hidden[::every]
         if len(numbers):
             at = np.hstack([at, np.tile(numbers, (len(at), 1))])
         forces = over_rows(self._function, at).reshape(len(at), self._columns, -1).transpose(1, 0, 2)
@@ -408,7 +408,7 @@ class ResidualAlong:
             if k in self._bristles:
                 force = float(self._bristles[k].subs(values)) * hidden[:, k]
             else:
-                terms, slip = self._laws[k], slip_velocities(system, motion)[:, k]
+                terms, slip = self._laws[k], slip_velocities(system, motion)[::every, k]
                 own = [next(deflected) for _ in terms.states]
                 law = numpy_function([terms.force], (system.contacts[k].slip, DIRECTION, *terms.states), values)
                 (found,) = law(slip, np.clip(slip / STANDSTILL, -1.0, 1.0), *own)

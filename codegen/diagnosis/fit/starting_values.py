@@ -31,6 +31,7 @@ from codegen.diagnosis.fit.residual import (
     force_rows,
     inverse_dynamics_residual,
     points,
+    unfiltered_residual,
 )
 from codegen.diagnosis.fit.signals import Motion, low_pass
 from codegen.diagnosis.fit.trial import Part, Runner, Trial, model_of
@@ -160,21 +161,31 @@ class ForceStart:
 
     def with_levels(self, trial: Trial, theta: Array) -> tuple[float, Array]:
         """(share of the squared force residual that remains, theta) with refitted levels."""
-        residual = self._rows(self._residual_of(trial, theta)[:: self._every])
+        residual = self._rows(self._residual_of(trial, theta))
         step, rest = self._least_squares(self._slopes, residual)
         theta = theta.copy()
         theta[self._places] += step
         return self._share(rest), theta
 
     def _residual_of(self, trial: Trial, theta: Array) -> Array:
-        """(N, n) low-passed force residual of a trial at the base's values and these of its last part."""
+        """(M, n) low-passed force residual of a trial at the base's values and these of its last part.
+
+        The change of the base's residual is computed and low-passed at every so many samples alone, which noise of the
+        log, the same in both, does not reach.
+        """
         motion, model, part = self.problem.motion, self.base.model, trial.parts[-1]
         alone = Trial(model, (part,), ())
         if (alone.changed.actuators, alone.changed.sensor_errors) != (model.actuators, model.sensor_errors):
-            return inverse_dynamics_residual(model_of(trial, theta), motion)
+            return inverse_dynamics_residual(model_of(trial, theta), motion)[:: self._every]
         if part not in self._along:
             self._along[part] = ResidualAlong(alone, motion)
-        return motion.low_pass(self._along[part].at(theta[len(self.base.theta) :]))
+        changed = self._along[part].at(theta[len(self.base.theta) :], self._every)
+        return self._residual[:: self._every] + self._low_pass(changed - self._unfiltered)
+
+    def _low_pass(self, forces: Array) -> Array:
+        """Forces (M, n) at every so many samples, low-passed."""
+        motion = self.problem.motion
+        return low_pass(forces, motion.cutoff_hz, self._every * motion.sample_time)
 
     def _share(self, rest: Array) -> float:
         """The square of what remains, with the cost of the prior, over that of the base, whose mean square is 1."""
@@ -190,7 +201,7 @@ class ForceStart:
         def change(values: Mapping[str, float]) -> Array:
             numbers = np.array([values[name] for name in part.names])
             forces = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))])) - self._forces
-            return self._rows(low_pass(forces, motion.cutoff_hz, self._every * motion.sample_time))
+            return self._rows(self._low_pass(forces))
 
         for shape in effect.starts(covered):
             one = effect.probes(shape, covered)
@@ -271,6 +282,11 @@ class ForceStart:
     @cached_property
     def _residual(self) -> Array:
         return inverse_dynamics_residual(self.base.model, self.problem.motion)
+
+    @cached_property
+    def _unfiltered(self) -> Array:
+        """(M, n) the base's residual at these points, unfiltered, with states that are not logged."""
+        return unfiltered_residual(self.base.model, self.problem.motion)[:: self._every]
 
     @cached_property
     def _sizes(self) -> list[float]:
