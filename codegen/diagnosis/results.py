@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from math import sqrt
 from typing import Any, Literal, get_args
 
@@ -167,6 +167,12 @@ class ErrorFigures:
     free_run_rmse: float
     free_run_rmse_rows: tuple[float, ...]
     free_run_parts: tuple[tuple[float, ...], ...] = ()
+
+    def on(self, coordinates: Sequence[int]) -> ErrorFigures:
+        """The errors of these coordinates, in this order; those of all together stay."""
+        parts = tuple(tuple(part[i] for i in coordinates) for part in self.free_run_parts)
+        force, run = (tuple(rows[i] for i in coordinates) for rows in (self.force_rms_rows, self.free_run_rmse_rows))
+        return replace(self, force_rms_rows=force, free_run_rmse_rows=run, free_run_parts=parts)
 
 
 @dataclass(frozen=True)

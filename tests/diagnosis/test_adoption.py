@@ -438,6 +438,23 @@ def test_an_effect_on_one_joint_of_many_is_judged_on_that_joint() -> None:
     assert admitted([("the effect", system_of(stage()))], declared, lambda _: new, declared).option is not None
 
 
+def test_what_refitted_values_gain_on_other_joints_pays_for_no_effect() -> None:
+    """An arm of three joints: its refitted masses are far better on two, the effect on the first one makes that worse.
+
+    A drag of −0.022 N·m·s²/rad² was named on a joint whose damping was declared 35 % too high: its residual force grew
+    by 9 % and its simulation error by 58 %, and the other joints' errors fell by masses that were refitted.
+    """
+    declared = ErrorFigures(1.0, (0.0730, 0.266, 0.120), 0.1, 1.0, (0.0156, 0.0567, 0.102))
+    refit = ErrorFigures(1.0, (0.0777, 0.0635, 0.0199), 0.1, 1.0, (0.0232, 0.0071, 0.0285))
+    new = ErrorFigures(1.0, (0.0795, 0.0635, 0.0199), 0.1, 1.0, (0.0248, 0.0072, 0.0285))
+    option = ("the effect", system_of(stage()))
+    assert admitted([option], declared, lambda _: new, refit).option is not None
+    chosen = admitted([option], declared, lambda _: new, refit, acting={0: "j1"})
+    assert chosen.option is None and set(chosen.refusals[0].worse) == {FORCE, RUN}
+    assert chosen.refusals[0].model == "as declared on j1"
+    assert admitted([option], declared, lambda _: new, refit, acting={1: "j2"}).option is not None
+
+
 def test_a_little_by_both_errors_is_a_gain() -> None:
     declared, new = (ErrorFigures(f, (f,), 0.1, f, (f,)) for f in (1.0, 0.985))
     assert admitted([("the effect", system_of(stage()))], declared, lambda _: new, declared).option is not None

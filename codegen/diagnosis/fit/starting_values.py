@@ -194,7 +194,7 @@ class ForceStart:
     def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
         """The best of an effect's shapes, with its weights and the levels by linear least squares."""
         part, effect = trial.parts[-1], trial.parts[-1].effect
-        motion, at = self.problem.motion, self._points
+        at = self._points
         function, found = self._error(trial.changed, part.symbols), []
         residual = self._rows(self._residual[:: self._every])
 

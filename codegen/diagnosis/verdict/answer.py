@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -66,7 +67,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Refusal:
-    """An option that held-out data refuse, compared with a ``model`` ("as declared", "without the effect").
+    """An option that held-out data refuse, compared with a ``model`` ("as declared", "without the effect on j1").
 
     Attributes:
         option: its values, in words.
@@ -132,6 +133,7 @@ def admitted(
     refit: ErrorFigures | None = None,
     most: float = REFIT_WORSE,
     shown: Callable[[], bool] = lambda: True,
+    acting: Mapping[int, str] = MappingProxyType({}),
 ) -> Admitted:
     """Check the options in their order on held-out data.
 
@@ -141,26 +143,54 @@ def admitted(
             chance: where it may be that, and the force error falls, it refuses no effect. With effects, an error must
             fall below that of the declared model too (``gains_nothing``).
         shown: function that says whether the effect acts on these data; called only where nothing is gained.
+        acting: coordinates on which the effects act, index → name; on these alone an option is judged too. What
+            refitted values gain on other joints of an arm must not pay for an effect that makes its own joint worse.
     """
     refusals: list[Refusal] = []
     tried: list[ErrorFigures] = []
+    every = tuple(range(len(declared.force_rms_rows)))
+    judged_on = {"": every}
+    if refit is not None and 0 < len(acting) < len(every):
+        judged_on[f" on {' and '.join(acting.values())}"] = tuple(acting)
     for option in options:
         figures = measured(option[1])
         tried.append(figures)
-        worse, model = worsened(figures, declared), "as declared"
-        if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
-            worse = {}
-        if not worse and refit is not None:
-            worse, model = worsened(figures, refit, most), "without the effect"
-            if most >= 0 and may_be_chance(worse, figures, refit):
-                worse = {}
-        if worse:
-            refusals.append(Refusal(option[0], model, worse))
-        elif refit is not None and gains_nothing(figures, declared, refit) and shown():
-            refusals.append(Refusal(option[0], "as declared"))
-        else:
+        against = (
+            refusal(option[0], where, figures.on(rows), declared.on(rows), refit and refit.on(rows), most, shown)
+            for where, rows in judged_on.items()
+        )
+        found = next((one for one in against if one), None)
+        if found is None:
             return Admitted(option, figures, tuple(refusals))
+        refusals.append(found)
     return Admitted(None, tried[0], tuple(refusals))
+
+
+def refusal(
+    option: str,
+    where: str,
+    figures: ErrorFigures,
+    declared: ErrorFigures,
+    refit: ErrorFigures | None,
+    most: float,
+    shown: Callable[[], bool],
+) -> Refusal | None:
+    """Why held-out data refuse an option with these errors, of some coordinates or (``where`` is empty) of all.
+
+    None where they do not; arguments as of ``admitted``.
+    """
+    worse, model = worsened(figures, declared), "as declared"
+    if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
+        worse = {}
+    if not worse and refit is not None:
+        worse, model = worsened(figures, refit, most), "without the effect"
+        if most >= 0 and may_be_chance(worse, figures, refit):
+            worse = {}
+    if worse:
+        return Refusal(option, model + where, worse)
+    if refit is not None and gains_nothing(figures, declared, refit) and shown():
+        return Refusal(option, "as declared" + where)
+    return None
 
 
 def worsened(figures: ErrorFigures, declared: ErrorFigures, most: float = SAME) -> dict[str, float]:

@@ -150,11 +150,13 @@ def _judged(
     def shown() -> bool:
         return acts(measured(alone), plain.figures[1])
 
+    places = sorted({p.effect.coordinate(problem.system, p.place) for p in fit.trial.parts})
+    acting = {i: problem.system.positions[i].name for i in places}
     declared, without, worse = references(plain, options[0][1], problem, settled)
-    chosen = admitted(options, declared, measured, without, worse, shown)
+    chosen = admitted(options, declared, measured, without, worse, shown, acting)
     if chosen.option is None and settled and agrees:  # what lets free runs decide alone refuses nothing by itself
         declared, without, worse = references(plain, options[0][1], problem)
-        chosen = admitted(options, declared, measured, without, worse, shown)
+        chosen = admitted(options, declared, measured, without, worse, shown, acting)
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=merged(chosen.refusals))
     figures = (*plain.figures[:2], chosen.figures)
