@@ -17,7 +17,7 @@ from typing import ClassVar, Literal
 import sympy
 
 from codegen.effects.coordinate import FREE, Above, Between, Coordinate
-from codegen.effects.places import contact_coordinate, driven_coordinate, pairs
+from codegen.effects.places import pairs
 from codegen.effects.start import Covered, Start
 from codegen.mechanics.system import Matrix, System
 
@@ -186,9 +186,9 @@ class Effect(ABC):
         """Index of the coordinate on which the effect acts most; the first of two coordinates."""
         match self.sits_on:
             case "contact":
-                return contact_coordinate(system, place)
+                return system.contact_coordinates[place]
             case "input":
-                return driven_coordinate(system, place)
+                return system.driven_coordinates[place]
             case "two coordinates":
                 return pairs(system)[place][0]
         return place

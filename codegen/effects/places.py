@@ -6,7 +6,6 @@ on how many contacts and inputs share a coordinate.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from itertools import combinations
 
 import sympy
@@ -17,23 +16,6 @@ from codegen.mechanics.system import System
 def pairs(system: System) -> list[tuple[int, int]]:
     """Every pair of coordinates (i, j) with i < j."""
     return list(combinations(range(system.degrees_of_freedom), 2))
-
-
-def contact_coordinate(system: System, contact: int) -> int:
-    """The coordinate on which a contact acts most: index of the largest |entry| of its column of U."""
-    return _largest(system, system.distribution[:, contact])
-
-
-def driven_coordinate(system: System, index: int) -> int:
-    """The coordinate that an input drives most: index of the largest |entry| of ∂g/∂w."""
-    return _largest(system, (row.diff(system.inputs[index]) for row in system.force))
-
-
-def _largest(system: System, entries: Iterable[sympy.Expr]) -> int:
-    """Index of the largest |entry| at the declared values; an entry that depends on the state counts as 1."""
-    numbers = [sympy.sympify(e).subs(system.values) for e in entries]
-    sizes = [abs(float(e)) if e.is_number else 1.0 for e in numbers]
-    return sizes.index(max(sizes))
 
 
 def coupled_or_varying(system: System, coordinate: int) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -182,6 +182,22 @@ class System:
         friction = Matrix([c.force.subs(c.slip, u) for c, u in zip(self.contacts, slip, strict=True)])
         error = self.force - self.mass_matrix * Matrix(self.accelerations) - self.distribution * friction
         return Matrix(self.commanded(error))
+
+    @cached_property
+    def contact_coordinates(self) -> tuple[int, ...]:
+        """Of each contact the coordinate on which it acts most: index of the largest |entry| of its column of U."""
+        return tuple(self._largest(self.distribution[:, k]) for k in range(len(self.contacts)))
+
+    @cached_property
+    def driven_coordinates(self) -> tuple[int, ...]:
+        """Of each input the coordinate that it drives most: index of the largest |entry| of ∂g/∂w."""
+        return tuple(self._largest(row.diff(w) for row in self.force) for w in self.inputs)
+
+    def _largest(self, entries: Iterable[sympy.Expr]) -> int:
+        """Index of the largest |entry| at the declared values; an entry that depends on the state counts as 1."""
+        numbers = [sympy.sympify(e).subs(self.values) for e in entries]
+        sizes = [abs(float(e)) if e.is_number else 1.0 for e in numbers]
+        return sizes.index(max(sizes))
 
     @property
     def accelerations(self) -> tuple[sympy.Symbol, ...]:

@@ -186,10 +186,10 @@ def rigid_terms(system: System, moved: Sequence[sympy.Symbol]) -> RigidTerms:
 
 
 def between(values: Array, substeps: int) -> Array:
-    """(N substeps,) values (N,) interpolated linearly to the middle of each substep, constant after the last sample."""
-    share = (np.arange(substeps) + 0.5) / substeps
-    rise = np.diff(values, append=values[-1:])
-    return np.asarray((values[:, None] + rise[:, None] * share).ravel())
+    """(N substeps, k) values (N, k) interpolated linearly to the middle of each substep, constant at the end."""
+    share = ((np.arange(substeps) + 0.5) / substeps)[:, None]
+    rise = np.diff(values, axis=0, append=values[-1:])
+    return np.asarray((values[:, None] + rise[:, None] * share).reshape(-1, values.shape[1]))
 
 
 @dataclass(eq=False)
@@ -302,12 +302,19 @@ class JointShooter:
 
     def _columns(self, joint: Joint, inputs: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
         """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step."""
-        system = self.terms.system
-        motion = dict(zip(system.positions, along.positions.T, strict=True))
-        motion |= dict(zip(system.velocities, along.velocities.T, strict=True))
-        signals = [*along.loads(joint.index, off), *along.held(joint.index), *(motion[s] for s in joint.others)]
-        columns = np.column_stack([inputs, *(between(signal, substeps) for signal in signals)])
-        return np.pad(columns, ((0, 0), (0, self._shooter.inputs - columns.shape[1])))
+        i, system, count = joint.index, self.terms.system, inputs.shape[1]
+        key = "imposed", along, i, substeps, count, joint.others, off[along.felt[i]].tobytes()
+        imposed = self.memory.get(key)
+        if imposed is None:  # most runs of a fit change neither mass nor force
+            motion = dict(zip(system.positions, along.positions.T, strict=True))
+            motion |= dict(zip(system.velocities, along.velocities.T, strict=True))
+            signals = [*along.loads(i, off), *along.held(i), *(motion[s] for s in joint.others)]
+            imposed = np.zeros((len(inputs), self._shooter.inputs))
+            imposed[:, count : count + len(signals)] = between(np.column_stack(signals), substeps)
+            self.memory.put(key, imposed)
+        columns = imposed.copy()
+        columns[:, :count] = inputs
+        return columns
 
 
 def _record_of(record: Record, i: int) -> Record:
