@@ -89,6 +89,19 @@ def test_equations_are_compiled_once_and_apart_for_joints_and_for_the_whole_arm(
     assert together.runners([trial])[0].shooter is not bare.shooter
 
 
+def test_models_with_other_imposed_signals_share_nothing_that_depends_on_them(tmp_path: Path) -> None:
+    """A spring between two joints needs the other joint's position; a model without it was given the same columns."""
+    log = logged(tmp_path)
+    search, alone = (search_of(arm(tmp_path), log) for _ in range(2))
+    parts = every_part(search, [])
+    spring = next(p for p in parts if p.effect.sits_on == "two coordinates")
+    drag = next(p for p in parts if p.kind == "quadratic_drag")
+    beside = search.runners([search.declared_trial.with_part(p) for p in (drag, spring)])[0]
+    beside.run(np.append(search.declared, np.zeros(len(drag.names))), search.record.at_rest)
+    plain, expected = (s.runners([s.declared_trial])[0].run(s.declared, s.record.at_rest) for s in (search, alone))
+    np.testing.assert_array_equal(plain, expected)
+
+
 def test_what_a_joint_lacks_shows_at_that_joint(tmp_path: Path) -> None:
     log = logged(tmp_path)
     right = by_joint(search_of(arm(tmp_path), log))

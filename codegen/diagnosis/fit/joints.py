@@ -303,13 +303,14 @@ class JointShooter:
     def _columns(self, joint: Joint, inputs: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
         """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step."""
         i, system, count = joint.index, self.terms.system, inputs.shape[1]
-        key = "imposed", along, i, substeps, count, joint.others, off[along.felt[i]].tobytes()
+        width = self._shooter.inputs
+        key = "imposed", along, i, substeps, count, width, joint.others, off[along.felt[i]].tobytes()
         imposed = self.memory.get(key)
         if imposed is None:  # most runs of a fit change neither mass nor force
             motion = dict(zip(system.positions, along.positions.T, strict=True))
             motion |= dict(zip(system.velocities, along.velocities.T, strict=True))
             signals = [*along.loads(i, off), *along.held(i), *(motion[s] for s in joint.others)]
-            imposed = np.zeros((len(inputs), self._shooter.inputs))
+            imposed = np.zeros((len(inputs), width))
             imposed[:, count : count + len(signals)] = between(np.column_stack(signals), substeps)
             self.memory.put(key, imposed)
         columns = imposed.copy()
