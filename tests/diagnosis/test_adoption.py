@@ -36,7 +36,9 @@ from codegen.diagnosis.verdict.adoption import (
     settled_values,
 )
 from codegen.diagnosis.verdict.answer import FORCE, RUN, Answer, Refusal, acts, admitted, worsened
+from codegen.diagnosis.verdict.examination import spared
 from codegen.logs import Log, read_log
+from codegen.mechanics.system import System
 from codegen.report.page import render_report
 from codegen.spec import Spec, parse_spec, read_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, stage, system_of
@@ -453,6 +455,42 @@ def test_what_refitted_values_gain_on_other_joints_pays_for_no_effect() -> None:
     assert chosen.option is None and set(chosen.refusals[0].worse) == {FORCE, RUN}
     assert chosen.refusals[0].model == "as declared on j1"
     assert admitted([option], declared, lambda _: new, refit, acting={1: "j2"}).option is not None
+
+
+TWO_STAGES = """name: two_stages
+coordinates: {x: {velocity: v, unit: m}, y: {velocity: w, unit: m}}
+inputs: {u: {unit: N}, r: {unit: N}}
+parameters: {m: {value: 2, unit: kg}, k: {value: 30, unit: N/m}}
+mass_matrix: [[m, 0], [0, m]]
+force: [u - k*(x - y), r - k*(y - x)]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts: [{name: one, law: coulomb, a: 4.2, unit: N}, {name: two, law: coulomb, a: 9, unit: N}]
+"""
+
+
+@pytest.mark.parametrize("coupling", [30.0, 33.0])
+def test_a_joint_that_refitted_values_make_worse_keeps_its_declared_ones(coupling: float) -> None:
+    """The levels are 4 and 7 N; the refit has 4.5 and 7. A spring between both joints is of neither alone."""
+    system = system_of(parse_spec(TWO_STAGES, Path("two_stages.yaml")))
+    refit = with_values(system, {"one_a": 4.5, "two_a": 7.0, "k": coupling})
+
+    def measured(model: System) -> ErrorFigures:
+        values = {s.name: float(v) for s, v in model.values.items()}
+        errors = tuple(1 + abs(values[f"{name}_a"] - level) for name, level in (("one", 4.0), ("two", 7.0)))
+        return ErrorFigures(1.0, errors, 0.1, 1.0, errors)
+
+    declared, names = measured(system), ["one_a", "two_a", "k"]
+    chosen = admitted([("refitted values", refit)], declared, measured)
+    better, kept = spared(chosen, names, system, declared, measured)
+    assert better.option is not None and kept == {"one_a"}
+    written = {s.name: float(v) for s, v in better.option[1].values.items()}
+    assert (written["one_a"], written["two_a"], written["k"]) == (4.2, 7.0, coupling)
+    assert better.figures.force_rms_rows == pytest.approx((1.2, 1.0))
+    (fact,) = better.remarks
+    assert "25 % larger than as declared on x" in fact.words and "those of x as declared" in fact.words
+    alone = admitted([("refitted values", with_values(system, {"two_a": 7.0}))], declared, measured)
+    assert spared(alone, names, system, declared, measured) == (alone, frozenset())
 
 
 def test_a_little_by_both_errors_is_a_gain() -> None:

@@ -20,7 +20,19 @@ from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.selection.ranking import credible
 from codegen.diagnosis.verdict.adoption import Refit, adopt_values, settled_values
-from codegen.diagnosis.verdict.answer import REFIT_WORSE, Answer, Measured, Option, acts, admitted, merged
+from codegen.diagnosis.verdict.answer import (
+    REFIT_WORSE,
+    Admitted,
+    Answer,
+    Measured,
+    Option,
+    Refusal,
+    acts,
+    admitted,
+    may_be_chance,
+    merged,
+    worsened,
+)
 from codegen.diagnosis.verdict.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
 from codegen.effects import CATALOGUE
@@ -57,8 +69,10 @@ def examine(
         return Answer(verdict, (), refit, refit, (declared, figures, figures)), outcome
     base = adopt_values(search, outcome.base, problem, system)
     chosen = admitted(_options(system, base), declared, measured)
-    refit = system if chosen.option is None else chosen.option[1]
     errors = () if chosen.refusals else base.errors
+    chosen, kept = spared(chosen, [s.name for s in search.moved], system, declared, measured)
+    errors = tuple(e for e in errors if e.name not in kept)
+    refit = system if chosen.option is None else chosen.option[1]
     three = (declared, chosen.figures, chosen.figures)
     plain = Answer(verdict, (), refit, refit, three, errors, remarks=(*base.notes, *chosen.remarks))
     if not outcome.parts:
@@ -80,6 +94,36 @@ def examine(
                 of_leader = replace(answer.against[0], words=words)
                 return replace(second, remarks=(*second.remarks, *refused, of_leader)), other
     return answer, outcome
+
+
+def spared(
+    chosen: Admitted, names: Sequence[str], system: System, declared: ErrorFigures, measured: Measured
+) -> tuple[Admitted, frozenset[str]]:
+    """The option with declared values in place of those that make a joint worse, and the names of these.
+
+    Over all joints together an arm's refitted values may be far better on held-out data, and on one joint worse. There
+    the parameters that act on such joints alone stay as declared, if that makes no error over all joints larger.
+    """
+    count = len(declared.force_rms_rows)
+    if chosen.option is None or count == 1:
+        return chosen, frozenset()
+    name, model = chosen.option
+    pairs = {i: (chosen.figures.on([i]), declared.on([i])) for i in range(count)}
+    ratios = {i: worsened(new, old, REFIT_WORSE) for i, (new, old) in pairs.items()}
+    worse = {i: found for i, found in ratios.items() if found and not may_be_chance(found, *pairs[i])}
+    better = [row for i, row in enumerate(system.equation_error) if i not in worse]
+    symbols = {s.name: s for s in system.values if s.name in names}
+    kept = frozenset(n for n, s in symbols.items() if not any(row.has(s) for row in better))
+    if not worse or not kept:
+        return chosen, frozenset()
+    values = {n: float((system if n in kept else model).values[s]) for n, s in symbols.items()}
+    joints = " and ".join(system.positions[i].name for i in worse)
+    other = with_values(system, values)
+    figures = measured(other)
+    if worsened(figures, chosen.figures):
+        return chosen, frozenset()
+    refused = Refusal(name, f"as declared on {joints}", worse[max(worse, key=lambda i: max(worse[i].values()))])
+    return Admitted((f"{name}, those of {joints} as declared", other), figures, (*chosen.refusals, refused)), kept
 
 
 def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, measured: Measured) -> Answer:
