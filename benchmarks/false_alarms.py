@@ -2,9 +2,9 @@
 
 A residual of n independent values, or one with a slow part, is fitted with 20 candidates by linear least squares along
 one motion: 14 of one parameter, 3 of two, two periodic ones with an unknown period and one with an unknown width. A
-candidate passes as in ``ranking.combined_p``: it removes 5 % of the squares, and p times 20, for a periodic one times
-40 periods, over its share of α is at most α. Left out are the t test where there is most to explain, free runs, and
-the later checks of a diagnosis. For the power, one of five forces is added that makes up a fifth of all squares.
+candidate passes as in ``significance.combined_p``: it removes 5 % of the squares, and p times 20, for a periodic one
+times 40 periods, over its share of α is at most α. Left out are the t test where there is most to explain, free runs,
+and the later checks of a diagnosis. For the power, one of five forces is added that makes up a fifth of all squares.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from codegen.diagnosis.evidence.force_evidence import ForceGain
 from codegen.diagnosis.evidence.score_test import t_of_scores
 from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
 from codegen.diagnosis.fit.credit import ALPHA, LEAST_SHARE, SIGNED
-from codegen.diagnosis.selection.ranking import FORCE_SHARE, FORCE_SHARE_OF_FEW
+from codegen.diagnosis.selection.significance import FORCE_SHARE, FORCE_SHARE_OF_FEW
 
 Candidate = tuple[int, float, list[Array]]
 RESIDUALS = ("white", "neighbours' correlation 0.6", "white and a slow force")

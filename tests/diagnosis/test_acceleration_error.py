@@ -19,7 +19,7 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import part_of
-from codegen.diagnosis.selection import ranking
+from codegen.diagnosis.selection import refusals
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import log_of, stage, system_of
 
@@ -85,11 +85,11 @@ def test_such_a_candidate_is_refused_in_its_round(tmp_path: Path, monkeypatch: p
     """Where the tests by force let it pass, as a backlash, whose load the force residual does not follow."""
     search, base, fit = fits("[{kind: viscous, on: rail, parameters: {b: 10}}]", tmp_path)
     for name in ("admissible", "matters"):
-        monkeypatch.setattr(ranking, name, lambda *_: True)
+        monkeypatch.setattr(refusals, name, lambda *_: True)
     for name in ("contradicted_by_force", "only_reduces_drive", "acts_as_its_limit", "absorbed_by_refit"):
-        monkeypatch.setattr(ranking, name, lambda *_: "")
+        monkeypatch.setattr(refusals, name, lambda *_: "")
     credited = Evidence(gain=100.0, share=0.5, t=5.0, won=8, blocks=8)
-    why_not = ranking._why_not(ForceCriterion(search, base), ForceCriterion(search, fit), credited, 0.5)
+    why_not = refusals.why_refused(ForceCriterion(search, base), ForceCriterion(search, fit), credited, 0.5)
     assert why_not.startswith("makes the squared acceleration error")
 
 

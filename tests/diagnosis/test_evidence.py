@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.stats import binom, norm, ttest_1samp
 
 from codegen.diagnosis.fit.credit import by_random_signs, evidence
-from codegen.diagnosis.selection import ranking
+from codegen.diagnosis.selection import significance
 
 KEPT, SEGMENTS = 40, 48
 FLOOR = 0.5 * KEPT * np.log(2.0)
@@ -99,7 +99,7 @@ def test_a_likelihood_credits_none_of_two_models_that_are_wrong_alike(monkeypatc
     A log of a swing-up credited a Stribeck effect in place of a friction that falls with time, by three segments.
     """
     generator, level, draws, few = np.random.default_rng(4), 0.05, 2000, 13
-    monkeypatch.setattr(ranking, "independent_share", lambda fit: 0.2)
+    monkeypatch.setattr(significance, "independent_share", lambda fit: 0.2)
     record: Any = SimpleNamespace(noise=np.ones(1))
     search: Any = SimpleNamespace(record=record)
     rare = likely = 0
@@ -108,7 +108,7 @@ def test_a_likelihood_credits_none_of_two_models_that_are_wrong_alike(monkeypatc
         runner = SimpleNamespace(record=record)
         fit: Any = SimpleNamespace(by_segment=other, residual=np.zeros((few, KEPT)), runner=runner)
         found = evidence(losses(one), losses(other), KEPT, FLOOR)
-        rare += found.p(ranking.whiteness(search, fit)) < level
+        rare += found.p(significance.whiteness(search, fit)) < level
         likely += found.p(0.2) < level
     assert rare <= binom.ppf(0.999, draws, level) < likely
 

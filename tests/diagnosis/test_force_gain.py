@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from codegen.diagnosis.evidence.force_evidence import ForceGain, force_gain
+from codegen.diagnosis.evidence.force_evidence import ForceCriterion, ForceGain, force_gain
 from codegen.diagnosis.fit.credit import ALPHA, Evidence, random_signs
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import (
@@ -29,14 +29,9 @@ from codegen.diagnosis.fit.residual import (
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import part_of, with_values
-from codegen.diagnosis.selection.ranking import (
-    ForceCriterion,
-    absorbed_by_refit,
-    combined_p,
-    contradicted_by_force,
-    credible,
-    only_reduces_drive,
-)
+from codegen.diagnosis.selection.ranking import credible
+from codegen.diagnosis.selection.refusals import absorbed_by_refit, contradicted_by_force, only_reduces_drive
+from codegen.diagnosis.selection.significance import combined_p
 from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics import System

@@ -13,7 +13,7 @@ import pytest
 
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import part_of
-from codegen.diagnosis.selection import candidate_fits, forward_selection, ranking
+from codegen.diagnosis.selection import candidate_fits, forward_selection, ranking, refusals, significance
 from codegen.diagnosis.selection.forward_selection import still_credited
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates
@@ -244,14 +244,14 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     wave.cost, wave.model = 0.0, None
     monkeypatch.setattr(forward_selection, "fit_candidates", lambda *_: [wave])
     monkeypatch.setattr(forward_selection, "_others", lambda search, parts, k, first: [wave.part])
-    monkeypatch.setattr(ranking, "admissible", lambda search, found: True)
+    monkeypatch.setattr(refusals, "admissible", lambda search, found: True)
     monkeypatch.setattr(forward_selection, "matters", lambda *_: True)
     refusing = "corrects_a_form", "contradicted_by_force", "contradicted_by_acceleration"
     for test in refusing:
         monkeypatch.setattr(forward_selection, test, lambda *_: "")
-    monkeypatch.setattr(ranking, "acts_as_its_limit", lambda search, found: "")
-    monkeypatch.setattr(ranking, "unseen_shape", lambda search, found: "longer than the stroke")
-    monkeypatch.setattr(ranking, "takes_the_level", lambda problem, system, model: "")
+    monkeypatch.setattr(refusals, "acts_as_its_limit", lambda search, found: "")
+    monkeypatch.setattr(refusals, "unseen_shape", lambda search, found: "longer than the stroke")
+    monkeypatch.setattr(refusals, "takes_the_level", lambda problem, system, model: "")
     shared = {"problem": None, "system": None}
     search: Any = SimpleNamespace(without=lambda current, k: current, fitted_again=lambda fit: fit, **shared)
     monkeypatch.setattr(forward_selection, "_ranked", lambda found, without: found)
@@ -259,7 +259,7 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     current = fit(part_named("spring"), part_named("viscous_asymmetry"))
     current.cost = 100.0
     assert forward_selection._swapped(search, current, [], []) == (None, {})
-    monkeypatch.setattr(ranking, "unseen_shape", lambda search, found: "")
+    monkeypatch.setattr(refusals, "unseen_shape", lambda search, found: "")
     monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: False)
     assert forward_selection._swapped(search, current, [], [])[0] is wave
     monkeypatch.setattr(forward_selection, "_force_speaks_for", lambda here, found: True)
@@ -356,7 +356,7 @@ def test_forms_of_an_effect_are_one_hypothesis() -> None:
     system = system_of(stage())
     parts = [part_of(form, place, system) for effect, place in candidates(system) for form in effect.forms]
     kinds = {(effect.kind, place) for effect, place in candidates(system)}
-    assert len(parts) > len(kinds) == ranking.hypotheses(parts)
+    assert len(parts) > len(kinds) == significance.hypotheses(parts)
 
 
 def test_an_unknown_period_counts_as_many_hypotheses_and_sets_of_effects_each() -> None:
@@ -378,7 +378,7 @@ def test_an_unknown_period_counts_as_many_hypotheses_and_sets_of_effects_each() 
         return SimpleNamespace(trial=SimpleNamespace(parts=parts), values=([], values))
 
     def tried(*kinds: str, before: tuple[str, ...] = ()) -> float:
-        return ranking.tried(search, model(*before), model(*kinds), 20)
+        return significance.tried(search, model(*before), model(*kinds), 20)
 
     assert tried("viscous", "spring", before=("spring",)) == 20
     assert tried("viscous", "spring") == 190

@@ -15,7 +15,7 @@ from codegen.diagnosis.fit.output_error import Fit, shooting_fit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Trial, part_of, with_values
-from codegen.diagnosis.selection.ranking import is_possible
+from codegen.diagnosis.selection.refusals import is_possible
 from codegen.diagnosis.verdict import force_led
 from codegen.diagnosis.verdict.force_led import ForceFits, force_round
 from codegen.effects import CATALOGUE

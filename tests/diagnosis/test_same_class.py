@@ -23,7 +23,7 @@ from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.starting_values import starting_points
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
-from codegen.diagnosis.selection.ranking import admissible, relative_size
+from codegen.diagnosis.selection.refusals import admissible, relative_size
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import add_declared_effects, places_of
 from codegen.effects.register import load_effects

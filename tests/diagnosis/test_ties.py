@@ -17,7 +17,7 @@ from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection import ranking
 from codegen.diagnosis.selection.candidate_fits import is_simpler_form
 from codegen.diagnosis.selection.forward_selection import _reconsidered
-from codegen.diagnosis.selection.ranking import acts_as_its_limit
+from codegen.diagnosis.selection.refusals import acts_as_its_limit
 from codegen.diagnosis.verdict import examination
 from codegen.diagnosis.verdict.examination import examine
 from codegen.effects import CATALOGUE

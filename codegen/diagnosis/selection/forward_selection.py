@@ -19,17 +19,10 @@ from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, every_part, fi
 from codegen.diagnosis.selection.ranking import (
     CLOSE,
     Ranked,
-    contradicted_by_acceleration,
-    contradicted_by_force,
-    corrects_a_form,
     credible,
     force_prefers,
-    force_share,
-    hypotheses,
     is_no_better_form,
-    is_possible,
     leaves_as_little,
-    matters,
     most_left,
     nearest_twin_first,
     ordered_by_force,
@@ -40,6 +33,15 @@ from codegen.diagnosis.selection.ranking import (
     ties,
     usual_form_first,
 )
+from codegen.diagnosis.selection.refusals import (
+    contradicted_by_acceleration,
+    contradicted_by_force,
+    corrects_a_form,
+    force_share,
+    is_possible,
+    matters,
+)
+from codegen.diagnosis.selection.significance import hypotheses
 from codegen.effects import CATALOGUE
 from codegen.effects.register import kinds_of
 

@@ -19,7 +19,8 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Candidate, FoundEffect, Interval, Remainder, Round, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.ranking import Ranked, chance, twins
+from codegen.diagnosis.selection.ranking import Ranked, twins
+from codegen.diagnosis.selection.significance import chance
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.effects.places import pairs

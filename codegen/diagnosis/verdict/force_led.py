@@ -45,17 +45,9 @@ from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import ErrorFigures, Fact, Verdict
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.forward_selection import MOST_EFFECTS, LaterRound, Outcome
-from codegen.diagnosis.selection.ranking import (
-    CLOSE,
-    Ranked,
-    hypotheses,
-    in_simplest_admitted_forms,
-    is_possible,
-    led_by,
-    matters,
-    relative_size,
-    ties,
-)
+from codegen.diagnosis.selection.ranking import CLOSE, Ranked, in_simplest_admitted_forms, led_by, ties
+from codegen.diagnosis.selection.refusals import is_possible, matters, relative_size
+from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.adoption import adopt_values
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.conclusion import named_effects

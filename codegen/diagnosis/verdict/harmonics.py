@@ -23,7 +23,9 @@ from codegen.diagnosis.fit.signals import low_pass
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import NEAR, SHORTEST
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, pruned, worth_it
-from codegen.diagnosis.selection.ranking import Ranked, chance, credible, relative_size
+from codegen.diagnosis.selection.ranking import Ranked, credible
+from codegen.diagnosis.selection.refusals import relative_size
+from codegen.diagnosis.selection.significance import chance
 from codegen.diagnosis.verdict.conclusion import force_agrees
 from codegen.effects.periodic import PERIOD, CoggingHarmonics
 from codegen.effects.register import candidates, kinds_of

@@ -1,0 +1,252 @@
+"""The tests that refuse a candidate, apart from that of significance, each with its reason in words.
+
+A candidate is refused for too little gain or force, for values that cannot be or that the log cannot show, as an effect
+that another one or refitted values explain, and where force or acceleration contradict the free runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from codegen.base.arrays import Array
+from codegen.base.significant import in_percent
+from codegen.diagnosis.evidence.acceleration_error import larger_acceleration_error
+from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.evidence.reservations import never_passed, passed_too_fast, shows_no_bend, takes_the_level
+from codegen.diagnosis.evidence.residual_regression import inertia_noise
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import Evidence, noise_ratio, size_of
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.residual import drive_left, drive_shares, inverse_dynamics_residual
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import Part, with_effects, with_values
+from codegen.diagnosis.results import FoundEffect
+from codegen.diagnosis.selection.significance import noise_assumed
+from codegen.mechanics.system import System
+
+LEAST_DRIVE = 0.1
+"""Least RMS of the drive force with an effect over that without: less does not move the machine."""
+CONTRADICTED = 1.5
+"""A candidate that multiplies the squared force residual by this or more is refused, whatever free runs say."""
+FORM_ERROR = 0.1
+"""Least force of an effect over that of another on the same coordinate that is seen over the same variable."""
+
+
+def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: float) -> str:
+    """The first test that a candidate fails, in words; empty where it passes all but that of significance."""
+    search, found = after.search, after.fit
+    if e.gain <= 0:
+        return "does not reduce the simulation error on held-out parts of the log"
+    if e.share < credit.LEAST_SHARE:
+        needed = in_percent(credit.LEAST_SHARE)
+        return f"removes {in_percent(e.share)} of the squared simulation error on held-out parts; {needed} is needed"
+    if size < _least_size(found):
+        return f"is too small to matter: {in_percent(size)} of the drive force"
+    if not admissible(search, found):
+        return "fits only with unphysical values"
+    here = found.part.effect.coordinate(search.system, found.part.place)
+    return (
+        unseen_shape(search, found)
+        or acts_as_its_limit(search, found)
+        or takes_the_level(search.problem, before.fit.model, found.model)
+        or found.part.effect.unseen(found.parameters, float(search.record.noise[here]))
+        or absorbed_by_refit(before, after)
+        or only_reduces_drive(before, after, e)
+        or corrects_a_form(before, after)
+        or contradicted_by_force(before, after, e.share)
+        or contradicted_by_acceleration(before, after)
+    )
+
+
+def matters(search: Search, found: Fit, base: Fit) -> bool:
+    """Whether a candidate is large enough, compared with the drive force, to be an effect."""
+    return relative_size(search, found, base) >= _least_size(found)
+
+
+def _least_size(found: Fit) -> float:
+    return credit.LEAST_NET if found.trial.adds_states else credit.LEAST_SIZE
+
+
+def relative_size(search: Search, found: Fit, base: Fit) -> float:
+    """Force of the effect over the drive force along the motion; where not defined, its change of the prediction."""
+    part = found.part
+    if found.trial.adds_states or not part.effect.admissible(search.system, part.place, found.parameters):
+        return size_of(found, base)
+    return force_share(search, found.part, found.parameters)
+
+
+def force_share(search: Search, part: Part, values: Mapping[str, float]) -> float:
+    """Force of an effect over the drive force along the motion."""
+    richer = with_effects(search.system, [FoundEffect(part.kind, part.on, values, {})])
+    return search.drive.share(inverse_dynamics_residual(richer, search.motion) - search.drive.residual)
+
+
+def is_possible(search: Search, found: Fit) -> bool:
+    """Whether the fitted values lie within the effect's bounds, and the log can show its period and friction's part."""
+    if not admissible(search, found) or unseen_shape(search, found) or acts_as_its_limit(search, found):
+        return False
+    return not takes_the_level(search.problem, search.system, found.model)
+
+
+def admissible(search: Search, found: Fit) -> bool:
+    """Whether the fitted values lie within the effect's bounds, in the system with the refitted ones."""
+    values = found.parameters
+    if not all(np.isfinite(v) for v in values.values()):
+        return False
+    return found.part.effect.admissible(_refitted(search, found), found.part.place, values)
+
+
+def _refitted(search: Search, found: Fit) -> System:
+    """The declared system with the refitted values of a fit."""
+    moved = found.values[0].tolist()
+    return with_values(search.system, dict(zip((s.name for s in found.trial.moved), moved, strict=True)))
+
+
+def unseen_shape(search: Search, found: Fit) -> str:
+    """Why the log cannot show an effect's shape: that it repeats, or where it bends; else empty."""
+    if never_passed(search.system, search.motion, found.part, found.parameters):
+        return "has a period longer than the distance that the log covers, so nothing shows that it repeats"
+    if passed_too_fast(search.system, search.motion, found.part, found.parameters):
+        return "has a period that the motion passes too fast: its force lies above the cutoff of the filter"
+    if shows_no_bend(search.system, search.motion, found.part, found.parameters):
+        return "bends outside the speeds of the log, where it is a level or a line and no curve"
+    return ""
+
+
+def acts_as_its_limit(search: Search, found: Fit) -> str:
+    """Why not, where the force of the last effect is that of a simpler one to within ``credit.LEAST_SIZE``; else empty.
+
+    A load behind a spring too soft to move it is an inertia error, and two parameters too many.
+    """
+    part, refitted = found.part, _refitted(search, found)
+    limit = part.effect.limit(refitted, part.place, found.parameters)
+    if limit is None:
+        return ""
+    kind, values = limit
+    *others, _ = [FoundEffect(p.kind, p.on, v, {}) for p, v in zip(found.trial.parts, found.values[1], strict=True)]
+    simpler = with_effects(refitted, [*others, FoundEffect(kind, part.on, values, {})])
+    motion = search.motion
+    own = search.drive.share(
+        inverse_dynamics_residual(found.model, motion) - inverse_dynamics_residual(simpler, motion)
+    )
+    if own >= credit.LEAST_SIZE:
+        return ""
+    return f"acts as {kind}: what it adds to that is {in_percent(own)} of the drive force"
+
+
+def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
+    """Why not, where refitted values explain the effect's force to within ``LEAST_NET``; else empty."""
+    if after.fit.trial.adds_states:
+        return ""
+    net = before.search.drive.share(after.residual - before.residual)
+    if net >= credit.LEAST_NET:
+        return ""
+    return f"is absorbed by refitted values: beside them it changes the force by {in_percent(net)} of the drive force"
+
+
+def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
+    """Reason to refuse an effect that gains only by a reduction of the drive force; empty if there is none.
+
+    Let p be the constant factor by which the effect scales the drive force of a coordinate (a gain, friction in
+    proportion to the drive), and q the remaining share of the drive force apart from p (dead zone, saturation). The
+    tests with q skip coordinates whose drive force the effect does not reduce. Refused are
+
+    - less than ``LEAST_DRIVE`` of the drive force: with a dead zone wider than the commands only inertia is left to
+      explain, which slow motion hardly shows;
+    - r² > ``CONTRADICTED`` (q² r₀² + (1 − q²) n²), with r and r₀ the RMS force residual with and without the effect and
+      n the noise of M a. With a saturation far below the commands the free runs of a heavy machine end near the noise
+      although almost no force is left: they continue at their start speed;
+    - far from the noise, an effect with which neither r² nor the squared free-run error is ``LEAST_SHARE`` below what
+      the factor q² alone gives;
+    - an effect with which neither is that much below what p² alone gives, since p scales noise and structure alike.
+    """
+    motion = before.search.motion
+    acting = drive_shares(after.fit.model, before.fit.model, motion, before.search.problem.used)
+    least = float(np.min(acting))
+    if least < LEAST_DRIVE:
+        return f"weakens the drive force to {in_percent(least)}: too little to move the machine"
+    left, had = drive_left(after.fit.model, motion), drive_left(before.fit.model, motion)
+    scales = left / had  # p
+    remaining = acting / scales  # q
+    if _leaves_more(before, after, remaining, CONTRADICTED):
+        return f"weakens the drive force to {in_percent(least)}, of which a larger share stays unexplained"
+    small, far = 1 - credit.LEAST_SHARE, noise_ratio(after.fit) > credit.NEAR_NOISE
+    by_runs = 1 - e.share > small * float(np.min(remaining)) ** 2
+    if far and by_runs and _leaves_more(before, after, remaining, small):
+        return f"weakens the drive force to {in_percent(least)}, of which it explains no larger share"
+    scale = float(np.min(scales))
+    if scale >= 1 - credit.LEAST_SHARE or 1 - e.share <= (1 - credit.LEAST_SHARE) * scale**2:
+        return ""
+    if after.over(before).left <= 1 - credit.LEAST_SHARE:
+        return ""
+    return f"weakens the drive force for the motion to {in_percent(left.min())}, of which it explains no larger share"
+
+
+def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array, times: float) -> bool:
+    """Whether r² > times (q² r₀² + (1 − q²) min(n², r₀²)) on some coordinate whose drive force the effect reduces.
+
+    ``remaining``: (n,) q; symbols of ``only_reduces_drive``.
+    """
+    search = before.search
+    for i, used in enumerate(search.problem.used.T):
+        if used.any() and remaining[i] < 1 - credit.LEAST_SHARE:
+            without, with_effect = (float(np.mean(c.without_levels[used, i] ** 2)) for c in (before, after))
+            noise, share = inertia_noise(search.system, search.motion, i), float(remaining[i]) ** 2
+            if with_effect > times * (share * without + (1 - share) * min(noise, without)):
+                return True
+    return False
+
+
+def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
+    """Why not, where a candidate adds little to another effect that acts on the same coordinate and is seen over the
+    same variable: so little may be a misfit of the other's form; else empty.
+    """
+    *others, part = after.fit.trial.parts
+    *values, _ = after.fit.values[1]
+    system = before.search.system
+    here = part.effect.coordinate(system, part.place), part.effect.seen_over
+    acting = ((p.effect.coordinate(system, p.place), p.effect.seen_over) for p in others)
+    alike = [(p, v) for p, v, on in zip(others, values, acting, strict=True) if on == here]
+    if not alike or after.fit.trial.adds_states:
+        return ""
+    net = before.search.drive.share(after.without_levels - before.without_levels)
+    sizes = [(force_share(before.search, p, v), p) for p, v in alike]
+    most, larger = max(sizes, key=lambda one: one[0])
+    if net >= FORM_ERROR * most:
+        return ""
+    return (
+        f"adds only {in_percent(net)} of the drive force to the {in_percent(most)} of {larger.kind}: no "
+        "more than a misfit of that curve's form may leave"
+    )
+
+
+def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: float = 0.0) -> str:
+    """Why not, where a candidate makes the force residual significantly larger; else empty.
+
+    Short free runs without drive, as of an inertia a thousand times too large, go on at the measured start speed; where
+    friction levels are wrong they beat any model that moves by its forces.
+
+    Args:
+        share: of the squared free-run residual that the candidate removes on held-out segments.
+    """
+    times = after.over(before).left
+    if times < CONTRADICTED or before.over(after).p > credit.ALPHA:
+        return ""
+    if credit.free_runs_settle(after.fit, share, times):
+        return ""
+    return f"makes the squared residual force {times:.2g} times as large"
+
+
+def contradicted_by_acceleration(before: ForceCriterion, after: ForceCriterion) -> str:
+    """Why not, where a load behind a spring makes the acceleration error of free runs larger; else empty.
+
+    Not tested near the noise, where the acceleration error is noise.
+    """
+    search, found = after.search, after.fit
+    more = len(found.model.transmissions) > len(before.fit.model.transmissions)
+    if not more or noise_ratio(found) * noise_assumed(search, found) <= credit.NEAR_NOISE:
+        return ""
+    here = found.part.effect.coordinate(search.system, found.part.place)
+    return larger_acceleration_error(before.fit, found, here, search.motion.cutoff_hz)

@@ -1,0 +1,78 @@
+"""How likely a gain is without an effect, by free runs and by the force residual, over all hypotheses tried."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import comb, prod
+
+from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.evidence.reservations import resolvable_periods
+from codegen.diagnosis.evidence.score_test import added_parameters
+from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import Evidence, independent_share, near_noise, noise_ratio
+from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.search import Search
+from codegen.diagnosis.fit.trial import Part
+
+FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
+"""Share of α for the test on the force residual (weighted Bonferroni), and that where the log has fewer than
+``credit.SIGNED`` segments: the sign test on B of them cannot give less than Φ(−√B)."""
+ALONE = 1.2
+"""Squared ratio of residual to noise up to which the likelihood of free runs counts without a test on blocks."""
+
+
+def hypotheses(parts: Sequence[Part]) -> int:
+    """Number of candidates for Bonferroni's correction: forms of one effect, each contained in the next, are one."""
+    return len({(p.kind, p.on) for p in parts})
+
+
+def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
+    """Number of hypotheses among which the effects that a model has more than another were chosen.
+
+    Of so many candidates, every set of as many; of an effect with an unknown period, each that the log can resolve.
+    """
+    known = {(p.kind, p.on) for p in before.trial.parts}
+    added = [
+        (p, values) for p, values in zip(after.trial.parts, after.values[1], strict=True) if (p.kind, p.on) not in known
+    ]
+    sets = comb(max(candidates, len(added)), len(added))
+    return sets * prod(resolvable_periods(search.system, search.motion, p, values) for p, values in added)
+
+
+def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
+    """Probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
+    return min(1.0, candidates * e.p(whiteness(search, fit), dispersion(search, fit) <= ALONE))
+
+
+def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: float) -> float:
+    """Probability by free runs, or by the force residual where free runs leave doubt (weighted Bonferroni)."""
+    few = len(after.search.record.start) < credit.SIGNED
+    share = FORCE_SHARE_OF_FEW if few else FORCE_SHARE
+    free = min(1.0, p / (1 - share))
+    if free <= credit.ALPHA:
+        return free
+    gain = after.added_to(before)
+    if gain.left > 1 - credit.LEAST_SHARE:
+        return free
+    return min(free, candidates * gain.p_added(added_parameters(before.fit.trial, after.fit.trial)) / share)
+
+
+def whiteness(search: Search, fit: Fit) -> float:
+    """Share of the residuals that count as independent; 0 far from the noise, where no likelihood holds.
+
+    A wrong model form leaves one error in a segment, however many samples the segment spans. So only the noise's share
+    of the squared residual counts: at three times the noise a ninth of the residuals, and the likelihood gain must be
+    nine times as large. This is a cautious count and no quasi-likelihood, whose dispersion `segment_losses` holds.
+    """
+    near = near_noise(fit, noise_assumed(search, fit))
+    return independent_share(fit) / dispersion(search, fit) if near else 0.0
+
+
+def dispersion(search: Search, fit: Fit) -> float:
+    """Squared ratio of residual to noise in the median segment, at least 1."""
+    return max(1.0, (noise_assumed(search, fit) * noise_ratio(fit)) ** 2)
+
+
+def noise_assumed(search: Search, fit: Fit) -> float:
+    """Noise that a fit assumes over that of the measurement."""
+    return float(fit.runner.record.noise[0] / search.record.noise[0])
