@@ -13,7 +13,7 @@ from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Diagnosis
 from codegen.diagnosis.selection import forward_selection
 from codegen.diagnosis.selection.candidate_fits import every_part
-from codegen.diagnosis.verdict import force_led
+from codegen.diagnosis.verdict import force_fits
 from codegen.effects.declare import add_declared_effects
 from codegen.logs import Log, read_log
 from codegen.mechanics import System, build_system
@@ -110,5 +110,5 @@ def among(*kinds: str) -> Iterator[None]:
     def few(search: Search, taken: Sequence[Part]) -> list[Part]:
         return [part for part in every_part(search, taken) if not kinds or part.kind in kinds]
 
-    with patch.object(forward_selection, "every_part", few), patch.object(force_led, "every_part", few):
+    with patch.object(forward_selection, "every_part", few), patch.object(force_fits, "every_part", few):
         yield

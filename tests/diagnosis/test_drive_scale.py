@@ -13,7 +13,7 @@ from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values
 from codegen.diagnosis.verdict.adoption import CrossValidation, adopt_values
-from codegen.diagnosis.verdict.force_led import ForceFits
+from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.mechanics.system import System
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of

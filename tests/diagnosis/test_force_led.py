@@ -22,20 +22,18 @@ from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Part, model_of, part_of
 from codegen.diagnosis.results import Fact
 from codegen.diagnosis.selection.forward_selection import LaterRound, Outcome
-from codegen.diagnosis.verdict import force_led
+from codegen.diagnosis.verdict import force_led, force_selection
 from codegen.diagnosis.verdict.answer import Answer
-from codegen.diagnosis.verdict.force_led import (
-    LEVEL,
-    ForceFits,
+from codegen.diagnosis.verdict.force_fits import LEVEL, ForceFits
+from codegen.diagnosis.verdict.force_led import against_free_runs, told_by_held_out
+from codegen.diagnosis.verdict.force_selection import (
     ForceSelection,
-    against_free_runs,
     best_first_effect,
     confirmed,
     fit_in_addition,
     in_determined_forms,
     judged,
     selected_by_force,
-    told_by_held_out,
 )
 from codegen.diagnosis.verdict.held_out import HeldOut
 from codegen.effects import CATALOGUE
@@ -407,7 +405,7 @@ def test_what_free_runs_do_not_confirm_is_told(tmp_path: Path, monkeypatch: pyte
     search, problem = searched(log)
     plain = ForceFits(search, problem, search.refit())
     none = plain.fit(search.declared_trial, plain.adopted)
-    monkeypatch.setattr(force_led, "confirmed", lambda fits, fit, run: (none, fits.run(none)))
+    monkeypatch.setattr(force_selection, "confirmed", lambda fits, fit, run: (none, fits.run(none)))
     told: list[Fact] = []
     assert selected_by_force(search, search.refit(), problem, lambda share: None, told.append) is None
     words = told[0].words

@@ -16,8 +16,9 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import Trial, part_of, with_values
 from codegen.diagnosis.selection.refusals import is_possible
-from codegen.diagnosis.verdict import force_led
-from codegen.diagnosis.verdict.force_led import ForceFits, force_round
+from codegen.diagnosis.verdict import force_selection
+from codegen.diagnosis.verdict.force_fits import ForceFits
+from codegen.diagnosis.verdict.force_selection import force_round
 from codegen.effects import CATALOGUE
 from codegen.logs import Log, read_log
 from codegen.mechanics.system import System
@@ -60,14 +61,14 @@ def test_a_start_that_leaves_no_drive_is_left_out(tmp_path: Path, monkeypatch: p
     """Its residual was divided by that share: a division by zero that was told as a fault of the spec."""
     search, problem = searched(log_of(stage(duration=5.0), tmp_path, "train.csv"))
     fits = ForceFits(search, problem, search.refit())
-    before = force_led.drive_kept
+    before = force_selection.drive_kept
 
     def kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:
         none = trial.parts[-1].kind == "input_gain"
         return 0.0 if none else before(fits, plain, trial, theta)
 
-    monkeypatch.setattr(force_led, "drive_kept", kept)
-    monkeypatch.setattr(force_led, "FITTED", 1)
+    monkeypatch.setattr(force_selection, "drive_kept", kept)
+    monkeypatch.setattr(force_selection, "FITTED", 1)
     kinds = {r.found.part.kind for r in force_round(fits, fits.plain, lambda share: None)}
     assert "input_gain" not in kinds
 

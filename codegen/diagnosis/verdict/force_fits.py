@@ -1,0 +1,165 @@
+"""Fits of models to the force residual by nonlinear least squares, and free runs with the effects of such a fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.credit import SIGNED
+from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
+from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_symbols, residual_at_drive
+from codegen.diagnosis.fit.search import ROUNDS, Search
+from codegen.diagnosis.fit.starting_values import STEP
+from codegen.diagnosis.fit.trial import Trial, model_of
+from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
+from codegen.diagnosis.selection.ranking import CLOSE
+from codegen.diagnosis.verdict.adoption import adopt_values
+
+LEVEL = 10.0
+"""RMS to which the residual of the model without effects is scaled.
+
+It is far above 1, where the loss of a block is logarithmic, so each block counts by the ratio of its residuals."""
+FIXED = 1e-9
+"""Prior deviation, in sizes of a parameter, of the values of effects in free runs in which they stay."""
+STEPS, DAMPED = 5, 4
+"""Most Gauss–Newton steps, and most attempts at one step with increasing damping."""
+
+
+@dataclass(frozen=True, eq=False)
+class ForceFits:
+    """Fits of models to the low-passed force residual, with the log in ``SIGNED`` blocks in place of segments.
+
+    Attributes:
+        search: gives the prior of parameters with a tolerance. problem: the declared system on the log's motion.
+        base: the refit by free runs, which gives the start states.
+    """
+
+    search: Search
+    problem: Problem
+    base: Fit
+
+    @cached_property
+    def _rows(self) -> list[NDArray[np.int_]]:
+        """Samples used, for each coordinate: away from standstill, two in each period of the cutoff."""
+        motion = self.problem.motion
+        every = max(1, round(1 / (2 * motion.cutoff_hz * motion.sample_time)))
+        return [np.flatnonzero(used)[::every] for used in self.problem.used.T]
+
+    @cached_property
+    def _sizes(self) -> list[float]:
+        """Scale of the residual, for each coordinate: that of the model without effects becomes ``LEVEL``."""
+        residual = self._forces(self.search.declared_trial, self.adopted)
+        sizes = [
+            float(np.sqrt(np.mean(r[k] ** 2))) if len(k) else 1.0 for r, k in zip(residual.T, self._rows, strict=True)
+        ]
+        return [max(size, 1e-300) / LEVEL for size in sizes]
+
+    @cached_property
+    def candidates(self) -> CandidateFits:
+        """All candidates: every effect at every place, with the range of its variable that the log covers."""
+        return CandidateFits(self.search, self.base, tuple(every_part(self.search, ())), lambda share: None)
+
+    @cached_property
+    def adopted(self) -> Array:
+        """Values (p,) of levels and toleranced parameters that free runs and force residual together choose."""
+        values = adopt_values(self.search, self.base, self.problem, self.search.system)
+        return np.array(values.values, dtype=float)
+
+    @cached_property
+    def plain(self) -> Fit:
+        """The fit of the model without effects."""
+        return self.fit(self.search.declared_trial, self.adopted)
+
+    def nearly_alike(self, one: Fit, best: Fit) -> bool:
+        """Whether both what two fits leave of the squared residual and what they remove differ by little.
+
+        A log is long enough to show any difference between two models that are both a little wrong. It then does not
+        tell which effect acts, but which one also imitates part of what neither describes.
+        """
+        plain, less, most = (float(fit.by_segment.sum()) for fit in (self.plain, one, best))
+        return less <= CLOSE * most and plain - most <= CLOSE * (plain - less)
+
+    def _forces(self, trial: Trial, theta: Array) -> Array:
+        """Residual over the drive force that the values leave: a weaker drive makes every force smaller."""
+        model, motion = model_of(trial, theta), self.problem.motion
+        forces = residual_at_drive(model, motion)
+        return forces / drive_gain(model, self.problem.system, motion) if self._moves_drive else forces
+
+    @cached_property
+    def _moves_drive(self) -> bool:
+        """Whether a refitted parameter scales the drive force."""
+        return not drive_symbols(self.problem.system).isdisjoint(self.search.moved)
+
+    def _residual(self, trial: Trial, theta: Array) -> Array:
+        """Scaled residuals of each block, (SIGNED, K); shorter blocks are padded with zeros."""
+        forces, count = self._forces(trial, theta), len(self.problem.motion.time)
+        blocks: list[list[Array]] = [[] for _ in range(SIGNED)]
+        for values, rows, size in zip(forces.T, self._rows, self._sizes, strict=True):
+            edges = np.searchsorted(rows, np.linspace(0, count, SIGNED + 1)[1:-1])
+            for block, part in zip(blocks, np.split(values[rows] / size, edges), strict=True):
+                block.append(part)
+        joined = [np.concatenate(block) for block in blocks]
+        longest = max(map(len, joined))
+        return np.array([np.pad(block, (0, longest - len(block))) for block in joined])
+
+    def fit(self, trial: Trial, theta: Array) -> Fit:
+        """The fit from these values, by damped Gauss–Newton steps."""
+        runner = self.search.runners([trial])[0]
+        prior = self.search.prior(trial, theta)
+        first, damping = theta, 1e-6
+        now = self._residual(trial, theta)
+        slopes = self._slopes(trial, theta, now, prior.size)
+        for _ in range(STEPS):
+            weighted = slopes * segment_weights(now)[:, None]
+            matrix = np.einsum("ask,bsk->ab", weighted, slopes) + np.diag(prior.precision)
+            right = np.einsum("ask,sk->a", weighted, now) - prior.precision * (theta - prior.centre)
+            cost = segment_cost(now) + prior.cost(theta)
+            for _ in range(DAMPED):
+                step = damped_step(matrix, right, damping)
+                moved = prior.clip(np.clip(theta + step, first - prior.reach, first + prior.reach))
+                then = self._residual(trial, moved)
+                new = segment_cost(then) + prior.cost(moved)  # NaN where it is not finite
+                if new < cost:
+                    break
+                damping = max(damping, 1e-4) * 10
+            else:
+                break
+            theta, now, damping = moved, then, max(damping / 10, 1e-6)
+            slopes = self._slopes(trial, theta, now, prior.size, slopes)
+            if cost - new < 1e-2 + 1e-4 * cost:
+                break
+        at = self.base.offsets, now, now, slopes, self.base.starts
+        return Fit(runner, theta, *at, prior, prior.limited(theta, theta))
+
+    def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
+        """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
+
+        Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``; over a
+        drive force that these change, they are not.
+        """
+        slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
+        for k in range(len(slopes), len(theta)):
+            step, moved = STEP * float(size[k]), theta.copy()
+            moved[k] += step
+            slopes.append((now - self._residual(trial, moved)) / step)
+        return np.array(slopes)
+
+    def without(self, fit: Fit, index: int) -> Fit:
+        """The fit with one of its effects removed."""
+        return self.fit(*fit.trial.without(fit.theta, index))
+
+    def run(self, fit: Fit) -> Fit:
+        """Free runs with the effects of a fit as they are, and levels, toleranced values and start states fitted.
+
+        A level or a mass of the force residual may put free runs far off, whatever effects they have.
+        """
+        prior, effects = self.search.prior(fit.trial, fit.theta), slice(len(fit.trial.moved), None)
+        precision, centre = prior.precision.copy(), prior.centre.copy()
+        precision[effects], centre[effects] = (FIXED * prior.size[effects]) ** -2.0, fit.theta[effects]
+        held = replace(prior, precision=precision, centre=centre)
+        rough = shooting_fit(fit.runner, fit.theta, self.search.record.at_rest, held, ROUNDS, final_slopes=False)
+        return replace(polish(rough, ROUNDS), prior=prior)
