@@ -15,10 +15,11 @@ from scipy.signal import butter, sosfiltfilt
 from codegen.diagnosis import diagnose
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.evidence.estimate import Estimate, covariance, estimate
+from codegen.diagnosis.fit.force_rows import force_rows, independent_samples
 from codegen.diagnosis.fit.measure import force_errors, free_run_errors, measure
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
-from codegen.diagnosis.fit.residual import Problem, force_rows, independent_samples
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values

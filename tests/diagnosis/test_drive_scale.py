@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.diagnosis.fit.force_rows import force_rows, relative_force_rows
 from codegen.diagnosis.fit.record import record_of
-from codegen.diagnosis.fit.residual import Problem, drive_gain, force_rows, relative_force_rows
+from codegen.diagnosis.fit.residual import Problem, drive_gain
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.fit.trial import with_values

@@ -23,13 +23,13 @@ from codegen.diagnosis.evidence.score_test import along_best, t_of_scores
 from codegen.diagnosis.evidence.shift_test import by_shifts
 from codegen.diagnosis.evidence.slow_noise import slow_noise_likelihood
 from codegen.diagnosis.fit.credit import SIGNED, are_large, by_random_signs, of_logarithms
+from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.residual import (
     Problem,
     inverse_dynamics_residual,
     residual_at_drive,
-    residual_slopes,
     residual_without_levels,
     residual_without_values,
     without_levels,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import sympy
 
-from codegen.diagnosis.fit.residual import Problem, force_rows, information, residual_sizes, slip_velocities
+from codegen.diagnosis.fit.force_rows import force_rows, information, residual_sizes
+from codegen.diagnosis.fit.residual import Problem, slip_velocities
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.logs import Finding
 

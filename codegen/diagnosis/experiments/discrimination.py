@@ -22,8 +22,9 @@ from codegen.base.errors import BadInput
 from codegen.diagnosis.evidence.residual_regression import acting_force
 from codegen.diagnosis.experiments.follow import follow, logged
 from codegen.diagnosis.experiments.setups import Setup, setups
+from codegen.diagnosis.fit.force_rows import independent_samples
 from codegen.diagnosis.fit.linear import rms, solved
-from codegen.diagnosis.fit.residual import Problem, independent_samples, inverse_dynamics_residual
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.signals import Motion, smooth_motion

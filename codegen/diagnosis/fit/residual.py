@@ -1,4 +1,4 @@
-"""Force residual of a model on a log, g − M a − U λ, by inverse dynamics with zero-phase filters; its derivatives."""
+"""Force residual of a model on a log, g − M a − U λ, by inverse dynamics with zero-phase filters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from scipy.ndimage import binary_closing, binary_opening, maximum_filter1d
 from scipy.optimize import lsq_linear
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, Record
 from codegen.diagnosis.fit.shooting import all_law_terms, owners
@@ -141,10 +140,6 @@ class Problem:
 
 STICK_SHARE = 0.004
 """A contact is at standstill if its slip is slower than this fraction of the 95 % quantile of its speed."""
-GAIN_STEP = 1e-3
-"""Relative step of a value for the slope of the drive force, which is usually linear in it."""
-LEAST_GAIN = 0.3
-"""Lower limit of a drive gain in a linearisation."""
 LEAST_LEFT = 1e-6
 """Lower limit of ``drive_left``, to avoid a division by zero."""
 LONGEST_CROSSING_S = 0.03
@@ -433,114 +428,3 @@ def friction_estimate(system: System, motion: Motion) -> Array:
     )
     force = Matrix(bare.commanded(bare.force - bare.mass_matrix * Matrix(list(bare.accelerations))))
     return np.asarray(evaluate_forces(bare, [force], motion, effective_inputs(system, motion))[0])
-
-
-REWEIGHED = 2
-"""Iterations of reweighting each coordinate by its residual RMS (iteratively reweighted least squares)."""
-
-
-@dataclass(frozen=True, eq=False)
-class ForceRows:
-    """Linearised low-passed residual (R,) of one coordinate, its slopes (R, p), and the index of each row's sample.
-
-    Attributes:
-        gain: (p,) slopes of the drive gain that residual and slopes are over; zeros where they are over none.
-    """
-
-    sample: NDArray[np.int_]
-    residual: Array
-    slopes: Array
-    gain: Array
-
-    def about(self, change: Array) -> ForceRows:
-        """The rows linearised about a change Δ of the values: r₀ + S Δ/(1 + γΔ), which is (r₀ + R Δ)/(1 + γΔ).
-
-        The gain 1 + γΔ is at least ``LEAST_GAIN``: a first step may be too long.
-        """
-        if not self.gain.any():
-            return replace(self, residual=self.residual + self.slopes @ change)
-        step, gain = self.slopes @ change, max(1 + float(self.gain @ change), LEAST_GAIN)
-        slopes = self.slopes / gain - np.outer(step, self.gain) / gain**2
-        return replace(self, residual=self.residual + step / gain, slopes=slopes)
-
-
-def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
-    """Linearised force residual of each coordinate that has usable samples."""
-    motion = problem.motion
-    residual = inverse_dynamics_residual(system, motion)
-    slopes = residual_slopes(system, motion, symbols)
-    rows = []
-    for i in range(system.degrees_of_freedom):
-        used = np.flatnonzero(problem.used[:, i])
-        if len(used):
-            rows.append(ForceRows(used, residual[used, i], slopes[used, i], np.zeros(len(symbols))))
-    return rows
-
-
-def relative_force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
-    """``force_rows`` of the residual over ``drive_gain``, which is 1 at the values: slopes ∂r/∂θ − r ∂gain/∂θ.
-
-    A weaker drive, with all other forces smaller alike, leaves a smaller residual and is the same motion.
-    """
-    rows, acting = force_rows(system, problem, symbols), drive_symbols(system)
-    moved = np.flatnonzero(problem.used.any(axis=0))
-    slopes = np.zeros((len(rows), len(symbols)))
-    for k, s in enumerate(symbols):
-        if s in acting and system.values[s] != 0:
-            step = GAIN_STEP * abs(float(system.values[s]))
-            other = system.with_parameters({s: system.values[s] + step}, {})
-            slopes[:, k] = (drive_gain(other, system, problem.motion)[moved] - 1) / step
-    return [
-        replace(r, slopes=r.slopes - np.outer(r.residual, gain), gain=gain)
-        for r, gain in zip(rows, slopes, strict=True)
-    ]
-
-
-def information(rows: Sequence[ForceRows], sizes: Array, prior_precision: Array) -> Array:
-    """(p, p) information of independent samples with these RMS residuals, and of a prior."""
-    matrix = np.diag(prior_precision)
-    for r, size in zip(rows, sizes, strict=True):
-        share = independent_samples(r.residual) / len(r.residual)
-        matrix = matrix + share * r.slopes.T @ r.slopes / size**2
-    return matrix
-
-
-def residual_sizes(rows: Sequence[ForceRows], prior_precision: Array, free: NDArray[np.bool_], pull: Array) -> Array:
-    """Residual RMS of each coordinate after a linear fit of the ``free`` parameters, ``pull`` from their prior."""
-    size = np.array([_rms(r.residual) for r in rows])
-    for _ in range(REWEIGHED):
-        matrix, vector = information(rows, size, prior_precision), prior_precision * pull
-        for r, one in zip(rows, size, strict=True):
-            share = independent_samples(r.residual) / len(r.residual)
-            vector = vector - share * r.slopes.T @ r.residual / one**2
-        change = np.zeros(len(prior_precision))
-        if free.any():
-            change[free] = np.linalg.lstsq(matrix[np.ix_(free, free)], vector[free], rcond=1e-10)[0]
-        size = np.array([_rms(r.residual + r.slopes @ change) for r in rows])
-    return size
-
-
-def independent_samples(residual: Array) -> float:
-    """Effective number of independent samples: N over the two-sided sum of the autocorrelation up to its first zero."""
-    count = len(residual)
-    spectrum = np.abs(np.fft.rfft(residual, 2 * count)) ** 2
-    correlation = np.fft.irfft(spectrum)[:count]
-    if correlation[0] <= 0:
-        return float(count)
-    correlation = correlation / correlation[0]
-    ends = np.flatnonzero(correlation <= 0)
-    last = int(ends[0]) if len(ends) else count
-    return float(max(1.0, count / (1 + 2 * correlation[1:last].sum())))
-
-
-def _rms(values: Array) -> float:
-    return max(rms(values), 1e-300)
-
-
-def residual_slopes(system: System, motion: Motion, symbols: Sequence[sympy.Symbol]) -> Array:
-    """(N, n, p) slopes of the low-passed residual g − M a − U λ by parameters."""
-    at = points(system, motion, effective_inputs(system, motion))
-    own = np.tile([float(system.values[s]) for s in symbols], (len(at), 1))
-    function = force_function(system, [Matrix(system.equation_error)], symbols, slopes=True)
-    flat = over_rows(function, np.hstack([at, own]))
-    return motion.low_pass(np.ascontiguousarray(flat.reshape(len(at), len(symbols), -1).transpose(0, 2, 1)))

@@ -20,6 +20,7 @@ from scipy.optimize import minimize, minimize_scalar
 from scipy.signal import bilinear, lfilter
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.fit.force_rows import force_rows
 from codegen.diagnosis.fit.linear import fitted, solved
 from codegen.diagnosis.fit.output_error import Fit, mean_residuals, segment_cost, segment_weights
 from codegen.diagnosis.fit.residual import (
@@ -28,7 +29,6 @@ from codegen.diagnosis.fit.residual import (
     effective_inputs,
     evaluate_forces,
     force_function,
-    force_rows,
     inverse_dynamics_residual,
     points,
     unfiltered_residual,

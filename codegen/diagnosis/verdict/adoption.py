@@ -19,6 +19,7 @@ from scipy.stats import norm
 from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.evidence.estimate import CONFIDENCE, estimate
 from codegen.diagnosis.fit.credit import independent_share
+from codegen.diagnosis.fit.force_rows import ForceRows, independent_samples, relative_force_rows, residual_sizes
 from codegen.diagnosis.fit.linear import rms, solved
 from codegen.diagnosis.fit.output_error import (
     BLOCKS,
@@ -28,7 +29,7 @@ from codegen.diagnosis.fit.output_error import (
     segment_weights,
     shooting_fit,
 )
-from codegen.diagnosis.fit.residual import ForceRows, Problem, independent_samples, relative_force_rows, residual_sizes
+from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import in_unit
 from codegen.diagnosis.results import Fact, ParameterError

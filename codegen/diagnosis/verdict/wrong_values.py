@@ -19,13 +19,12 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent, with_deserved_digits
 from codegen.diagnosis.evidence.estimate import estimate
+from codegen.diagnosis.fit.force_rows import ForceRows, force_rows
 from codegen.diagnosis.fit.measure import Drive
 from codegen.diagnosis.fit.output_error import AT_END, BLOCKS, WITHIN, Fit, segment_cost
 from codegen.diagnosis.fit.residual import (
-    ForceRows,
     Problem,
     evaluate_forces,
-    force_rows,
     inverse_dynamics_residual,
     level_parameters,
     residual_without_levels,
