@@ -313,9 +313,10 @@ def test_the_next_of_tied_candidates_is_examined_where_held_out_data_refuse_the_
     )
     monkeypatch.setattr(examination, "_with_effects", with_effects)
     monkeypatch.setattr(examination, "without_leader", lambda search, one: iter(following))
-    search: Any = SimpleNamespace(system=None)
+    search: Any = SimpleNamespace(system=None, moved=())
     none: Any = None
-    answer, about = examine(search, search, first, none, "ambiguous", lambda system: none)
+    figures: Any = SimpleNamespace(force_rms_rows=(1.0,))
+    answer, about = examine(search, search, first, none, "ambiguous", lambda system: figures)
     assert about is following[0]
     assert answer.verdict == ("effect" if rivals == 1 else "ambiguous")
     assert any("hardening_spring" in fact.words and "worse" in fact.words for fact in answer.remarks)
