@@ -22,7 +22,7 @@ from codegen.certify.content import Found, frame, proved
 from codegen.certify.enclosure import Cells, enclose_family
 from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import SHARES, about_declared
-from codegen.certify.lyapunov import common_lyapunov, extreme_points, least_growth_at_reversals
+from codegen.certify.lyapunov import common_lyapunov, extreme_points, least_growth_at_reversals, short_recovery
 from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
 from codegen.certify.refute import rational_matrix, refute, slowest_point, unstable_point
 from codegen.certify.region_proofs import Regions, find_regions
@@ -116,7 +116,14 @@ def _certified(
         except verify.Refused as error:
             why = f"the matrix that was found fails the check in exact arithmetic ({error})"
             continue
-        found = Certificate(content, float(Fraction(content["decay_rate"])), spectral, report.facts, limit)
+        found = Certificate(
+            content,
+            float(Fraction(content["decay_rate"])),
+            spectral,
+            report.facts,
+            limit,
+            best_rate=proposal.best_rate,
+        )
         return _with_turning(found, base, analysis, family, cells) if further else found
     return replace(_undecided(analysis, why), regions=by_parts())
 
@@ -139,7 +146,7 @@ def _common(family: Family, h: float) -> tuple[Cells, Found | None]:
 def _proposals(
     analysis: Analysis, family: Family, cells: Cells, common: Found | None, spectral: float
 ) -> Iterator[Found]:
-    """What the solver found, the fastest first."""
+    """What the solver found, the one that a user is to have first."""
     observer, h = analysis.dynamics.observer, analysis.dynamics.period
     if h and (common is None or common.rate < ENOUGH * spectral):
         over = over_angles(family, observer.sample_time)
@@ -148,12 +155,16 @@ def _proposals(
     if common is None:
         return
     matrices = extreme_points(cells.matrices)
-    if len(matrices) == 1 and observer.level_errors:  # a P of the same rate that a reversal makes grow least
+    if len(matrices) == 1 and observer.level_errors:  # a reversal makes V grow: first the P that recovers soonest
         contacts = range(len(observer.signs))
-        turned = [[k for k, e in enumerate(observer.errors) if e.contact == c] for c in contacts]
-        p = least_growth_at_reversals(matrices[0], h, [each for each in turned if each])
-        if p is not None:
-            yield replace(common, p=p)
+        flips = ([k for k, e in enumerate(observer.errors) if e.contact == c] for c in contacts)
+        turned = [each for each in flips if each]
+        fastest = least_growth_at_reversals(matrices[0], h, turned)
+        slower = short_recovery(matrices[0], h, turned, common.p if fastest is None else fastest)
+        if slower is not None:
+            yield replace(common, p=slower[0], rate=slower[1], best_rate=SLOWER[1] * common.rate)
+        if fastest is not None:
+            yield replace(common, p=fastest)
     yield common
 
 

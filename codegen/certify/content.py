@@ -83,6 +83,7 @@ class Found:
         cover: a tree of cuts on whose leaves the checker is to decide it (covered.py), and none where the cells are
             those of ``splits``.
         kind: of a region of a DFO's envelope: sliding, presliding, weak, passing or recovery.
+        best_rate: α that another P shows, 1/s, where this one is chosen for short dwell times at reversals; else None.
     """
 
     family: Family
@@ -91,6 +92,7 @@ class Found:
     splits: Mapping[sympy.Symbol, list[Any]] = field(default_factory=dict)
     cover: Sequence[Any] = ()
     kind: str = ""
+    best_rate: float | None = None
 
 
 def proved(
@@ -128,12 +130,13 @@ def _content(
     observer, h = analysis.dynamics.observer, analysis.dynamics.observer.sample_time
     exact = rounded_matrix(found.p, digits, np.sqrt(np.diag(found.p)))
     rate = rounded(found.rate - abs(found.rate) * 10.0 ** (1 - digits), 4)
-    fall = 1 / (1 + float(rate * h)) ** 2 if analysis.dynamics.implicit else 1 - 2 * float(rate * h)
+    share = float(rate * h)
+    decay = 2 * math.log1p(share) if analysis.dynamics.implicit else -math.log1p(-2 * share)
     reversals = []
     for contact in range(len(observer.signs)) if observer.level_errors and turns else ():
         if flips := [k for k, e in enumerate(observer.errors) if e.contact == contact]:
             with suppress(np.linalg.LinAlgError, OverflowError):  # P is nearly singular: nothing is said of a reversal
-                reversals.append(turn_cost(exact, observer.system.contacts[contact].name, flips, fall))
+                reversals.append(turn_cost(exact, observer.system.contacts[contact].name, flips, decay))
     words = {"observer": observer, "reversals": reversals, "rate": float(rate), "period": float(h), "turning": turning}
     words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if isinstance(c.law, DynamicLaw)]
     words["variables"] = {v.name: (float(lo), float(hi)) for v, (lo, hi) in found.family.variables.items()}
@@ -159,18 +162,18 @@ def lines(template: str, **words: Any) -> list[str]:
     return [line.strip() for line in render(template, **words).splitlines() if line.strip()]
 
 
-def turn_cost(exact: list[list[Any]], contact: str, flips: list[int], fall: float) -> dict[str, Any]:
+def turn_cost(exact: list[list[Any]], contact: str, flips: list[int], decay: float) -> dict[str, Any]:
     """The entry of ``reversals``: what V grows by where these components change sign, and the dwell time after it.
 
     Args:
         exact: P.
-        fall: of V in a sample.
+        decay: −log of the factor by which a sample multiplies V.
     """
     p = np.array(exact, dtype=float)
     turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
     growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()))
     bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
-    dwell = math.ceil(math.log(float(bound)) / -math.log(fall) * (1 + 1e-9)) + int(bool(bound > 1))
+    dwell = math.ceil(math.log(float(bound)) / decay * (1 + 1e-9))
     return {"contact": contact, "flips": flips, "growth": rational_text(bound), "dwell_samples": int(dwell)}
 
 

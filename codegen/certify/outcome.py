@@ -28,6 +28,7 @@ class Certificate(Shown):
         limit: the refutation of every faster rate, which the checker has accepted too; None if none was found.
         turning: a certificate with one V for all signs of the slips, not for samples with a reversal; or None.
         no_turning: whether there is proved to be none.
+        best_rate: α that another V shows, 1/s, where this one is chosen for short dwell times at reversals; else None.
         by_structure: whether it is about one mode of a machine whose extremes are estimates, not proven bounds.
         bounds: on each friction error, or the words why there are none.
         response: how the errors move under what their matrix leaves out, where there are bounds.
@@ -44,6 +45,7 @@ class Certificate(Shown):
     limit: Mapping[str, Any] | None = None
     turning: Mapping[str, Any] | None = None
     no_turning: bool = False
+    best_rate: float | None = None
     by_structure: bool = False
     bounds: tuple[ErrorBound, ...] | str = "none was asked for"
     response: Response | None = field(default=None, repr=False)

@@ -6,6 +6,7 @@ decreases while sliding is used there too, and gives the growth and the dwell ti
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -191,7 +192,7 @@ class _Proofs:
                 names = [error["name"] for error in content["error"]]
                 exact = [[sympy.Rational(x) for x in row] for row in content["lyapunov_matrix"]]
                 content["reversals"] = [
-                    turn_cost(exact, axis.name, [names.index(f"e_a_{axis.name}")], 1 - 2 * rate * h)
+                    turn_cost(exact, axis.name, [names.index(f"e_a_{axis.name}")], -math.log1p(-2 * rate * h))
                     for axis in self.along.axes
                 ]
             words = {"kind": region.kind, "rate": rate, "period": h, "axes": self.along.axes}

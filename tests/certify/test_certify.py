@@ -7,6 +7,7 @@ condition numbers up to 1e8, of which a norm loses the square root.
 from __future__ import annotations
 
 import json
+import math
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -123,8 +124,9 @@ def test_trackers_have_no_reversals() -> None:
     assert certified("arm", ARM_MGTO, FULL_TURN).content["reversals"] == []
 
 
-def test_the_certified_rate_is_within_one_percent_of_the_spectral_rate() -> None:
-    """Random stable gains of one mass: no P can show more than (1 − ρ²)/2h, and this one shows 99 % of it."""
+def test_the_certified_rate_is_within_one_percent_of_the_spectral_rate_or_five_for_a_shorter_dwell_time() -> None:
+    """Random stable gains of one mass: no P can show more than (1 − ρ²)/2h, and this one shows 99 % of it. Or it shows
+    95 %, less what four digits cost, and recovers sooner from a reversal than the sum over the modes, of weights 1."""
     generator = np.random.default_rng(6)
     for _ in range(25):
         h, k_f, k_v = 0.001, generator.uniform(1, 400), generator.uniform(1, 400)
@@ -135,7 +137,17 @@ def test_the_certified_rate_is_within_one_percent_of_the_spectral_rate() -> None
         radius = np.abs(np.linalg.eigvals(step_matrix(found.content, {}))).max()
         limit = (1 - radius**2) / (2 * h)
         assert found.spectral_rate == pytest.approx(limit, rel=1e-6)
-        assert 0.99 * limit <= found.decay_rate <= limit * (1 + 1e-9)
+        fastest = found.decay_rate if found.best_rate is None else found.best_rate
+        assert 0.99 * limit <= fastest <= limit * (1 + 1e-9)
+        if found.best_rate is None:
+            continue
+        assert 0.948 * limit <= found.decay_rate <= 0.96 * limit
+        (turn,) = found.content["reversals"]
+        left = np.linalg.inv(np.linalg.eig(step_matrix(found.content, {}))[1])
+        p = (left.conj().T @ left).real
+        r = p[0, 1] ** 2 / p[0, 0] / p[1, 1]
+        growth = (1 + r**0.5) / (1 - r**0.5)
+        assert turn["dwell_samples"] <= math.ceil(math.log(growth) / -math.log(radius**2))
 
 
 def test_the_same_spec_gives_the_same_bytes() -> None:

@@ -95,7 +95,7 @@ def test_a_contact_that_sticks_keeps_the_error_of_another_alive() -> None:
     """Every truth is constant and the model exact. The matrix between reversals falls at 2.8 1/s; where the estimate of
     the first slip chatters about zero, its coordinate is gone, and what is left of the matrix is unstable."""
     outcome, error = second_level("[[20, -40], [0, 10]]")
-    assert 2.8 < outcome.decay_rate < 2.9
+    assert 2.8 < outcome.spectral_rate < 2.9 and 0.948 * outcome.spectral_rate < outcome.decay_rate
     seconds = np.abs(error).reshape(12, 1000).max(axis=1)
     assert (seconds[2:] > 3).all() and seconds[6:].max() > 10
     M, K_v = np.array([[1, 0.8], [0.8, 1]]), np.array([[20, -40], [0, 10]])

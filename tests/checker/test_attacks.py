@@ -282,8 +282,8 @@ def test_what_differs_from_the_proof_but_for_the_matrix_is_verified_by_itself() 
     assert any("V is multiplied by at most 1 - 2*alpha*h = 0.998 " in fact for fact in report.facts)
     with pytest.raises(Refused, match="V may not fall"):
         check(content | {"decay_rate": "12"}, sources("one_mass"))
-    content["reversals"][0]["growth"] = "4"
-    with pytest.raises(Refused, match="V may grow by more than 4"):
+    content["reversals"][0]["growth"] = "3"
+    with pytest.raises(Refused, match="V may grow by more than 3"):
         check(content, sources("one_mass"))
 
 

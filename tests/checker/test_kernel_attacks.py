@@ -297,9 +297,9 @@ def test_a_truth_of_any_name_is_refused(name: str) -> None:
 
 
 TWICE = (
-    ('"decay_rate": "279/25"', '"decay_rate": "100", "decay_rate": "279/25"'),
+    ('"decay_rate": "213/20"', '"decay_rate": "100", "decay_rate": "213/20"'),
     ('"sign.rail": "outputs.v_hat"', '"sign.rail": "inputs.w", "sign.rail": "outputs.v_hat"'),
-    ('"growth": "88831/20000"', '"growth": "1", "growth": "88831/20000"'),
+    ('"growth": "3190351/1000000"', '"growth": "1", "growth": "3190351/1000000"'),
 )
 
 

@@ -41,7 +41,7 @@ def test_a_machine_without_an_equation_for_each_acceleration_is_none() -> None:
 def test_a_sign_of_a_force_turns_while_the_mass_moves_and_the_level_jumps() -> None:
     """State z = a_hat + K_F s v_hat, the same before and behind a turn of s = sgn w: a_hat jumps by 2 K_F |v_hat|.
 
-    From errors of zero V so grows by any factor; said was at most 4.44.
+    From errors of zero V so grows by any factor; said was at most 3.2.
     """
     content, files = changed("one_mass", *SIGN_OF_W)
     proof = proof_of("one_mass") | {"signs": {"sign.rail": "inputs.w"}}

@@ -16,7 +16,7 @@ from codegen.replay.engine import load_twin
 HERE = Path(__file__).parents[2] / "generated" / "one_mass"
 SOURCES = {path.name: path.read_bytes() for path in HERE.glob("one_mass.[ch]")}
 TEXT = (HERE / "proof.json").read_text("utf-8")
-EXPRESSIONS = {"growth": "2735983/1000+0", "dwell": "300+52", "decay_rate": "279/25+0"}
+EXPRESSIONS = {"growth": "3190351/1000000+0", "dwell": "50+4", "decay_rate": "213/20+0"}
 HUGE = "1e999999999"
 """As a Fraction it has a billion digits."""
 

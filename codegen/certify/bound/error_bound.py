@@ -34,7 +34,7 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
 SHARES = (1, 2, 3, 4, 6)
-"""Times after a reversal at which the bound is stated, in time constants of the certified rate."""
+"""Times after a reversal at which the bound is stated, in time constants of the best rate known."""
 PERCENT = Fraction(1, 100)
 OFF = {
     "mass": ModelError(mass=PERCENT),
@@ -45,8 +45,8 @@ HALVINGS = 24
 """Bisection steps for the tolerated model error of a domain."""
 LONGEST, EVERY = 20_000, 64
 """Most samples that are summed, and samples between two checks of the remainder."""
-REST = 1e-4
-"""Largest remainder of the infinite sum, over the sum."""
+REST, ENOUGH = 1e-6, 1e-4
+"""Remainder of the infinite sum, over the sum, at which summing ends, and that which is enough after ``LONGEST``."""
 ROUNDING = 1e-9
 """Relative allowance for rounding errors."""
 
@@ -117,7 +117,8 @@ def impulse_sums(response: Response, sizes: Sequence[Sizes], certificate: Certif
         vectors = step @ vectors
         if count % EVERY == 0:
             remainder = np.outer(series, np.sqrt(np.maximum(np.sum(vectors * (p @ vectors), axis=0), 0.0)))
-            if (remainder <= REST * finite)[finite > 0].all():
+            rest = REST if count + EVERY <= LONGEST else ENOUGH
+            if (remainder <= rest * finite)[finite > 0].all():
                 return Sums(tuple(named), finite * (1 + ROUNDING), remainder * (1 + ROUNDING))
     return None
 
@@ -195,7 +196,8 @@ def error_bounds(
 
         domain = inside(sizes)
         tolerated = {cause: _tolerated(spec, observer, response, OFF[cause], inside) for cause in other_sizes}
-    counts = [math.ceil(share / certificate.decay_rate / h) for share in SHARES]
+    best_rate = certificate.best_rate or certificate.decay_rate
+    counts = [math.ceil(share / best_rate / h) for share in SHARES]
     jumps = {j: _jump(observer, error, slides) for j, error in list(enumerate(observer.errors))[n:]}
     together = [j for j in jumps if observer.errors[j].contact is None]  # a contact may act on several coordinates
     slip_speed = _least_slip_speed(observer, steady, slides)
