@@ -57,11 +57,33 @@ def test_far_from_the_noise_what_leaves_nearly_as_little_ties(
     """
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: noise)
     best, other, worse = ranked("spring", 0.415), ranked("offset", 0.426), ranked("viscous", 0.495)
-    search: Any = None
+    search: Any = SimpleNamespace(rigid=None)
     found = ranking._tied(search, best, [best, other, worse])
     assert [r.found.part.kind for r in found] == tied
     small, smaller = ranked("viscous", 0.878), ranked("quadratic_drag", 0.899)
     assert ranking._tied(search, small, [small, smaller]) == []
+
+
+@pytest.mark.usefixtures("significant")
+@pytest.mark.parametrize(
+    ("rigid", "joint", "sits_on", "tied"),
+    [(True, 1, "coordinate", False), (True, 0, "coordinate", True), (None, 1, "coordinate", True),
+     (True, 1, "two coordinates", True)],
+)  # fmt: skip
+def test_effects_on_two_joints_of_an_arm_are_no_rivals(
+    rigid: bool | None, joint: int, sits_on: str, tied: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A spring of 22 N·m/rad at one joint, found as 22.1, tied with a weaker motor of another joint.
+
+    Of an arm that is run joint by joint neither explains what is left at the other's joint: both may be missing.
+    """
+    monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
+    spring, gain = ranked("spring", 0.41), ranked("input_gain", 0.42)
+    for one, place in ((spring, 0), (gain, joint)):
+        one.found.part.place = place
+        one.found.part.effect = SimpleNamespace(sits_on=sits_on, coordinate=lambda system, place: place)
+    search: Any = SimpleNamespace(rigid=rigid, system=None)
+    assert ranking._tied(search, spring, [spring, gain]) == ([gain] if tied else [])
 
 
 def real_ranked(kind: str, system: Any, why_not: str = "") -> ranking.Ranked:
@@ -85,7 +107,7 @@ def test_a_candidate_that_is_not_credited_when_fitted_again_passes_in_no_table()
 @pytest.mark.usefixtures("significant")
 def test_of_several_names_of_one_motion_one_ties(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
-    search: Any = None
+    search: Any = SimpleNamespace(rigid=None)
     spring, offset, same = ranked("spring", 0.41), ranked("offset", 0.42), ranked("coulomb_asymmetry", 0.42)
     assert ranking._tied(search, spring, [spring, offset, same]) == [offset]
 
@@ -99,7 +121,7 @@ def test_a_richer_form_that_fits_no_better_is_no_rival(
 ) -> None:
     """A backlash contains the compliance, with a gap of zero."""
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
-    search: Any = None
+    search: Any = SimpleNamespace(rigid=None)
     spring, other = ranked("compliance", 0.41), ranked(richer, 0.42)
     spring.found.cost, other.found.cost = 4.0, cost
     assert [r.found.part.kind for r in ranking._tied(search, spring, [spring, other])] == tied
@@ -112,7 +134,7 @@ def test_a_special_form_must_be_clearly_better_than_a_usual_one(
 ) -> None:
     """Two equal lags are nearer to a delay than one lag is: with them a short delay was `ambiguous`. 10 nats decide."""
     monkeypatch.setattr(ranking, "noise_ratio", lambda fit: 200.0)
-    search: Any = None
+    search: Any = SimpleNamespace(rigid=None)
     delay, lags = ranked("input_delay", 0.41), ranked("actuator_lag", 0.42)
     lags.found.part.names, delay.found.cost, lags.found.cost = ["tau_each"], 100.0, cost
     assert ranking._tied(search, delay, [delay, lags]) == ([lags] if rival else [])
@@ -168,7 +190,7 @@ def test_at_the_noise_force_decides_nothing_against_ten_nats_of_free_runs(
         one.force_criterion = SimpleNamespace(
             fit=SimpleNamespace(trial=SimpleNamespace(parts=())), over=lambda other, gain=gain: gain
         )
-    search: Any = None
+    search: Any = SimpleNamespace(rigid=None)
     found = ranking.ordered_by_force(search, [lag, delay])
     assert found[0].found.part.kind == first
     assert [r.found.part.kind for r in ranking.ties(search, found)] == rivals

@@ -144,7 +144,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
     for other in ranked:
         if other is best or (other.why_not and not other.unsure) or _is_one_of(other.found, same):
             continue
-        if not leaves_as_little(other, best) or _only_extends(other, best):
+        if not leaves_as_little(other, best) or _only_extends(other, best) or is_elsewhere(search, other, best):
             continue
         if is_no_better_form(other.found, best.found, best.found.part):
             continue
@@ -152,6 +152,18 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
             tied.append(other)
             same |= _same_motion(other.found)
     return tied
+
+
+def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
+    """Whether two candidates act on different joints of an arm that is run joint by joint.
+
+    Neither explains anything of the other's residual there: both may be missing, and they are no rivals.
+    """
+    parts = [one.found.part for one in (other, best)]
+    if search.rigid is None or any(p.effect.sits_on == "two coordinates" for p in parts):
+        return False
+    here, there = (p.effect.coordinate(search.system, p.place) for p in parts)
+    return here != there
 
 
 def runs_do_not_tell(search: Search, best: Ranked, other: Ranked) -> bool:
