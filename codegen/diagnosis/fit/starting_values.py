@@ -170,8 +170,8 @@ class ForceStart:
     def _residual_of(self, trial: Trial, theta: Array) -> Array:
         """(M, n) low-passed force residual of a trial at the base's values and these of its last part.
 
-        The change of the base's residual is computed and low-passed at every so many samples alone, which noise of the
-        log, the same in both, does not reach.
+        Only the change from the base's residual is computed at every ``_every``-th sample and low-passed there.
+        Measurement noise is the same in both residuals and cancels, so it does not alias.
         """
         motion, model, part = self.problem.motion, self.base.model, trial.parts[-1]
         alone = Trial(model, (part,), ())

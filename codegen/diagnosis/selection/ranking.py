@@ -155,9 +155,9 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
 
 
 def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
-    """Whether two candidates act on different joints of an arm that is run joint by joint.
+    """Whether two candidates act on different joints of an arm that is simulated joint by joint.
 
-    Neither explains anything of the other's residual there: both may be missing, and they are no rivals.
+    Neither can explain the residual of the other's joint. They are no rivals: the model may lack both.
     """
     parts = [one.found.part for one in (other, best)]
     if search.rigid is None or any(p.effect.sits_on == "two coordinates" for p in parts):

@@ -99,10 +99,11 @@ def examine(
 def spared(
     chosen: Admitted, names: Sequence[str], system: System, declared: ErrorFigures, measured: Measured
 ) -> tuple[Admitted, frozenset[str]]:
-    """The option with declared values in place of those that make a joint worse, and the names of these.
+    """The option, with parameters reset to their declared values on joints that it makes worse, and their names.
 
-    Over all joints together an arm's refitted values may be far better on held-out data, and on one joint worse. There
-    the parameters that act on such joints alone stay as declared, if that makes no error over all joints larger.
+    Refitted values of an arm may reduce the held-out error over all joints and increase it on one joint. A parameter
+    that appears in the equations of such joints only keeps its declared value, unless that increases an error over all
+    joints.
     """
     count = len(declared.force_rms_rows)
     if chosen.option is None or count == 1:
@@ -111,10 +112,12 @@ def spared(
     pairs = {i: (chosen.figures.on([i]), declared.on([i])) for i in range(count)}
     ratios = {i: worsened(new, old, REFIT_WORSE) for i, (new, old) in pairs.items()}
     worse = {i: found for i, found in ratios.items() if found and not may_be_chance(found, *pairs[i])}
+    if not worse:
+        return chosen, frozenset()
     better = [row for i, row in enumerate(system.equation_error) if i not in worse]
     symbols = {s.name: s for s in system.values if s.name in names}
     kept = frozenset(n for n, s in symbols.items() if not any(row.has(s) for row in better))
-    if not worse or not kept:
+    if not kept:
         return chosen, frozenset()
     values = {n: float((system if n in kept else model).values[s]) for n, s in symbols.items()}
     joints = " and ".join(system.positions[i].name for i in worse)
