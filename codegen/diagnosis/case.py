@@ -27,7 +27,7 @@ from codegen.diagnosis.fit.signals import (
     Motion,
     smooth_motion,
 )
-from codegen.effects.declare import add_declared_effects
+from codegen.effects.declare import add_declared_effects, effect_deviations
 from codegen.logs import Finding, Log, excerpt, preflight
 from codegen.logs.motion import steady_speeds
 from codegen.mechanics import build_system
@@ -163,7 +163,7 @@ def uncertain_values(spec: Spec, system: System, log: Log) -> tuple[System, Mapp
         links = link_parameters(spec, spec.form)
         system = add_declared_effects(build_system(spec, links), spec)
         deviations |= {spec.symbol(p.name): p.deviation for p in links}
-    return system, deviations
+    return system, deviations | effect_deviations(system, spec)
 
 
 def _restrict(motion: Motion, stop: int) -> Motion:
@@ -187,16 +187,19 @@ def _steady_laws(system: System) -> tuple[Finding, ...]:
 
 
 def values_of_zero(spec: Spec) -> tuple[Finding, ...]:
-    """Warnings for parameters whose tolerance, a share of their value, is one of zero."""
+    """Warnings for values whose tolerance, a share of their value, is one of zero."""
+    declared = [(p.name, p.value, p.tolerance) for p in spec.parameters]
+    for e in spec.effects:
+        declared += [(f"{name} of {e.kind} on {', '.join(e.on)}", v, e.tolerance) for name, v in e.parameters.items()]
     return tuple(
         Finding(
             "warning",
-            f"tolerance of {p.name}",
-            f"{p.name} is declared as zero, and its tolerance of {100 * p.tolerance:g} % of that allows no change: it "
+            f"tolerance of {name}",
+            f"{name} is declared as zero, and its tolerance of {100 * tolerance:g} % of that allows no change: it "
             "is not refitted. Declare a value of the size that it may have, with a tolerance of 100 % or more.",
         )
-        for p in spec.parameters
-        if p.tolerance and p.value == 0
+        for name, value, tolerance in declared
+        if tolerance and value == 0
     )
 
 

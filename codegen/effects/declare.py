@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import astuple
 from typing import Any
 
@@ -80,12 +80,41 @@ def _refuse_unknown_kinds(spec: Spec) -> None:
 
 def effect_symbols(effect: Effect, on: str, system: System) -> dict[str, sympy.Symbol]:
     """Parameter symbols named kind_place_parameter, numbered when the same effect is there twice."""
-    taken = {s.name for s in system.values}
+    return _symbols(effect, on, {s.name for s in system.values})
+
+
+def _symbols(effect: Effect, on: str, taken: Collection[str]) -> dict[str, sympy.Symbol]:
     head, suffix, count = f"{effect.kind}_{on.replace(', ', '_')}", "", 1
     while any(f"{head}{suffix}_{p.name}" in taken for p in effect.parameters):
         count += 1
         suffix = f"_{count}"
     return {p.name: symbol(f"{head}{suffix}_{p.name}") for p in effect.parameters}
+
+
+def effect_deviations(system: System, spec: Spec) -> dict[sympy.Symbol, float]:
+    """Standard deviations, in SI, of the parameters of the declared effects that have a tolerance.
+
+    Args:
+        system: with the declared effects, see ``add_declared_effects``.
+    """
+    found: dict[sympy.Symbol, float] = {}
+    for declared, symbols in zip(spec.effects, declared_symbols(system, spec), strict=True):
+        if declared.tolerance:
+            found |= {s: declared.tolerance * abs(float(system.values[s])) for s in symbols.values()}
+    return found
+
+
+def declared_symbols(system: System, spec: Spec) -> list[dict[str, sympy.Symbol]]:
+    """The parameter symbols of each declared effect of a system, as ``add_declared_effects`` named them."""
+    taken = {p.name for p in spec.parameters}
+    taken |= {s.name for c in system.contacts for s in c.law_parameters.values()}
+    found = []
+    for declared in spec.effects:
+        effect = CATALOGUE[declared.kind].with_parameters(list(declared.parameters))
+        symbols = _symbols(effect, _written(effect, declared, system), taken)
+        taken |= {s.name for s in symbols.values()}
+        found.append(symbols)
+    return found
 
 
 def unit_words(effect: Effect, place: int, system: System) -> dict[str, str]:
@@ -124,6 +153,8 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     numbers = {p.name: _exponent(given[p.name]) for p in effect.parameters if p.as_number}
     with_all = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
     richer = added(effect, with_all, place, symbols, spec.place(key))
+    if declared.tolerance is not None:
+        _refuse_tolerance(effect, richer, symbols, spec.place(f"{key}.tolerance"))
     if not numbers:
         return richer
     kept = {name: s for name, s in symbols.items() if name not in numbers}
@@ -141,8 +172,8 @@ def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec,
     """The place named by an entry of ``effects:``, as ``places_of`` writes it."""
     known = places_of(effect, system)
     written = ", ".join(declared.on)
-    on = next((name for name in known if sorted(name.split(", ")) == sorted(declared.on)), None)
-    if on is None:
+    on = _written(effect, declared, system)
+    if not on:
         article = "" if effect.sits_on == "two coordinates" else "one "
         names = " or ".join(f"[{k}]" if "," in k else k for k in known) or "there is none"
         expected, nearest = f"{article}{effect.sits_on}: {names}", nearest_name(written, known)
@@ -150,6 +181,19 @@ def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec,
     if not effect.applies(system, known.index(on)):
         raise BadInput(spec.place(f"{key}.on"), f"{declared.kind} on `{written}`", effect.needs, code="SPEC021")
     return on
+
+
+def _written(effect: Effect, declared: DeclaredEffect, system: System) -> str:
+    """The declared place as ``places_of`` writes it; empty where there is none such."""
+    same = (name for name in places_of(effect, system) if sorted(name.split(", ")) == sorted(declared.on))
+    return next(same, "")
+
+
+def _refuse_tolerance(effect: Effect, system: System, symbols: Mapping[str, sympy.Symbol], where: Place) -> None:
+    """A tolerance is of what a refit can move: parameters of forces and inertias."""
+    if any(p.as_number for p in effect.parameters) or not all(map(system.equation_error.has, symbols.values())):
+        expected = f"no tolerance for {effect.kind}, whose parameters are not all in the force balance"
+        raise BadInput(where, "`tolerance`", expected, code="SPEC021")
 
 
 def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> dict[str, Any]:

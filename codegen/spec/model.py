@@ -75,12 +75,14 @@ class DeclaredEffect:
 
     Attributes:
         units: parameter → the unit that it was written with, where it has one.
+        tolerance: of all its parameters, relative, or None where the spec gives none.
     """
 
     kind: str
     on: tuple[str, ...]
     parameters: Mapping[str, Any]
     units: Mapping[str, str] = field(default_factory=dict, compare=False)
+    tolerance: float | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

@@ -222,9 +222,10 @@ class _Reading:
         declared = exact_number(section.value, self.place(f"{key}.value"))
         exact = declared * self._factor(name, section.unit, self.place(f"{key}.unit"))
         value = printed(exact, self.place(f"{key}.value"), f"{section.value} {section.unit} in SI units")
-        share = section.tolerance
-        tolerance = None if share is None else read_share(share, self.place(f"{key}.tolerance"))
-        return Parameter(name, value, section.unit, declared, tolerance)
+        return Parameter(name, value, section.unit, declared, self._tolerance(section.tolerance, key))
+
+    def _tolerance(self, text: str | None, key: str) -> float | None:
+        return None if text is None else read_share(text, self.place(f"{key}.{TOLERANCE}"))
 
     def _factor(self, name: str, unit: str, place: Place) -> sympy.Rational:
         """Of a parameter's unit to SI; in the mass matrix a unit that may be a torque's is rather an inertia's."""
@@ -257,7 +258,8 @@ class _Reading:
     def _effect(self, index: int) -> DeclaredEffect:
         section, key = self.document.effects[index], f"effects[{index}]"
         values, units = read_numbers(section.parameters, f"{key}.parameters", self.place)
-        return DeclaredEffect(section.kind, tuple(section.on), values, units)
+        tolerance = self._tolerance(section.tolerance, key)
+        return DeclaredEffect(section.kind, tuple(section.on), values, units, tolerance)
 
     def _envelope_units(self, coordinates: Iterable[Coordinate], inputs: Iterable[Input]) -> dict[str, str]:
         """The SI unit of everything that may have a range."""

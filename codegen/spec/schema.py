@@ -180,6 +180,7 @@ class EffectSection(Section):
     kind: str
     on: Names
     parameters: dict[str, Quantity] = {}
+    tolerance: Text | None = None
 
 
 class AssumedLawSection(BaseModel):

@@ -16,7 +16,8 @@ from codegen.spec.urdf import STANDARD_GRAVITY, read_kinematic_tree
 
 GIVEN = ("coordinates", "inputs", "force")
 PARTS = ("file", "gravity", "tolerance", "base_parameters")
-TOLERANCES = tuple(f.name for f in fields(LinkTolerance))
+DAMPING = "damping"
+TOLERANCES = (*(f.name for f in fields(LinkTolerance)), DAMPING)
 
 
 def expand_robot(
@@ -52,7 +53,10 @@ def expand_robot(
     filled["force"] = list(filled["inputs"])
     if filled.get("friction") is None:
         filled["friction"] = {"contacts": [_contact(b) for b in bodies]}
-        damped = [{"kind": "viscous", "on": b.joint, "parameters": {"b": b.damping}} for b in bodies if b.damping]
+        known = _damping_tolerance(document["urdf"])
+        damped = [
+            {"kind": "viscous", "on": b.joint, "parameters": {"b": b.damping}} | known for b in bodies if b.damping
+        ]
         filled["effects"] = damped + list(filled.get("effects") or [])
     friction = filled["friction"]
     if isinstance(friction, Mapping) and friction.get("distribution") is None:
@@ -87,12 +91,20 @@ def _tolerance(parts: Mapping[str, Any], place: Callable[[str], Place]) -> LinkT
     given = parts.get("tolerance")
     if given is None:
         return None
-    expected = "`mass`, `centre_of_mass` and `inertia`, or some of them, each with a share such as 20 %"
+    expected = "`mass`, `centre_of_mass`, `inertia` and `damping`, or some of them, each with a share such as 20 %"
     if not isinstance(given, Mapping) or not given:
         raise BadInput(place("urdf.tolerance"), f"`{given}`", expected, code="SPEC006")
     for key in given:
         refuse_unknown(key, TOLERANCES, place(f"urdf.tolerance.{key}"), "unknown key", expected, code="SPEC004")
-    return LinkTolerance(**{key: read_share(str(v), place(f"urdf.tolerance.{key}")) for key, v in given.items()})
+    shares = {key: read_share(str(v), place(f"urdf.tolerance.{key}")) for key, v in given.items()}
+    links = {key: share for key, share in shares.items() if key != DAMPING}
+    return LinkTolerance(**links) if links else None
+
+
+def _damping_tolerance(section: Any) -> dict[str, str]:
+    """The tolerance of joint damping as an entry of the effects that stand for it; empty if none is given."""
+    given = section.get("tolerance") if isinstance(section, Mapping) else None
+    return {"tolerance": str(given[DAMPING])} if given and DAMPING in given else {}
 
 
 def _base_parameters(parts: Mapping[str, Any], place: Callable[[str], Place]) -> tuple[tuple[str, Fraction], ...]:

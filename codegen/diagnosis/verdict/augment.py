@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from codegen.diagnosis.results import FoundEffect
-from codegen.effects.declare import written_place
+from codegen.effects.declare import declared_symbols, written_place
 from codegen.mechanics.base_parameters import base_values
 from codegen.mechanics.system import System
 from codegen.spec.model import Spec
@@ -31,6 +31,10 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
         if parameter.name in values and parameter.value != 0:
             share = values[parameter.name] / float(parameter.value)
             _replace(document["parameters"], parameter.name, "value", float(parameter.declared) * share)
+    for index, symbols in enumerate(declared_symbols(system, spec)):
+        for name, s in symbols.items():
+            if s.name in values:
+                _replace(document["effects"][index], "parameters", name, values[s.name])
     _write_links(document, spec, values)
     if not effects:
         return changed_text(spec.text, document)
@@ -67,7 +71,8 @@ def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
     effects = CommentedSeq()
     for e in spec.effects:
         parameters = CommentedMap({name: _short(float(value)) for name, value in e.parameters.items()})
-        effects.append(_flow({"kind": e.kind, "on": list(e.on), "parameters": parameters}))
+        known = {} if e.tolerance is None else {"tolerance": e.tolerance}
+        effects.append(_flow({"kind": e.kind, "on": list(e.on), "parameters": parameters, **known}))
     if effects:
         document["effects"] = effects
 
@@ -92,10 +97,10 @@ def _write_links(document: CommentedMap, spec: Spec, values: Mapping[str, float]
 def _replace(
     parent: CommentedMap | CommentedSeq, entry: str | int, key: str, value: float, default: float = 0.0
 ) -> None:
-    """Replace the number ``parent[entry][key]`` and note the old value, or the default, in a comment."""
+    """Replace the number ``parent[entry][key]``, or number and unit, and note the old value, or the default."""
     section = parent[entry]
     old = section.get(key, default)
-    if float(old) == _short(value):
+    if isinstance(old, (int, float)) and float(old) == _short(value):
         return
     section[key] = _short(value)
     note = f"{key} refitted by diagnosis, was {old}"

@@ -1,0 +1,108 @@
+"""The tolerance of a declared effect: refitted as a parameter with that tolerance, written back, refused elsewhere."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mechanics.robots import TWO_LINKS
+
+from codegen.base.errors import BadInput
+from codegen.diagnosis.case import uncertain_values, values_of_zero
+from codegen.diagnosis.fit.record import record_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.search import search_on
+from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.verdict.augment import augmented_text
+from codegen.effects.declare import effect_deviations
+from codegen.spec import Spec, parse_spec
+from codegen.spec.motion import KinematicTree
+from tests.diagnosis.stage import STAGE, TRAIN, log_of, stage, system_of
+
+EFFECT = "{kind: viscous, on: rail, parameters: {b: 6}, tolerance: 20%}"
+
+
+def staged(effects: str = "[]", b: str = "value: 6", force: str = "w - b*v") -> Spec:
+    text = STAGE.format(effects=effects, level=4.0, reference=TRAIN, duration=14, noise=0)
+    text = text.replace("b: {value: 6", f"b: {{{b}").replace("[w - b*v]", f"[{force}]")
+    return parse_spec(text, Path("stage.yaml"))
+
+
+def refit(spec: Spec, folder: Path) -> dict[str, float]:
+    """The refitted values on a log of a stage whose damping is 7.5 N·s/m and whose level is 4.5 N."""
+    log = log_of(stage("[{kind: viscous, on: rail, parameters: {b: 1.5}}]", 4.5), folder, "log.csv")
+    system, deviations = uncertain_values(spec, system_of(spec), log)
+    motion = smooth_motion(log)
+    search = search_on(Problem(system, motion, deviations), partial(record_of, motion, log))
+    return {s.name: float(v) for s, v in zip(search.moved, search.refit().theta, strict=True)}
+
+
+def test_it_is_refitted_as_a_parameter_with_that_tolerance(tmp_path: Path) -> None:
+    as_parameter = refit(staged(b="value: 6, tolerance: 20%"), tmp_path)
+    as_effect = refit(staged(f"[{EFFECT}]", force="w"), tmp_path)
+    assert as_effect == pytest.approx({"rail_a": as_parameter["rail_a"], "viscous_rail_b": as_parameter["b"]}, rel=1e-9)
+    assert as_effect["viscous_rail_b"] == pytest.approx(7.5, rel=0.01)
+
+
+def test_the_refitted_value_is_written_into_its_entry() -> None:
+    second = "{kind: viscous, on: rail, parameters: {b: 1 N*s/m}, tolerance: 0.5}"
+    spec = staged(f"[{EFFECT}, {second}]", force="w")
+    system = system_of(spec)
+    assert {s.name: size for s, size in effect_deviations(system, spec).items()} == {
+        "viscous_rail_b": pytest.approx(1.2),
+        "viscous_rail_2_b": pytest.approx(0.5),
+    }
+    written = parse_spec(augmented_text(spec, [], {"viscous_rail_2_b": 1.25}, system), Path("stage.yaml"))
+    assert [float(e.parameters["b"]) for e in written.effects] == [6.0, 1.25]
+    assert [e.tolerance for e in written.effects] == [0.2, 0.5]
+
+
+def test_a_level_that_was_written_with_its_unit_is_replaced() -> None:
+    text = stage().text.replace("a: 4.0,", "a: 4 N,")
+    spec = parse_spec(text, Path("stage.yaml"))
+    written = parse_spec(augmented_text(spec, [], {"rail_a": 4.5}, system_of(spec)), Path("stage.yaml"))
+    assert text != stage().text and float(written.contacts[0].parameters["a"]) == 4.5
+
+
+def test_a_tolerance_of_zero_is_told() -> None:
+    spec = staged("[{kind: viscous, on: rail, parameters: {b: 0}, tolerance: 20%}]")
+    (told,) = values_of_zero(spec)
+    assert told.severity == "warning" and "b of viscous on rail" in told.words
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        "{kind: input_delay, on: w, parameters: {T: 0.002}, tolerance: 20%}",
+        "{kind: stribeck, on: rail, parameters: {delta: 1, v_s: 0.1, exponent: 1.5}, tolerance: 20%}",
+        "{kind: compliance, on: x, parameters: {k: 5000, c: 1, load_fraction: 0.5}, tolerance: 20%}",
+    ],
+)
+def test_it_is_refused_where_a_refit_cannot_move_the_parameters(effect: str) -> None:
+    with pytest.raises(BadInput) as refused:
+        system_of(staged(f"[{effect}]"))
+    assert refused.value.code == "SPEC021" and "tolerance" in str(refused.value)
+
+
+def test_a_robot_files_damping_has_the_tolerance_that_the_spec_gives(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(TWO_LINKS)
+    spec = parse_spec("name: arm\nurdf: {file: arm.urdf, tolerance: {damping: 40 %}}\n", tmp_path / "arm.yaml")
+    assert isinstance(spec.form, KinematicTree) and spec.form.tolerance is None  # no link parameter is refitted
+    system = system_of(spec)
+    deviations = {s.name: size for s, size in effect_deviations(system, spec).items()}
+    declared = {s.name: float(v) for s, v in system.values.items() if s.name.startswith("viscous")}
+    assert declared and deviations == pytest.approx({name: 0.4 * value for name, value in declared.items()})
+    name, value = next(iter(declared.items()))
+    written = parse_spec(augmented_text(spec, [], {name: 2 * value}, system), tmp_path / "spec.yaml")
+    again = {s.name: size for s, size in effect_deviations(system_of(written), written).items()}
+    assert again == pytest.approx(deviations | {name: 0.8 * value})
+    assert np.isclose(float(system_of(written).values[written.symbol(name)]), 2 * value)
+
+
+def test_a_tolerance_of_the_damping_is_checked_as_others_are(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(TWO_LINKS)
+    with pytest.raises(BadInput) as refused:
+        parse_spec("name: arm\nurdf: {file: arm.urdf, tolerance: {damping: 40}}\n", tmp_path / "arm.yaml")
+    assert refused.value.code == "SPEC007"
