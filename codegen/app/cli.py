@@ -345,9 +345,11 @@ def diagnose(
     with progress("reading", lines=True) as tell:
         gc.disable()
         from codegen.app.diagnose import diagnose, findings_text  # more than a second: the bar is there first
+        from codegen.base.parallel import allow_processes
 
         gc.freeze()  # what the libraries made stays to the end; the collector need not search it again and again
         gc.enable()
+        allow_processes()
 
         def print_findings(found: Findings) -> None:
             if as_json:

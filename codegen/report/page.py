@@ -17,8 +17,8 @@ from codegen.effects.declare import places_of, unit_words
 from codegen.mechanics.system import System
 from codegen.report import wording
 from codegen.report.evidence import LawEvidence, law_evidence
-from codegen.report.pictures import COLOURS, Panel, law_picture, residual_panels
-from codegen.report.series import MOST_POINTS, held_out_series
+from codegen.report.pictures import COLOURS, Drawing, Panel, drawn, law_drawing, residual_drawings
+from codegen.report.series import MOST_POINTS, CoordinateSeries, held_out_series
 from codegen.report.wording import change, number, percent, prefixed, unit_text, with_unit
 from codegen.spec.model import Spec
 
@@ -145,6 +145,10 @@ def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mappi
     Args:
         files: label → path relative to the report, of the other files written.
     """
+    shown = _models_shown(diagnosis)
+    evidence, series = law_evidence(diagnosis, models), held_out_series(models, shown)
+    groups = [*(_law_drawings(e, models) for e in evidence), *(residual_drawings(c) for c in series)]
+    panels = drawn(groups)
     page = Page(
         name=spec.name,
         source=spec.source,
@@ -155,8 +159,8 @@ def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mappi
         errors=_error_rows(diagnosis, models.declared),
         published=tuple(spec.log.published.items()),
         effects=tuple(_effect(e) for e in diagnosis.effects),
-        laws=tuple((e, _law_panels(e, models)) for e in law_evidence(diagnosis, models)),
-        pictures=_pictures(diagnosis, models),
+        laws=tuple(zip(evidence, panels[: len(evidence)], strict=True)),
+        pictures=_pictures(shown, series, panels[len(evidence) :]),
         rounds=_rounds(diagnosis, models),
         leader=" and ".join(f"{e.kind} on {e.on}" for e in models.named),
         agreement_level=_level(diagnosis.agreement),
@@ -252,27 +256,32 @@ def _outcome(candidate: Candidate, diagnosis: Diagnosis, models: Models) -> Outc
     return "passed" if candidate.accepted else "rejected"
 
 
-def _pictures(diagnosis: Diagnosis, models: Models) -> PictureView:
+def _models_shown(diagnosis: Diagnosis) -> list[str]:
+    """The models in the pictures of the residual: no refit that changes no value."""
     same = all(declared == refit for declared, refit, _ in diagnosis.refitted.values())
     names = ["declared"] if same else ["declared", "refit"]
-    names += ["augmented"] if diagnosis.verdict in ("effect", "ambiguous") else []
-    series = held_out_series(models, names)
+    return names + (["augmented"] if diagnosis.verdict in ("effect", "ambiguous") else [])
+
+
+def _pictures(
+    names: Sequence[str], series: Sequence[CoordinateSeries], panels: Sequence[tuple[Panel, ...]]
+) -> PictureView:
     thinned = max(c.samples for c in series) > MOST_POINTS
     return PictureView(
-        coordinates=tuple((c.name, residual_panels(c)) for c in series),
+        coordinates=tuple((c.name, own) for c, own in zip(series, panels, strict=True)),
         legend=tuple((name, COLOURS[name]) for name in names),
-        same=same,
+        same="refit" not in names,
         thinned=number(MOST_POINTS) if thinned else "",
     )
 
 
-def _law_panels(found: LawEvidence, models: Models) -> tuple[Panel, ...]:
+def _law_drawings(found: LawEvidence, models: Models) -> tuple[Drawing, ...]:
     unit, force = models.declared.position_units[found.coordinate], models.declared.force_unit(found.coordinate)
     units = {"speed": f"{unit}/s", "position": unit, "load": force, "acceleration": f"{unit}/s^2", "time": "s"}
     of = (units.get(found.variable, f"{force}/s"), force)
     name = f"{found.kind} on {found.on}"
     return tuple(
-        law_picture(p, found.variable, of, f"{name}, {p.direction}" if p.direction else name) for p in found.panels
+        law_drawing(p, found.variable, of, f"{name}, {p.direction}" if p.direction else name) for p in found.panels
     )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
+from codegen.base.parallel import in_processes
 from codegen.report.evidence import LawPanel
 from codegen.report.series import CoordinateSeries
 from codegen.report.style import INK, QUIET, labelled, svg
@@ -38,8 +39,22 @@ class Panel:
     address: str
 
 
-def residual_panels(coordinate: CoordinateSeries) -> tuple[Panel, ...]:
-    """Panels of one coordinate: residual force over four variables, time and frequency, and the free-run error."""
+@dataclass(frozen=True)
+class Drawing:
+    """A picture to be drawn: its title, and what puts its content on axes."""
+
+    words: str
+    draw: Callable[[Any], None]
+
+
+def drawn(groups: Sequence[Sequence[Drawing]]) -> list[tuple[Panel, ...]]:
+    """The pictures of drawings, in their groups, by several processes: matplotlib draws in one thread only."""
+    found = iter(in_processes(_panel, [one for group in groups for one in group], threads=False))
+    return [tuple(next(found) for _ in group) for group in groups]
+
+
+def residual_drawings(coordinate: CoordinateSeries) -> tuple[Drawing, ...]:
+    """Drawings of one coordinate: residual force over four variables, time and frequency, and the free-run error."""
     force = f"residual in {unit_text(coordinate.force_unit)}"
     over = (  # variable, label of its axis, factor from SI to the unit of the label
         ("velocity", f"{coordinate.velocity} in {unit_text(coordinate.unit)}/s", 1.0),
@@ -64,14 +79,14 @@ def residual_panels(coordinate: CoordinateSeries) -> tuple[Panel, ...]:
 
     on = coordinate.name
     return (
-        *(_panel(f"residual on {on} over {name}", cloud(name, label, factor)) for name, label, factor in over),
-        _panel(f"residual on {on} over time", by_time),
-        _panel(f"residual on {on} by frequency", lambda axes: _spectrum(axes, coordinate)),
-        _panel(f"free run of {on} over time", lambda axes: _free_run(axes, coordinate)),
+        *(Drawing(f"residual on {on} over {name}", cloud(name, label, factor)) for name, label, factor in over),
+        Drawing(f"residual on {on} over time", by_time),
+        Drawing(f"residual on {on} by frequency", lambda axes: _spectrum(axes, coordinate)),
+        Drawing(f"free run of {on} over time", lambda axes: _free_run(axes, coordinate)),
     )
 
 
-def law_picture(panel: LawPanel, variable: str, units: tuple[str, str], words: str) -> Panel:
+def law_drawing(panel: LawPanel, variable: str, units: tuple[str, str], words: str) -> Drawing:
     """The residual of the model without an effect, a smooth curve through it, and the force of the effect's law.
 
     Args:
@@ -90,7 +105,7 @@ def law_picture(panel: LawPanel, variable: str, units: tuple[str, str], words: s
             axes.set_ylim(-half_height, half_height)
         _frame(axes, f"{variable} in {unit_text(unit)}" if unit else variable, f"residual in {unit_text(units[1])}")
 
-    return _panel(words, draw)
+    return Drawing(words, draw)
 
 
 def _free_run(axes: Any, coordinate: CoordinateSeries) -> None:
@@ -180,13 +195,13 @@ def _squared(unit: str) -> str:
     return f"({unit})²" if "·" in unit else f"{unit}²"
 
 
-def _panel(words: str, draw: Callable[[Any], None]) -> Panel:
-    """The SVG of what ``draw`` draws on axes, as a data URL."""
+def _panel(drawing: Drawing) -> Panel:
+    """The SVG of a drawing, as a data URL."""
 
     def on_figure(figure: Any) -> None:
         axes = figure.add_axes(PLACE)
-        draw(axes)
-        axes.set_title(words, color=INK, loc="left", fontweight="bold", fontsize=10.5, x=-0.16)
+        drawing.draw(axes)
+        axes.set_title(drawing.words, color=INK, loc="left", fontweight="bold", fontsize=10.5, x=-0.16)
 
     encoded = base64.b64encode(svg(on_figure, SIZE_IN, DPI)).decode("ascii")
-    return Panel(words, f"data:image/svg+xml;base64,{encoded}")
+    return Panel(drawing.words, f"data:image/svg+xml;base64,{encoded}")

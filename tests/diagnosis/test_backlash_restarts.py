@@ -25,7 +25,7 @@ def test_a_backlash_is_fitted_again_from_well_damped_contacts(tmp_path: Path) ->
     part = part_of(CATALOGUE["backlash"], 0, search.system)
     tried = CandidateFits(search, base, (part,), lambda share: None)
     start = search.fit_from(tried.runners[0], np.append(base.theta, part.inward(LIGHT)), base, 6)
-    again = tried.restarted(start)
+    (again,) = tried.restarted([start])
     assert start.cost < base.cost - 10
     assert again.cost < 0.5 * start.cost
     assert again.parameters["gap"] == pytest.approx(TRUTH["gap"], rel=1e-3)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,7 +12,6 @@ import numpy as np
 import pytest
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.fit import parallel as both
 from codegen.diagnosis.fit import shooting
 from codegen.diagnosis.fit.record import Record
 from codegen.diagnosis.fit.residual import ResidualAlong, level_parameters, unfiltered_residual
@@ -45,18 +43,6 @@ def test_rows_in_bulk_are_the_rows_alone(count: int) -> None:
 def test_a_function_without_results_has_rows_without_columns() -> None:
     x = casadi.SX.sym("x", 2)
     assert over_rows(casadi.Function("none", [x], [casadi.SX(0, 1)]), np.ones((5, 2))).shape == (5, 0)
-
-
-def test_results_stand_in_order_and_calls_within_run_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(both, "WORKERS", 2)
-
-    def within(k: int) -> list[tuple[int, int]]:
-        return both.in_parallel(lambda j: (10 * k + j, threading.get_ident()), range(3))
-
-    found = both.in_parallel(within, range(5))
-    assert [[value for value, _ in some] for some in found] == [[10 * k + j for j in range(3)] for k in range(5)]
-    assert all(len({thread for _, thread in some}) == 1 for some in found)
-    assert threading.get_ident() not in {thread for some in found for _, thread in some}
 
 
 @pytest.mark.parametrize(("length", "n"), [(41, 1), (134, 1), (400, 2), (90, 3), (30, 2)])
@@ -125,14 +111,6 @@ def test_a_residual_for_many_values_is_that_of_each_model(tmp_path: Path, kind: 
         values = {name: factor * value for name, value in LACKING[kind].items()}
         theta = trial.theta(np.zeros(0), [values])
         assert np.array_equal(along.at(theta), unfiltered_residual(model_of(trial, theta), motion))
-
-
-def test_what_runs_in_the_background_gives_its_result_or_its_error_to_each_that_asks() -> None:
-    assert [both.in_background(divmod, 7, 2)() for _ in range(2)] == [(3, 1)] * 2
-    failing = both.in_background(divmod, 7, 0)
-    for _ in range(2):
-        with pytest.raises(ZeroDivisionError):
-            failing()
 
 
 def test_the_compiled_tracking_observer_gives_the_bits_of_its_twin() -> None:

@@ -332,16 +332,15 @@ def test_a_load_of_nearly_no_mass_is_fitted_from_other_loads_whatever_its_rank(
     restarted: list[str] = []
 
     def restart(found: Any) -> Any:
-        restarted.append(found.part.kind)
+        restarted.extend(one.part.kind for one in found)
         return found
 
     tried = SimpleNamespace(
         search=search,
         parts=parts,
         promising=lambda indices: list(indices),
-        screened=lambda k: (k, None),
-        gain=lambda screened: 1.0,
-        fitted=lambda screened: fits[screened[0]],
+        screened=lambda indices: [candidate_fits.Screened(k, 1.0, np.zeros(0)) for k in indices],
+        fitted=lambda screened: [fits[one.index] for one in screened],
         restarted=restart,
         best_by_force=lambda indices: [],
     )

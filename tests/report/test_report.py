@@ -37,7 +37,7 @@ from .reading import ReadPage
 
 def words(case: Case, monkeypatch: pytest.MonkeyPatch, files: dict[str, str] | None = None, **changed: Any) -> str:
     """The page's HTML without pictures, of a diagnosis of which something is changed."""
-    monkeypatch.setattr(page, "residual_panels", lambda coordinate: ())
+    monkeypatch.setattr(page, "residual_drawings", lambda coordinate: ())
     monkeypatch.setattr(page, "law_evidence", lambda diagnosis, models: ())
     return render_report(case.spec, replace(case.diagnosis, **changed), case.models, files)
 

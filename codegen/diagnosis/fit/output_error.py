@@ -11,8 +11,8 @@ import sympy
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.base.parallel import in_parallel
 from codegen.diagnosis.fit.linear import scales, solved
-from codegen.diagnosis.fit.parallel import in_parallel
 from codegen.diagnosis.fit.trial import Part, Runner, Trial
 from codegen.mechanics.system import System
 

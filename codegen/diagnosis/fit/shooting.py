@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.base.compiler import cached_library, load_library
+from codegen.base.parallel import in_background
 from codegen.base.text import render
-from codegen.diagnosis.fit.parallel import in_background
 from codegen.diagnosis.fit.record import Record
 from codegen.friction import DynamicLaw
 from codegen.mechanics.casadi_form import symbol_values, to_casadi

@@ -43,25 +43,26 @@ TRIES, SIMPLEX = 120, 0.5
 """Of a simplex search: most free runs, and its initial size in logarithms; Gauss–Newton steps follow."""
 
 
-def starting_points(runner: Runner, base: Fit, covered: Covered, most: int) -> list[tuple[float, Array]]:
-    """The best starting values of the trial's last part, as (cost after one linear step, theta), best first."""
+def starting_point(runner: Runner, base: Fit, covered: Covered, shape: Mapping[str, float]) -> tuple[float, Array]:
+    """(cost after one linear step, theta) with the trial's last part of this shape."""
     part = runner.trial.parts[-1]
-    effect, found = part.effect, []
-    for shape in effect.starts(covered):
-        if not effect.scaling:
-            found.append(_with_values(runner, base, part.inward(shape)))
-            continue
-        columns = []
-        for probe, size in effect.probes(shape, covered):
-            theta = np.concatenate([base.theta, part.inward(probe)])
-            slope = (base.unprojected - mean_residuals(runner, runner.run(theta, base.offsets))) / size
-            columns.append(base.starts.project(slope, slope=True))
-        step, cost = _linear_step(base, base.unprojected, np.concatenate([base.projected_slopes, np.stack(columns)]))
-        values = effect.weighted(shape, step[len(base.theta) :].tolist())
-        theta = np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
-        found.append((cost, theta))
-    found.sort(key=lambda pair: pair[0])
-    return list({theta.tobytes(): (cost, theta) for cost, theta in found[:most]}.values())  # each once
+    effect = part.effect
+    if not effect.scaling:
+        return _with_values(runner, base, part.inward(shape))
+    columns = []
+    for probe, size in effect.probes(shape, covered):
+        theta = np.concatenate([base.theta, part.inward(probe)])
+        slope = (base.unprojected - mean_residuals(runner, runner.run(theta, base.offsets))) / size
+        columns.append(base.starts.project(slope, slope=True))
+    step, cost = _linear_step(base, base.unprojected, np.concatenate([base.projected_slopes, np.stack(columns)]))
+    values = effect.weighted(shape, step[len(base.theta) :].tolist())
+    return cost, np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
+
+
+def best_starts(found: Sequence[tuple[float, Array]], most: int) -> list[tuple[float, Array]]:
+    """The best of ``starting_point``, best first, each once."""
+    best = sorted(found, key=lambda pair: pair[0])[:most]
+    return list({theta.tobytes(): (cost, theta) for cost, theta in best}.values())
 
 
 def simplex_search(runner: Runner, base: Fit, theta: Array) -> tuple[float, Array]:

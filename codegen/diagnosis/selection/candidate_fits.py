@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
 from codegen.base.arrays import Array
+from codegen.base.parallel import in_processes
 from codegen.diagnosis.evidence.coverage import survey
 from codegen.diagnosis.fit.credit import FAR, NEAR_NOISE, near_noise, noise_loss, noise_ratio, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
-from codegen.diagnosis.fit.parallel import in_parallel
 from codegen.diagnosis.fit.search import ROUNDS, Search
-from codegen.diagnosis.fit.starting_values import ForceStart, simplex_search, starting_points
+from codegen.diagnosis.fit.starting_values import ForceStart, best_starts, simplex_search, starting_point
 from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates, is_own
@@ -59,6 +59,17 @@ JOINED = 2
 """Gauss–Newton steps on all joints of an arm after an effect was fitted on its own joint."""
 
 Progress = Callable[[float], None]
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """A part, by its index, fitted on few segments: by how much it lowers the cost there, and its values."""
+
+    index: int
+    gain: float
+    theta: Array
 
 
 def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
@@ -86,18 +97,17 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
     tried = CandidateFits(search, base, tuple(parts), report_progress)
     parts = tried.parts
     smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
-    screened = [s for s in in_parallel(tried.screened, tried.promising(smooth)) if s]
-    gains = sorted(map(tried.gain, screened), reverse=True)
+    screened = tried.screened(tried.promising(smooth))
+    gains = sorted((s.gain for s in screened), reverse=True)
     tried.least_gain = START_SHARE * max([0.0, *gains[FITTED - 1 : FITTED]])
-    rough = [k for k in range(len(parts)) if k not in smooth]
-    screened += [s for s in in_parallel(tried.screened, rough) if s]
-    screened.sort(key=tried.gain, reverse=True)
-    by_force = tried.best_by_force([k for k, _ in screened])
-    kept = [s for rank, s in enumerate(screened) if rank < FITTED or s[0] in by_force or is_own(parts[s[0]].kind)]
-    found = sorted(in_parallel(tried.fitted, kept), key=lambda f: f.cost)
+    screened += tried.screened([k for k in range(len(parts)) if k not in smooth])
+    screened.sort(key=lambda s: s.gain, reverse=True)
+    by_force = tried.best_by_force([s.index for s in screened])
+    kept = [s for n, s in enumerate(screened) if n < FITTED or s.index in by_force or is_own(parts[s.index].kind)]
+    found = sorted(tried.fitted(kept), key=lambda f: f.cost)
     again = [k for k, one in enumerate(found) if k < LEADING or one.part.effect.rough or tried.is_degenerate(one)]
     others = [one for k, one in enumerate(found) if k not in again]
-    return sorted([*in_parallel(tried.restarted, [found[k] for k in again]), *others], key=lambda f: f.cost)
+    return sorted([*tried.restarted([found[k] for k in again]), *others], key=lambda f: f.cost)
 
 
 def in_simplest_forms(found: Sequence[Fit]) -> list[Fit]:
@@ -167,8 +177,8 @@ class CandidateFits:
 
         An effect without a scale starts from a coarse grid of values, which says too little: it is always fitted.
         """
-        tasks: list[Callable[[], object]] = [self._start_by_force, *(partial(self._start_by_runs, k) for k in indices)]
-        in_parallel(lambda task: task(), tasks)
+        self._start_by_force()  # while the compiler works
+        self._start_by_runs(indices)
         gains = {k: self._few(k).cost - min((cost for cost, _ in self.starts[k]), default=np.inf) for k in indices}
         scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
         by_force = sorted((k for k in scaled if k in self.left), key=self.left.__getitem__)[:BY_FORCE]
@@ -178,7 +188,7 @@ class CandidateFits:
         return chosen
 
     def _start_by_force(self) -> None:
-        """Starting points from the force residual, one after the other: CasADi builds expressions in one thread."""
+        """Starting points from the force residual, for which CasADi builds expressions."""
         if near_noise(self.base) and not share_far(self.base):
             return
         start, found = ForceStart(self.search.problem, self.base), self.forced
@@ -208,58 +218,96 @@ class CandidateFits:
                 best.setdefault((self.parts[k].kind, self.parts[k].on), k)
         return list(best.values())[:FITTED_BY_FORCE]
 
-    def _start_by_runs(self, k: int) -> list[tuple[float, Array]]:
-        """(cost after one linear step, theta) of the best starting points of part ``k`` on few segments."""
-        if k not in self.starts:
-            few, part = self._few(k), self.parts[k]
-            runner = replace(self.runners[k], record=few.runner.record)
-            self.starts[k] = starting_points(runner, few, self.covered(part), 3 if len(part.names) > 2 else 2)
-        return self.starts[k]
+    def _start_by_runs(self, indices: Sequence[int]) -> None:
+        """(cost after one linear step, theta) of the best starting points of parts on few segments."""
+        covered = {k: self.covered(self.parts[k]) for k in indices}
+        self._compute_slopes(*(self._few(k) for k in indices))
+        shapes = [(k, shape) for k in indices for shape in self.parts[k].effect.starts(covered[k])]
+
+        def start(one: tuple[int, Mapping[str, float]]) -> tuple[float, Array]:
+            k, shape = one
+            return starting_point(self._runner(k), self._few(k), covered[k], shape)
+
+        found = list(zip(shapes, self._shared_out(start, shapes), strict=True))
+        for k in indices:
+            most = 3 if len(self.parts[k].names) > 2 else 2
+            self.starts[k] = best_starts([point for (j, _), point in found if j == k], most)
 
     def covered(self, part: Part) -> Covered:
         """The range that the log covers at the place of a part."""
         return self.survey.covered(part, self.levels, self.search.record.noise, self.couplings.get(part.place))
 
-    def screened(self, k: int) -> tuple[int, Fit] | None:
-        """Part ``k`` fitted on few segments from its best starting points; None where there is no promising one."""
-        few = self._few(k)
-        part, runner = self.parts[k], replace(self.runners[k], record=few.runner.record)
-        starts = self._start_by_runs(k)
-        if part.effect.rough:
-            near = [theta for cost, theta in starts if cost < few.cost - self.least_gain]
-            near += self.forced.get(k, [])[-1:] if k in self.left else []
-            starts = in_parallel(lambda theta: simplex_search(runner, few, theta), near)
-        elif part.effect.scaling and starts:
+    def screened(self, indices: Sequence[int]) -> list[Screened]:
+        """These parts fitted on few segments, each from its best starting points; without those that have none."""
+        self._start_by_runs([k for k in indices if k not in self.starts])
+        rough = [k for k in indices if self.parts[k].effect.rough]
+        starts = self._searched(rough) | {k: self._near_the_best(k) for k in indices if k not in rough}
+        tasks = [(k, theta, False) for k in indices for theta in [*starts[k], *self.forced.get(k, [])]]
+        tasks += [(k, theta, True) for k in indices for theta in self.along.get(k, [])]
+
+        def fit(task: tuple[int, Array, bool]) -> tuple[float, Array]:
+            k, theta, as_measured = task
+            if as_measured:
+                one = self._from_measured_states(self._runner(k), theta)
+            else:
+                one = self.search.fit_from(self._runner(k), theta, self._few(k), FIRST_ROUNDS, final_slopes=False)
+            return one.cost, one.theta
+
+        fits = list(zip(tasks, self._shared_out(fit, tasks, len(indices)), strict=True))
+        best = []
+        for k in indices:
+            own = [found for (j, *_), found in fits if j == k]
+            if not own:
+                continue
+            cost, theta = min(own, key=lambda found: found[0])
+            best.append(Screened(k, self._few(k).cost - cost, theta))
+            coupling = self.parts[k].effect.coupling(self.trials[k].split(theta)[1][-1])
+            if coupling is not None:
+                self.couplings[self.parts[k].place] = coupling
+        return best
+
+    @staticmethod
+    def _compute_slopes(*fits: Fit) -> None:
+        """Slopes that every process needs are computed once, before there are several."""
+        for fit in fits:
+            _ = fit.raw_slopes
+
+    def _near_the_best(self, k: int) -> list[Array]:
+        """The starting points by free runs of a part whose loss is smooth: the best, and those nearly as good."""
+        starts, few = self.starts[k], self._few(k)
+        if self.parts[k].effect.scaling and starts:
             enough = few.cost - AS_GOOD * max(few.cost - starts[0][0], 0.0)
             starts = [starts[0], *(s for s in starts[1:] if s[0] < enough)]
-        thetas = [*(theta for _, theta in starts), *self.forced.get(k, [])]
-        fits = in_parallel(
-            lambda theta: self.search.fit_from(runner, theta, few, FIRST_ROUNDS, final_slopes=False), thetas
-        )
-        fits += in_parallel(lambda theta: self._from_measured_states(runner, theta), self.along.get(k, []))
-        self._count_one()
-        if not fits:
-            return None
-        best = min(fits, key=lambda fit: fit.cost)
-        coupling = part.effect.coupling(self.trials[k].split(best.theta)[1][-1])
-        if coupling is not None:
-            self.couplings[part.place] = coupling
-        return k, best
+        return [theta for _, theta in starts]
 
-    def fitted(self, screened: tuple[int, Fit]) -> Fit:
-        """The part fitted on all segments, the slopes of their start states computed again while that helps."""
-        k, start = screened
+    def _searched(self, indices: Sequence[int]) -> dict[int, list[Array]]:
+        """By index of a part whose loss is not smooth, where simplex searches from its best starting points end."""
+        near = [
+            (k, theta)
+            for k in indices
+            for theta in [
+                *(theta for cost, theta in self.starts[k] if cost < self._few(k).cost - self.least_gain),
+                *(self.forced.get(k, [])[-1:] if k in self.left else []),
+            ]
+        ]
+        found = self._shared_out(lambda one: simplex_search(self._runner(one[0]), self._few(one[0]), one[1]), near)
+        return {k: [theta for (j, _), (_, theta) in zip(near, found, strict=True) if j == k] for k in indices}
+
+    def fitted(self, screened: Sequence[Screened]) -> list[Fit]:
+        """These parts fitted on all segments."""
+        self._compute_slopes(self.base)
+        return self._shared_out(lambda one: self._fitted(one.index, one.theta), screened, len(screened))
+
+    def _fitted(self, k: int, theta: Array) -> Fit:
+        """A part fitted on all segments, the slopes of their start states computed again while that helps."""
         joint = self._joint(self.parts[k])
         if joint is None:
-            fit = self._polished(k, start.theta, self.base)
-        else:
-            rows = self.base.rows_of(joint)
-            raw = [slope[rows] for slope in self.base.raw_slopes]
-            alone = self._polished(k, start.theta, self.base.of_joint(joint), raw)
-            base = self.base.started_as(alone, joint)
-            fit = self.search.fit_from(self.runners[k], alone.theta, base, JOINED, self.base.raw_slopes)
-        self._count_one()
-        return fit
+            return self._polished(k, theta, self.base)
+        rows = self.base.rows_of(joint)
+        raw = [slope[rows] for slope in self.base.raw_slopes]
+        alone = self._polished(k, theta, self.base.of_joint(joint), raw)
+        base = self.base.started_as(alone, joint)
+        return self.search.fit_from(self.runners[k], alone.theta, base, JOINED, self.base.raw_slopes)
 
     def is_degenerate(self, found: Fit) -> bool:
         """Whether a fit ended at values that the log cannot show, as a load of nearly no mass: a local minimum."""
@@ -267,8 +315,11 @@ class CandidateFits:
         here = effect.coordinate(self.search.system, found.part.place)
         return bool(effect.unseen(found.parameters, float(self.search.record.noise[here])))
 
-    def restarted(self, found: Fit) -> Fit:
-        """A candidate as it is, or fitted from the best of its other starting values where that is better."""
+    def restarted(self, found: Sequence[Fit]) -> list[Fit]:
+        """Candidates as they are, or fitted from the best of their other starting values where that is better."""
+        return self._shared_out(self._restarted, found)
+
+    def _restarted(self, found: Fit) -> Fit:
         k = self.parts.index(found.part)
         few, part, count = self._few(k), self.parts[k], len(self.base.theta)
         others = part.effect.restarts(found.parameters, self.covered(part))
@@ -277,7 +328,7 @@ class CandidateFits:
             at_its_best = found.cost > self.base.cost - LEAST_GAIN
         if not others or at_its_best:
             return found
-        runner = replace(self.runners[k], record=few.runner.record)
+        runner = self._runner(k)
 
         def again(values: Mapping[str, float]) -> Fit:
             theta = np.append(found.theta[:count], part.inward(values))
@@ -286,7 +337,7 @@ class CandidateFits:
                 fit = self._polish(fit, 1, final_slopes=False)
             return fit
 
-        best = self.fitted((k, min(in_parallel(again, others), key=lambda fit: fit.cost)))
+        best = self._fitted(k, min(map(again, others), key=lambda fit: fit.cost).theta)
         return best if best.cost < found.cost else found
 
     def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array] | None = None) -> Fit:
@@ -314,21 +365,30 @@ class CandidateFits:
         excess = {joint: few.cost - noise_loss(few) for joint, few in self.few.items()}
         return is_own(part.kind) or excess[self._joint(part)] >= LEAST_EXCESS * max(excess.values())
 
-    def gain(self, screened: tuple[int, Fit]) -> float:
-        """Reduction of the cost on the segments that the part was screened on."""
-        k, fit = screened
-        return self._few(k).cost - fit.cost
-
     def _few(self, k: int) -> Fit:
         return self.few[self._joint(self.parts[k])]
+
+    def _runner(self, k: int) -> Runner:
+        """Free runs of a part on few segments."""
+        return replace(self.runners[k], record=self._few(k).runner.record)
 
     def _joint(self, part: Part) -> int | None:
         """The joint on which a part acts, for an arm that is run joint by joint; else None."""
         return part.effect.coordinate(self.search.system, part.place) if self.search.rigid else None
 
-    def _count_one(self) -> None:
-        self.done += 1
-        self.report_progress(min(1.0, self.done / (len(self.parts) + FITTED)))
+    def _shared_out(self, work: Callable[[Item], Result], items: Sequence[Item], parts: int = 0) -> list[Result]:
+        """The results for all items, by several processes; they are so many of the parts in the progress."""
+        whole = len(self.parts) + FITTED
+        shared = [self.search, *self.trials, *self.parts, self.base, *self.few.values()]
+        shared += [one.shooter for one in self.runners] + [one.runner.record for one in (self.base, *self.few.values())]
+        shared += [self.search.record, *(item for item in items if isinstance(item, Fit))]
+
+        def begun(count: int) -> None:
+            self.report_progress(min(1.0, (self.done + parts * count / len(items)) / whole))
+
+        found = in_processes(work, items, shared, begun)
+        self.done += parts
+        return found
 
 
 def _screening(search: Search, base: Fit, joint: int | None) -> Fit:

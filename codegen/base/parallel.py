@@ -1,0 +1,196 @@
+"""Work on several cores: threads for runs of compiled code, which leave the interpreter free, and processes for fits.
+
+Results do not depend on the number of cores: each is computed alone, and they stand in the order of the items.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import io
+import os
+import pickle
+import signal
+import sys
+import threading
+import warnings
+from array import array
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import suppress
+from typing import Any, TypeVar
+
+CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+WORKERS, PROCESSES = max(1, min(2, CORES)), max(1, min(4, CORES))
+"""Most threads, and most processes, this one included."""
+MOST_ITEMS = 8192
+"""Of one call of ``in_processes``: their indices lie in a pipe, which holds 64 KiB."""
+_DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+_inside = threading.local()
+_background: set[Future[Any]] = set()
+_forks = False
+
+
+def in_parallel(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+    """The results for all items, in their order, by threads; a nested call runs serially."""
+    if len(items) < 2 or WORKERS < 2 or getattr(_inside, "busy", False):
+        return [function(item) for item in items]
+    with ThreadPoolExecutor(WORKERS, initializer=_enter) as pool:
+        return list(pool.map(function, items))
+
+
+def in_background(function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
+    """Start a function in a thread; what is returned waits for its result, or raises what it raised."""
+    pool = ThreadPoolExecutor(1)
+    started = pool.submit(function, *arguments)
+    _background.add(started)
+    started.add_done_callback(_background.discard)
+    pool.shutdown(wait=False)
+    return started.result
+
+
+def allow_processes() -> None:
+    """Let ``in_processes`` fork, on Linux: for a command. The process of another caller may have threads of its own."""
+    global _forks
+    _forks = sys.platform == "linux"
+
+
+def in_processes(
+    function: Callable[[Item], Result],
+    items: Sequence[Item],
+    shared: Sequence[object] = (),
+    begun: Callable[[int], object] = lambda count: None,
+    threads: bool = True,
+) -> list[Result]:
+    """The results for all items, in their order, by forked processes; by threads where no process may be forked.
+
+    A process takes the next item when it is done with one. What it lacks at its end, because it was killed or the
+    function raised an error, is computed here.
+
+    Args:
+        function: the result is pickled; what it changes beside it may be lost.
+        shared: objects that results refer to and that are not copied.
+        begun: called here, with the number of items begun before, when an item is begun here.
+        threads: whether the function may run in several threads at once.
+    """
+    count = min(PROCESSES, len(items))
+    if not _forks or count < 2 or len(items) > MOST_ITEMS or getattr(_inside, "busy", False):
+        return in_parallel(function, items) if threads else [function(item) for item in items]
+    wait(list(_background))  # a thread does not exist in a forked process
+    found: dict[int, Result] = {}
+    children: list[_Child] = []
+    with _Order(len(items)) as order:
+        try:
+            with suppress(OSError):  # no further process is admitted
+                for _ in range(count - 1):
+                    children.append(_Child(function, items, order, shared))
+            _inside.busy = True
+            for k in order:
+                begun(k)
+                found[k] = function(items[k])
+            for child in children:
+                found |= child.results()
+        finally:
+            _inside.busy = False
+            for child in children:
+                child.end()
+    return [found[k] if k in found else function(item) for k, item in enumerate(items)]
+
+
+class _Order:
+    """The indices of items, each given to one process only."""
+
+    def __init__(self, count: int) -> None:
+        self._rest, given = os.pipe()
+        os.write(given, array("i", range(count)).tobytes())
+        os.close(given)
+
+    def __enter__(self) -> _Order:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        os.close(self._rest)
+
+    def __iter__(self) -> Iterator[int]:
+        while one := os.read(self._rest, array("i").itemsize):
+            yield array("i", one)[0]
+
+
+class _Child:
+    """A forked process that works on items, and writes the results into a pipe when none is left."""
+
+    def __init__(
+        self, function: Callable[[Any], Any], items: Sequence[Any], order: _Order, shared: Sequence[object]
+    ) -> None:
+        self._shared = shared
+        self._answer, answer = os.pipe()
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C is the parent's, which ends us
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", DeprecationWarning)  # of threads: BLAS has some, which are idle
+                self._process = os.fork()
+            if self._process == 0:
+                try:
+                    self._work(function, items, order, answer)
+                finally:
+                    os._exit(0)
+        except OSError:
+            os.close(self._answer)
+            raise
+        finally:
+            os.close(answer)
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+    def _work(self, function: Callable[[Any], Any], items: Sequence[Any], order: _Order, answer: int) -> None:
+        ctypes.CDLL(None).prctl(_DIES_WITH_PARENT, int(signal.SIGKILL))
+        _inside.busy = True
+        found, written = {}, io.BytesIO()
+        with suppress(Exception):  # the parent computes what is missing, and meets the error
+            for k in order:
+                found[k] = function(items[k])
+        _Pickler(written, self._shared).dump(found)
+        with os.fdopen(answer, "wb", closefd=False) as stream:
+            stream.write(written.getbuffer())
+
+    def results(self) -> dict[int, Any]:
+        """By index of the item; {} where the process ended without."""
+        with os.fdopen(self._answer, "rb", closefd=False) as stream:
+            written = stream.read()
+        found: dict[int, Any] = {}
+        with suppress(EOFError, pickle.UnpicklingError):  # killed
+            found = _Unpickler(io.BytesIO(written), self._shared).load()
+        return found
+
+    def end(self) -> None:
+        os.close(self._answer)
+        with suppress(ProcessLookupError):
+            os.kill(self._process, signal.SIGKILL)
+        os.waitpid(self._process, 0)
+
+
+class _Pickler(pickle.Pickler):
+    """Writes shared objects as their index."""
+
+    def __init__(self, stream: Any, shared: Sequence[object]) -> None:
+        super().__init__(stream, pickle.HIGHEST_PROTOCOL)
+        self._index = {id(one): k for k, one in enumerate(shared)}
+
+    def persistent_id(self, found: object) -> int | None:
+        return self._index.get(id(found))
+
+
+class _Unpickler(pickle.Unpickler):
+    """Reads what ``_Pickler`` wrote: of our own process, nothing from outside."""
+
+    def __init__(self, stream: Any, shared: Sequence[object]) -> None:
+        super().__init__(stream)
+        self._shared = shared
+
+    def persistent_load(self, index: int) -> object:
+        return self._shared[index]
+
+
+def _enter() -> None:
+    _inside.busy = True

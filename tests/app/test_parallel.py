@@ -1,0 +1,115 @@
+"""Results of several threads or processes are those of one, in the order of the items."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+from typing import Any
+
+import pytest
+
+from codegen.base import parallel
+
+forked = pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux alone")
+
+
+@pytest.fixture
+def several(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parallel, "_forks", True)
+    monkeypatch.setattr(parallel, "PROCESSES", 3)
+
+
+def no_child_is_left() -> bool:
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)
+    return True
+
+
+def test_results_stand_in_order_and_calls_within_run_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parallel, "WORKERS", 2)
+
+    def within(k: int) -> list[tuple[int, int]]:
+        return parallel.in_parallel(lambda j: (10 * k + j, threading.get_ident()), range(3))
+
+    found = parallel.in_parallel(within, range(5))
+    assert [[value for value, _ in some] for some in found] == [[10 * k + j for j in range(3)] for k in range(5)]
+    assert all(len({thread for _, thread in some}) == 1 for some in found)
+    assert threading.get_ident() not in {thread for some in found for _, thread in some}
+
+
+def test_what_runs_in_the_background_gives_its_result_or_its_error_to_each_that_asks() -> None:
+    assert [parallel.in_background(divmod, 7, 2)() for _ in range(2)] == [(3, 1)] * 2
+    failing = parallel.in_background(divmod, 7, 0)
+    for _ in range(2):
+        with pytest.raises(ZeroDivisionError):
+            failing()
+
+
+@forked
+@pytest.mark.usefixtures("several")
+def test_processes_give_their_results_in_order_and_run_calls_within_alone() -> None:
+    begun: list[int] = []
+
+    def within(k: int) -> list[tuple[int, int, int]]:
+        time.sleep(0.01)
+        return parallel.in_processes(lambda j: (10 * k + j, os.getpid(), threading.get_ident()), range(2))
+
+    found = parallel.in_processes(within, range(20), (), begun.append)
+    assert [[value for value, *_ in some] for some in found] == [[10 * k, 10 * k + 1] for k in range(20)]
+    assert len({process for some in found for _, process, _ in some}) == 3
+    assert all(some[0][1:] == some[1][1:] for some in found)
+    assert begun == [k for k, some in enumerate(found) if some[0][1] == os.getpid()]
+    assert no_child_is_left()
+
+
+@forked
+@pytest.mark.usefixtures("several")
+def test_what_is_shared_is_not_copied() -> None:
+    lock, own = threading.Lock(), [1, 2]  # a lock cannot be pickled
+    found = parallel.in_processes(lambda k: (k, time.sleep(0.01), lock, own, [own]), range(12), (lock, own))
+    assert all(one[2] is lock and one[3] is own and one[4][0] is own for one in found)
+
+
+@forked
+@pytest.mark.usefixtures("several")
+def test_an_error_is_that_of_the_item() -> None:
+    with pytest.raises(ZeroDivisionError):
+        parallel.in_processes(lambda k: time.sleep(0.01) or 1 / (k - 7), range(12))
+    assert no_child_is_left()
+
+
+@forked
+@pytest.mark.usefixtures("several")
+@pytest.mark.parametrize("result", [lambda k: os.kill(os.getpid(), signal.SIGKILL), lambda k: threading.Lock()])
+def test_what_a_process_does_not_deliver_is_computed_here(result: Any) -> None:
+    """It was killed, or what it has cannot be pickled."""
+    here = os.getpid()
+
+    def work(k: int) -> Any:
+        time.sleep(0.01)
+        return k if os.getpid() == here else result(k)
+
+    assert parallel.in_processes(work, range(9)) == list(range(9))
+    assert no_child_is_left()
+
+
+@forked
+@pytest.mark.usefixtures("several")
+def test_processes_begin_when_nothing_runs_in_the_background() -> None:
+    ended = threading.Event()
+
+    def slow() -> None:
+        time.sleep(0.1)
+        ended.set()
+
+    parallel.in_background(slow)
+    assert all(parallel.in_processes(lambda k: ended.is_set(), range(6)))
+
+
+def test_no_process_is_forked_for_others_than_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parallel, "PROCESSES", 3)
+    monkeypatch.setattr(parallel, "_forks", False)
+    assert set(parallel.in_processes(lambda k: os.getpid(), range(6))) == {os.getpid()}
