@@ -17,6 +17,7 @@ from array import array
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import suppress
+from functools import partial
 from typing import Any, TypeVar
 
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -76,7 +77,7 @@ def in_processes(
         threads: whether the function may run in several threads at once.
     """
     count = min(PROCESSES, len(items))
-    if not _forks or count < 2 or len(items) > MOST_ITEMS or getattr(_inside, "busy", False):
+    if not _may_fork() or count < 2 or len(items) > MOST_ITEMS:
         return in_parallel(function, items) if threads else [function(item) for item in items]
     wait(list(_background))  # a thread does not exist in a forked process
     found: dict[int, Result] = {}
@@ -97,6 +98,34 @@ def in_processes(
             for child in children:
                 child.end()
     return [found[k] if k in found else function(item) for k, item in enumerate(items)]
+
+
+def in_another_process(function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
+    """Start a function in a forked process; what is returned waits for its result, which is pickled.
+
+    Where no process may be forked, or it gives no result, the function is called when the result is asked for.
+    """
+    if not _may_fork() or PROCESSES < 2:
+        return partial(function, *arguments)
+    wait(list(_background))
+    with _Order(1) as order:
+        try:
+            child = _Child(lambda given: function(*given), [arguments], order, ())
+        except OSError:  # no further process is admitted
+            return partial(function, *arguments)
+
+    def result() -> Result:
+        try:
+            found = child.results()
+        finally:
+            child.end()
+        return found[0] if found else function(*arguments)
+
+    return result
+
+
+def _may_fork() -> bool:
+    return _forks and not getattr(_inside, "busy", False)
 
 
 class _Order:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.base.errors import BadInput
+from codegen.base.parallel import in_another_process
 from codegen.diagnosis import steady_runs
 from codegen.diagnosis.case import HELD_OUT_SHARE, Case, Findings, case_of
 from codegen.diagnosis.evidence.residual_regression import acting_force, half_of_squares, remainders
@@ -197,6 +198,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     )
     outcome, last = with_harmonics(search, outcome, problem) if not case.faults else (outcome, search)
 
+    agreement = in_another_process(compare_residuals, case.spec, system, problem.motion)
     report("values and held-out error", 0.78)
     runs = _FreeRuns(case, search, base)
     answer, outcome = runs.examined(last, outcome)
@@ -247,7 +249,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         outcome,
         experiment,
         candidates=candidates(outcome, system, answer.verdict),
-        agreement=compare_residuals(case.spec, system, problem.motion),
+        agreement=agreement(),
         later_rounds=rounds(outcome),
         standing=standing(last, outcome),
         reliability=reliability_of(answer.verdict, noise_ratio(outcome.final) <= NEAR_NOISE),

@@ -109,7 +109,21 @@ def test_processes_begin_when_nothing_runs_in_the_background() -> None:
     assert all(parallel.in_processes(lambda k: ended.is_set(), range(6)))
 
 
+@forked
+@pytest.mark.usefixtures("several")
+def test_another_process_gives_its_result_or_its_error() -> None:
+    found = parallel.in_another_process(lambda a, b: (a + b, os.getpid()), 3, 4)
+    assert found()[0] == 7 and no_child_is_left()
+    failing = parallel.in_another_process(divmod, 7, 0)
+    with pytest.raises(ZeroDivisionError):
+        failing()
+    assert no_child_is_left()
+    process = parallel.in_another_process(os.getpid)()
+    assert process != os.getpid()
+
+
 def test_no_process_is_forked_for_others_than_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parallel, "PROCESSES", 3)
     monkeypatch.setattr(parallel, "_forks", False)
     assert set(parallel.in_processes(lambda k: os.getpid(), range(6))) == {os.getpid()}
+    assert parallel.in_another_process(os.getpid)() == os.getpid()
