@@ -68,7 +68,8 @@ def in_processes(
     """The results for all items, in their order, by forked processes; by threads where no process may be forked.
 
     A process takes the next item when it is done with one. What it lacks at its end, because it was killed or the
-    function raised an error, is computed here.
+    function raised an error, is computed here. So are the first items, as long as something runs in the background: a
+    thread does not exist in a forked process.
 
     Args:
         function: the result is pickled; what it changes beside it may be lost.
@@ -76,16 +77,19 @@ def in_processes(
         begun: called here, with the number of items begun before, when an item is begun here.
         threads: whether the function may run in several threads at once.
     """
-    count = min(PROCESSES, len(items))
-    if not _may_fork() or count < 2 or len(items) > MOST_ITEMS:
+    if not _may_fork() or min(PROCESSES, len(items)) < 2 or len(items) > MOST_ITEMS:
         return in_parallel(function, items) if threads else [function(item) for item in items]
-    wait(list(_background))  # a thread does not exist in a forked process
     found: dict[int, Result] = {}
+    for k, item in enumerate(items):
+        if not _background:
+            break
+        begun(k)
+        found[k] = function(item)
     children: list[_Child] = []
-    with _Order(len(items)) as order:
+    with _Order(range(len(found), len(items))) as order:
         try:
             with suppress(OSError):  # no further process is admitted
-                for _ in range(count - 1):
+                for _ in range(min(PROCESSES, len(items) - len(found)) - 1):
                     children.append(_Child(function, items, order, shared))
             _inside.busy = True
             for k in order:
@@ -108,7 +112,7 @@ def in_another_process(function: Callable[..., Result], *arguments: Any) -> Call
     if not _may_fork() or PROCESSES < 2:
         return partial(function, *arguments)
     wait(list(_background))
-    with _Order(1) as order:
+    with _Order(range(1)) as order:
         try:
             child = _Child(lambda given: function(*given), [arguments], order, ())
         except OSError:  # no further process is admitted
@@ -131,9 +135,9 @@ def _may_fork() -> bool:
 class _Order:
     """The indices of items, each given to one process only."""
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, indices: range) -> None:
         self._rest, given = os.pipe()
-        os.write(given, array("i", range(count)).tobytes())
+        os.write(given, array("i", indices).tobytes())
         os.close(given)
 
     def __enter__(self) -> _Order:

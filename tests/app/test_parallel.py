@@ -100,13 +100,17 @@ def test_what_a_process_does_not_deliver_is_computed_here(result: Any) -> None:
 @pytest.mark.usefixtures("several")
 def test_processes_begin_when_nothing_runs_in_the_background() -> None:
     ended = threading.Event()
+    parallel.in_background(ended.wait, 60)
 
-    def slow() -> None:
-        time.sleep(0.1)
-        ended.set()
+    def work(k: int) -> int:
+        if k == 3:
+            ended.set()
+        time.sleep(0.02)
+        return os.getpid()
 
-    parallel.in_background(slow)
-    assert all(parallel.in_processes(lambda k: ended.is_set(), range(6)))
+    found = parallel.in_processes(work, range(30))
+    assert set(found[:4]) == {os.getpid()}
+    assert len(set(found)) == 3
 
 
 @forked

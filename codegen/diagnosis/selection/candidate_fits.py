@@ -177,7 +177,7 @@ class CandidateFits:
 
         An effect without a scale starts from a coarse grid of values, which says too little: it is always fitted.
         """
-        self._start_by_force()  # while the compiler works
+        self._start_by_force()  # the compiler may still be at work
         self._start_by_runs(indices)
         gains = {k: self._few(k).cost - min((cost for cost, _ in self.starts[k]), default=np.inf) for k in indices}
         scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
@@ -188,23 +188,30 @@ class CandidateFits:
         return chosen
 
     def _start_by_force(self) -> None:
-        """Starting points from the force residual, for which CasADi builds expressions."""
+        """Starting points from the force residual, for which CasADi builds expressions: not in several threads."""
         if near_noise(self.base) and not share_far(self.base):
             return
-        start, found = ForceStart(self.search.problem, self.base), self.forced
-        for k, part in enumerate(self.parts):
-            covered = self.covered(part)
-            stage = start.best(self.trials[k], covered)
-            others = part.effect.suggested(covered)
-            found[k] = [np.append(self.base.theta, part.inward(values)) for values in others]
-            if others:
-                self.left[k] = min(start.left(self.trials[k], theta) for theta in found[k])
-            if stage is not None:
-                self.left[k], theta = stage
-                found[k].append(theta)
-            grid = [np.append(self.base.theta, part.inward(values)) for values in part.effect.followed(covered)]
-            by_left = sorted((start.with_levels(self.trials[k], theta) for theta in grid), key=lambda one: one[0])
-            self.along[k] = [theta for left, theta in by_left[:FOLLOWED] if left < 1]
+        start = ForceStart(self.search.problem, self.base)
+        found = self._shared_out(lambda k: self._by_force(start, k), range(len(self.parts)), threads=False)
+        for k, (left, forced, along) in enumerate(found):
+            self.forced[k], self.along[k] = forced, along
+            if forced:
+                self.left[k] = left
+
+    def _by_force(self, start: ForceStart, k: int) -> tuple[float, list[Array], list[Array]]:
+        """(share of the squared force residual that remains, starting points, those along the measured motion)."""
+        part, trial = self.parts[k], self.trials[k]
+        covered = self.covered(part)
+        stage = start.best(trial, covered)
+        others = part.effect.suggested(covered)
+        forced = [np.append(self.base.theta, part.inward(values)) for values in others]
+        left = min((start.left(trial, theta) for theta in forced), default=np.inf)
+        if stage is not None:
+            left, theta = stage
+            forced.append(theta)
+        grid = [np.append(self.base.theta, part.inward(values)) for values in part.effect.followed(covered)]
+        by_left = sorted((start.with_levels(trial, theta) for theta in grid), key=lambda one: one[0])
+        return left, forced, [theta for left, theta in by_left[:FOLLOWED] if left < 1]
 
     def best_by_force(self, indices: Sequence[int]) -> list[int]:
         """Those of these parts that explain most of the force residual, of each kind at a place the best form.
@@ -376,7 +383,9 @@ class CandidateFits:
         """The joint on which a part acts, for an arm that is run joint by joint; else None."""
         return part.effect.coordinate(self.search.system, part.place) if self.search.rigid else None
 
-    def _shared_out(self, work: Callable[[Item], Result], items: Sequence[Item], parts: int = 0) -> list[Result]:
+    def _shared_out(
+        self, work: Callable[[Item], Result], items: Sequence[Item], parts: int = 0, threads: bool = True
+    ) -> list[Result]:
         """The results for all items, by several processes; they are so many of the parts in the progress."""
         whole = len(self.parts) + FITTED
         shared = [self.search, *self.trials, *self.parts, self.base, *self.few.values()]
@@ -386,7 +395,7 @@ class CandidateFits:
         def begun(count: int) -> None:
             self.report_progress(min(1.0, (self.done + parts * count / len(items)) / whole))
 
-        found = in_processes(work, items, shared, begun)
+        found = in_processes(work, items, shared, begun, threads)
         self.done += parts
         return found
 
