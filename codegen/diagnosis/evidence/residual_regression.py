@@ -8,14 +8,16 @@ most of what a regression on its own variable can. The share of a constant, in e
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from codegen.base.arrays import Array
+from codegen.base.parallel import in_processes
 from codegen.diagnosis.evidence.changes_in_time import ChangesInTime, changes_in_time
 from codegen.diagnosis.fit.linear import rms
 from codegen.diagnosis.fit.measure import drive_force
@@ -56,26 +58,39 @@ def remainders(system: System, motion: Motion, used: NDArray[np.bool_]) -> tuple
     """The remainder of a model along a motion, one a coordinate; ``used`` away from standstill, ends and gaps."""
     residual = residual_at_drive(system, motion)
     acting = acting_force(system, motion)
-    found = []
-    for i in range(system.degrees_of_freedom):
-        rows = sliding(system, motion, used, i)
-        variables = remainder_columns(system, motion, residual, i)
-        left = _remainder(residual[:, i], acting[:, i], rows, variables)
-        if not left.over:
-            found.append(left)
-            continue
+    every = range(system.degrees_of_freedom)
+    rows = [sliding(system, motion, used, i) for i in every]
+    columns = [remainder_columns(system, motion, residual, i) for i in every]
+
+    def shape(i: int) -> Remainder:
+        return _remainder(residual[:, i], acting[:, i], rows[i], columns[i])
+
+    def resonance(i: int) -> float:
         acceleration = variables_of(system, motion, residual, i)["acceleration"]
         inertia = float(np.mean(_inertia(system, motion, i)))
-        rings = ringing(residual[:, i], rows, acceleration, inertia, motion)
-        left = replace(left, structured=max(rings, left.structured), over={**left.over, "ringing": rings})
-        terms = varying_terms(system, motion, i)
-        changed = _changed(residual[:, i], rows, motion, terms, variables, inertia_noise(system, motion, i))
-        share, over = changed.share, left.over
-        if changed.changes:
-            over = {**over, "time": max(share, over["time"])}
-        structured = max(share, left.structured)
-        found.append(replace(left, structured=structured, over=over, changes=changed.changes, changed=share))
-    return tuple(found)
+        return ringing(residual[:, i], rows[i], acceleration, inertia, motion)
+
+    def changed(i: int) -> ChangesInTime:
+        terms, noise = varying_terms(system, motion, i), inertia_noise(system, motion, i)
+        return _changed(residual[:, i], rows[i], motion, terms, columns[i], noise)
+
+    tests: list[tuple[Callable[[int], Any], int]] = []
+    for i in every:
+        tests += [(test, i) for test in (shape, resonance, changed)[: 3 if rows[i].sum() >= LEAST_ROWS else 1]]
+    results = in_processes(lambda one: one[0](one[1]), tests, threads=False)
+    of = {(test, i): result for (test, i), result in zip(tests, results, strict=True)}
+    return tuple(_joined(of[shape, i], of.get((resonance, i), 0.0), of.get((changed, i))) for i in every)
+
+
+def _joined(left: Remainder, rings: float, changed: ChangesInTime | None) -> Remainder:
+    """A remainder with what a resonance and changes in time explain of it; ``changed`` is None for too few samples."""
+    if changed is None:
+        return left
+    over = {**left.over, "ringing": rings}
+    if changed.changes:
+        over["time"] = max(changed.share, over["time"])
+    structured = max(changed.share, rings, left.structured)
+    return replace(left, structured=structured, over=over, changes=changed.changes, changed=changed.share)
 
 
 def _inertial(system: System, motion: Motion) -> Array:
