@@ -30,6 +30,8 @@ SECOND_LENGTH = 0.6
 BOTH_WAYS = 0.05
 ROUNDS = 10
 """Most steps of a fit."""
+COMPILED_APART = 8
+"""Models from which on they are compiled as two libraries at once: later rounds wait for the compiler."""
 FITS = 6
 """Repeated fits that are kept: tests of one effect after the other ask for the same ones."""
 
@@ -214,12 +216,14 @@ class Search:
                 lacking.setdefault(loads, {}).setdefault(keys[-1], trial)
         jumps = any(level_jumps(trial.changed) for group in lacking.values() for trial in group.values())
         for loads, group in lacking.items():  # a library each: a load costs every run of its library half again as much
-            systems, free = [t.changed for t in group.values()], [t.free for t in group.values()]
-            if self.rigid:
-                shooter: Shooter | JointShooter = JointShooter(systems, free, self.rigid, self.memory, loads, jumps)
-            else:
-                shooter = Shooter(systems, free, loads, jumps=jumps)
-            self.compiled.update({key: (shooter, model) for model, key in enumerate(group)})
+            parts = 2 if self.rigid is None and len(group) >= COMPILED_APART else 1
+            for some in (dict(list(group.items())[k::parts]) for k in range(parts)):
+                systems, free = [t.changed for t in some.values()], [t.free for t in some.values()]
+                if self.rigid:
+                    shooter: Shooter | JointShooter = JointShooter(systems, free, self.rigid, self.memory, loads, jumps)
+                else:
+                    shooter = Shooter(systems, free, loads, jumps=jumps)
+                self.compiled.update({key: (shooter, model) for model, key in enumerate(some)})
         found = [self.compiled[key] for key in keys]
         return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]
 
