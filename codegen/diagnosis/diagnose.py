@@ -194,7 +194,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     report("refit", 0.05)
     search, base = _refit(case.spec, search, case)
     search, outcome, in_place = _sought(
-        search, base, lambda turn, share: report(f"effect {turn + 1}", 0.1 + 0.25 * (turn + share)), case
+        search, base, lambda turn, share: report(f"effect {turn + 1}", 0.1 + 0.25 * min(turn + share, 2.7)), case
     )
     outcome, last = with_harmonics(search, outcome, problem) if not case.faults else (outcome, search)
 

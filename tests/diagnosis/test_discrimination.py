@@ -44,7 +44,7 @@ def separations(one: Rival, other: Rival, folder: Path, duration: float = 6.0) -
     assert len({what for what, _ in told}) == len(told) >= len(tried)
     assert [share for _, share in told] == [k / len(told) for k in range(len(told))]
     assert [t.separation for t in tried] == sorted((t.separation for t in tried), reverse=True)
-    return {t.words: t.separation for t in tried}
+    return {t.what: t.separation for t in tried}
 
 
 def of(found: dict[str, float], *words: str) -> float:

@@ -100,7 +100,7 @@ def test_a_likelihood_credits_none_of_two_models_that_are_wrong_alike(monkeypatc
     """
     generator, level, draws, few = np.random.default_rng(4), 0.05, 2000, 13
     monkeypatch.setattr(significance, "independent_share", lambda fit: 0.2)
-    record: Any = SimpleNamespace(noise=np.ones(1))
+    record: Any = SimpleNamespace(noise=np.ones(1), joints=None)
     search: Any = SimpleNamespace(record=record)
     rare = likely = 0
     for _ in range(draws):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -102,7 +102,7 @@ def test_an_effect_like_the_best_that_leaves_nearly_as_little_gets_a_round_of_al
     everything = [part_named(kind) for kind in ("viscous_asymmetry", "cogging", "stribeck")]
     monkeypatch.setattr(forward_selection, "run_round", run_round)
     monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: everything)
-    search: Any = SimpleNamespace(fitted_again=lambda fit: fit)
+    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked("hardening_spring", 0.875), ranked("spring", share), ranked("offset", 0.3)]
     assert forward_selection._pair(search, best) is None
     assert ("hardening_spring", ["offset"]) in asked
@@ -122,7 +122,7 @@ def test_an_effect_of_another_signature_that_leaves_nearly_as_little_gets_a_roun
 
     monkeypatch.setattr(forward_selection, "run_round", run_round)
     monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
-    search: Any = SimpleNamespace(fitted_again=lambda fit: fit)
+    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
     best = [ranked("dead_zone", 0.74), ranked("spring", 0.72), ranked("offset", 0.3)]
     forward_selection._pair(search, best)
     assert ("spring", ["viscous"]) in asked
@@ -134,7 +134,7 @@ def test_the_same_motion_under_another_name_replaces_nothing(monkeypatch: pytest
     parts = {(e.kind, place): part_of(e, place, system) for e, place in candidates(system)}
     drift, offset = parts["friction_drift", 0], parts["offset", 0]
     monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: list(parts.values()))
-    search: Any = SimpleNamespace(system=system)
+    search: Any = SimpleNamespace(rigid=None, system=system)
     assert "coulomb_asymmetry" in {c.other for c in offset.effect.confused_with}
     assert "coulomb_asymmetry" not in {p.kind for p in forward_selection._others(search, [drift, offset], 1, [])}
     best: Any = [SimpleNamespace(found=SimpleNamespace(part=p)) for p in parts.values()]
@@ -159,9 +159,9 @@ def test_rivals_of_a_later_effect_put_it_first(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(forward_selection, "runs_do_not_tell", lambda *_: True)
     monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
     monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
-    monkeypatch.setattr(forward_selection, "_ranked", lambda found, without: found)
+    monkeypatch.setattr(forward_selection, "_ranked", lambda search, found, without: found)
     monkeypatch.setattr(forward_selection, "_put_first", put_first)
-    search: Any = SimpleNamespace(without=lambda current, k: current)
+    search: Any = SimpleNamespace(rigid=None, without=lambda current, k: current)
     current = fit(part_named("viscous_asymmetry"), part_named("inertia_error"))
     current.cost = gain.cost = 5.0
     assert forward_selection._reconsidered(search, current, [], []) == ("reordered", [gain])
@@ -191,11 +191,11 @@ def test_far_from_the_noise_a_replacement_that_is_nearly_alike_ties(
     monkeypatch.setattr(
         forward_selection,
         "_ranked",
-        lambda found, _: SimpleNamespace(
+        lambda search, found, _: SimpleNamespace(
             found=found, evidence=SimpleNamespace(share=shares[found.runner.trial.parts[0].kind])
         ),
     )
-    search: Any = SimpleNamespace(without=lambda current, k: current)
+    search: Any = SimpleNamespace(rigid=None, without=lambda current, k: current)
     current = fit(part_named("viscous"), part_named("cogging"))
     current.cost = drag.cost = 100.0
     _, tied = forward_selection._swapped(search, current, [], None)
@@ -218,8 +218,8 @@ def test_a_replacement_of_a_special_form_must_be_clearly_better_to_be_a_rival(
     monkeypatch.setattr(forward_selection, "runs_do_not_tell", lambda *_: True)
     monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
     monkeypatch.setattr(forward_selection, "force_prefers", lambda *_: False)
-    monkeypatch.setattr(forward_selection, "_ranked", lambda found, without: found)
-    search: Any = SimpleNamespace(without=lambda current, k: current)
+    monkeypatch.setattr(forward_selection, "_ranked", lambda search, found, without: found)
+    search: Any = SimpleNamespace(rigid=None, without=lambda current, k: current)
     current = fit(part_named("input_delay"), part_named("viscous_asymmetry"))
     current.cost, lags.cost = 100.0, cost
     assert forward_selection._swapped(search, current, [], None) == (None, {0: [lags]} if rival else {})
@@ -253,8 +253,10 @@ def test_a_replacement_whose_period_the_log_cannot_show_is_none(monkeypatch: pyt
     monkeypatch.setattr(refusals, "unseen_shape", lambda search, found: "longer than the stroke")
     monkeypatch.setattr(refusals, "takes_the_level", lambda problem, system, model: "")
     shared = {"problem": None, "system": None}
-    search: Any = SimpleNamespace(without=lambda current, k: current, fitted_again=lambda fit: fit, **shared)
-    monkeypatch.setattr(forward_selection, "_ranked", lambda found, without: found)
+    search: Any = SimpleNamespace(
+        rigid=None, without=lambda current, k: current, fitted_again=lambda fit: fit, **shared
+    )
+    monkeypatch.setattr(forward_selection, "_ranked", lambda search, found, without: found)
     monkeypatch.setattr(forward_selection, "most_left", lambda _: 1.0)
     current = fit(part_named("spring"), part_named("viscous_asymmetry"))
     current.cost = 100.0
@@ -328,7 +330,7 @@ def test_a_load_of_nearly_no_mass_is_fitted_from_other_loads_whatever_its_rank(
     fits: list[Any] = [
         SimpleNamespace(part=p, cost=float(k), parameters=values.get(p.kind, {})) for k, p in enumerate(parts)
     ]
-    search: Any = SimpleNamespace(system=system, record=SimpleNamespace(noise=np.ones(1)))
+    search: Any = SimpleNamespace(rigid=None, system=system, record=SimpleNamespace(noise=np.ones(1)))
     restarted: list[str] = []
 
     def restart(found: Any) -> Any:
@@ -448,7 +450,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         monkeypatch.setattr(forward_selection, name, lambda search, some: some)
     monkeypatch.setattr(forward_selection, "_pair", in_pairs)
     monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: False)
-    search: Any = SimpleNamespace(fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
+    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
     found = forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert found.final is (pair if paired else alone) and asked == [[best]] * paired
     monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: fit is alone)
@@ -475,3 +477,70 @@ def test_a_play_of_nothing_is_a_spring(gap: float, cost: float, kinds: str) -> N
     found, left = forward_selection._in_seen_kinds(search, current, rivals)
     assert found.trial.parts == ((offset, spring) if kinds == "c" else (offset, play))
     assert left == (rivals[1:] if kinds == "c" else rivals)
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """A fit of an arm: the loss that each joint has left, and its effects, named by the joint at which they are."""
+
+    left: dict[int, float]
+    trial: Any
+
+    @property
+    def cost(self) -> float:
+        return sum(self.left.values())
+
+    def of_joint(self, joint: int) -> JointFit:
+        return replace(self, left={joint: self.left[joint]})
+
+
+def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The dead zone of a quiet joint was never tried, since a round that credited nothing at a loud one ended all."""
+    asked: list[int] = []
+
+    def after(fit: JointFit, part: Any, left: float) -> JointFit:
+        return JointFit(fit.left | {part.place: left}, SimpleNamespace(parts=(*fit.trial.parts, part)))
+
+    def run_round(search: Any, current: JointFit, parts: Any, progress: Any) -> list[Any]:
+        (joint,) = {p.place for p in parts}
+        asked.append(joint)
+        found = after(current, SimpleNamespace(place=joint, kind=f"effect {len(asked)}"), 1.0)
+        found = SimpleNamespace(
+            found=found, why_not="no" if joint == 2 or current.left[joint] == 1 else "", unsure=False
+        )
+        return [found]
+
+    for name, value in {
+        "run_round": run_round,
+        "every_part": lambda search, taken: [SimpleNamespace(place=k) for k in range(4)],
+        "joint_of": lambda search, part: part.place,
+        "hypotheses": lambda parts: len(parts),
+        "ties": lambda search, some: [],
+        "credible": lambda search, before, after, count: True,
+        "nothing_left": lambda own: own.cost < 0.5,
+        "explained_share": lambda search, before, after: 1.0,
+        "_pair": lambda search, some: None,
+        "_in_seen_kinds": lambda search, found, rivals: (found, rivals),
+        "_reconsidered": lambda search, found, first, rivals: (found, []),
+        "_pruned_with_rivals": lambda search, found, rivals: (found, []),
+        "_merged": lambda search, found: None,
+        "still_credited": lambda search, base, found, rivals, count: (found, []),
+        "first_candidates": lambda search, base: 1,
+        "_largest_first": lambda search, found: found,
+        "usual_form_first": lambda search, some: some,
+        "ordered_by_force": lambda search, some: some,
+        "nearest_twin_first": lambda search, some: some,
+    }.items():
+        monkeypatch.setattr(forward_selection, name, value)
+    monkeypatch.setattr(forward_selection.credit, "near_noise", lambda fit: True)
+    search: Any = SimpleNamespace(
+        rigid=object(),
+        system=SimpleNamespace(degrees_of_freedom=4),
+        fitted_again=lambda one: one,
+        record=SimpleNamespace(start=[0.0]),
+    )
+    base: Any = JointFit({0: 30.0, 1: 0.1, 2: 900.0, 3: 80.0}, SimpleNamespace(parts=()))
+    found: Any = forward_selection.find_effects(search, base, lambda turn, share: None)
+    assert asked == [2, 3, 0, 0, 3], "the loudest joint first, and again where an effect was found; 1 is at the noise"
+    assert [p.place for p in found.final.trial.parts] == [3, 0]
+    assert len(found.later) == len(asked) - 1

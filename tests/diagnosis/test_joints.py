@@ -124,6 +124,17 @@ def test_only_joints_with_something_left_are_tried(tmp_path: Path) -> None:
     assert found.cost < 0.7 * base.cost
 
 
+def test_each_joint_has_the_noise_floor_of_its_own_misfit(tmp_path: Path) -> None:
+    """A joint far off with a quiet neighbour had no floor, since the median over both joints is near the noise."""
+    log = logged(tmp_path, DRAG)
+    search = search_of(arm(tmp_path), log)
+    louder, _ = search.with_noise_floor(search.refit(), 2.0)
+    squares = (search.refit().residual ** 2).mean(axis=1).reshape(-1, 2)  # a row for each joint of a segment
+    ratio = np.sqrt(np.median(squares, axis=0)) / 2
+    assert ratio[0] < 1 < 5 < ratio[1]
+    np.testing.assert_allclose(louder.record.noise / search.record.noise, [1, ratio[1]], rtol=1e-9)
+
+
 def test_masses_within_their_tolerance_are_refitted(tmp_path: Path) -> None:
     """The log is of links a fifth heavier than the spec's file says."""
     log = logged(tmp_path, urdf=HEAVIER)

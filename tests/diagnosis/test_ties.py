@@ -368,5 +368,5 @@ def test_at_the_noise_one_segment_tells_no_two_models_apart_neither_of_which_con
     monkeypatch.setattr(ranking, "evidence_of", lambda *_, **__: one)
     monkeypatch.setattr(ranking, "whiteness", lambda *_: 1.0)
     monkeypatch.setattr(ranking, "dispersion", lambda *_: 1.0)
-    fit: Any = SimpleNamespace()
+    fit: Any = SimpleNamespace(rigid=None)
     assert one.p(1.0) < 1e-6 and not ranking.runs_prefer(fit, fit, fit)

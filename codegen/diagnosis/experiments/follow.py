@@ -20,9 +20,20 @@ LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
 
 
 def follow(
-    search: Search, machine: System, target: Array, rate: Array, centre: Array, h: float, limit: Array | None = None
+    search: Search,
+    machine: System,
+    target: Array,
+    rate: Array,
+    centre: Array,
+    h: float,
+    limit: Array | None = None,
+    substeps: int | None = None,
 ) -> LoopRun | None:
-    """The simulated run along (N, n) positions and rates, critically damped at ``centre``; None if it diverges."""
+    """The simulated run along (N, n) positions and rates, critically damped at ``centre``; None if it diverges.
+
+    Args:
+        substeps: of the plant in a sample; as many as an exact integration needs where not given.
+    """
     position_gain, velocity_gain = loop_gains(search, centre, h)
     controller = Feedback(
         len(machine.inputs),
@@ -33,7 +44,7 @@ def follow(
         velocity_gain=velocity_gain,
     )
     start = (target[0], np.zeros_like(target[0]))
-    run = run_loop(machine, h, len(target), controller, limit=limit, start=start)
+    run = run_loop(machine, h, len(target), controller, limit=limit, start=start, substeps=substeps)
     return run if np.isfinite(run.positions).all() and np.isfinite(run.inputs).all() else None
 
 

@@ -6,7 +6,7 @@ weight and an offset of the drive. A second log of the same motion after a chang
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -71,12 +71,17 @@ class Setup:
         return {n: neutral[n] + factor * (v - neutral[n]) if n in neutral else v for n, v in changed.items()}
 
 
-def setups(system: System, motion: Motion, parts: Sequence[Part]) -> list[Setup]:
-    """The unchanged machine, as a reference, and every change that this machine and the models' effects allow."""
+def setups(system: System, motion: Motion, parts: Sequence[Part], loaded: Collection[int]) -> list[Setup]:
+    """The unchanged machine, as a reference, and every change that this machine and the models' effects allow.
+
+    Args:
+        loaded: coordinates that may have another load or payload.
+    """
     drive = np.sqrt(np.mean(drive_force(system, motion)[motion.usable] ** 2, axis=0))
     inertia = 1 / np.maximum(np.diagonal(inverse_mass(system, motion).mean(axis=0)), 1e-300)
     possible = [Setup("none", "the same motion again, nothing changed")]
-    for i, x in enumerate(system.positions):
+    for i in sorted(loaded):
+        x = system.positions[i]
         force, added_inertia = _short(LOAD * drive[i]), _short(PAYLOAD * float(inertia[i]))
         if force > 0:
             unit = system.force_unit(i).replace("*", "·")

@@ -147,9 +147,10 @@ class Search:
         """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it.
 
         Far above the noise the logarithmic loss would credit a candidate for the few segments that it happens to fit.
+        Of an arm that is simulated joint by joint, each joint has its own noise.
         """
-        factor = max(1.0, noise_ratio(base) / largest_ratio)
-        if factor == 1.0:
+        factor = np.maximum(1.0, _noise_ratios(base) / largest_ratio)
+        if np.all(factor == 1.0):
             return self, base
         noise = factor * self.record.noise
         louder = replace(self.record, noise=noise)
@@ -226,6 +227,16 @@ class Search:
                 self.compiled.update({key: (shooter, model) for model, key in enumerate(some)})
         found = [self.compiled[key] for key in keys]
         return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]
+
+
+def _noise_ratios(fit: Fit) -> Array:
+    """``noise_ratio`` of a fit, (); of an arm that is simulated joint by joint that of each joint, (n,)."""
+    joints = fit.runner.record.joints
+    if joints is None:
+        return np.array(noise_ratio(fit))
+    ratios = np.ones(len(fit.runner.record.noise))
+    ratios[list(joints)] = [noise_ratio(fit.of_joint(joint)) for joint in joints]
+    return ratios
 
 
 def search_on(problem: Problem, shorter: Callable[[float], Record]) -> Search:

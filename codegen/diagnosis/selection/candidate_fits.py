@@ -16,6 +16,7 @@ from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
 from codegen.diagnosis.fit.search import ROUNDS, Search
 from codegen.diagnosis.fit.starting_values import ForceStart, best_starts, simplex_search, starting_point
 from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
+from codegen.diagnosis.selection.acting_joint import joint_of
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates, is_own
 from codegen.effects.start import Covered
@@ -381,7 +382,7 @@ class CandidateFits:
 
     def _joint(self, part: Part) -> int | None:
         """The joint on which a part acts, for an arm that is run joint by joint; else None."""
-        return part.effect.coordinate(self.search.system, part.place) if self.search.rigid else None
+        return joint_of(self.search, part)
 
     def _shared_out(
         self, work: Callable[[Item], Result], items: Sequence[Item], parts: int = 0, threads: bool = True

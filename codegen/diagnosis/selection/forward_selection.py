@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -15,6 +15,7 @@ from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.trial import Part, part_of
+from codegen.diagnosis.selection.acting_joint import joint_of, where_they_differ
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, every_part, fit_candidates, in_simplest_forms
 from codegen.diagnosis.selection.ranking import (
     CLOSE,
@@ -111,35 +112,48 @@ def within_reach(search: Search) -> tuple[Search, Fit]:
 
 
 def find_effects(search: Search, base: Fit, report_progress: Progress, refit_only: bool = False) -> Outcome:
-    """Forward selection until no candidate is credited; no round at all where ``refit_only``."""
+    """Forward selection until no candidate is credited; no round at all where ``refit_only``.
+
+    Of an arm that is simulated joint by joint each joint has rounds of its own, the worst joint first.
+    """
     current = confirmed = base
     first: list[Ranked] = []
     rivals: list[Ranked] = []
     paired = False
     later: list[LaterRound] = []
-    for turn in range(0 if refit_only else MOST_EFFECTS):
-        if turn and nothing_left(current):
-            break
-        parts = every_part(search, current.trial.parts)
+    joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
+    rounds = dict.fromkeys(joints, 0 if refit_only else MOST_EFFECTS)
+    turn = 0
+    while places := _unexplained(search, current, rounds, bool(turn)):
+        # An effect that is not credited alone may be with a second one, at the same joint.
+        doubtful = [joint_of(search, p) for p in current.trial.parts[len(confirmed.trial.parts) :]]
+        joint = [*doubtful, *places][0]
+        parts = [p for p in every_part(search, current.trial.parts) if joint_of(search, p) == joint]
         ranked = run_round(search, current, parts, partial(report_progress, turn))
-        first = first or ranked
-        if turn:
+        if first:
             later.append(LaterRound(current.trial.parts, tuple(ranked)))
+        first = first or ranked
         possible = [r for r in ranked if not r.why_not or r.unsure]
         if not possible:
-            break
+            current, rounds[joint] = confirmed, 0
+            continue
         possible = nearest_twin_first(search, ordered_by_force(search, usual_form_first(search, possible)))
         tied = ties(search, possible)
         current = search.fitted_again(possible[0].found)
         rivals = rivals if turn else tied
+        turn, is_first = turn + 1, not turn
+        rounds[joint] -= 1
         if not credible(search, confirmed, current, hypotheses(parts)):
-            first = first if turn else refused_when_fitted_again(first, possible[0])
+            first = refused_when_fitted_again(first, possible[0]) if is_first else first
+            current = current if rounds[joint] else confirmed
             continue
-        if confirmed is not base and explained_share(search, confirmed, current) < credit.FURTHER:
-            break
+        has_one = any(joint_of(search, p) == joint for p in confirmed.trial.parts)
+        if has_one and explained_share(search, confirmed, current) < credit.FURTHER:
+            current, rounds[joint] = confirmed, 0
+            continue
         rivals = tied or rivals
         confirmed = current
-        if not turn and not credit.near_noise(current) and not credit.is_negligible(current):
+        if is_first and not credit.near_noise(current) and not credit.is_negligible(current):
             pair = _pair(search, possible[:PAIRED])
             if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
                 current = confirmed = pair
@@ -158,6 +172,16 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     return Outcome(base, current, tuple(first), tuple(rivals), explained, segments, unexplained, tuple(later))
 
 
+def _unexplained(search: Search, fit: Fit, rounds: Mapping[int | None, int], begun: bool) -> list[int | None]:
+    """The joints that have rounds left and are not explained by a fit, the worst first; None stands for a machine that
+    is simulated as a whole.
+    """
+    if search.rigid is None:
+        return [None] if rounds[None] and not (begun and nothing_left(fit)) else []
+    left = [(joint, fit.of_joint(joint)) for joint, count in rounds.items() if count and joint is not None]
+    return [joint for joint, own in sorted(left, key=lambda pair: -pair[1].cost) if not nothing_left(own)]
+
+
 def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
     """The best fit with two effects, at least one of them among the best of the first round (a beam search).
 
@@ -170,6 +194,7 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
             others = every_part(search, [one.found.part])
         else:
             others = [r.found.part for r in ranked[k + 1 :] if not same_signature(one.found.part, r.found.part)]
+        others = [p for p in others if joint_of(search, p) == joint_of(search, one.found.part)]
         if others:
             both = run_round(search, search.fitted_again(one.found), others, lambda share: None)
             found += [search.fitted_again(r.found) for r in both if not r.why_not][:1]
@@ -315,12 +340,12 @@ def _swapped(
             return search.fitted_again(best), {}
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
         own = (f for f in own if not is_no_better_form(f, current, parts[k]))
-        as_it_is = _ranked(current, without)
-        same = [f for f in own if runs_do_not_tell(search, as_it_is, _ranked(f, without))]
+        as_it_is = _ranked(search, current, without)
+        same = [f for f in own if runs_do_not_tell(search, as_it_is, _ranked(search, f, without))]
         if k or rivals is None:
             most = most_left(current)
             alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))
-            tied[k] = [_ranked(f, without) for f in alike]
+            tied[k] = [_ranked(search, f, without) for f in alike]
         else:
             tied[k] = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]
     return None, {k: found for k, found in tied.items() if found}
@@ -358,10 +383,11 @@ def _put_first(search: Search, fit: Fit, k: int) -> Fit:
     return search.with_parts(fit, moved, [fit.trial.parts[j] for j in order], [found[j] for j in order])
 
 
-def _ranked(found: Fit, without: Fit) -> Ranked:
+def _ranked(search: Search, found: Fit, without: Fit) -> Ranked:
     """A replacement with its evidence over the fit without it."""
-    ratio = noise_ratio(found) / noise_ratio(without)
-    return Ranked(found, nested_evidence_of(without, found), ratio, float("nan"), "")
+    before, after = where_they_differ(search, without, found)
+    ratio = noise_ratio(after) / noise_ratio(before)
+    return Ranked(found, nested_evidence_of(before, after), ratio, float("nan"), "")
 
 
 def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranked]) -> list[Part]:
@@ -371,6 +397,7 @@ def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranke
     best = {(r.found.part.kind, r.found.part.on) for r in first[:SWAPPED]} if k < len(parts) - 1 else set()
     same = {(parts[k].kind, parts[k].on), *parts[k].effect.twins(search.system, parts[k].place)}
     possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]
+    possible = [p for p in possible if joint_of(search, p) == joint_of(search, parts[k])]
     return [p for p in possible if kinds_of(p.kind) & alike or (p.kind, p.on) in best]
 
 
@@ -404,7 +431,7 @@ def explained_share(search: Search, base: Fit, final: Fit) -> float:
     if final is base:
         return 0.0
     soft, before = search.with_noise_floor(base)
-    after = soft.fitted_again(final)
+    before, after = where_they_differ(search, before, soft.fitted_again(final))
     one = evidence_of(before, after, floored=False)
     excess = float(before.held_out_losses.sum()) - noise_loss(before)
     return max(one.share, one.gain / excess if excess > 0 else 0.0)

@@ -18,6 +18,7 @@ from codegen.diagnosis.fit.credit import Evidence, evidence_of, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
+from codegen.diagnosis.selection.acting_joint import joint_of, where_they_differ
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form, is_usual_form
 from codegen.diagnosis.selection.refusals import only_reduces_drive, relative_size, why_refused
 from codegen.diagnosis.selection.significance import ALONE, chance, combined_p, dispersion, hypotheses, tried, whiteness
@@ -66,11 +67,12 @@ def run_round(
     soft, base = search.with_noise_floor(current)
     before, count, ranked = ForceCriterion(search, base), hypotheses(parts), []
     for found in fit_candidates(soft, base, parts, report_progress):
-        one, after = nested_evidence_of(base, found), ForceCriterion(search, found)
+        here, there = where_they_differ(search, base, found)
+        one, after = nested_evidence_of(here, there), ForceCriterion(search, found)
         size = relative_size(search, found, base)
         why_not = why_refused(before, after, one, size)
         many = tried(search, base, found, count)
-        p = chance(search, found, one, many)
+        p = chance(search, there, one, many)
         p = p if why_not else combined_p(p, before, after, many)
         unsure = not why_not and p > credit.ALPHA
         if unsure:
@@ -78,7 +80,7 @@ def run_round(
                 f"may be chance: it is better on {one.won} of {one.blocks} held-out parts, with p = {p:.2g} over all "
                 f"candidates (at most {credit.ALPHA:g} is accepted)"
             )
-        ratio = noise_ratio(found) / noise_ratio(base)
+        ratio = noise_ratio(there) / noise_ratio(here)
         ranked.append(Ranked(found, one, ratio, size, why_not, unsure, p, after))
     return sorted(in_simplest_admitted_forms(ranked), key=lambda r: (bool(r.why_not) and not r.unsure, r.found.cost))
 
@@ -90,7 +92,7 @@ def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
     together is asked for too.
     """
     soft, base = search.with_noise_floor(before)
-    richer = soft.fitted_again(after)
+    base, richer = where_they_differ(search, base, soft.fitted_again(after))
     one = nested_evidence_of(base, richer) if contains(after.trial, before.trial) else evidence_of(base, richer)
     if one.share < credit.LEAST_SHARE:
         return False
@@ -162,8 +164,7 @@ def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
     parts = [one.found.part for one in (other, best)]
     if search.rigid is None or any(p.effect.sits_on == "two coordinates" for p in parts):
         return False
-    here, there = (p.effect.coordinate(search.system, p.place) for p in parts)
-    return here != there
+    return joint_of(search, parts[0]) != joint_of(search, parts[1])
 
 
 def runs_do_not_tell(search: Search, best: Ranked, other: Ranked) -> bool:
@@ -175,6 +176,7 @@ def runs_do_not_tell(search: Search, best: Ranked, other: Ranked) -> bool:
 
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
     """Whether free runs tell a fit from another one, neither of which contains the other (``Evidence.p_of_rivals``)."""
+    other, best = where_they_differ(search, other, best)
     gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= ALONE
     return gained.p_of_rivals(whiteness(search, best), at_noise) <= credit.TIE_LEVEL
 

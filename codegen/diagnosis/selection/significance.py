@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import comb, prod
 
+import numpy as np
+
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.evidence.reservations import resolvable_periods
 from codegen.diagnosis.evidence.score_test import added_parameters
@@ -74,5 +76,6 @@ def dispersion(search: Search, fit: Fit) -> float:
 
 
 def noise_assumed(search: Search, fit: Fit) -> float:
-    """Noise that a fit assumes over that of the measurement."""
-    return float(fit.runner.record.noise[0] / search.record.noise[0])
+    """Noise that a fit assumes over that of the measurement; the largest ratio of its joints."""
+    joints = list(fit.runner.record.joints or [0])
+    return float(np.max(fit.runner.record.noise[joints] / search.record.noise[joints]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,6 +16,7 @@ from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_symbols, r
 from codegen.diagnosis.fit.search import ROUNDS, Search
 from codegen.diagnosis.fit.starting_values import STEP
 from codegen.diagnosis.fit.trial import Trial, model_of
+from codegen.diagnosis.selection.acting_joint import joint_of_difference
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.ranking import CLOSE
 from codegen.diagnosis.verdict.adoption import adopt_values
@@ -96,15 +98,34 @@ class ForceFits:
 
     def _residual(self, trial: Trial, theta: Array) -> Array:
         """Scaled residuals of each block, (SIGNED, K); shorter blocks are padded with zeros."""
-        forces, count = self._forces(trial, theta), len(self.problem.motion.time)
+        forces = self._forces(trial, theta)
+        return self._in_blocks(
+            [values[rows] / size for values, rows, size in zip(forces.T, self._rows, self._sizes, strict=True)]
+        )
+
+    def _in_blocks(self, columns: Sequence[Array]) -> Array:
+        """A column of the used samples of each coordinate, in blocks (SIGNED, K)."""
+        count = len(self.problem.motion.time)
         blocks: list[list[Array]] = [[] for _ in range(SIGNED)]
-        for values, rows, size in zip(forces.T, self._rows, self._sizes, strict=True):
+        for values, rows in zip(columns, self._rows, strict=True):
             edges = np.searchsorted(rows, np.linspace(0, count, SIGNED + 1)[1:-1])
-            for block, part in zip(blocks, np.split(values[rows] / size, edges), strict=True):
+            for block, part in zip(blocks, np.split(values, edges), strict=True):
                 block.append(part)
         joined = [np.concatenate(block) for block in blocks]
         longest = max(map(len, joined))
         return np.array([np.pad(block, (0, longest - len(block))) for block in joined])
+
+    def where_they_differ(self, one: Fit, other: Fit) -> tuple[Fit, Fit]:
+        """Two fits to the force, without the residuals of joints on which they have the same effects.
+
+        As they are where they differ on more than one joint, and for a machine that is simulated as a whole.
+        """
+        joint = joint_of_difference(self.search, one, other)
+        if joint is None:
+            return one, other
+        here = self._in_blocks([np.full(len(rows), i == joint, dtype=float) for i, rows in enumerate(self._rows)])
+        first, second = (replace(f, residual=f.residual * here, slopes=f.slopes * here) for f in (one, other))
+        return first, second
 
     def fit(self, trial: Trial, theta: Array) -> Fit:
         """The fit from these values, by damped Gauss–Newton steps."""
@@ -152,14 +173,19 @@ class ForceFits:
         """The fit with one of its effects removed."""
         return self.fit(*fit.trial.without(fit.theta, index))
 
-    def run(self, fit: Fit) -> Fit:
+    def run(self, fit: Fit, joint: int | None = None) -> Fit:
         """Free runs with the effects of a fit as they are, and levels, toleranced values and start states fitted.
 
         A level or a mass of the force residual may put free runs far off, whatever effects they have.
+
+        Args:
+            joint: the one that is run, of an arm that is simulated joint by joint; all if not given.
         """
+        record = self.search.record if joint is None else replace(self.search.record, joints=(joint,))
+        runner = replace(fit.runner, record=record)
         prior, effects = self.search.prior(fit.trial, fit.theta), slice(len(fit.trial.moved), None)
         precision, centre = prior.precision.copy(), prior.centre.copy()
         precision[effects], centre[effects] = (FIXED * prior.size[effects]) ** -2.0, fit.theta[effects]
         held = replace(prior, precision=precision, centre=centre)
-        rough = shooting_fit(fit.runner, fit.theta, self.search.record.at_rest, held, ROUNDS, final_slopes=False)
+        rough = shooting_fit(runner, fit.theta, record.at_rest, held, ROUNDS, final_slopes=False)
         return replace(polish(rough, ROUNDS), prior=prior)

@@ -157,7 +157,7 @@ def _needed(fits: ForceFits, fit: Fit) -> Fit:
     """The fit to the force residual, without effects that do not significantly remove at least ``ELSEWHERE`` of it."""
     while len(fit.trial.parts) > 1:
         others = [fits.without(fit, k) for k in range(len(fit.trial.parts))]
-        shown = [evidence_of_blocks(other, fit) for other in others]
+        shown = [evidence_of_blocks(*fits.where_they_differ(other, fit)) for other in others]
         k = min(range(len(shown)), key=lambda k: shown[k].share)
         if shown[k].share >= ELSEWHERE and random_signs(shown[k].t) <= credit.TIE_LEVEL:
             break

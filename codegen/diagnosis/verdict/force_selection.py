@@ -24,6 +24,7 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Fact
+from codegen.diagnosis.selection.acting_joint import joint_of, joint_of_difference
 from codegen.diagnosis.selection.forward_selection import MOST_EFFECTS, LaterRound
 from codegen.diagnosis.selection.ranking import Ranked, in_simplest_admitted_forms, led_by, ties
 from codegen.diagnosis.selection.refusals import is_possible, matters, relative_size
@@ -81,13 +82,19 @@ def selected_by_force(
     fits = ForceFits(search, problem, base)
     fit = plain = fits.plain
     rounds: list[LaterRound] = []
-    for turn in range(MOST_EFFECTS):
-        progress = partial(lambda turn, share: report_progress((turn + share) / MOST_EFFECTS), turn)
-        ranked = force_round(fits, fit, progress)
-        rounds.append(LaterRound(fit.trial.parts, tuple(ranked)))
-        if not ranked or ranked[0].why_not:
-            break
-        fit = ranked[0].found
+    joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
+    most = MOST_EFFECTS * len(joints)
+    for joint in joints:
+        for turn in range(MOST_EFFECTS):
+            progress = partial(lambda done, share: report_progress((done + share) / most), len(rounds))
+            ranked = force_round(fits, fit, joint, progress)
+            rounds.append(LaterRound(fit.trial.parts, tuple(ranked)))
+            # Rivals are named of the first effect alone: another joint's effect that has some is not credited.
+            is_tied = fit.trial.parts and not turn and ties(search, ranked)
+            if not ranked or ranked[0].why_not or is_tied:
+                break
+            fit = ranked[0].found
+    rounds.sort(key=lambda one: not one.ranked or bool(one.ranked[0].why_not))
     first = rounds[0].ranked
     fit = in_determined_forms(fits, fit)
     before = fits.run(plain)
@@ -105,13 +112,16 @@ def selected_by_force(
     return ForceSelection(fits, fit, run, evidence_of_blocks(before, run).share, tuple(rounds), tuple(leading[1:]))
 
 
-def force_round(fits: ForceFits, plain: Fit, report_progress: Callable[[float], None]) -> list[Ranked]:
+def force_round(
+    fits: ForceFits, plain: Fit, joint: int | None, report_progress: Callable[[float], None]
+) -> list[Ranked]:
     """Add to a fit each of the candidates that start best (see ``FITTED``), and rank these: credited ones first.
 
-    Of several forms of one effect, the simplest is kept that fits as well and is credited, if any is.
+    Of an arm that is simulated joint by joint, those at one ``joint``; else that is None. Of several forms of one
+    effect, the simplest is kept that fits as well and is credited, if any is.
     """
     taken = {(p.kind, p.on) for p in plain.trial.parts}
-    parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken]
+    parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken and joint_of(fits.search, p) == joint]
     start, trials = ForceStart(fits.problem, plain, True), [plain.trial.with_part(p) for p in parts]
     starts = [start.best(trial, fits.candidates.covered(p)) for p, trial in zip(parts, trials, strict=True)]
     started = [(*s, trial) for s, trial in zip(starts, trials, strict=True) if s is not None]
@@ -154,14 +164,17 @@ def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     (``residual_at_drive``). The share removed on held-out blocks is limited to the share that the fit to all blocks
     removes, since the correction of the fit for a held-out block is linear.
     """
-    variables = {p.effect.seen_over for p in plain.trial.parts if not _has_twin_elsewhere(fits.search, p)}
-    least = credit.LEAST_SHARE if not plain.trial.parts else ELSEWHERE
+    joint = joint_of(fits.search, found.part)
+    known = [p for p in plain.trial.parts if joint_of(fits.search, p) == joint]
+    variables = {p.effect.seen_over for p in known if not _has_twin_elsewhere(fits.search, p)}
+    least = credit.LEAST_SHARE if not known else ELSEWHERE
     least = credit.FURTHER if found.part.effect.seen_over in variables else least
-    ratio = float(np.sqrt(found.by_segment.sum() / plain.by_segment.sum()))
+    before, after = fits.where_they_differ(plain, found)
+    ratio = float(np.sqrt(after.by_segment.sum() / before.by_segment.sum()))
     motion, used = fits.problem.motion, fits.problem.used
     scales = drive_left(found.model, motion) / drive_left(plain.model, motion)
     acting = min(1.0, float(np.min(drive_shares(found.model, plain.model, motion, used) / scales)))
-    one = evidence_of(plain, found, floored=False)
+    one = evidence_of(before, after, floored=False)
     p = min(1.0, candidates * random_signs(one.t))
     why_not = ""
     share = min(one.share, 1 - ratio**2)
@@ -220,7 +233,8 @@ def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> t
     fitted = [(fit, leading[0]), *((with_first(fits, fit, one), one) for one in leading[1:])]
     fitted.sort(key=lambda pair: pair[0].cost)
     best, leader = fitted[0]
-    shown = ((evidence_of(other, best, floored=False), other, one) for other, one in fitted[1:])
+    pairs = [(fits.where_they_differ(other, best), other, one) for other, one in fitted[1:]]
+    shown = ((evidence_of(*pair, floored=False), other, one) for pair, other, one in pairs)
     tied = (one for e, fit, one in shown if random_signs(e.t) > credit.TIE_LEVEL or fits.nearly_alike(fit, best))
     return best, [leader, *tied]
 
@@ -240,13 +254,16 @@ def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
     """
     while parts := fit.trial.parts:
         others = [fits.without(fit, k) for k in range(len(parts))]
-        runs = [fits.run(other) for other in others]
-        shown = [evidence_of_blocks(one, run) for one in runs]
-        doubt = [random_signs(one.t) for one in shown]
+        joints = [joint_of_difference(fits.search, fit, other) for other in others]
+        pairs = [
+            (fits.run(other, j), run if j is None else fits.run(fit, j))
+            for other, j in zip(others, joints, strict=True)
+        ]
+        doubt = [random_signs(evidence_of_blocks(*pair).t) for pair in pairs]
         k = int(np.argmax(doubt))
         if doubt[k] <= credit.TIE_LEVEL:
             break
-        fit, run = others[k], runs[k]
+        fit, run = others[k], pairs[k][0] if joints[k] is None else fits.run(others[k])
     return fit, run
 
 
