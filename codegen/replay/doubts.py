@@ -86,7 +86,18 @@ def _signals(spec: Spec) -> dict[str, str]:
 
 
 def declared_friction(spec: Spec, observer: Observer) -> dict[str, float]:
-    """The largest friction in the envelope by the declared laws, of each friction output for which there is one."""
+    """The largest friction in the envelope by the declared laws, of each friction output for which there is one.
+
+    None if it cannot be computed, such as one beyond a double: a replay does not need it.
+    """
+    try:
+        return _declared_friction(spec, observer)
+    except BadInput:
+        return {}
+
+
+@numerical("the largest friction in the envelope")
+def _declared_friction(spec: Spec, observer: Observer) -> dict[str, float]:
     system = observer.system
     each = largest_friction(spec, observer)
     found = {f"F_hat_{c.name}": float(b) for c, b in zip(system.contacts, each, strict=True) if b is not None}

@@ -400,6 +400,17 @@ def test_a_replay_outlives_forces_that_cannot_be_computed(tmp_path: Path, monkey
     assert replay(SPECS / "one_mass.yaml", axis_log(tmp_path / "log.csv", gain=-1.0)).samples == 6000
 
 
+def test_a_replay_outlives_declared_friction_beyond_a_double(tmp_path: Path) -> None:
+    """1e20 N s/m at 1e299 m/s: an OverflowError ended it."""
+    text = (SPECS / "one_mass.yaml").read_text(encoding="utf-8")
+    text = text.replace("law: coulomb, a: 50", "law: static_viscous, F_c: 50, F_s: 60, F_v: 1e20")
+    (tmp_path / "s.yaml").write_text(text.replace("  v: [-5, 5]", "  v: [-1e299, 1e299]"), encoding="utf-8")
+    log = write_csv(tmp_path / "log.csv", record(300)[:, [0, 1, 3]], "t,x,w")
+    result = stiction("replay", tmp_path / "s.yaml", log, "-o", tmp_path / "out.csv")
+    assert result.code == 0 and not result.err, result.err
+    assert len(read_csv(tmp_path / "out.csv")[1]) == 300
+
+
 def test_a_signal_outside_the_envelope_is_warned_of_with_its_share(tmp_path: Path) -> None:
     """Positions in mm: the speed is 200 |sin 2t|, of which the envelope has 5; of the input it has less than 50.2 N."""
     spec = tmp_path / "spec.yaml"
