@@ -472,18 +472,11 @@ def main() -> None:
         with noted():
             try:
                 _command()(prog_name="stiction")
+            except BadInput as error:  # here, as its JSON may not be written either
+                _tell(error)
+                sys.exit(2)
             finally:
                 sys.stdout.flush()  # here, and not when Python ends, which prints of a reader that has gone
-    except BadInput as error:
-        for each in error.all[:MOST_FAULTS]:
-            code = f" [{each.code}]" if each.code else ""
-            errors.print("error: " + " ".join(str(each).split()) + code, style="red")
-        if len(error.all) > MOST_FAULTS:
-            more = len(error.all) - MOST_FAULTS
-            errors.print(f"and {more} more, which are shown once these are mended", style="red")
-        if "--json" in sys.argv[1:]:
-            print_json({"format": "stiction-errors/1", "errors": [each.parts for each in error.all]})
-        sys.exit(2)
     except BrokenPipeError:
         _drop_output()
         sys.exit(1)
@@ -505,6 +498,18 @@ def main() -> None:
         fault = error if isinstance(error, InternalError) else InternalError("stiction", sys.argv[1:], error)
         errors.print(f"internal error: {fault}\n{fault.advice}")
         sys.exit(INTERNAL)
+
+
+def _tell(error: BadInput) -> None:
+    """A line for each fault of the input; with --json the object of them too."""
+    for each in error.all[:MOST_FAULTS]:
+        code = f" [{each.code}]" if each.code else ""
+        errors.print("error: " + " ".join(str(each).split()) + code, style="red")
+    if len(error.all) > MOST_FAULTS:
+        more = len(error.all) - MOST_FAULTS
+        errors.print(f"and {more} more, which are shown once these are mended", style="red")
+    if "--json" in sys.argv[1:]:
+        print_json({"format": "stiction-errors/1", "errors": [each.parts for each in error.all]})
 
 
 def _drop_output() -> None:

@@ -44,19 +44,22 @@ def process(*arguments: object, cwd: Path, **more: object) -> Result:
     return Result(done.returncode, done.stdout, done.stderr)
 
 
-def is_one_message(result: Result) -> bool:
-    """Exit 2, one line ``error: place: found; expected something [CODE]`` on standard error, and no output but JSON."""
+def are_messages(result: Result) -> bool:
+    """Exit 2, lines ``error: place: found; expected something [CODE]`` on standard error, and no output but JSON."""
     lines = result.err.splitlines()
-    code = lines[0].rpartition(" [")[2].rstrip("]") if lines else ""
+    codes = [line.rpartition(" [")[2].rstrip("]") for line in lines]
     return (
         result.code == 2
-        and (result.out == "" or json.loads(result.out)["errors"][0]["code"] == code)
-        and code in CODES
-        and len(lines) == 1
-        and lines[0].startswith("error: ")
-        and "; expected " in lines[0]
-        and "Traceback" not in result.err
+        and (result.out == "" or [each["code"] for each in json.loads(result.out)["errors"]] == codes)
+        and bool(lines)
+        and all(code in CODES for code in codes)
+        and all(line.startswith("error: ") and "; expected " in line for line in lines)
     )
+
+
+def is_one_message(result: Result) -> bool:
+    """As ``are_messages``, of one line."""
+    return are_messages(result) and len(result.err.splitlines()) == 1
 
 
 def contents(folder: Path) -> dict[str, bytes]:

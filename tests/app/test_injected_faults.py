@@ -202,8 +202,9 @@ def run(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable
             assert is_one_message(result)
         if result.code == 70:
             assert fault not in NUMERICAL and fault not in FILES, said
-            first = result.err.splitlines()[0]
-            assert first.startswith("internal error: ") and type(error).__name__ in first
+            lines = result.err.splitlines()  # behind the messages whose JSON cannot be written
+            told = next(line for line in lines if not line.startswith("error: "))
+            assert told.startswith("internal error: ") and type(error).__name__ in told
         if "injected" in said and fault in NUMERICAL:
             assert ("s.yaml" in said or "arm.urdf" in said) and "cannot be computed" in said
 
@@ -297,12 +298,22 @@ def test_a_nearly_singular_mass_matrix(tmp_path, monkeypatch, verb):
 UNWRITABLE = "error: standard output: cannot be written (%s); expected room for a result\n"
 
 
-def test_standard_output_that_cannot_be_written(made):
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("verb", [("version",), ("check", "absent.yaml", "--json")])
+def test_standard_output_that_cannot_be_written(made, verb, unbuffered):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [*COMMAND, "version"], stdout=full, stderr=subprocess.PIPE, text=True, check=False, cwd=made
+            [*COMMAND, *verb],
+            env={**os.environ, "PYTHONUNBUFFERED": unbuffered, "PYTHONPATH": str(SPECS.parent)},
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+            cwd=made,
         )
-    assert (done.returncode, done.stderr) == (2, UNWRITABLE % os.strerror(errno.ENOSPC))
+    *before, last = done.stderr.splitlines(keepends=True)
+    assert (done.returncode, last) == (2, UNWRITABLE % os.strerror(errno.ENOSPC))
+    assert [line[: len("error: absent.yaml: ")] for line in before] == ["error: absent.yaml: "] * ("--json" in verb)
 
 
 @pytest.mark.parametrize("unbuffered", ["", "1"])
