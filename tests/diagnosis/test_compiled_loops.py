@@ -14,12 +14,13 @@ import pytest
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit import shooting
 from codegen.diagnosis.fit.record import Record
-from codegen.diagnosis.fit.residual import ResidualAlong, level_parameters, unfiltered_residual
+from codegen.diagnosis.fit.residual import ResidualAlong, level_parameters, moves_measurement, unfiltered_residual
 from codegen.diagnosis.fit.shooting import Shooter
 from codegen.diagnosis.fit.signals import Motion, smooth_motion
 from codegen.diagnosis.fit.trial import Runner, Trial, model_of, part_of
 from codegen.diagnosis.verdict.replay import tracked_friction, tracking_choice
 from codegen.effects import CATALOGUE
+from codegen.effects.register import candidates
 from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics import System, build_system
 from codegen.mechanics.casadi_form import over_rows
@@ -102,6 +103,27 @@ def test_loops_for_each_model_apart_give_the_bits_of_loops_that_all_share(monkey
     assert all(np.ptp(a - apart[0]) > 1e-7 for a in apart[1:])
 
 
+def test_code_that_few_runs_need_is_compiled_when_the_first_run_asks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A third of the time of an arm's diagnosis went to compiling candidates that were never run."""
+    system, positions, velocities = moved_axis()
+    record = Record(
+        positions, positions, velocities, np.zeros((1500, 1)), 1e-3, np.ones(1), np.array([0], np.int32), 90
+    )
+    trial, asked = trial_of(system, "spring"), []
+
+    def library(*arguments: Any) -> Any:
+        asked.append(arguments)
+        return compiled(*arguments)
+
+    compiled = shooting._library
+    monkeypatch.setattr(shooting, "_library", library)
+    theta = trial.theta(np.array([3.5]), [{"k": 30.0}])
+    later, at_once = (Shooter([trial.changed], [trial.free], at_once=flag) for flag in (False, True))
+    assert len(asked) <= 1
+    found = [Runner(trial, one, 0, record, 3).run(theta, record.at_rest) for one in (at_once, later, later)]
+    assert len(asked) == 2 and all(np.array_equal(one, found[0]) for one in found)
+
+
 @pytest.mark.parametrize("kind", LACKING)
 def test_a_residual_for_many_values_is_that_of_each_model(tmp_path: Path, kind: str) -> None:
     motion = smooth_motion(log_of(stage(), tmp_path, "train.csv"))
@@ -132,3 +154,18 @@ def test_the_compiled_tracking_observer_gives_the_bits_of_its_twin() -> None:
     expected = twin.run(rows)[0][:, [names.index("F_hat_on_x1"), names.index("F_hat_on_x2")]]
     assert np.isfinite(expected).all() and np.abs(expected).max() > 1
     assert np.array_equal(tracked_friction(spec, system, given, 60.0), expected)
+
+
+def test_every_effect_has_the_residual_of_its_model_or_says_that_it_moves_the_measurement(tmp_path: Path) -> None:
+    motion, system = smooth_motion(log_of(stage(), tmp_path, "train.csv")), system_of(stage())
+    moving = set()
+    for effect, place in candidates(system):
+        part = part_of(effect, place, system)
+        trial = Trial(system, (part,), tuple(level_parameters(system)))
+        if moves_measurement(trial):
+            moving.add(effect.kind)
+            continue
+        theta = trial.theta(np.array([3.5]), [{p.name: 0.3 for p in part.effect.parameters}])
+        along, model = ResidualAlong(trial, motion).at(theta), unfiltered_residual(model_of(trial, theta), motion)
+        np.testing.assert_allclose(along, model, rtol=1e-9, atol=1e-9 * np.abs(model).max(), err_msg=effect.kind)
+    assert {"input_delay", "actuator_lag", "encoder_eccentricity"} <= moving < set(CATALOGUE)

@@ -245,6 +245,7 @@ class JointShooter:
         memory: Memory,
         loads: int = 0,
         jumps: bool | None = None,
+        at_once: bool = True,
     ) -> None:
         """Compile; joints with the same equations share their code. ``terms`` are of the system without effects."""
         self.terms, self.memory, self.loads = terms, memory, loads
@@ -267,7 +268,7 @@ class JointShooter:
             self._rigid.append([list(symbols).index(s) for s in terms.parameters])
         joints, called = zip(*distinct.values(), strict=True)
         driven = [len(j.inputs) for j in joints]
-        self._shooter = Shooter([j.system for j in joints], called, loads, driven, jumps=jumps)
+        self._shooter = Shooter([j.system for j in joints], called, loads, driven, jumps=jumps, at_once=at_once)
 
     def at(
         self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int

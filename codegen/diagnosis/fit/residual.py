@@ -420,6 +420,16 @@ class ResidualAlong:
         return runner_of(self._trial, record, max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz))))
 
 
+def moves_measurement(trial: Trial) -> bool:
+    """Whether a parameter of a trial belongs to an actuator or a sensor error: ``ResidualAlong`` is not for it."""
+    system = trial.changed
+    held = [
+        *system.sensor_errors.values(),
+        *(number for chain in system.actuators.values() for number in chain.numbers),
+    ]
+    return any(sympy.sympify(one).has(s) for one in held for s in trial.symbols)
+
+
 def friction_estimate(system: System, motion: Motion) -> Array:
     """Total generalised friction force g − M a by inverse dynamics, unfiltered, (N, n)."""
     bare = replace(

@@ -206,8 +206,12 @@ class Search:
         precision, centre = np.append(self.prior_precision / tempering, zeros), np.append(self.declared, zeros)
         return Prior(precision, centre, size, reach, tempering, self.within)
 
-    def runners(self, trials: Sequence[Trial]) -> list[Runner]:
-        """Free-run simulators of trials; those with the same equations share code, which is compiled once."""
+    def runners(self, trials: Sequence[Trial], at_once: bool = True) -> list[Runner]:
+        """Free-run simulators of trials; those with the same equations share code, which is compiled once.
+
+        Args:
+            at_once: False for trials of which few are run: their code is compiled when a first run asks for it.
+        """
         lacking: dict[int, dict[Hashable, Trial]] = {}
         keys = []
         for trial in trials:
@@ -221,9 +225,11 @@ class Search:
             for some in (dict(list(group.items())[k::parts]) for k in range(parts)):
                 systems, free = [t.changed for t in some.values()], [t.free for t in some.values()]
                 if self.rigid:
-                    shooter: Shooter | JointShooter = JointShooter(systems, free, self.rigid, self.memory, loads, jumps)
+                    shooter: Shooter | JointShooter = JointShooter(
+                        systems, free, self.rigid, self.memory, loads, jumps, at_once
+                    )
                 else:
-                    shooter = Shooter(systems, free, loads, jumps=jumps)
+                    shooter = Shooter(systems, free, loads, jumps=jumps, at_once=at_once)
                 self.compiled.update({key: (shooter, model) for model, key in enumerate(some)})
         found = [self.compiled[key] for key in keys]
         return [Runner(trial, *place, self.record, self.substeps) for trial, place in zip(trials, found, strict=True)]

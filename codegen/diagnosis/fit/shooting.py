@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache, partial
 from itertools import zip_longest
 from typing import Any
 
@@ -152,6 +152,7 @@ class Shooter:
         driven: Sequence[int] | None = None,
         seldom: bool = False,
         jumps: bool | None = None,
+        at_once: bool = True,
     ) -> None:
         """Compile the systems into one library, in a thread: the first run waits for it.
 
@@ -159,7 +160,7 @@ class Shooter:
             free: for each system the symbols that are arguments, in order. loads: most loads behind springs in any run.
             driven: how many of each system's inputs belong to actuators; the others are imposed signals.
             seldom: whether only a few runs follow, which take less time than unrolling the loops.
-            jumps: whether levels may jump at standstill.
+            jumps: whether levels may jump at standstill. at_once: False compiles when a first run asks for it.
         """
         self.inputs, self.contacts = max(len(s.inputs) for s in systems), len(systems[0].contacts)
         self.coordinates = systems[0].degrees_of_freedom
@@ -169,7 +170,8 @@ class Shooter:
         jumps = any(map(level_jumps, systems)) if jumps is None else jumps
         source = shooting_source(systems, free, self.loads, self.states, inputs, jumps)
         plain = seldom or is_plain(systems[0])
-        self._compiled = in_background(_library, source, PLAIN if plain else UNROLLED)
+        flags = PLAIN if plain else UNROLLED
+        self._compiled = in_background(_library, source, flags) if at_once else cache(partial(_library, source, flags))
 
     def at(
         self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.credit import SIGNED
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
-from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_symbols, residual_at_drive
+from codegen.diagnosis.fit.residual import (
+    Problem,
+    ResidualAlong,
+    drive_gain,
+    drive_left,
+    drive_symbols,
+    moves_measurement,
+    residual_at_drive,
+)
 from codegen.diagnosis.fit.search import ROUNDS, Search
 from codegen.diagnosis.fit.starting_values import STEP
 from codegen.diagnosis.fit.trial import Trial, model_of
@@ -43,6 +51,7 @@ class ForceFits:
     search: Search
     problem: Problem
     base: Fit
+    _along: dict[Trial, ResidualAlong] = field(default_factory=dict)
 
     @cached_property
     def _rows(self) -> list[NDArray[np.int_]]:
@@ -88,7 +97,11 @@ class ForceFits:
     def _forces(self, trial: Trial, theta: Array) -> Array:
         """Residual over the drive force that the values leave: a weaker drive makes every force smaller."""
         model, motion = model_of(trial, theta), self.problem.motion
-        forces = residual_at_drive(model, motion)
+        if moves_measurement(trial):
+            forces = residual_at_drive(model, motion)
+        else:
+            along = self._along.get(trial) or self._along.setdefault(trial, ResidualAlong(trial, motion))
+            forces = motion.low_pass(along.at(theta)) / drive_left(model, motion)
         return forces / drive_gain(model, self.problem.system, motion) if self._moves_drive else forces
 
     @cached_property
@@ -129,7 +142,7 @@ class ForceFits:
 
     def fit(self, trial: Trial, theta: Array) -> Fit:
         """The fit from these values, by damped Gauss–Newton steps."""
-        runner = self.search.runners([trial])[0]
+        runner = self.search.runners([trial], at_once=False)[0]
         prior = self.search.prior(trial, theta)
         first, damping = theta, 1e-6
         now = self._residual(trial, theta)
