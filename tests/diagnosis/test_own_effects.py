@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.base.text import render
+from codegen.app.diagnose import Diagnosed
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.selection import candidate_fits
 from codegen.effects import CATALOGUE
@@ -91,7 +91,7 @@ def test_own_effects_are_listed_with_what_became_of_them(
     assert told["elsewhere"]["why_not"] == "does not apply here: another machine"
     assert told["unstarted"]["why_not"].startswith("not tried: its starting values")
     assert not told["square"]["accepted"] and told["square"]["blocks"] > 0 and told["square"]["why_not"]
-    page = render("text/diagnosed.txt.j2", result=None, d=diagnosis, paths=False)
+    page = Diagnosed(diagnosis, Path(), ()).text(paths=False)
     assert all(f"{kind} on x" in page for kind in told)
 
     log.inputs[:] *= -1
