@@ -11,6 +11,7 @@ from codegen.base.border import verb
 from codegen.base.errors import BadInput
 from codegen.base.text import render
 from codegen.certify.size import beyond_checker
+from codegen.effects.declare import declared_symbols
 from codegen.emit.c import c_language
 from codegen.observers import Observer
 from codegen.program import Program, lower
@@ -52,7 +53,10 @@ def check_json(machine: Derived) -> dict[str, Any]:
         (c.name, str(slip), str(c.force.subs(c.slip, sympy.Symbol("u", real=True))), c.unit)
         for c, slip in zip(system.contacts, system.slip_velocity, strict=True)
     ]
-    tolerances = {p.name: {"tolerance": p.tolerance} for p in spec.parameters if p.tolerance is not None}
+    shares = {p.name: p.tolerance for p in spec.parameters}
+    for effect, symbols in zip(spec.effects, declared_symbols(system, spec), strict=True):
+        shares |= {s.name: effect.tolerance for s in symbols.values()}
+    tolerances = {name: {"tolerance": share} for name, share in shares.items() if share is not None}
     values = {s.name: {"value": float(v), "unit": system.units[s]} for s, v in system.values.items()}
     return {
         "format": "stiction-check/1",

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from mechanics.robots import TWO_LINKS
 
+from codegen.app.check import check_json
+from codegen.app.derived import Derived
 from codegen.base.errors import BadInput
 from codegen.diagnosis.case import uncertain_values, values_of_zero
 from codegen.diagnosis.fit.record import record_of
@@ -106,3 +108,9 @@ def test_a_tolerance_of_the_damping_is_checked_as_others_are(tmp_path: Path) -> 
     with pytest.raises(BadInput) as refused:
         parse_spec("name: arm\nurdf: {file: arm.urdf, tolerance: {damping: 40}}\n", tmp_path / "arm.yaml")
     assert refused.value.code == "SPEC007"
+
+
+def test_check_shows_the_tolerance_beside_the_value() -> None:
+    said = check_json(Derived(staged(f"[{EFFECT}]", force="w")))
+    assert said["values"]["viscous_rail_b"] == {"value": 6.0, "unit": "N*s/m", "tolerance": 0.2}
+    assert "tolerance" not in said["values"]["rail_a"]
