@@ -78,7 +78,7 @@ def in_processes(
         threads: whether the function may run in several threads at once.
     """
     if not _may_fork() or min(PROCESSES, len(items)) < 2 or len(items) > MOST_ITEMS:
-        return in_parallel(function, items) if threads else [function(item) for item in items]
+        return _told_in_threads(function, items, begun, threads)
     found: dict[int, Result] = {}
     for k, item in enumerate(items):
         if not _background:
@@ -102,6 +102,18 @@ def in_processes(
             for child in children:
                 child.end()
     return [found[k] if k in found else function(item) for k, item in enumerate(items)]
+
+
+def _told_in_threads(
+    function: Callable[[Item], Result], items: Sequence[Item], begun: Callable[[int], object], threads: bool
+) -> list[Result]:
+    """As ``in_processes``, without another process."""
+
+    def work(k: int) -> Result:
+        begun(k)
+        return function(items[k])
+
+    return in_parallel(work, range(len(items))) if threads else [work(k) for k in range(len(items))]
 
 
 def in_another_process(function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:

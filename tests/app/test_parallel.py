@@ -48,6 +48,17 @@ def test_what_runs_in_the_background_gives_its_result_or_its_error_to_each_that_
             failing()
 
 
+@pytest.mark.parametrize("threads", [False, True])
+def test_without_other_processes_it_is_told_too_when_an_item_begins(
+    threads: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A caller from Python, or a machine of one core, saw no progress of a search that takes a minute."""
+    monkeypatch.setattr(parallel, "_forks", False)
+    begun: list[int] = []
+    assert parallel.in_processes(lambda k: 2 * k, range(9), (), begun.append, threads) == [2 * k for k in range(9)]
+    assert sorted(begun) == list(range(9))
+
+
 @forked
 @pytest.mark.usefixtures("several")
 def test_processes_give_their_results_in_order_and_run_calls_within_alone() -> None:
