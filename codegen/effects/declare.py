@@ -190,7 +190,14 @@ def _written(effect: Effect, declared: DeclaredEffect, system: System) -> str:
 
 
 def _refuse_tolerance(effect: Effect, system: System, symbols: Mapping[str, sympy.Symbol], where: Place) -> None:
-    """A tolerance is of what a refit can move: parameters of forces and inertias."""
+    """A tolerance is of what a refit can move: parameters of forces and inertias, whose values have no limits.
+
+    A refit has none either: it would find values that the spec must not have.
+    """
+    limited = [p.name for p in effect.parameters if p.low is not None or p.high is not None]
+    if limited:
+        expected = f"no tolerance for {effect.kind}: a refit does not keep to the limits of {', '.join(limited)}"
+        raise BadInput(where, "`tolerance`", expected, code="SPEC021")
     if any(p.as_number for p in effect.parameters) or not all(map(system.equation_error.has, symbols.values())):
         expected = f"no tolerance for {effect.kind}, whose parameters are not all in the force balance"
         raise BadInput(where, "`tolerance`", expected, code="SPEC021")

@@ -74,6 +74,17 @@ def test_a_tolerance_of_zero_is_told() -> None:
     assert told.severity == "warning" and "b of viscous on rail" in told.words
 
 
+def test_it_is_refused_where_a_refit_would_pass_the_limits_of_a_parameter() -> None:
+    """Refitted on a log without these effects: delta = -1.1 and mu = -0.02, which a spec must not have."""
+    for effect in (
+        "{kind: stribeck, on: rail, parameters: {delta: 0.5, v_s: 0.05}, tolerance: 500 %}",
+        "{kind: load_dependent_friction, on: rail, parameters: {mu: 0.05}, tolerance: 500 %}",
+    ):
+        with pytest.raises(BadInput, match=r"limits of (delta, v_s|mu)\b") as refused:
+            system_of(staged(f"[{effect}]"))
+        assert refused.value.code == "SPEC021" and "effects[0].tolerance" in str(refused.value)
+
+
 @pytest.mark.parametrize(
     "effect",
     [
