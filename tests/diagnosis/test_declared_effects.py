@@ -114,6 +114,14 @@ def test_a_robot_files_damping_has_the_tolerance_that_the_spec_gives(tmp_path: P
     assert np.isclose(float(system_of(written).values[written.symbol(name)]), 2 * value)
 
 
+def test_a_tolerance_of_more_than_the_value_is_written_out_as_it_is_read(tmp_path: Path) -> None:
+    """It was written as the plain number 2.5, which a spec must not have."""
+    (tmp_path / "arm.urdf").write_text(TWO_LINKS)
+    spec = parse_spec("name: arm\nurdf: {file: arm.urdf, tolerance: {damping: 250 %}}\n", tmp_path / "arm.yaml")
+    written = parse_spec(augmented_text(spec, [], {}, system_of(spec)), tmp_path / "spec.yaml")
+    assert [e.tolerance for e in written.effects] == [2.5]
+
+
 def test_a_tolerance_of_the_damping_is_checked_as_others_are(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(TWO_LINKS)
     with pytest.raises(BadInput) as refused:

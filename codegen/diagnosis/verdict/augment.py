@@ -71,7 +71,7 @@ def _write_out_joints(document: CommentedMap, spec: Spec) -> None:
     effects = CommentedSeq()
     for e in spec.effects:
         parameters = CommentedMap({name: _short(float(value)) for name, value in e.parameters.items()})
-        known = {} if e.tolerance is None else {"tolerance": e.tolerance}
+        known = {} if e.tolerance is None else {"tolerance": f"{_short(100 * e.tolerance):g} %"}
         effects.append(_flow({"kind": e.kind, "on": list(e.on), "parameters": parameters, **known}))
     if effects:
         document["effects"] = effects
