@@ -86,7 +86,11 @@ def in_processes(
         begun(k)
         found[k] = function(item)
     children: list[_Child] = []
-    with _Order(range(len(found), len(items))) as order:
+    try:
+        rest = _Order(range(len(found), len(items)))
+    except OSError:  # no further file may be opened
+        return [found[k] if k in found else function(item) for k, item in enumerate(items)]
+    with rest as order:
         try:
             with suppress(OSError):  # no further process is admitted
                 for _ in range(min(PROCESSES, len(items) - len(found)) - 1):
@@ -124,11 +128,11 @@ def in_another_process(function: Callable[..., Result], *arguments: Any) -> Call
     if not _may_fork() or PROCESSES < 2:
         return partial(function, *arguments)
     wait(list(_background))
-    with _Order(range(1)) as order:
-        try:
+    try:
+        with _Order(range(1)) as order:
             child = _Child(lambda given: function(*given), [arguments], order, ())
-        except OSError:  # no further process is admitted
-            return partial(function, *arguments)
+    except OSError:  # no further process is admitted, or no further file
+        return partial(function, *arguments)
 
     def result() -> Result:
         try:

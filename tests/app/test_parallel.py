@@ -137,6 +137,16 @@ def test_another_process_gives_its_result_or_its_error() -> None:
     assert process != os.getpid()
 
 
+@pytest.mark.usefixtures("several")
+def test_without_a_free_file_descriptor_all_is_computed_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none_free() -> tuple[int, int]:
+        raise OSError(24, "Too many open files")
+
+    monkeypatch.setattr(os, "pipe", none_free)
+    assert parallel.in_processes(abs, [-1, -2, -3]) == [1, 2, 3]
+    assert parallel.in_another_process(abs, -4)() == 4
+
+
 def test_no_process_is_forked_for_others_than_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parallel, "PROCESSES", 3)
     monkeypatch.setattr(parallel, "_forks", False)
