@@ -82,13 +82,16 @@ class Attack:
         given |= {"PARAMETERS_TYPE": f"{name}_parameters"}
         for file in (f"{name}.c", f"{name}.h"):
             (folder / file).write_bytes((GENERATED / name / file).read_bytes())
-        (folder / "attack.c").write_bytes(Path(__file__).with_name("attack.c").read_bytes())
-        (folder / "both.c").write_text(f'#include "{name}.c"\n#include "attack.c"\n', encoding="utf-8")
+        for file in ("attack.c", "reversal.c"):
+            (folder / file).write_bytes(Path(__file__).with_name(file).read_bytes())
+        includes = "".join(f'#include "{file}"\n' for file in (f"{name}.c", "attack.c", "reversal.c"))
+        (folder / "all.c").write_text(includes, encoding="utf-8")
         flags = ["-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fno-strict-aliasing"]
         library = folder / f"{name}.so"
-        library.write_bytes(compiled(["gcc", *flags, *(f"-D{k}={v}" for k, v in given.items())], folder, "both.c"))
+        library.write_bytes(compiled(["gcc", *flags, *(f"-D{k}={v}" for k, v in given.items())], folder, "all.c"))
         self.library = ctypes.CDLL(str(library))
-        self.library.follow.restype = self.library.attack.restype = ctypes.c_long
+        for function in (self.library.follow, self.library.attack, self.library.reversals):
+            function.restype = ctypes.c_long
         machine = Derived(read_spec(spec_path(name)))
         program, twin = machine.program, load_twin(machine.sources["__init__.py"], name)
         self.at = seen(twin.Parameters(), "parameters")
@@ -121,7 +124,10 @@ class Attack:
         for j, e in enumerate(frictions):
             if e["sign"]:
                 self.slip[j] = slopes([proof["signs"][e["sign"]]], self.estimates[:n])[0]
-        known = [proof["states"].get(s, self.places[0]) for s in self.states]  # else the predicted position
+        self.known = known = [
+            proof["states"].get(s, self.places[0]) for s in self.states
+        ]  # else the predicted position
+        self.inputs, self.quiet = inputs, dict(zero)
         self.kept = [
             np.array(places, dtype=ctypes.c_long)
             for places in (

@@ -1,0 +1,107 @@
+/*
+ * Reversals of a machine of one position and one contact beside a generated step. Used with attack.c, whose `machine`
+ * and disturbances these are; the drive is an input that the code is given too.
+ */
+typedef struct {
+    long drive;                   /* which input it is */
+    double per_drive;             /* acceleration by it */
+    long signed_level;            /* whether the error of the friction is that of a level, times the sign of slip */
+    double side;                  /* of the slip before the reversal */
+    long braked, ended;           /* the drive brakes from the one sample on, the run ends before the other */
+    double braking, speeding;     /* before and after zero slip */
+    double fastest;               /* the drive speeds up to this slip */
+    long exact;                   /* the position moves as the velocity does; else as the proof's machine, with drift */
+} reversal;
+
+enum { AGREE = 1, TURNED = 2 };
+
+/*
+ * Friction has the sign of the true slip at every moment: if the slip passes zero within a sample, it turns there, and
+ * the slip stays zero for the rest of the sample if the drive is too weak. errors: as in attack.c, of samples before
+ * `ended`. seen: whether the slip has turned, and whether the estimated slip has its sign.
+ */
+static void reverse(const machine *m, const reversal *r, const double *begun, const double *disturbed,
+    double *errors, int *seen)
+{
+    const PARAMETERS_TYPE parameters = PARAMETERS;
+    const double *row = m->acceleration; /* position, velocity, friction times sign, 1 */
+    double x = begun[0], v = begun[1], level = begun[2], side = r->side;
+    STATE state;
+    INPUTS inputs;
+    OUTPUTS outputs;
+    memset(&state, 0, sizeof state);
+    memset(&inputs, 0, sizeof inputs);
+    memset(&outputs, 0, sizeof outputs);
+    memcpy(&state, begun + 3, sizeof(double) * m->states);
+    for (long k = 0; k < r->ended; k++) {
+        const double *noise = disturbed + k * width(m);
+        const int turned = side != r->side;
+        double wanted = k < r->braked ? 0.0 : turned ? -r->side * r->speeding : -r->side * r->braking;
+        if (turned && fabs(v) > r->fastest) wanted = 0.0;
+        const double free = row[0] * x + row[1] * v + row[3];
+        const double driven = wanted - free - row[2] * side * level; /* the part of the drive */
+        ((double *)&inputs)[m->input_of[0]] = x + noise[0];
+        ((double *)&inputs)[r->drive] = driven / r->per_drive;
+        STEP(&state, &parameters, &inputs, &outputs);
+        const double v_hat = ((double *)&outputs)[m->estimate_of[0]], f_hat = ((double *)&outputs)[m->estimate_of[1]];
+        seen[k] = (turned ? TURNED : 0) | (side * v_hat > 0.0 || !r->signed_level ? AGREE : 0);
+        errors[2 * k] = v - v_hat;
+        errors[2 * k + 1] = r->signed_level ? side * (level - f_hat) : side * level - f_hat;
+        double next = v + m->h * wanted + (r->exact ? 0.0 : noise[2]), moved = m->h * (v + next) / 2.0;
+        if (side * next < 0.0) {
+            const double left = wanted != 0.0 ? fmin(m->h, fmax(0.0, m->h + v / wanted)) : 0.0;
+            const double after = driven + free - row[2] * side * level; /* with the friction turned */
+            next = side * after < 0.0 ? left * after : 0.0;
+            moved = ((m->h - left) * v + left * next) / 2.0;
+            side = -side;
+        }
+        x += r->exact ? moved : m->h * (m->semi_implicit ? next : v) + noise[1];
+        v = next;
+    }
+}
+
+/*
+ * Runs about the worst one, as in attack.c. start: what the claims assume of each error; since, bound: what they say of
+ * the friction's. found: the largest error of each at the first sample with the slips of one sign after the reversal,
+ * over start; the same at the first sample from which the slips keep one sign; the largest friction's error over a bound
+ * since then, of runs that are within start there; the largest number of samples until the first, and until the second;
+ * the largest friction's error over a bound since the second, of all runs.
+ * Returns how many runs are within start at the second.
+ */
+long reversals(const machine *m, const reversal *r, const double *begun, const double *worst,
+    const double *start, long bounds, const long *since, const double *bound, long runs, uint64_t dice,
+    double *disturbed, double *errors, int *seen, double *found)
+{
+    long within = 0;
+    const long all = width(m);
+    for (long run = 0; run < runs; run++) {
+        const uint64_t turns = run < 1 ? 0 : UINT64_C(1) << (drawn(&dice) % 13); /* of 2^16 */
+        for (long k = 0; k < r->ended * all; k += 4) {
+            uint64_t bits = drawn(&dice);
+            for (long j = k; j < k + 4 && j < r->ended * all; j++, bits >>= 16)
+                disturbed[j] = (bits & 65535) < turns ? -worst[j] : worst[j];
+        }
+        reverse(m, r, begun, disturbed, errors, seen);
+        long turned = 0, first, settled = r->ended;
+        while (turned < r->ended && !(seen[turned] & TURNED)) turned++;
+        for (first = turned; first < r->ended && !(seen[first] & AGREE); first++) {}
+        while (settled > turned && (seen[settled - 1] & AGREE)) settled--;
+        found[5] = fmax(found[5], (double)(first - turned));
+        found[6] = fmax(found[6], (double)(settled - turned));
+        if (settled == r->ended) continue;
+        int good = 1;
+        for (long e = 0; e < 2; e++) {
+            found[e] = fmax(found[e], fabs(errors[2 * first + e]) / start[e]);
+            found[2 + e] = fmax(found[2 + e], fabs(errors[2 * settled + e]) / start[e]);
+            good &= fabs(errors[2 * settled + e]) <= start[e];
+        }
+        within += good;
+        for (long b = 0; b < bounds; b++)
+            for (long k = settled + since[b]; k < r->ended; k++) {
+                const double share = fabs(errors[2 * k + 1]) / bound[b];
+                found[7] = fmax(found[7], share);
+                if (good) found[4] = fmax(found[4], share);
+            }
+    }
+    return within;
+}
