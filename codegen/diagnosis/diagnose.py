@@ -225,6 +225,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
 
         experiment, excitation = separate(search, outcome, tied, case.log, case.spec.envelope, separation_report)
         answer, outcome = runs.without_tied(last, outcome, far) or (answer, outcome)
+    answer = wrong_values.refused_for_a_value(case.spec, answer, problem)
     answer = settled(replace(search, within=last.within), outcome, problem, answer, runs.measured)
     left = runs.left_by(answer)
     if answer.verdict == "unknown" and is_small(left, case.material):

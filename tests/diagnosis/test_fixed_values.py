@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,8 +13,10 @@ from codegen.diagnosis.case import values_of_zero
 from codegen.diagnosis.diagnose import diagnose_log
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.results import Fact
-from codegen.diagnosis.verdict.wrong_values import explaining_values
+from codegen.diagnosis.fit.trial import with_effects
+from codegen.diagnosis.results import Fact, FoundEffect
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.wrong_values import explaining_values, refused_for_a_value
 from codegen.effects.declare import system_of
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
@@ -62,6 +66,38 @@ def test_nothing_is_told_of_what_no_declared_value_explains(tmp_path: Path) -> N
     lag = ARM.replace("observer:", "effects: [{kind: actuator_lag, on: w1, parameters: {tau: 0.03}}]\nobserver:", 1)
     assert told(short_log(ARM, tmp_path, "right.csv")) == []
     assert told(short_log(lag, tmp_path, "lag.csv")) == []
+
+
+def judged(text: str, folder: Path, *effects: FoundEffect) -> Answer:
+    """What becomes of effects that a diagnosis of the arm as declared would name."""
+    system, log = system_of(arm()), short_log(text, folder, "log.csv")
+    none: Any = None
+    found = Answer("effect", effects, system, with_effects(system, effects), (none, none, none))
+    return refused_for_a_value(arm(), found, Problem(system, smooth_motion(log), {}))
+
+
+def test_weaker_motors_do_not_stand_in_for_a_payload(tmp_path: Path) -> None:
+    """Gains of 0.83 and 0.77 of both motors were named for a mass that was 30 % too small in the spec."""
+    gains = [FoundEffect("input_gain", w, {"gain": g}, {"gain": "1"}) for w, g in (("w1", 0.827), ("w2", 0.766))]
+    answer = judged(PAYLOAD, tmp_path, *gains)
+    assert answer.verdict == "unknown" and "another value of m2 alone" in answer.against[0].words
+
+
+@pytest.mark.parametrize(
+    ("kind", "on", "parameters"),
+    [
+        ("input_gain", "w2", {"gain": 0.8}),
+        ("inertia_error", "theta1", {"delta": 0.02}),
+        ("spring", "theta2", {"k": 0.5}),
+    ],
+)
+def test_a_true_effect_is_not_refused_for_a_value(
+    kind: str, on: str, parameters: dict[str, float], tmp_path: Path
+) -> None:
+    entry = f"{{kind: {kind}, on: {on}, parameters: {json.dumps(parameters)}}}"
+    lacking = ARM.replace("simulation:", f"effects: [{entry}]\nsimulation:")
+    answer = judged(lacking, tmp_path, FoundEffect(kind, on, parameters, {}))
+    assert lacking != ARM and answer.verdict == "effect" and not answer.against
 
 
 @pytest.mark.slow

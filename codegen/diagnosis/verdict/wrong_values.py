@@ -10,7 +10,7 @@ is told of one that alone would explain a residual that no effect explains.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy
@@ -42,6 +42,8 @@ from codegen.spec.model import Spec
 
 MOST = 0.8
 """Least share of the squared force residual that a value explains on held-out blocks of the training log."""
+FAR_LESS = 1 / 3
+"""Largest ratio of the squared residual forces that a value and the effects leave at which the effects are refused."""
 MIRRORED = 0.1
 """Relative difference up to which a force counts as −2 times a term of the spec, whose sign may be wrong."""
 
@@ -270,8 +272,66 @@ def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
     return by_scale <= ALIKE * by_gain
 
 
+def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
+    """The answer without its effects, where one value without tolerance explains the residual far better than they do.
+
+    Weaker motors on both joints of an arm imitate its payload. An effect that is true leaves no more than the noise,
+    and no value can leave ``FAR_LESS`` of that.
+    """
+    if answer.verdict not in ("effect", "ambiguous"):
+        return answer
+    found = _explaining_value(spec, answer.refit, problem)
+    if found is None:
+        return answer
+    used = problem.used.T
+    before, after = (
+        [float(r[rows] @ r[rows]) for r, rows in zip(residual_without_levels(problem, s).T, used, strict=True)]
+        for s in (answer.refit, answer.augmented)
+    )
+    left = float(np.mean([b / max(a, 1e-300) for a, b in zip(before, after, strict=True)]))
+    if 1 - found.share > FAR_LESS * left:
+        return answer
+    named = " and ".join(f"{e.kind} on {e.on}" for e in answer.effects)
+    words = (
+        f"{named} would leave {in_percent(left)} of the squared residual force of the training log, "
+        f"another value of {found.symbol.name} alone {in_percent(1 - found.share)}"
+    )
+    figures = (*answer.figures[:2], answer.figures[1])
+    plain = replace(answer, verdict="unknown", augmented=answer.refit, figures=figures, errors=())
+    return replace(plain, against=(Fact("not credited", words),))
+
+
+@dataclass(frozen=True)
+class ExplainingValue:
+    """A declared value without tolerance, the change of it that suits the log, and the share of the squared residual
+    force that this explains on held-out parts of the training log.
+    """
+
+    symbol: sympy.Symbol
+    change: float
+    share: float
+
+
 def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]:
-    """The value without tolerance that explains most of the residual of a refit.
+    """The value without tolerance that explains most of the residual of a refit, and what to do about it."""
+    found = _explaining_value(spec, refit, problem)
+    if found is None:
+        return []
+    s, change = found.symbol, found.change
+    declared, unit = float(refit.values[s]), in_unit(refit, s)
+    return [
+        Fact(
+            "declared value",
+            f"{s.name} = {declared + change:.4g}{unit} would explain {100 * found.share:.0f} % of the squared "
+            f"residual force; declared is {declared:.4g}{unit} ({100 * change / abs(declared):+.2g} %)",
+            f"On held-out parts of the training log. The spec gives {s.name} no tolerance, so it is not fitted.",
+        ),
+        Fact("next", f"Give {s.name} a `tolerance` in the spec, so that it is fitted, and diagnose again"),
+    ]
+
+
+def _explaining_value(spec: Spec, refit: System, problem: Problem) -> ExplainingValue | None:
+    """The value without tolerance that explains most of the residual of a refit; None where that is less than ``MOST``.
 
     A payload on an arm changes inertia and weight of several coordinates at once; no effect does so, the declared mass
     does. The residual is regressed on its slope by each such value, with the levels, on all coordinates together.
@@ -281,24 +341,14 @@ def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]
     taken = {*problem.levels, *problem.uncertain}
     fixed = [s for s in own if s not in taken and s in refit.values and refit.values[s] != 0 and error.has(s)]
     if not fixed:
-        return []
+        return None
     rows = force_rows(refit, problem, [*fixed, *problem.levels])
     levels = list(range(len(fixed), len(fixed) + len(problem.levels)))
     shares = [_explained(rows, [k, *levels], levels) for k in range(len(fixed))]
     best = int(np.argmax(shares))
     if shares[best] < MOST:
-        return []
-    s, change = fixed[best], _weights(rows, [best, *levels])[0]
-    declared, unit = float(refit.values[s]), in_unit(refit, s)
-    return [
-        Fact(
-            "declared value",
-            f"{s.name} = {declared + change:.4g}{unit} would explain {100 * shares[best]:.0f} % of the squared "
-            f"residual force; declared is {declared:.4g}{unit} ({100 * change / abs(declared):+.2g} %)",
-            f"On held-out parts of the training log. The spec gives {s.name} no tolerance, so it is not fitted.",
-        ),
-        Fact("next", f"Give {s.name} a `tolerance` in the spec, so that it is fitted, and diagnose again"),
-    ]
+        return None
+    return ExplainingValue(fixed[best], float(_weights(rows, [best, *levels])[0]), float(shares[best]))
 
 
 def _explained(rows: Sequence[ForceRows], columns: Sequence[int], without: Sequence[int]) -> float:
