@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from pathlib import Path
 
@@ -133,3 +134,16 @@ def test_check_shows_the_tolerance_beside_the_value() -> None:
     said = check_json(Derived(staged(f"[{EFFECT}]", force="w")))
     assert said["values"]["viscous_rail_b"] == {"value": 6.0, "unit": "N*s/m", "tolerance": 0.2}
     assert "tolerance" not in said["values"]["rail_a"]
+
+
+@pytest.mark.parametrize("block", [False, True])
+def test_the_note_on_a_refitted_value_stands_behind_its_entry(block: bool) -> None:
+    spec = staged(f"[{EFFECT}]", force="w")
+    if block:
+        listed = "\n  - kind: viscous\n    on: rail\n    parameters: {b: 6}\n    tolerance: 20%\nsimulation:"
+        spec = parse_spec(re.sub(r" \[\{kind.*\nsimulation:", listed, spec.text), Path("stage.yaml"))
+    text = augmented_text(spec, [], {"viscous_rail_b": 7.5}, system_of(spec))
+    (line,) = [line for line in text.splitlines() if "refitted by diagnosis" in line]
+    assert "b: 7.5" in line and line.rstrip().endswith("b refitted by diagnosis, was 6")
+    assert line.index("}") < line.index("#")
+    assert float(parse_spec(text, Path("stage.yaml")).effects[0].parameters["b"]) == 7.5

@@ -34,7 +34,9 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
     for index, symbols in enumerate(declared_symbols(system, spec)):
         for name, s in symbols.items():
             if s.name in values:
-                _replace(document["effects"][index], "parameters", name, values[s.name])
+                entries, entry = document["effects"], document["effects"][index]
+                beside = (entries, index) if entry.fa.flow_style() else (entry, "parameters")
+                _replace_in(entry["parameters"], name, values[s.name], *beside)
     _write_links(document, spec, values)
     if not effects:
         return changed_text(spec.text, document)
@@ -98,7 +100,18 @@ def _replace(
     parent: CommentedMap | CommentedSeq, entry: str | int, key: str, value: float, default: float = 0.0
 ) -> None:
     """Replace the number ``parent[entry][key]``, or number and unit, and note the old value, or the default."""
-    section = parent[entry]
+    _replace_in(parent[entry], key, value, parent, entry, default)
+
+
+def _replace_in(
+    section: CommentedMap,
+    key: str,
+    value: float,
+    parent: CommentedMap | CommentedSeq,
+    entry: str | int,
+    default: float = 0.0,
+) -> None:
+    """Replace ``section[key]``; of a section on one line the note stands behind ``parent[entry]``, which it ends."""
     old = section.get(key, default)
     if isinstance(old, (int, float)) and float(old) == _short(value):
         return
