@@ -89,7 +89,7 @@ def test_deviations_are_those_of_files_drawn_at_random(tmp_path: Path) -> None:
 
 def test_what_is_no_tolerance_is_told_at_its_line(tmp_path: Path) -> None:
     for more, words in {
-        ", tolerance: 20 %": "`20 %`; expected `mass`, `centre_of_mass` and `inertia`",
+        ", tolerance: 20 %": "`20 %`; expected `mass`, `centre_of_mass`, `inertia` and `damping`",
         ", tolerance: {masses: 20 %}": "unknown key `masses`",
         ", tolerance: {mass: much}": "urdf.tolerance.mass",
         ", tolerance: {mass: -1 %}": "expected a share such as 1% or 0.01",
