@@ -33,8 +33,9 @@ lint: $(VENV)/test.stamp
 types: $(VENV)/test.stamp
 	$(BIN)/mypy
 
-test: lint types # compiled modules are kept, whatever the environment says: the tests start the command many times
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n 2 --dist worksteal
+# The type checker runs beside the tests. Compiled modules are kept, whatever the environment says: the tests start the command many times.
+test: lint
+	@$(BIN)/mypy & types=$$!; PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n 2 --dist worksteal; tests=$$?; wait $$types && exit $$tests
 
 # Debian or Ubuntu; as root, or by sudo. Does nothing where all are there.
 toolchains:

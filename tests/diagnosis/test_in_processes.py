@@ -23,6 +23,7 @@ from tests.diagnosis.stage import log_of, stage, system_of
 KINDS = ("viscous", "offset", "stribeck", "cogging", "compliance", "backlash", "saturation", "input_delay", "spring")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux alone")
 def test_fits_by_processes_are_those_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     backlash = "[{kind: backlash, on: x, parameters: {gap: 0.01, k: 6000, c: 60, load_fraction: 0.35}}]"
