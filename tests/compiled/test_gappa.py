@@ -16,8 +16,8 @@ from codegen.app.derived import derived_from
 from codegen.app.rounding_bound import JUST_ABOVE, Rounding, rounding_bounds
 from codegen.certify.bound.bounds import DomainBound
 from codegen.certify.certify import Certificate
+from tests.in_part import in_part
 
-from ..in_part import in_part
 from .shipped import SPECS, sources
 from .toolchain import need
 
