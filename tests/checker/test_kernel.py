@@ -23,6 +23,7 @@ from codegen.cancellation import with_cancellation
 from codegen.certify.certify import Certificate
 from codegen.certify.kernel_form import NotCovered, proof_text
 from codegen.checker import algebra, counterexamples, frame, kernel, verify
+from codegen.checker.enclosure import Refused
 from codegen.observers import observer_of
 from codegen.program import build_program
 from codegen.replay.engine import load_twin
@@ -399,9 +400,10 @@ def judged(names: Any, count: int) -> tuple[int, int]:
         for _ in range(count):
             text = mutant(proof(name), dice)
             try:
-                content = json.loads(text)
-                shown = prove(name, content)
-            except Exception:  # whatever stops the kernel is a refusal
+                with verify.theorem.or_refused("a mutant"):
+                    content = json.loads(text)
+                    shown = prove(name, content)
+            except Refused:
                 continue
             proved += 1
             false += worst_fall(name, content, dice) > float(shown["fall"]) * (1 + 1e-6)

@@ -1,6 +1,6 @@
 """Where effects act on an arm that is simulated joint by joint, and fits compared at that joint alone.
 
-Over all joints an effect that explains one of them would be judged by what the others leave.
+Evidence taken over all joints would compare an effect at one joint with the unexplained forces of the others.
 """
 
 from __future__ import annotations

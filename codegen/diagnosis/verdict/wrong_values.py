@@ -297,8 +297,8 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
         f"another value of {found.symbol.name} alone {in_percent(1 - found.share)}"
     )
     figures = (*answer.figures[:2], answer.figures[1])
-    plain = replace(answer, verdict="unknown", augmented=answer.refit, figures=figures, errors=())
-    return replace(plain, against=(Fact("not credited", words),))
+    against = (Fact("not credited", words),)
+    return replace(answer, verdict="unknown", augmented=answer.refit, figures=figures, errors=(), against=against)
 
 
 @dataclass(frozen=True)
