@@ -1,4 +1,4 @@
-"""A candidate whose place is no coordinate's index: contacts and pairs can be more than the coordinates."""
+"""Machines with more contacts and pairs than coordinates: candidates at such places, and levels of such contacts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.selection.candidate_fits import every_part
+from codegen.diagnosis.selection.candidate_fits import every_part, fit_candidates
 from codegen.diagnosis.selection.ranking import run_round
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
@@ -66,3 +66,42 @@ def test_more_pairs_and_contacts_than_coordinates_are_ranked(tmp_path: Path) -> 
     }
     assert ranked[0].found.parameters.popitem()[1] == pytest.approx(12, rel=0.05)
     assert np.isfinite(ranked[0].size)
+
+
+TWO = """\
+name: two
+coordinates: {c: {velocity: vc, unit: m}, d: {velocity: vd, unit: m}}
+inputs: {w3: {unit: N}, w4: {unit: N}}
+parameters: {m: {value: 2, unit: kg}}
+mass_matrix: [[m, 0], [0, m]]
+force: [w3, w4]
+friction:
+  distribution: [[1, 0, 1], [0, 1, -1]]
+  contacts:
+    - {name: rail_c, law: coulomb, a: 1, unit: N}
+    - {name: rail_d, law: coulomb, a: 1, unit: N}
+    - {name: between, law: coulomb, a: 1, unit: N}
+"""
+MOVING_TWO = """effects:
+  - {kind: coupling, on: [c, d], parameters: {c: 20}}
+simulation:
+  duration: 12
+  sample_time: 0.005
+  reference: {c: "0.2*sin(2.2*t)", d: "0.2*sin(3.7*t + 1)"}
+  position_gain: {w3: 900, w4: 900}
+  velocity_gain: {w3: 30, w4: 30}
+  encoder_step: {c: 2e-6, d: 2e-6}
+"""
+
+
+def test_a_level_that_a_step_would_make_negative_is_still_found(tmp_path: Path) -> None:
+    """Without the coupling the level between the two is fitted as some 12 N; the first step with it goes below zero."""
+    spec = parse_spec(TWO, Path("two.yaml"))
+    log = log_of(parse_spec(TWO + MOVING_TWO, Path("two.yaml")), tmp_path, "log.csv")
+    motion = smooth_motion(log)
+    search = search_on(Problem(build_system(spec), motion, {}), lambda share: record_of(motion, log, share))
+    base = search.refit()
+    (part,) = [p for p in every_part(search, ()) if p.kind == "coupling"]
+    (found,) = fit_candidates(search, base, [part], lambda share: None)
+    assert found.values[0] == pytest.approx([1, 1, 1], rel=1e-3)
+    assert found.parameters["c"] == pytest.approx(20, rel=1e-4)

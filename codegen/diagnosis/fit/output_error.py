@@ -44,6 +44,8 @@ class Prior:
     Attributes:
         precision: inverse prior variances, tempered: divided by ``tempering``, the share of independent residuals.
         size: of each parameter, for differences and for the longest step. reach: largest change in a fit.
+        least: smallest value, 0 for a friction level: the free run has no friction that pushes, so below zero no
+            derivative would lead back.
         within: prior standard deviations that a parameter may move.
     """
 
@@ -51,6 +53,7 @@ class Prior:
     centre: Array
     size: Array
     reach: Array
+    least: Array
     tempering: float = 1.0
     within: float = WITHIN
 
@@ -61,7 +64,11 @@ class Prior:
         return np.where(self.precision > 0, self.within / untempered, np.inf)
 
     def clip(self, theta: Array) -> Array:
-        return np.clip(theta, self.centre - self.bound, self.centre + self.bound)
+        return np.maximum(np.clip(theta, self.centre - self.bound, self.centre + self.bound), self.least)
+
+    def held(self, theta: Array, right: Array) -> NDArray[np.bool_]:
+        """Parameters at their smallest value that the descent direction ``right`` would lower."""
+        return np.asarray((theta <= self.least) & (right < 0))
 
     def limited(self, theta: Array, first: Array) -> NDArray[np.bool_]:
         """Whether parameters are at a limit: of the prior, or of their reach from the fit's start."""
@@ -318,7 +325,7 @@ def gauss_newton(
         right = np.einsum("ask,sk->a", weighted, flat) - prior.precision * (theta - prior.centre)
         longest = 2.0 * np.maximum(prior.size, np.abs(theta))
         for _ in range(6):
-            step = np.clip(damped_step(matrix, right, damping), -longest, longest)
+            step = np.clip(damped_step(matrix, right, damping, prior.held(theta, right)), -longest, longest)
             moved = prior.clip(np.clip(theta + step, first - prior.reach, first + prior.reach))
             left = now - np.einsum("a,ask->sk", moved - theta, np.stack(slopes))
             shift = starts.shift(left)
@@ -336,10 +343,13 @@ def gauss_newton(
     return Fit(runner, theta, offsets, now, starts.project(now), columns, starts, prior, prior.limited(theta, first))
 
 
-def damped_step(matrix: Array, right: Array, damping: float) -> Array:
-    """The Levenberg–Marquardt step from normal equations, scaled to a unit diagonal."""
+def damped_step(matrix: Array, right: Array, damping: float, held: NDArray[np.bool_]) -> Array:
+    """The Levenberg–Marquardt step from normal equations, scaled to a unit diagonal; 0 for what is held."""
+    free = ~held
+    matrix, right, step = matrix[np.ix_(free, free)], right[free], np.zeros(len(right))
     size = scales(matrix)
-    return np.asarray(np.linalg.solve(matrix / np.outer(size, size) + damping * np.eye(len(size)), right / size) / size)
+    step[free] = np.linalg.solve(matrix / np.outer(size, size) + damping * np.eye(len(size)), right / size) / size
+    return step
 
 
 def _slopes(

@@ -204,7 +204,9 @@ class Search:
             size[k] = 1.0 if coordinate.of_unit_size else size[k]
             reach[k] = coordinate.reach
         precision, centre = np.append(self.prior_precision / tempering, zeros), np.append(self.declared, zeros)
-        return Prior(precision, centre, size, reach, tempering, self.within)
+        least = np.full(len(theta), -np.inf)
+        least[:count] = np.where([s in self.problem.levels for s in self.moved], 0.0, -np.inf)
+        return Prior(precision, centre, size, reach, least, tempering, self.within)
 
     def runners(self, trials: Sequence[Trial], at_once: bool = True) -> list[Runner]:
         """Free-run simulators of trials; those with the same equations share code, which is compiled once.

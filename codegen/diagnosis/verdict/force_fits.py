@@ -153,7 +153,7 @@ class ForceFits:
             right = np.einsum("ask,sk->a", weighted, now) - prior.precision * (theta - prior.centre)
             cost = segment_cost(now) + prior.cost(theta)
             for _ in range(DAMPED):
-                step = damped_step(matrix, right, damping)
+                step = damped_step(matrix, right, damping, prior.held(theta, right))
                 moved = prior.clip(np.clip(theta + step, first - prior.reach, first + prior.reach))
                 then = self._residual(trial, moved)
                 new = segment_cost(then) + prior.cost(moved)  # NaN where it is not finite
