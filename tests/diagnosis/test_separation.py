@@ -78,7 +78,8 @@ def test_the_excitation_tells_delay_from_lag(truth: str, tmp_path: Path) -> None
 
 
 @pytest.mark.slow
-def test_a_look_alike_that_the_log_ruled_out_does_not_come_back(tmp_path: Path) -> None:
+def test_the_proposed_motion_leaves_one_of_every_look_alike(tmp_path: Path) -> None:
+    """On moves with rests a lag of 11 ms is apart from a gain, and would be called a delay."""
     plant = "[{kind: actuator_lag, on: w, parameters: {tau: 0.011}}]"
     spec = stage()
     slow = log_of(coarse(plant, step="1e-3"), tmp_path, "slow.csv")
@@ -87,8 +88,7 @@ def test_a_look_alike_that_the_log_ruled_out_does_not_come_back(tmp_path: Path) 
     told = first.separation
     assert told is not None
     assert told.chosen is not None
-    # It ties with a gain; on moves with rests it would be apart from that, and be called a delay.
-    assert {told.pairs[0].first[0], told.pairs[0].other[0]} == {"actuator_lag", "input_gain"}
+    assert all("actuator_lag" in {pair.first[0], pair.other[0]} for pair in told.pairs)
     again = log_of(coarse(plant, told.references["x"], told.chosen.duration_s, "1e-3"), tmp_path, "again.csv")
     second, _ = diagnose_log(spec, system_of(spec), again)
     assert [e.kind for e in second.effects] == ["actuator_lag"]
