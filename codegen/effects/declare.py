@@ -17,6 +17,9 @@ from codegen.mechanics.system import ContactFriction, System
 from codegen.spec.model import DeclaredEffect, Spec, symbol
 from codegen.spec.quantity import refuse_other_unit
 
+FAR_VALUE = 1e9
+"""Of a parameter: where a condition on values, such as at most the friction level, does not hold."""
+
 
 def places_of(effect: Effect, system: System) -> list[str]:
     """The names of the places for an effect of this kind; two coordinates are written `x1, x2`."""
@@ -154,7 +157,7 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
     with_all = system.with_parameters(values, {symbols[name]: unit for name, unit in units.items()})
     richer = added(effect, with_all, place, symbols, spec.place(key))
     if declared.tolerance is not None:
-        _refuse_tolerance(effect, richer, symbols, spec.place(f"{key}.tolerance"))
+        _refuse_tolerance(effect, richer, place, symbols, spec.place(f"{key}.tolerance"))
     if not numbers:
         return richer
     kept = {name: s for name, s in symbols.items() if name not in numbers}
@@ -189,7 +192,9 @@ def _written(effect: Effect, declared: DeclaredEffect, system: System) -> str:
     return next(same, "")
 
 
-def _refuse_tolerance(effect: Effect, system: System, symbols: Mapping[str, sympy.Symbol], where: Place) -> None:
+def _refuse_tolerance(
+    effect: Effect, system: System, place: int, symbols: Mapping[str, sympy.Symbol], where: Place
+) -> None:
     """A tolerance is of what a refit can move: parameters of forces and inertias, whose values have no limits.
 
     A refit has none either: it would find values that the spec must not have.
@@ -197,6 +202,10 @@ def _refuse_tolerance(effect: Effect, system: System, symbols: Mapping[str, symp
     limited = [p.name for p in effect.parameters if p.low is not None or p.high is not None]
     if limited:
         expected = f"no tolerance for {effect.kind}: a refit does not keep to the limits of {', '.join(limited)}"
+        raise BadInput(where, "`tolerance`", expected, code="SPEC021")
+    far = ({name: sign * FAR_VALUE for name in symbols} for sign in (1, -1))
+    if not all(effect.admissible(system, place, values) for values in far):
+        expected = f"no tolerance for {effect.kind}: a refit does not keep {effect.demands}"
         raise BadInput(where, "`tolerance`", expected, code="SPEC021")
     if any(p.as_number for p in effect.parameters) or not all(map(system.equation_error.has, symbols.values())):
         expected = f"no tolerance for {effect.kind}, whose parameters are not all in the force balance"

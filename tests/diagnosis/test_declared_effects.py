@@ -86,6 +86,13 @@ def test_it_is_refused_where_a_refit_would_pass_the_limits_of_a_parameter() -> N
         assert refused.value.code == "SPEC021" and "effects[0].tolerance" in str(refused.value)
 
 
+def test_it_is_refused_where_a_refit_would_pass_the_friction_level() -> None:
+    """Refitted on a log with an offset of 6 N above a level of 2 N: d = -6, which ``check`` refuses."""
+    with pytest.raises(BadInput, match="friction level") as refused:
+        system_of(staged("[{kind: coulomb_asymmetry, on: rail, parameters: {d: 2}, tolerance: 300 %}]"))
+    assert refused.value.code == "SPEC021" and "effects[0].tolerance" in str(refused.value)
+
+
 @pytest.mark.parametrize(
     "effect",
     [
