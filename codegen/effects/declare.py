@@ -203,7 +203,7 @@ def _refuse_tolerance(
     if limited:
         expected = f"no tolerance for {effect.kind}: a refit does not keep to the limits of {', '.join(limited)}"
         raise BadInput(where, "`tolerance`", expected, code="SPEC021")
-    far = ({name: sign * FAR_VALUE for name in symbols} for sign in (1, -1))
+    far = (dict.fromkeys(symbols, sign * FAR_VALUE) for sign in (1, -1))
     if not all(effect.admissible(system, place, values) for values in far):
         expected = f"no tolerance for {effect.kind}: a refit does not keep {effect.demands}"
         raise BadInput(where, "`tolerance`", expected, code="SPEC021")
