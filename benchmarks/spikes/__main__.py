@@ -2,22 +2,19 @@
 
 ``python -m benchmarks.spikes [--set emps …] [--share 3 10 20] [--kinds cogging …]``: every kind that can be spiked, in
 every set of benchmarks/real/sets.yaml that is here. Each plain and spiked log is diagnosed as a user would, 15 to 40 s
-of CPU each; what is there already is not made again. The page is written where everything was asked for (and with
---write); otherwise the text is printed only. With --kept nothing is run: what is there is shown, the rest as not run.
-Of a set given as ``--code SET=VERSION[,VERSION…]`` that is what these versions of the code have left there, of each log
-the first one's, and the page says so.
+of CPU each; what is there already is not made again. With --kept nothing is run: what is there is shown. The page has
+all rows of rows.json besides, those of earlier runs that were not run again, each with the version of its code. Page
+and rows.json are written where everything was asked for (and with --write); otherwise the text is printed only.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.practice.cases import ROOT
 from benchmarks.practice.fresh import Unavailable
-from benchmarks.practice.runs import code_version
 from benchmarks.rates import Bar, Rate, rate
 from benchmarks.real.spiked import real_sets
 from benchmarks.spikes.outcome import (
@@ -25,13 +22,12 @@ from benchmarks.spikes.outcome import (
     CHOSEN,
     NEAR,
     OUTCOMES,
-    Outcome,
-    Spike,
     named,
     outcome_of,
     spike_of,
     totals,
 )
+from benchmarks.spikes.rows import ROWS, Part, Row, merged, parts_in, text_of
 from benchmarks.spikes.runs import SPIKE, Bench, kinds_for
 from codegen.base.files import write_atomically
 from codegen.base.text import render
@@ -42,26 +38,6 @@ SHARES = (3.0, 10.0, 20.0)
 BARS = {(10.0, "detected"): Bar(0.8), (10.0, "wrong names"): Bar(most=0.05)}
 """(share, rate) → its bar, of all spikes."""
 NOT_RUN = "not run"
-
-
-@dataclass(frozen=True)
-class Row:
-    """One spike and what became of it."""
-
-    kind: str
-    percent: float
-    spike: Spike
-    outcome: Outcome
-
-
-@dataclass(frozen=True)
-class Part:
-    """One set: what its log got as it is, and its spikes."""
-
-    name: str
-    verdict: str
-    own: tuple[str, ...]
-    rows: tuple[Row, ...]
 
 
 def part(bench: Bench, kinds: Sequence[str], shares: Sequence[float], again: bool, kept: bool = False) -> Part | None:
@@ -77,10 +53,10 @@ def part(bench: Bench, kinds: Sequence[str], shares: Sequence[float], again: boo
                 continue
             spiked = bench.diagnosis(kind, percent, again)
             spike = spike_of(*bench.truth(kind, percent), bench.one.refitted.get(kind, ""))
-            rows.append(Row(kind, percent, spike, outcome_of(spike, plain, spiked)))
+            rows.append(Row(kind, percent, spike, outcome_of(spike, plain, spiked), bench.code))
             said = ", ".join(rows[-1].outcome.said)
             print(f"{bench.name}  {kind} {percent:g} %  {rows[-1].outcome.outcome}  {said}", flush=True)
-    return Part(bench.name, plain["verdict"], named(plain), tuple(rows))
+    return Part(bench.name, plain["verdict"], named(plain), tuple(rows), bench.code)
 
 
 def rates(rows: Sequence[Row]) -> dict[str, Rate]:
@@ -102,9 +78,7 @@ def cell(one: Part, kind: str, percent: float) -> str:
     return next((r.outcome.outcome for r in one.rows if (r.kind, r.percent) == (kind, percent)), NOT_RUN)
 
 
-def page(
-    parts: Sequence[Part], shares: Sequence[float], absent: Sequence[str], code: str, kinds: Sequence[str] = ()
-) -> str:
+def page(parts: Sequence[Part], shares: Sequence[float], absent: Sequence[str], kinds: Sequence[str] = ()) -> str:
     """The text of docs/spikes.md.
 
     Args:
@@ -129,7 +103,7 @@ def page(
         ],
         cells=[(kind, [cell(one, kind, p) for one in parts for p in shares]) for kind in kinds],
         absent=absent,
-        code=code,
+        codes=codes_of(parts),
         near=round(100 * NEAR),
         chosen=CHOSEN,
         candidates=CANDIDATES,
@@ -137,11 +111,10 @@ def page(
     )
 
 
-def versions(codes: Mapping[str, str]) -> str:
-    """The version of the code of every set, in words; where it is the same for all, that alone."""
-    if len(set(codes.values())) == 1:
-        return next(iter(codes.values()))
-    return ", ".join(f"{code} ({name})" for name, code in codes.items())
+def codes_of(parts: Sequence[Part]) -> list[tuple[str, int]]:
+    """(version of the code, number of spikes that it diagnosed), that of most first."""
+    rows = [row.code for one in parts for row in one.rows]
+    return sorted(((code, rows.count(code)) for code in dict.fromkeys(rows)), key=lambda pair: -pair[1])
 
 
 def main() -> None:
@@ -152,16 +125,12 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "practice_results" / "spikes")
     parser.add_argument("--again", action="store_true", help="diagnose what is there already")
     parser.add_argument("--kept", action="store_true", help="run nothing, show what is there")
-    parser.add_argument("--code", nargs="+", metavar="SET=VERSION[,…]", default=[], help="with --kept: of which code")
     parser.add_argument("--write", action="store_true", help="write the page although not everything was asked for")
     args = parser.parse_args()
     if not SPIKE.is_file():
         print(f"spikes: {SPIKE} is not here; nothing can be put into a log")
         return
     out = args.out.resolve()
-    codes = {name: tuple(of.split(",")) for name, _, of in (one.partition("=") for one in args.code)}
-    if codes and not args.kept:
-        parser.error("--code shows what is there: give --kept too")
     try:
         chosen = real_sets(args.sets)
     except KeyError as name:
@@ -174,18 +143,19 @@ def main() -> None:
             kinds = [kind for kind in kinds_for(one, out) if not args.kinds or kind in args.kinds]
             every += kinds
             if name not in absent and kinds:
-                newest, *earlier = codes.get(name, (code_version(),))
-                bench = Bench(name, one, out, newest, tuple(earlier))
-                found = part(bench, kinds, args.share, args.again, args.kept)
+                found = part(Bench(name, one, out), kinds, args.share, args.again, args.kept)
                 parts += [found] if found is not None else []
                 absent += [name] if found is None else []
     except (Unavailable, RuntimeError) as why:
         parser.exit(1, f"spikes: {why}\n")
-    shown = {one.name: " else ".join(codes.get(one.name, (code_version(),))) for one in parts}
-    text = page(parts, args.share, absent, versions(shown), every)
+    every_part = merged(parts, parts_in(ROWS))
+    shown = {one.name for one in every_part}
+    shares = sorted({row.percent for one in every_part for row in one.rows})
+    text = page(every_part, shares, [name for name in real_sets([]) if name not in shown], every)
     print(text)
     whole = not (args.sets or args.kinds or absent or args.kept) and tuple(args.share) == SHARES
     if whole or args.write:
+        write_atomically(ROWS, text_of(every_part))
         write_atomically(PAGE, text)
 
 

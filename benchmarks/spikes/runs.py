@@ -36,20 +36,16 @@ class Bench:
     Attributes:
         out: folder of all spikes and their results.
         code: version that made the results; this one by default.
-        earlier: versions whose results stand for what ``code`` has not diagnosed.
     """
 
     name: str
     one: RealSet
     out: Path
     code: str = field(default_factory=code_version)
-    earlier: tuple[str, ...] = ()
 
     def result(self, kind: str, percent: float) -> Path:
-        """The folder of a result: the first version's that has it, or ``code``'s."""
-        name = self.case(kind, percent).name
-        folders = [self.out / version / self.name / name for version in (self.code, *self.earlier)]
-        return next((folder for folder in folders if (folder / "run.json").is_file()), folders[0])
+        """The folder of a result."""
+        return self.out / self.code / self.name / self.case(kind, percent).name
 
     @property
     def logs(self) -> Readable:
@@ -76,7 +72,7 @@ class Bench:
         return result_in(out)
 
     def is_diagnosed(self, kind: str, percent: float) -> bool:
-        """Whether the log with a spike was diagnosed already, by one of the versions."""
+        """Whether the log with a spike was diagnosed already."""
         return (self.result(kind, percent) / "run.json").is_file()
 
     def truth(self, kind: str, percent: float) -> tuple[dict[str, Any], dict[str, Any]]:

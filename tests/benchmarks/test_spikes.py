@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 
 from benchmarks.rates import Rate
 from benchmarks.real.spiked import real_sets
-from benchmarks.spikes.__main__ import Part, Row, page, rates, versions
+from benchmarks.spikes.__main__ import codes_of, page, rates
 from benchmarks.spikes.outcome import (
     DETECTED,
     EXTRA,
@@ -28,7 +29,7 @@ from benchmarks.spikes.outcome import (
     spike_of,
     totals,
 )
-from benchmarks.spikes.runs import Bench
+from benchmarks.spikes.rows import Part, Row, merged, parts_in, text_of
 from tests.benchmarks.diagnoses import diagnosis, effect
 
 COGGING = Spike("cogging", "amplitude", 10.0, frozenset({"cogging"}), own=1.0)
@@ -131,7 +132,7 @@ def test_what_least_squares_does_not_see_is_counted_apart(
     truth = {"effects": [{"kind": "cogging", "on": "x", "parameters": {"amplitude": 10.0}}], "equivalents": [[]]}
     spike = spike_of(truth, checked, "")
     assert spike.visible == pytest.approx(share) and spike.is_visible is visible and spike.own == 1.0
-    rows = [Row("cogging", 10.0, one, Outcome(DETECTED, ())) for one in (spike, COGGING)]
+    rows = [Row("cogging", 10.0, one, Outcome(DETECTED, ()), "abc") for one in (spike, COGGING)]
     assert rates(rows)["detected, of those that least squares sees"] == Rate(1 + visible, 1 + visible)
 
 
@@ -139,7 +140,7 @@ def test_what_least_squares_does_not_see_is_counted_apart(
 def test_what_least_squares_tells_from_zero_is_counted_apart(deviations: float, told: bool) -> None:
     truth = {"effects": [{"kind": "cogging", "on": "x", "parameters": {"amplitude": 10.0}}], "equivalents": [[]]}
     spike = spike_of(truth, {"own": 1.0, "deviations": deviations}, "")
-    found = rates([Row("cogging", 10.0, one, Outcome(DETECTED, ())) for one in (spike, COGGING)])
+    found = rates([Row("cogging", 10.0, one, Outcome(DETECTED, ()), "abc") for one in (spike, COGGING)])
     assert spike.is_told is told
     assert found["told from zero by least squares"] == Rate(1 + told, 2)
     assert found["detected, of those that least squares tells from zero"] == Rate(1 + told, 1 + told)
@@ -156,7 +157,7 @@ def test_what_least_squares_tells_among_all_candidates_is_counted_apart(
     truth = {"effects": [{"kind": "cogging", "on": "x", "parameters": {"amplitude": 10.0}}], "equivalents": [[]]}
     one = spike_of(truth, {"own": 1.0, "deviations": spike, "found_deviations": whole}, refitted)
     assert one.is_told_among_all is told
-    found = rates([Row("cogging", 10.0, one, Outcome(DETECTED, ()))])
+    found = rates([Row("cogging", 10.0, one, Outcome(DETECTED, ()), "abc")])
     assert found["detected, of those that least squares tells among all candidates"] == Rate(told, told)
 
 
@@ -184,33 +185,31 @@ def test_totals_count_detections_and_false_names_apart() -> None:
         "ambiguous with it": Rate(1, 8),
         "wrong names": Rate(2, 8),
     }
-    rows = tuple(Row("cogging", 10.0, COGGING, one) for one in found)
-    text = page([Part("rig", "none", (), rows)], (10.0,), ["elsewhere"], "abc", ["cogging", "spring"])
+    rows = tuple(Row("cogging", 10.0, COGGING, one, "abc") for one in found)
+    text = page([Part("rig", "none", (), rows, "abc")], (10.0,), ["elsewhere"], ["cogging", "spring"])
     assert "| spring | not run | " in text and f"| cogging | {found[0].outcome} |" in text
     assert "| detected | 10 % | 4 of 8: 50 % (22 … 78) | ≥ 80 % | **missed** |" in text
     assert "| wrong names | 10 % | 2 of 8: 25 % (7 … 59) | ≤ 5 % | **missed** |" in text
     assert "| cogging | 4 of 8 | " in text
-    assert "| cogging, 10 % | – | – | detected | – | amplitude | 1, off | 11 = 1 + 10 |" in text
+    assert "| cogging, 10 % | – | – | detected | – | amplitude | 1, off | 11 = 1 + 10 | abc |" in text
     assert "Not here or not run, so not in these tables: elsewhere." in text
 
 
-def test_code_of_every_set_is_named_where_it_differs() -> None:
-    assert versions({"rig": "abc", "arm": "abc"}) == "abc"
-    assert versions({"rig": "abc", "arm": "def"}) == "abc (rig), def (arm)"
+def test_a_row_that_was_not_run_again_is_kept_with_its_code(tmp_path: Path) -> None:
+    def row(kind: str, outcome: str, code: str) -> Row:
+        return Row(kind, 10.0, replace(COGGING, kind=kind), Outcome(outcome, ("cogging",), 1.5, True), code)
 
-
-def test_an_earlier_version_stands_for_what_the_newest_has_not_diagnosed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(Bench, "case", lambda self, kind, percent: tmp_path / "cases" / f"{kind}_{percent:g}")
-    bench = Bench("emps", real_sets(["emps"])["emps"], tmp_path, "new", ("middle", "old"))
-    for version, kind in (("old", "cogging"), ("middle", "cogging"), ("old", "spring"), ("new", "offset")):
-        folder = tmp_path / version / "emps" / f"{kind}_10"
-        folder.mkdir(parents=True)
-        (folder / "run.json").write_text("{}")
-    found = {kind: bench.result(kind, 10.0).parts[-3] for kind in ("offset", "cogging", "spring", "viscous")}
-    assert found == {"offset": "new", "cogging": "middle", "spring": "old", "viscous": "new"}
-    assert bench.is_diagnosed("spring", 10.0) and not bench.is_diagnosed("viscous", 10.0)
+    old = Part("rig", "none", (), (row("cogging", "unknown", "old"), row("spring", DETECTED, "old")), "old")
+    arm = Part("arm", "effect", ("viscous",), (row("cogging", PLAIN, "old"),), "old")
+    new = Part("rig", "unknown", (), (row("cogging", DETECTED, "new"),), "new")
+    file = tmp_path / "rows.json"
+    assert parts_in(file) == []
+    file.write_text(text_of([old, arm]))
+    assert parts_in(file) == [old, arm]
+    rig = replace(new, rows=(new.rows[0], old.rows[1]))
+    assert merged([new], parts_in(file)) == [rig, arm]
+    assert merged([new], []) == [new]
+    assert codes_of([rig, arm]) == [("old", 2), ("new", 1)]
 
 
 OUTCOMES_SEEN = (
