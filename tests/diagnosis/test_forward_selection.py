@@ -446,8 +446,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         "_largest_first": pair,
     }.items():
         monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
-    for name in ("usual_form_first", "ordered_by_force", "nearest_twin_first"):
-        monkeypatch.setattr(forward_selection, name, lambda search, some: some)
+    monkeypatch.setattr(forward_selection, "leader_first", lambda search, some: some)
     monkeypatch.setattr(forward_selection, "_pair", in_pairs)
     monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: False)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
@@ -527,9 +526,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         "still_credited": lambda search, base, found, rivals, count: (found, []),
         "first_candidates": lambda search, base: 1,
         "_largest_first": lambda search, found: found,
-        "usual_form_first": lambda search, some: some,
-        "ordered_by_force": lambda search, some: some,
-        "nearest_twin_first": lambda search, some: some,
+        "leader_first": lambda search, some: some,
     }.items():
         monkeypatch.setattr(forward_selection, name, value)
     monkeypatch.setattr(forward_selection.credit, "near_noise", lambda fit: True)

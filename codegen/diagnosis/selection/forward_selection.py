@@ -23,16 +23,14 @@ from codegen.diagnosis.selection.ranking import (
     credible,
     force_prefers,
     is_no_better_form,
+    leader_first,
     leaves_as_little,
     most_left,
-    nearest_twin_first,
-    ordered_by_force,
     refused_when_fitted_again,
     run_round,
     runs_do_not_tell,
     same_signature,
     ties,
-    usual_form_first,
 )
 from codegen.diagnosis.selection.refusals import (
     contradicted_by_acceleration,
@@ -137,7 +135,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         if not possible:
             current, rounds[joint] = confirmed, 0
             continue
-        possible = nearest_twin_first(search, ordered_by_force(search, usual_form_first(search, possible)))
+        possible = leader_first(search, possible)
         tied = ties(search, possible)
         current = search.fitted_again(possible[0].found)
         rivals = rivals if turn else tied

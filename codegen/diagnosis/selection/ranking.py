@@ -200,6 +200,13 @@ def is_no_better_form(found: Fit, best: Fit, part: Part) -> bool:
     return is_usual_form(part) and not is_usual_form(found.part) and found.cost > best.cost - FORM_GAIN
 
 
+def leader_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The candidates that passed, led by the one that is named; the others in the order of their fits."""
+    for led in (usual_form_first, better_predicting_first, ordered_by_force, nearest_twin_first):
+        ranked = led(search, ranked)
+    return list(ranked)
+
+
 def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     """The candidates, led by one of a usual form where the best has a special form and is not clearly better."""
     best = ranked[0]
@@ -209,6 +216,24 @@ def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
     others = [r for r in tied if is_no_better_form(best.found, r.found, r.found.part)]
     best = min(others, key=lambda r: r.found.cost, default=best)
     return led_by(best, ranked)
+
+
+def better_predicting_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
+    """The candidates, led by one with fewer parameters than the best where free runs of held-out segments prefer it.
+
+    The order is that of the fits, and a curve with a parameter more fits closer to the segments on which it is fitted.
+    A Stribeck velocity near the top speed of a log takes the place of a wrong damping and of part of another effect.
+    """
+    best = ranked[0]
+    better = [
+        r
+        for r in ranked[1:]
+        if not r.why_not
+        and len(r.found.part.names) < len(best.found.part.names)
+        and runs_prefer(search, r.found, best.found)
+        and not runs_prefer(search, best.found, r.found)
+    ]
+    return led_by(min(better, key=lambda r: r.found.cost, default=best), ranked)
 
 
 def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
