@@ -310,6 +310,14 @@ def test_the_answer_names_what_held_out_data_leave(tmp_path: Path, monkeypatch: 
         )
         assert answer.verdict == verdict
         assert steady or "spring on x, but in simulation the value m = 3 kg explains" in answer.remarks[-1].words
+    why = Fact("not credited", "a smooth curve explains twice as much of the residual force as the law does")
+    refused = replace(answer, verdict="unknown", against=(why,), remarks=())
+    monkeypatch.setattr(force_led, "with_estimate", lambda *_: refused)
+    answer, _ = force_led.credited_by_force(
+        search, outcome, tied.fits.problem, plain, held_out.measured, lambda _: None, held_out
+    )
+    words = "spring on x, which the residual force shows and simulations of the training log confirm, is refused: a"
+    assert answer.verdict == "unknown" and answer.remarks[-1].words.startswith(words)
 
 
 def test_a_form_that_the_log_does_not_determine_gives_way_to_a_simpler_one(
@@ -411,6 +419,23 @@ def test_what_free_runs_do_not_confirm_is_told(tmp_path: Path, monkeypatch: pyte
     words = told[0].words
     assert len(told) == 1 and told[0].topic == "not credited"
     assert words.startswith("The residual force alone would name spring on x (k = ") and "N/m)" in words
+
+
+def test_a_simpler_form_that_explains_nothing_is_not_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a motor with friction of its load it was said that viscous friction removes 0.226 % of the residual force.
+
+    A curve over speed had been credited in place of it, and its simplest form was never judged.
+    """
+    log = jittered(log_of(stage("[]", 5.5), tmp_path, "train.csv"), tmp_path)
+    search, problem = searched(log)
+    fits = ForceFits(search, problem, search.refit())
+    trial = search.declared_trial.with_part(part_of(CATALOGUE["viscous"], 0, search.system))
+    line = fits.fit(trial, np.append(fits.adopted, 0.01))
+    assert judged(fits, fits.plain, line, 1).why_not.startswith("removes")
+    monkeypatch.setattr(force_selection, "in_determined_forms", lambda fits, fit: line)
+    told: list[Fact] = []
+    assert selected_by_force(search, search.refit(), problem, lambda share: None, told.append) is None
+    assert told == []
 
 
 def test_jitter_of_the_stamps_is_noise_of_the_positions(tmp_path: Path) -> None:

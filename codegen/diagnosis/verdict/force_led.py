@@ -88,7 +88,7 @@ def credited_by_force(
     plain = replace(plain, figures=(*answer.figures[:2], answer.figures[1]))
     second = with_estimate(search, led, problem, plain, measured, found.fit)
     if second.verdict != plain.verdict:
-        return answer, outcome
+        return replace(answer, remarks=(*answer.remarks, *_refused(answer, second))), outcome
     better = "" if steady else better_values(search, led)
     if better:
         named = " and ".join(f"{e.kind} on {e.on}" for e in second.effects)
@@ -98,6 +98,16 @@ def credited_by_force(
         f"The residual force shows it; simulations of the training log with these values confirm it. By them {alone}"
     )
     return replace(second, remarks=(*second.remarks, Fact("evidence", words), *refused)), led
+
+
+def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
+    """Why effects of the force residual are refused, where nothing is named and the answer speaks of other ones."""
+    shown = [f"{e.kind} on {e.on}" for e in by_force.effects]
+    if answer.verdict != "unknown" or shown == [f"{e.kind} on {e.on}" for e in answer.effects]:
+        return ()
+    named = f"{' and '.join(shown)}, which the residual force shows and simulations of the training log confirm,"
+    is_refused = "is refused" if len(shown) == 1 else "are refused"
+    return tuple(replace(fact, words=f"{named} {is_refused}: {fact.words}") for fact in by_force.against[:1])
 
 
 def told_by_held_out(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[Fact, ...]]:

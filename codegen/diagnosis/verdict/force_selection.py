@@ -96,7 +96,7 @@ def selected_by_force(
             fit = ranked[0].found
     rounds.sort(key=lambda one: not one.ranked or bool(one.ranked[0].why_not))
     first = rounds[0].ranked
-    fit = in_determined_forms(fits, fit)
+    fit = still_credited(fits, fit, in_determined_forms(fits, fit))
     before = fits.run(plain)
     by_force = fit
     fit, run = confirmed(fits, fit, fits.run(fit))
@@ -213,6 +213,23 @@ def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
         kept = {name: values[k][name] for name in parts[k].names}
         other = replace(trial, parts=tuple(parts))
         return in_determined_forms(fits, fits.fit(other, other.theta(moved, [*values[:k], kept, *values[k + 1 :]])))
+    return fit
+
+
+def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
+    """The fit without effects that are credited in the form of ``before`` and not in their simpler one here.
+
+    A curve over speed may stand for another missing force; a line in its place may then explain nothing.
+    """
+    for k, part in enumerate(fit.trial.parts):
+        if part not in before.trial.parts:
+            other = fits.without(fit, k)
+            without, with_it = fits.where_they_differ(other, fit)
+            shown = evidence_of(without, with_it, floored=False)
+            share = min(shown.share, 1 - float(with_it.by_segment.sum() / without.by_segment.sum()))
+            chance = hypotheses(fits.candidates.parts) * random_signs(shown.t)
+            if share < credit.LEAST_SHARE or chance > credit.ALPHA:
+                return still_credited(fits, before, other)
     return fit
 
 
