@@ -15,6 +15,7 @@ at the true positions or, if `forces` is "measured", at the measured ones. Let w
    |truth_i - estimate_i| is at most its entry in `start`, and ever after.
 
 As in the kernel's theorem, this holds for the machine that is printed, in exact arithmetic, while no sign changes.
+What a change of one sign leaves of the errors is in `reversals`, by the theorem of reversal.py.
 
 A set with "friction": "any" needs a proof without signs and conditions. Each truth named in the claim's `friction` then
 acts in each sample with any mean value up to the size stated there, in either direction, in place of a constant and its
@@ -30,11 +31,15 @@ from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import frame, kernel
+    from codegen.checker import frame, kernel, reversal
 
-FIELDS, OPTIONAL = ("name", "noise", "drift", "shifts", "push", "sets"), ("forces", "friction")  # of a claim
-FORCES, FRICTION = OPTIONAL
+FIELDS, OPTIONAL = (
+    ("name", "noise", "drift", "shifts", "push", "sets"),
+    ("forces", "friction", "reversals"),
+)  # of a claim
+FORCES, FRICTION, REVERSALS = OPTIONAL
 KINDS = ("noise", "drift", FRICTION)
+REVERSAL = ("sign", "samples", "turns", "change", "jump", "before", "after")
 SET, SET_OPTIONAL = ("matrix", "weights", "samples", "rows"), ("within", "after", FRICTION)
 DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
 GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 60, 84, 10_000, 1000
@@ -70,11 +75,10 @@ def error_dynamics(
         {*claim["drift"]} <= {*velocity, *truths, *proof["acceleration"]},
         "drift of a quantity that is not a truth or velocity",
     )
-    constant = {t for t, s in zip(truths, turned, strict=True) if not s} - {*velocity, *proof["acceleration"]}
-    free = shown["whole"] and not proof["signs"] and {*claim.get(FRICTION, {})} <= constant
-    kernel.demand(
-        free or not claim.get(FRICTION), "any friction needs constant truths, and a proof without signs and conditions"
-    )
+    levels = {t for t, s in zip(truths, turned, strict=True) if bool(s) == bool(proof["signs"])}
+    levels -= {*velocity, *proof["acceleration"]}
+    free = shown["whole"] and {*claim.get(FRICTION, {})} <= levels
+    kernel.demand(free or not claim.get(FRICTION), "friction needs constant truths or levels, and no conditions")
     noise, drift, friction = ({x: term(1, f"{kind}.{x}") for x in claim.get(kind, {})} for kind in KINDS)
     names = {x: p for x, p in shown["names"].items() if x not in estimates}
     h, fresh = (
@@ -255,8 +259,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         "not lists of numbers",
     )
     matrix, push, shift = error_dynamics(proof, claim, shown)
-    sizes = {f"{kind}.{x}": number(d) for kind in KINDS for x, d in claim.get(kind, {}).items()}
-    kernel.demand(min([Fraction(0), *sizes.values()]) == 0, "noise, drift or friction below 0")
+    sizes = disturbance_sizes(claim)
     step = [[x.constant() for x in row] for row in matrix]
     result = []
     for set_ in claim["sets"]:
@@ -264,7 +267,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         # disturbance. So a row bounds the sum with 0 in place of such a truth_i; truth_i itself, which is at most its
         # size, adds at most |c_i| times that size.
         any_friction = FRICTION in set_
-        known = set_.get(FRICTION) == "any" and claim.get(FRICTION) and "after" not in set_
+        known = set_.get(FRICTION) == "any" and claim.get(FRICTION) and "after" not in set_ and not proof["signs"]
         kernel.demand(known or not any_friction, "friction")
         still = {f"{'drift' if any_friction else FRICTION}.{x}" for x in claim.get(FRICTION, {})}
         most = {x: Fraction(0) if x in still else d for x, d in sizes.items()}
@@ -282,7 +285,44 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         more = [sum(abs(number(c)) * d for c, d in row if d) for row in rows]
         result.append([bound + x for bound, x in zip(found, more, strict=True)])
     kernel.demand(result and all(result), "it states no bound")
+    kernel.demand(type(claim.get(REVERSALS, [])) is list, "no list of reversals")
+    for entry in claim.get(REVERSALS, []):
+        left = left_by(entry, proof, claim, shown, (matrix, push, shift))
+        within = zip(left, map(number, entry["after"]), strict=True)
+        kernel.demand(all(a <= b for a, b in within), "a reversal leaves more than its `after`")
     return result
+
+
+def left_by(
+    entry: dict[str, Any], proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any], known: Any = None
+) -> list[Fraction]:
+    """Bounds on each |truth - estimate| after a reversal of the claim; ValueError where it is no such entry."""
+    matrix, push, shift = known or error_dynamics(proof, claim, shown)
+    sizes = disturbance_sizes(claim)
+    lists = all(nested_lists(entry[x], 1) and len(entry[x]) == len(matrix) for x in ("before", "after"))
+    kernel.demand({*entry} == {*REVERSAL} and lists, f"other fields than {REVERSAL} of a reversal")
+    own = [i for i, e in enumerate(proof["errors"]) if e["sign"] == entry["sign"] != ""]
+    kernel.demand(len(own) == 1, "a reversal of no sign that one level has")
+    friction = f"{FRICTION}.{proof['errors'][own[0]]['truth']}"
+    kernel.demand(friction in sizes, "a reversal of friction without a size")
+    others = {x for i, p in enumerate(shift) if i != own[0] for x in p.names()}
+    kernel.demand(entry["sign"] not in others, "noise in another error has the sign of a reversal")
+    samples, turns = (reversal.count(entry[x], most) for x, most in reversal.MOST.items())
+    column = [row[[*sizes].index(friction)] for row in push]
+    turn = reversal.Reversal(
+        entry["sign"], own[0], samples, turns, number(entry["change"]), number(entry["jump"]), sizes[friction], column
+    )
+    most = {x: Fraction(0) if x.startswith(FRICTION) else d for x, d in sizes.items()}
+    noise, step = [largest(p, most, proof) for p in shift], [[x.constant() for x in row] for row in matrix]
+    before, columns = [*map(number, entry["before"])], disturbance_columns(push, [*most.values()])
+    return reversal.left(turn, before, noise, proof, shown, step, columns)
+
+
+def disturbance_sizes(claim: dict[str, Any]) -> dict[str, Fraction]:
+    """The sizes in the order of the columns of push."""
+    sizes = {f"{kind}.{x}": number(d) for kind in KINDS for x, d in claim.get(kind, {}).items()}
+    kernel.demand(min([Fraction(0), *sizes.values()]) == 0, "noise, drift or friction below 0")
+    return sizes
 
 
 def require_invariant(

@@ -293,6 +293,10 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
     errors = [lag(e, plain) for e in proof["errors"]]
     at = " (accelerations at the measured positions)" * bool(claim.get(ellipsoid.FORCES))
     lines = [f"{ASSUMED}{disturbed(claim, plain, at)}; and that no slip reverses, except where said:"]
+
+    def each(of: list[str], shown: Callable[[Fraction], str] = least) -> str:
+        return ", ".join(f"|{e}| <= {shown(number(x))}" for e, x in zip(errors, of, strict=True))
+
     within = [f"|{plain(x)}| <= {least(number(d))}" for x, d in claim.get(ellipsoid.FRICTION, {}).items()]
     whatever = f", for any friction, through stick and reversals, whose mean over each sample has {', '.join(within)}"
     for ball, bounds in zip(claim["sets"], found, strict=True):
@@ -300,11 +304,23 @@ def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[s
         for *c, _ in ball["rows"]:
             lines.append(f"  {combined(c, errors, shown)} {LONG_RUN} {most(next(known))}{any_}")
         for after in ball.get("after", []):
-            start = zip(errors, after["start"], strict=True)
-            begun = ", ".join(f"|{e}| <= {least(number(s))}" for e, s in start)
             later = ", ".join(f"{most(next(known))} from sample {n} on" for n, _ in after["bounds"])
             error = combined(after["row"], errors, shown)
-            lines.append(f"  {error} is at most {later}, counted from any sample with {begun}")
+            lines.append(f"  {error} is at most {later}, counted from any sample with {each(after['start'])}")
+    for turn in claim.get(ellipsoid.REVERSALS, []):
+        s, change = turn["sign"], least(number(turn["change"]))
+        truth = next(e["truth"] for e in proof["errors"] if e["sign"] == s)
+        slip, times = proof["signs"][s], "once" if turn["turns"] == "1" else f"{turn['turns']} times"
+        of_machine = {re.escape(e["estimate"]) + r"(?![\w\[])": e["truth"] for e in proof["errors"]}
+        true = plain(reduce(lambda text, of: re.sub(of, of_machine[of], text), of_machine, slip))
+        size = least(number(claim[ellipsoid.FRICTION][truth]))
+        lines.append(
+            f"  a reversal of {plain(s)} leaves at most {each(turn['after'], most)}, {turn['samples']} samples after a"
+            f" sample with {each(turn['before'])}, where {plain(s)}, the sign of {plain(slip)} in the code alone then,"
+            f" changes at most {times} in between, while {true} has any sign and moves by at most {change} in a sample,"
+            f" and by its share of that in a part of it, and friction is {plain(truth)}, 0 <= {plain(truth)} <= {size},"
+            f" with the sign of {true} at any moment, or less where that is 0"
+        )
     return lines
 
 

@@ -42,7 +42,8 @@ else:
     kernel = beside("kernel", algebra=algebra, frame=frame)
     forms = beside("forms", enclosure=enclosure, kernel=kernel)
     of_c = ("ellipsoid", "held", "rounding")
-    by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel) for name in of_c}}
+    turned = beside("reversal", kernel=kernel)
+    by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel, reversal=turned) for name in of_c}}
     covered = beside("covered", enclosure=enclosure, frame=frame, kernel=kernel)
     theorem = beside("theorem", enclosure=enclosure, covered=covered, forms=forms, frame=frame, **by_c)
     compared = {"enclosure": enclosure, "covered": covered, "kernel": kernel, "theorem": theorem}

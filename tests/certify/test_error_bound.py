@@ -353,15 +353,17 @@ def test_after_a_start_that_is_wrong() -> None:
     assert bench.bound.start == pytest.approx(2 * LEVEL + bench.bound.steady, rel=1e-12)
     falling = [value for _, value in bench.bound.after]
     assert falling[-1] < 1.1 * bench.bound.steady + 0.02 * bench.bound.start
-    bench.engine.start(rows[0])
-    settled = bench.engine.run(rows)[0][-1, bench.force]
-    assert settled == pytest.approx(65.0, abs=bench.bound.steady)
-    # from here the true level is 20 lower at once: the error starts at 20 and falls
-    rest = np.column_stack([rows[-1, 0] + np.cumsum(np.full(600, 3.0 * H)), np.full(600, 45.0)])
-    error = np.abs(45.0 - bench.engine.run(rest)[0][:, bench.force])
-    assert len(bench.bound.after_of_code) == len(bench.bound.after) - 1 > 3
-    for time, value in (*bench.bound.after, *bench.bound.after_of_code):
-        assert error[min(599, round(time / H))] <= value
+    assert bench.bound.reversal is not None and len(bench.bound.after_of_code) == len(bench.bound.after) - 1 > 3
+    assert 10 < bench.bound.reversal.left < 15
+    for lower, stated in ((20.0, bench.bound.after), (0.95 * bench.bound.reversal.left, bench.bound.after_of_code)):
+        bench.engine.start(rows[0])
+        settled = bench.engine.run(rows)[0][-1, bench.force]
+        assert settled == pytest.approx(65.0, abs=bench.bound.steady)
+        # from here the true level is lower at once: the error starts there and falls
+        rest = np.column_stack([rows[-1, 0] + np.cumsum(np.full(600, 3.0 * H)), np.full(600, 65.0 - lower)])
+        error = np.abs(65.0 - lower - bench.engine.run(rest)[0][:, bench.force])
+        for time, value in stated:
+            assert error[min(599, round(time / H))] <= value
 
 
 @pytest.mark.parametrize(("kind", "step"), CASES)

@@ -13,12 +13,12 @@ typedef struct {
     long exact;                   /* the position moves as the velocity does; else as the proof's machine, with drift */
 } reversal;
 
-enum { AGREE = 1, TURNED = 2 };
+enum { AGREE = 1, TURNED = 2, FORWARD = 4 };
 
 /*
  * Friction has the sign of the true slip at every moment: if the slip passes zero within a sample, it turns there, and
  * the slip stays zero for the rest of the sample if the drive is too weak. errors: as in attack.c, of samples before
- * `ended`. seen: whether the slip has turned, and whether the estimated slip has its sign.
+ * `ended`. seen: whether the slip has turned, whether the estimated slip has its sign, and whether that is above 0.
  */
 static void reverse(const machine *m, const reversal *r, const double *begun, const double *disturbed,
     double *errors, int *seen)
@@ -44,7 +44,8 @@ static void reverse(const machine *m, const reversal *r, const double *begun, co
         ((double *)&inputs)[r->drive] = driven / r->per_drive;
         STEP(&state, &parameters, &inputs, &outputs);
         const double v_hat = ((double *)&outputs)[m->estimate_of[0]], f_hat = ((double *)&outputs)[m->estimate_of[1]];
-        seen[k] = (turned ? TURNED : 0) | (side * v_hat > 0.0 || !r->signed_level ? AGREE : 0);
+        seen[k] = (turned ? TURNED : 0) | (side * v_hat > 0.0 || !r->signed_level ? AGREE : 0)
+            | (v_hat > 0.0 ? FORWARD : 0);
         errors[2 * k] = v - v_hat;
         errors[2 * k + 1] = r->signed_level ? side * (level - f_hat) : side * level - f_hat;
         double next = v + m->h * wanted + (r->exact ? 0.0 : noise[2]), moved = m->h * (v + next) / 2.0;
@@ -60,47 +61,55 @@ static void reverse(const machine *m, const reversal *r, const double *begun, co
     }
 }
 
+/* What a claim says of a reversal, and its bounds on the friction's error since so many samples after it. */
+typedef struct {
+    const double *before, *after;
+    long samples, turns;          /* samples 0: after any number of samples with any number of turns */
+    long bounds;
+    const long *since;
+    const double *bound;
+} claimed;
+
 /*
- * Runs about the worst one, as in attack.c. start: what the claims assume of each error; since, bound: what they say of
- * the friction's. found: the largest error of each at the first sample with the slips of one sign after the reversal,
- * over start; the same at the first sample from which the slips keep one sign; the largest friction's error over a bound
- * since then, of runs that are within start there; the largest number of samples until the first, and until the second;
- * the largest friction's error over a bound since the second, of all runs.
- * Returns how many runs are within start at the second.
+ * Runs about the worst one, as in attack.c. The first sample of a reversal is the last before any with slips of two
+ * signs; since `settled` they have one. found: the largest error of each over `after`, of runs as the claim says at its
+ * last sample, and of all runs at the settled one; the largest friction's error over a bound, of both alike; the most
+ * samples between the first and the settled one, and the most turns of the estimated slip's sign in these.
+ * Returns how many runs are as the claim says.
  */
-long reversals(const machine *m, const reversal *r, const double *begun, const double *worst,
-    const double *start, long bounds, const long *since, const double *bound, long runs, uint64_t dice,
-    double *disturbed, double *errors, int *seen, double *found)
+long reversals(const machine *m, const reversal *r, const claimed *c, const double *begun, const double *worst,
+    long runs, uint64_t dice, double *disturbed, double *errors, int *seen, double *found)
 {
     long within = 0;
     const long all = width(m);
     for (long run = 0; run < runs; run++) {
-        const uint64_t turns = run < 1 ? 0 : UINT64_C(1) << (drawn(&dice) % 13); /* of 2^16 */
+        const uint64_t turned = run < 1 ? 0 : UINT64_C(1) << (drawn(&dice) % 13); /* of 2^16 */
         for (long k = 0; k < r->ended * all; k += 4) {
             uint64_t bits = drawn(&dice);
             for (long j = k; j < k + 4 && j < r->ended * all; j++, bits >>= 16)
-                disturbed[j] = (bits & 65535) < turns ? -worst[j] : worst[j];
+                disturbed[j] = (bits & 65535) < turned ? -worst[j] : worst[j];
         }
         reverse(m, r, begun, disturbed, errors, seen);
-        long turned = 0, first, settled = r->ended;
-        while (turned < r->ended && !(seen[turned] & TURNED)) turned++;
-        for (first = turned; first < r->ended && !(seen[first] & AGREE); first++) {}
-        while (settled > turned && (seen[settled - 1] & AGREE)) settled--;
-        found[5] = fmax(found[5], (double)(first - turned));
-        found[6] = fmax(found[6], (double)(settled - turned));
-        if (settled == r->ended) continue;
-        int good = 1;
+        long first = 0, settled = r->ended, turns = 0;
+        while (first + 1 < r->ended && (seen[first + 1] & AGREE) && !(seen[first + 1] & TURNED)) first++;
+        while (settled > first + 1 && (seen[settled - 1] & AGREE)) settled--;
+        if (settled >= r->ended - 20) continue;
+        const long last = c->samples ? first + c->samples : settled;
+        for (long k = first; k < settled || k < last; k++) turns += ((seen[k] ^ seen[k + 1]) & FORWARD) != 0;
+        int as_claimed = settled <= last && (turns <= c->turns || !c->samples);
+        found[6] = fmax(found[6], (double)(settled - first));
+        found[7] = fmax(found[7], (double)turns);
+        for (long e = 0; e < 2; e++) as_claimed &= fabs(errors[2 * first + e]) <= c->before[e];
+        within += as_claimed;
         for (long e = 0; e < 2; e++) {
-            found[e] = fmax(found[e], fabs(errors[2 * first + e]) / start[e]);
-            found[2 + e] = fmax(found[2 + e], fabs(errors[2 * settled + e]) / start[e]);
-            good &= fabs(errors[2 * settled + e]) <= start[e];
+            if (as_claimed) found[e] = fmax(found[e], fabs(errors[2 * last + e]) / c->after[e]);
+            found[2 + e] = fmax(found[2 + e], fabs(errors[2 * settled + e]) / c->after[e]);
         }
-        within += good;
-        for (long b = 0; b < bounds; b++)
-            for (long k = settled + since[b]; k < r->ended; k++) {
-                const double share = fabs(errors[2 * k + 1]) / bound[b];
-                found[7] = fmax(found[7], share);
-                if (good) found[4] = fmax(found[4], share);
+        for (long b = 0; b < c->bounds; b++)
+            for (long k = settled + c->since[b]; k < r->ended; k++) {
+                const double share = fabs(errors[2 * k + 1]) / c->bound[b];
+                found[5] = fmax(found[5], share);
+                if (as_claimed && k >= last + c->since[b]) found[4] = fmax(found[4], share);
             }
     }
     return within;

@@ -26,6 +26,21 @@ class DomainBound:
 
 
 @dataclass(frozen=True)
+class Reversal:
+    """What a reversal of a contact leaves of the error of its level, as proved of the C (checker/reversal.py).
+
+    Attributes:
+        samples: after so many samples from one at which every error is within its long-run bound.
+        turns: and while the estimated slip changes its sign at most so often.
+        left: bound on the error then, in its unit.
+    """
+
+    samples: int
+    turns: int
+    left: float
+
+
+@dataclass(frozen=True)
 class ErrorBound:
     """The bound for one friction error.
 
@@ -45,11 +60,13 @@ class ErrorBound:
         percent: kind of model error (mass, input gain, sample time) → increase of ``steady`` by one percent of it.
         stands: kind of model error → the largest relative error, up to 1, with which ``domain`` still has a bound.
         of_code: ``steady`` as proved of the C (checker/ellipsoid.py); None if it is not proved.
-        after_of_code: ``after`` as proved of the C.
+        after_of_code: ``after`` as proved of the C, from its own start: what ``reversal`` leaves or any friction, where
+            that is proved.
+        reversal: None where it is not proved what a reversal leaves.
         largest: bound on |friction|, by the envelope's range of its level or by the law; None if not known.
         always: proved of the C, for trackers: bound in the long run for any friction within ``largest`` at each sample,
-            including stick, reversals and chatter; None if it is not proved. after_always: pairs (time, bound) after
-            the last such sample, as ``after``.
+            including stick, reversals and chatter; ``after_of_code`` is from the last such sample on then. None if it
+            is not proved.
         without_noise: positions whose noise was taken as zero, since the envelope has no range for it.
     """
 
@@ -69,8 +86,8 @@ class ErrorBound:
     largest: float | None = None
     of_code: float | None = None
     after_of_code: tuple[tuple[float, float], ...] = ()
+    reversal: Reversal | None = None
     always: float | None = None
-    after_always: tuple[tuple[float, float], ...] = ()
     without_noise: tuple[str, ...] = ()
 
     @property

@@ -19,14 +19,14 @@ import sympy
 
 from codegen.base.arrays import Array
 from codegen.base.significant import float_above
-from codegen.certify.bound.bounds import ErrorBound
+from codegen.certify.bound.bounds import ErrorBound, Reversal
 from codegen.certify.bound.disturbances import Sizes, disturbances, dot
 from codegen.certify.bound.error_response import Response
 from codegen.certify.bound.friction_bounds import largest_friction
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
 from codegen.certify.prefix import fraction, rational_text, rounded, rounded_matrix, texts, upwards
-from codegen.checker import ellipsoid, theorem
+from codegen.checker import ellipsoid, kernel, theorem
 from codegen.checker import verify as checker
 from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
@@ -81,7 +81,7 @@ def with_ellipsoid(
     if isinstance(sizes, str) or not any(map(any, sizes.values())):
         return certificate
     proof = json.loads(certificate.kernel)
-    text = ellipsoid_text(observer, places, proof, response, sizes, certificate.bounds)
+    text = ellipsoid_text(spec, observer, places, proof, shown, response, sizes, certificate.bounds)
     if other := unlike_envelope(json.loads(text), spec, observer, places, sizes):
         raise ValueError(f"ellipsoid.json rests on sizes that are not the envelope's: {other}")
     try:
@@ -90,6 +90,11 @@ def with_ellipsoid(
         return certificate
     h, bounds = float(observer.sample_time), []
     units = np.eye(len(proof["errors"]))[-len(certificate.bounds) :].tolist()
+    turns: dict[int, Reversal] = {}
+    for entry in json.loads(text).get(ellipsoid.REVERSALS, []):
+        level = [e["sign"] for e in proof["errors"]].index(entry["sign"])
+        left = float_above(Fraction(entry["after"][level]))
+        turns[level] = Reversal(int(entry["samples"]), int(entry["turns"]), left)
     for b, unit in zip(certificate.bounds, units, strict=True):
         own = [
             (int(samples) * h, begun, float_above(x), ellipsoid.FRICTION in set_)
@@ -97,22 +102,20 @@ def with_ellipsoid(
             for (row, samples, begun, _), x in zip(ellipsoid.claimed_rows(set_), each, strict=True)
             if [Fraction(c) for c in row[:-1]] == unit
         ]
-        later: dict[tuple[str, ...], list[tuple[float, float]]] = {}
-        for time, begun, x, _ in own:
-            later.setdefault(tuple(begun or ()), []).append((time, x))
-        later.pop(())
+        after = tuple((time, x) for time, begun, x, _ in own if begun)
         steady, always = (min((x for _, begun, x, any_ in own if not begun and any_ == of), default=None)
                           for of in (False, True))  # fmt: skip
-        after, after_always, *_ = [*map(tuple, later.values()), (), ()]
-        of_code = replace(b, of_code=steady, after_of_code=after)
-        bounds.append(replace(of_code, always=always, after_always=after_always))
+        of_code = replace(b, of_code=steady, after_of_code=after, reversal=turns.get(unit.index(1.0)))
+        bounds.append(replace(of_code, always=always))
     return replace(certificate, bounds=tuple(bounds), ellipsoid=text)
 
 
 def ellipsoid_text(
+    spec: Spec,
     observer: Observer,
     places: Mapping[str, str],
-    proof: Mapping[str, Any],
+    proof: dict[str, Any],
+    shown: dict[str, Any],
     response: Response,
     sizes: Mapping[str, Sequence[Fraction]],
     bounds: Sequence[ErrorBound],
@@ -121,13 +124,13 @@ def ellipsoid_text(
 
     Args:
         places: as of kernel_form.proof_text.
-        proof: the kernel's.
+        proof, shown: the kernel's, and what it finds of it.
         sizes: cause → the largest disturbance of each coordinate or friction (``disturbances``).
         bounds: of each friction, with the times after a reversal that are asked for.
     """
     n, write = len(observer.system.positions), Writer(observer, places)
     positions = [write(x) for x in observer.system.positions]
-    friction = _any_friction(observer, proof, bounds)
+    friction = _any_friction(observer, proof, shown, sizes, bounds)
     of = _disturbances(observer, positions, proof, response, sizes, friction)
     step = np.array(response.step.tolist(), dtype=float)
     slips = observer.system.distribution.subs(observer.values)
@@ -141,17 +144,18 @@ def ellipsoid_text(
     def apart(asked: Group) -> list[Group]:
         return [[each] for each in asked] if len(step) <= FEW else [asked]
 
-    every = apart([(row, None) for row in sympy.eye(len(step)).tolist()]) if friction else []
+    units = [] if proof["signs"] or not friction else sympy.eye(len(step)).tolist()
+    every = apart([(row, None) for row in units]) if units else []
     whatever = [_set(step, columns, free, group) | {ellipsoid.FRICTION: "any"} for group in every]
     noise = [float(dot(row, sizes["noise"])) for row in response.direct.tolist()]
     h = float(observer.sample_time)
     turned, truths = ([e[part] for e in proof["errors"]] for part in ("sign", "truth"))
     whole = [fraction(row[-1]) for ball in whatever for row in ball["rows"]]
-    starts = [
+    worst = [
         upwards(float(most + friction.get(truth, 0)) + x, START_DIGITS)
-        for most, truth, x in zip(whole, truths, noise, strict=bool(friction))
+        for most, truth, x in zip(whole, truths, noise, strict=bool(units))
     ]
-    claim = {
+    claim: dict[str, Any] = {
         "name": proof["name"],
         **(
             {ellipsoid.FORCES: "measured"}
@@ -166,14 +170,21 @@ def ellipsoid_text(
         ],
         **({ellipsoid.FRICTION: {truth: str(most) for truth, most in friction.items()}} if friction else {}),
         "push": [[d.entry(i) for d in of] for i in range(len(step))],
-        "sets": [
-            *(
-                _with_after(_set(step, columns, acting, group), group, step, columns * acting, noise, h, starts)
-                for group in apart([(row, None) for row in rows] + list(zip(errors, bounds, strict=True)))
-            ),
-            *whatever,
-        ],
+        "sets": [],
     }
+    groups = apart([(row, None) for row in rows] + list(zip(errors, bounds, strict=True)))
+    balls = [(group, _set(step, columns, acting, group)) for group in groups]
+    starts = {b.name: worst or [upwards(s, START_DIGITS) for s in b.starts] for b in bounds}
+    if friction and turned[-1]:
+        known = {tuple(row): float(bound) for _, ball in balls for *row, bound in map(_numbers, ball["rows"])}
+        most = [*bounds[0].starts[:n], *(known[tuple(row)] + x for row, x in zip(errors, noise[n:], strict=True))]
+        entries = _reversals(observer, claim, proof, shown, most, sizes["acceleration"])
+        claim[ellipsoid.REVERSALS] = entries
+        starts |= {b.name: _numbers(entry["after"]) for b, entry in zip(bounds, entries, strict=False)}
+    claim["sets"] = [
+        *(_with_after(ball, group, starts, step, columns * acting, noise, h) for group, ball in balls),
+        *whatever,
+    ]
     return json.dumps(claim, indent=1) + "\n"
 
 
@@ -184,7 +195,7 @@ def unlike_envelope(
 
     Noise is x_noise, and what a position moves besides h v is h² x_ddot/2; a velocity or friction without a range
     of its own there is compared with ``sizes``. The largest friction of a coordinate is Σ |U| times that of its
-    contacts, to ``DIGITS``; a claim that is of no such friction has none.
+    contacts, to ``DIGITS``; a claim that is of no such friction has none. A slip's change is h times its acceleration.
     """
     write, system, h = Writer(observer, places), observer.system, Fraction(str(observer.sample_time))
 
@@ -197,7 +208,7 @@ def unlike_envelope(
     }
     truths = [write(e.truth) for e in observer.errors]
     drift |= dict(zip(truths, [*sizes["velocity"], *sizes["friction"]], strict=True))
-    friction = _friction_on_coordinates(spec, observer, write) if ellipsoid.FRICTION in claim else {}
+    friction = _largest_friction(spec, observer, write) if ellipsoid.FRICTION in claim else {}
     rounding = {"noise": Fraction(0), "drift": Fraction(0), ellipsoid.FRICTION: Fraction(1, 10 ** (DIGITS - 1))}
     return [
         f"{kind} of {place}"
@@ -205,19 +216,76 @@ def unlike_envelope(
         for place in asked.keys() | claim.get(kind, {}).keys()
         for least in [asked.get(place, Fraction(0))]
         if not least <= Fraction(claim.get(kind, {}).get(place, "0")) <= least * (1 + rounding[kind])
+    ] + [
+        f"the change of the slip of {entry['sign']}"
+        for entry in claim.get(ellipsoid.REVERSALS, [])
+        for contact, slip in zip(system.contacts, system.slip_velocity, strict=True)
+        if entry["sign"] == f"sign.{contact.name}"
+        for rates in [sympy.expand(slip.subs(observer.values)).as_coefficients_dict()]
+        if Fraction(entry["change"]) != h * sum(abs(Fraction(str(a))) * largest(f"{v}_dot") for v, a in rates.items())
     ]
 
 
-def _friction_on_coordinates(spec: Spec, observer: Observer, write: Writer) -> dict[str, Fraction]:
-    """Truth of each force on a coordinate → Σ |U_ic| times the largest friction of contact c; 0 where one has none."""
+def _largest_friction(spec: Spec, observer: Observer, write: Writer) -> dict[str, Fraction]:
+    """Truth of each friction → Σ |U_ic| times the largest friction of contact c, or that of its own contact; 0 where
+    one has none."""
     slips, most = observer.system.distribution.subs(observer.values), largest_friction(spec, observer)
+    known = [x for x in most if x is not None]
     return {
         write(e.truth): Fraction(0)
         if None in most
-        else dot(slips.row(e.coordinate), [x for x in most if x is not None])
+        else known[e.contact]
+        if e.contact is not None
+        else dot(slips.row(e.coordinate), known)
         for e in observer.errors
-        if e.coordinate is not None and e.truth not in observer.system.velocities
+        if e.truth not in observer.system.velocities
     }
+
+
+def _reversals(
+    observer: Observer,
+    claim: dict[str, Any],
+    proof: dict[str, Any],
+    shown: dict[str, Any],
+    most: Sequence[float],
+    acceleration: Sequence[Fraction],
+) -> list[dict[str, Any]]:
+    """For each contact what a reversal leaves of errors that are within ``most``; none where not all can be stated.
+
+    A slip that passes zero at the largest acceleration is for so many samples slower than its error. The estimate
+    then changes its sign once.
+    """
+    own = {e[part]: kernel.term(1, e[part]) for e in proof["errors"] for part in ("truth", "estimate")}
+    text = kernel.Text(shown["names"] | own, {})
+    estimates, entries = [e["estimate"] for e in proof["errors"]], list[dict[str, Any]]()
+    before = [upwards(x * (1 + NEAR), START_DIGITS) for x in most]
+    for error in proof["errors"][len(observer.system.positions) :]:
+        slip = text.value(proof["signs"][error["sign"]])
+        state = next(p for z in proof["states"].values() if (error["estimate"],) in (p := text.value(z)))
+        (x, *_), change = next(iter(slip)), _slip_change(observer, error["sign"], acceleration)
+        reach = sum(abs(a) * before[estimates.index(y)] for (y,), a in slip.items())
+        jump = 2 * Fraction(state.get(tuple(sorted((error["sign"], x))), 0)) / slip[x,] / state[error["estimate"],]
+        if not change:
+            return []
+        entry = {"sign": error["sign"], "samples": str(2 * math.ceil(reach / change) + 1), "turns": "1"}
+        entry |= {"change": str(change), "jump": str(jump), "before": [rational_text(b) for b in before]}
+        try:
+            left = ellipsoid.left_by(entry | {"after": entry["before"]}, proof, claim, shown)
+        except ValueError:
+            return []
+        entries.append(entry | {"after": [rational_text(upwards(float(b) * (1 + NEAR), START_DIGITS)) for b in left]})
+    return entries
+
+
+def _slip_change(observer: Observer, sign: str, acceleration: Sequence[Fraction]) -> Fraction:
+    """What the slip of the contact with this sign changes by in a sample at most: h Σ |U_ic| times the acceleration."""
+    of = [f"sign.{contact.name}" for contact in observer.system.contacts].index(sign)
+    slips = observer.system.distribution.subs(observer.values)
+    return fraction(observer.sample_time) * dot(slips.col(of), acceleration)
+
+
+def _numbers(texts_: Sequence[str]) -> list[Any]:
+    return [sympy.Rational(x) for x in texts_]
 
 
 def _disturbances(
@@ -237,10 +305,11 @@ def _disturbances(
         ("drift", truths[:n], sizes["velocity"], response.velocity),
         ("drift", truths[n:], sizes["friction"], unit[:, n:]),
     ]
-    onto = [e.coordinate for e in observer.errors[n:]]
     if friction:
-        pushed = observer.sample_time * response.velocity * response.by_force
-        blocks.append((ellipsoid.FRICTION, truths[n:], [*friction.values()], pushed[:, onto]))
+        slips = observer.system.distribution.subs(observer.values)
+        onto = [slips.col(e.contact) if e.coordinate is None else unit[:n, e.coordinate] for e in observer.errors[n:]]
+        pushed = observer.sample_time * response.velocity * response.by_force * sympy.Matrix.hstack(*onto)
+        blocks.append((ellipsoid.FRICTION, truths[n:], [*friction.values()], pushed))
     turned = dict(zip(truths[n:], signs[n:], strict=True))
     return [
         Disturbance(kind, name, size, list(matrix.col(j)), turned.get(name, ""))
@@ -250,15 +319,24 @@ def _disturbances(
     ]
 
 
-def _any_friction(observer: Observer, proof: Mapping[str, Any], bounds: Sequence[ErrorBound]) -> dict[str, Fraction]:
-    """Truth → the largest force it can be, where the claim may be of any friction; empty where it may not."""
-    forces = observer.errors[len(observer.system.positions) :]
+def _any_friction(
+    observer: Observer,
+    proof: Mapping[str, Any],
+    shown: Mapping[str, Any],
+    sizes: Mapping[str, Sequence[Fraction]],
+    bounds: Sequence[ErrorBound],
+) -> dict[str, Fraction]:
+    """Truth → the largest force it can be, where the claim may be of any friction; empty where it may not.
+
+    That is where a contact may reverse: a level has to be one at every slip then.
+    """
+    n = len(observer.system.positions)
     most = [b.largest for b in bounds if b.largest is not None]
-    known = len(most) == len(bounds) and all(e.coordinate is not None for e in forces)
-    if proof["signs"] or proof["domain"] or proof["box"] or not known:
+    turns = [bool(e["sign"]) for e in proof["errors"][n:]]
+    constant = not any(turns) or (all(turns) and not any(sizes["friction"]))
+    if not shown["whole"] or not constant or (proof["signs"] and not any(turns)) or len(most) < len(bounds):
         return {}
-    truths = [e["truth"] for e in proof["errors"]][len(observer.system.positions) :]
-    return {t: fraction(upwards(x, DIGITS)) for t, x in zip(truths, most, strict=True)}
+    return {e["truth"]: fraction(upwards(x, DIGITS)) for e, x in zip(proof["errors"][n:], most, strict=True)}
 
 
 def _shift(parts: Sequence[tuple[Any, str]], sign: str) -> str:
@@ -309,18 +387,17 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
 
 
 def _with_after(
-    ball: dict[str, Any], group: Group, step: Array, pushed: Array, noise: Sequence[float], h: float, worst: Any
+    ball: dict[str, Any], group: Group, starts: Mapping[str, Any], step: Array, pushed: Array, noise: Any, h: float
 ) -> dict[str, Any]:
     """The set with what its rows are at most from some times after a reversal on, from the errors assumed then.
 
     Args:
+        starts: of each bound, the errors then: what is proved of a reversal or of any friction, or is assumed.
         pushed: the columns of the disturbances times their sizes; noise: what that of a sample does to each error.
-        worst: the bounds of every error with any friction, a second start; empty where there are none.
     """
     after, within = [], np.zeros(len(step))
-    known = [(row, bound) for row, bound in group if bound is not None]
-    begins = [(row, bound, [upwards(s, START_DIGITS) for s in bound.starts]) for row, bound in known]
-    for row, bound, start in begins + [(row, bound, worst) for row, bound in known if worst]:
+    for row, bound in ((row, bound) for row, bound in group if bound is not None):
+        start = starts[bound.name]
         whole = np.array([float(s) for s in start]) + noise
         within = np.maximum(within, whole)
         after.append((row, start, whole, [round(time / h) for time, _ in bound.after[1:]]))

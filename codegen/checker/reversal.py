@@ -1,0 +1,234 @@
+"""Proof of what a reversal leaves of the estimation errors: for some samples machine and code differ in a slip's sign.
+
+Standard library only; ellipsoid.py runs it.
+
+THEOREM. Assume what ellipsoid.py assumes, but for one contact, of which s is the sign, u the slip and a the level. From
+a first sample to one that is `samples` later
+
+- s is the sign of the estimated slip, and changes at most `turns` times; u may have another sign;
+- the friction is at any moment s' a, s' the sign of u, and where u = 0 anything between -a and a; 0 <= a <= its size in
+  `friction`; the machine moves by its mean over the sample, and s is in no other force;
+- u changes by at most `change` in a sample, and in a part of a sample by at most that part of it.
+
+If each |truth - estimate| is at most its entry of `before` at the first sample, it is at most that of `after` at the
+last one.
+
+LEMMA G. While s stays, the errors move by e[k+1] = matrix e[k] + push w[k] with -d for friction in w, where s (a - d)
+is its mean: an identity (lemma A). Times s, that is matrix e + q d and noise and drift. Let y = p e be the slip's error
+in this, and n the most that noise is in it.
+1. d > 0 only if u has not the sign s for a share of the sample's time, and d is at most 2a times this share. The share
+   is at most 1, and 1 - s u/change. As s u is not below y - n, it is at most 1 - (y - n)/change.
+2. Where s turns after the sample, the states show other estimates: `states` are the same with s turned and
+   `jump` s p(estimates) added to the level's. That is -jump t with t >= 0, since s p(estimates) is now below 0, and t
+   is at most y[k+1] - s u[k+1] + n <= y[k+1] - y[k] + change + 2 n. Times the new s the errors are those before times
+   -1; that of the level is what it was, plus jump t, and at most twice its noise.
+
+LEMMA H. Let (y, z), z the level's error, be in a convex polygon, and each other error within a radius. A linear
+function of (y, z, d) is the largest at a corner of the polygon, or of its part with y <= n or n <= y <= n + change, d
+being 0 or the largest there; the others, noise and drift add their largest. So 16 directions give the next polygon,
+and each other error the next radius. Corners are rounded to 1/GRID of their unit, and the weights' sum in 1/GRID is
+added for this.
+"""
+
+import re
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING or __package__:
+    from codegen.checker import kernel
+
+QUARTER = ((1, 0), (2, 1), (1, 1), (1, 2))
+HALF = [*QUARTER, *((-b, a) for a, b in QUARTER)]
+DIRECTIONS = [*HALF, *((-a, -b) for a, b in HALF)]
+RIGHT, TOP, LEFT, BOTTOM = range(0, 16, 4)
+GRID, MOST = 1 << 40, {"samples": 200, "turns": 20}
+ZERO, ONE = Fraction(0), Fraction(1)
+Point = tuple[Fraction, Fraction]
+Shape = tuple[list[Fraction], dict[int, Fraction]]  # bounds in DIRECTIONS of (y, z) over their units, and the radii
+
+
+class Reversal(NamedTuple):
+    """An entry of the claim, and of the machine's friction the size and the column of push."""
+
+    sign: str
+    level: int  # which error is the level's
+    samples: int
+    turns: int
+    change: Fraction
+    jump: Fraction
+    force: Fraction
+    column: list[Any]
+
+
+class Moves(NamedTuple):
+    """How (y, z, the other errors) move: y stands in place of the first velocity in the slip."""
+
+    slip: dict[int, Fraction]  # p
+    rows: list[list[Fraction]]
+    drive: list[Fraction]  # 2a q
+    columns: list[list[Fraction]]  # of noise and drift, times their sizes
+    places: tuple[int, int]  # of y and z
+    others: list[int]
+    units: Point  # of y and z: what they are at most before
+
+
+def count(text: Any, most: int) -> int:
+    kernel.demand(re.fullmatch("0|[1-9][0-9]{0,3}", str(text)) and int(text) <= most, "no number of samples or turns")
+    return int(text)
+
+
+def left(
+    of: Reversal, before: list[Fraction], noise: list[Fraction], proof: Any, shown: Any, step: Any, columns: Any
+) -> list[Fraction]:
+    """Bounds on each |truth - estimate| at the last sample.
+
+    Args:
+        before: the same at the first one. noise: the most that it is in each error.
+        step: Phi. columns: those of push times the size of their disturbance.
+    """
+    kernel.demand(of.change > 0 <= min(before), "a slip that does not change, or an error below 0")
+    begun = [b + n for b, n in zip(before, noise, strict=True)]
+    m = moves(of, estimated_slip(of, proof, shown), begun, step, columns)
+    unseen = of_slip(m.slip, noise)
+    weights, edges = weighed(of, m, unseen, noise[of.level]), (unseen / m.units[0], of.change / m.units[0])
+    box = [Fraction(abs(a) + abs(b)) for a, b in DIRECTIONS]
+    shapes: dict[int, Shape] = {0: (box, {i: begun[i] for i in m.others})}  # by the number of turns so far
+    for _ in range(of.samples):
+        following: dict[int, Shape] = {}
+        for turns, shape in shapes.items():
+            for k, after in enumerate(moved(shape, m, weights, edges)):
+                if turns + k <= of.turns:
+                    following[turns + k] = wider(following.get(turns + k, after), after)
+        shapes = following
+    last, *more = shapes.values()
+    for shape in more:
+        last = wider(last, shape)
+    (y, z), most, (first, level) = reach(last, m), last[1], m.places
+    most |= {first: ZERO, level: z}
+    most[first] = (y + of_slip(m.slip, most)) / abs(m.slip[first])
+    return [most[i] + n for i, n in enumerate(noise)]
+
+
+def of_slip(slip: dict[int, Fraction], sizes: Any) -> Fraction:
+    return sum((abs(a) * sizes[i] for i, a in slip.items()), ZERO)
+
+
+def estimated_slip(of: Reversal, proof: dict[str, Any], shown: dict[str, Any]) -> dict[int, Fraction]:
+    """Which velocity's error counts how often in the slip's. ValueError where `jump` is not that of lemma G, or where
+    the machine has the sign in more than the friction."""
+    errors, known = proof["errors"], dict[Any, Any]()
+    names = shown["names"] | {x: kernel.term(1, x) for e in errors for x in (e["truth"], e["estimate"])}
+    here = kernel.Text(names, known)
+    p, truth, estimate = here.value(proof["signs"][of.sign]), *(errors[of.level][x] for x in ("truth", "estimate"))
+    velocities = {e["estimate"]: i for i, e in enumerate(errors) if e["truth"] in proof["acceleration"]}
+    known_slip = p and all(len(m) == 1 and m[0] in velocities and not errors[velocities[m[0]]]["sign"] for m in p)
+    kernel.demand(known_slip, "the slip is no sum of estimated velocities")
+    minus = kernel.term(-1, of.sign)
+    there = kernel.Text(names | {of.sign: minus, estimate: names[estimate] + kernel.term(of.jump, of.sign) * p}, known)
+    wrong = [z for z, text in proof["states"].items() if here.value(text) != there.value(text)]
+    kernel.demand(not wrong, f"where {of.sign} turns, {wrong[:3]} show other estimates than by `jump`")
+    there = kernel.Text(names | {of.sign: minus, truth: kernel.term(-1, truth)}, known)
+    wrong = [v for v, text in proof["acceleration"].items() if here.value(text) != there.value(text)]
+    kernel.demand(not wrong, f"{of.sign} is in more than the friction of {wrong[:3]}")
+    return {velocities[x]: Fraction(a) for (x,), a in p.items()}
+
+
+def moves(of: Reversal, slip: dict[int, Fraction], begun: list[Fraction], step: Any, columns: Any) -> Moves:
+    first = min(slip)
+
+    def seen(column: Any) -> list[Fraction]:
+        y = sum((a * column[i] for i, a in slip.items()), ZERO)
+        return [y if i == first else x for i, x in enumerate(column)]
+
+    pushed = [-Fraction(p.get((of.sign,), 0)) for p in of.column]
+    same = all(p == kernel.term(-q, of.sign) for p, q in zip(of.column, pushed, strict=True))
+    drive, units = [2 * of.force * x for x in seen(pushed)], (of_slip(slip, begun), begun[of.level])
+    kernel.demand(same and drive[first] > 0, "friction does not act by its sign, or not against the slip")
+    kernel.demand(min(units) > 0, "no error before")
+    rows = []
+    for row in zip(*map(seen, zip(*step, strict=True)), strict=True):  # the first velocity is y less the others
+        factor = row[first] / slip[first]
+        rows.append([factor if j == first else x - factor * slip.get(j, 0) for j, x in enumerate(row)])
+    others = [i for i in range(len(rows)) if i not in (first, of.level)]
+    return Moves(slip, rows, drive, [*map(seen, columns)], (first, of.level), others, units)
+
+
+def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> list[list[Any]]:
+    """For each direction, where s stays and where it turns, sums of which the largest counts: what (y, z, d) and the
+    others are weighed with, and a number."""
+    first, level = m.places
+
+    def sum_of(y: Fraction, z: Fraction, before: Fraction, more: Fraction) -> Any:
+        """y and z of the next sample and y of this one so often, and a number."""
+        row = [y * a + z * b for a, b in zip(m.rows[first], m.rows[level], strict=True)]
+        drive = y * m.drive[first] + z * m.drive[level]
+        (whole,), by = kernel.integers([[(row[first] + before) * m.units[0], row[level] * m.units[1], drive]])
+        more += sum((abs(y * c[first] + z * c[level]) for c in m.columns), Fraction(sum(map(abs, whole)), by * GRID))
+        return whole, by * GRID, more, [(j, abs(row[j])) for j in m.others if row[j]]
+
+    found = []
+    for y, z in ((a / m.units[0], b / m.units[1]) for a, b in DIRECTIONS):
+        jump, more = z * of.jump, 2 * noise * abs(z)
+        largest = sum_of(jump - y, z, -jump, more + jump * (of.change + 2 * unseen))
+        found.append([[sum_of(y, z, ZERO, ZERO)], [sum_of(-y, z, ZERO, more), largest]])
+    return found
+
+
+def moved(shape: Shape, m: Moves, weights: Any, edges: Point) -> list[Shape]:
+    """The shapes a sample later: where s stays, and where it turns. `edges`: n and `change` over the unit of y."""
+    kernel.demand(True, "")  # that there is time left
+    corners, radii, (start, width) = polygon(shape[0]), shape[1], edges
+    points = [(*x, ZERO) for x in corners] + [(*x, ONE) for x in cut(corners, 1, 0, start)]
+    between = cut(cut(corners, 1, 0, start + width), -1, 0, -start)
+    points += [(x, y, 1 - (x - start) / width) for x, y in between]
+    whole = {tuple(int(x * GRID // 1) for x in point) for point in points}
+
+    def largest(sums: Any) -> Fraction:
+        most = [
+            Fraction(max(a * x + b * y + c * d for x, y, d in whole), by) + more + sum(w * radii[j] for j, w in others)
+            for (a, b, c), by, more, others in sums
+        ]
+        return upwards(max(most))
+
+    every, later = radii | dict(zip(m.places, reach(shape, m), strict=True)), {}
+    for i in m.others:
+        pushed = sum((abs(c[i]) for c in m.columns if c[i]), abs(m.drive[i]))
+        later[i] = upwards(sum((abs(x) * every[j] for j, x in enumerate(m.rows[i]) if x), pushed))
+    return [([largest(each[k]) for each in weights], later) for k in (0, 1)]
+
+
+def reach(shape: Shape, m: Moves) -> Point:
+    """The most that |y| and |z| are."""
+    bounds, (y, z) = shape[0], m.units
+    return max(bounds[RIGHT], bounds[LEFT]) * y, max(bounds[TOP], bounds[BOTTOM]) * z
+
+
+def upwards(x: Fraction) -> Fraction:
+    return Fraction(-(-x * GRID // 1), GRID)
+
+
+def wider(one: Shape, other: Shape) -> Shape:
+    """A shape that holds both."""
+    return [*map(max, one[0], other[0])], {i: max(x, other[1][i]) for i, x in one[1].items()}
+
+
+def polygon(bounds: list[Fraction]) -> list[Point]:
+    """The corners of the polygon with these bounds in DIRECTIONS."""
+    right, top, left, bottom = bounds[RIGHT], bounds[TOP], -bounds[LEFT], -bounds[BOTTOM]
+    corners = [(right, bottom), (right, top), (left, top), (left, bottom)]
+    for (a, b), most in zip(DIRECTIONS, bounds, strict=True):
+        corners = cut(corners, a, b, most) if a and b else corners
+    return corners
+
+
+def cut(corners: list[Point], a: int, b: int, most: Fraction) -> list[Point]:
+    """The corners, in order, of the part a x + b y <= most of a convex polygon."""
+    over, kept = [a * x + b * y - most for x, y in corners], []
+    for k, (x, y) in enumerate(corners):
+        (u, v), here, there = corners[k - 1], over[k], over[k - 1]
+        if (here > 0) != (there > 0):
+            part = there / (there - here)
+            kept.append((u + part * (x - u), v + part * (y - v)))
+        if here <= 0:
+            kept.append((x, y))
+    return kept
