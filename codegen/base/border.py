@@ -1,9 +1,10 @@
-"""Decorators of the verbs: an exception that a verb does not declare becomes an InternalError with it as its cause.
+"""Decorators of the verbs: an exception that a verb does not declare becomes an InternalError, its ``__cause__``.
 
-Arguments that do not fit a verb's signature are told as a mistake of the caller, and not as a fault of the tool.
+Arguments that do not fit a verb's signature are reported as a mistake of the caller, not as an internal error.
 
-Within a verb BLAS runs on one thread. So its sums, and what is decided by them, do not depend on the number of cores;
-and on a busy machine the small matrices of a diagnosis do not wait for each other (2.7 times the processor time).
+Within a verb BLAS runs on one thread. So the rounding of its sums, and decisions that depend on it, are the same for
+any number of cores. It also is faster: with several threads a diagnosis, whose matrices are small, took 2.7 times the
+processor time on a busy machine.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ _NAMES: dict[Any, tuple[type | tuple[type, ...], str]] = {
 
 
 def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...], named: Mapping[str, object]) -> None:
-    """Raise where a verb cannot be called so.
+    """Raise where arguments do not fit a verb's signature.
 
     Raises:
         TypeError: for a missing argument, or one that the verb does not have.
@@ -54,7 +55,7 @@ def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...
 
 
 def _found(value: object) -> str:
-    """Its type, and of a list or mapping the first type in it that is neither text nor a path."""
+    """The type of a value in words; for a list or mapping also that of its first element that is no text or path."""
     parts = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple | Set) else ()
     inner = next((type(part).__name__ for part in parts if not isinstance(part, str | os.PathLike)), None)
     return f"an object of the type {type(value).__name__}" + (f" with {_one(inner)} in it" if inner else "")
@@ -89,7 +90,7 @@ def _fits_one(value: object, hint: Any) -> bool:
 
 
 def _words(hint: Any) -> str:
-    """What an annotation asks for, in words: ``a path (text or a Path), or a list``."""
+    """The types that an annotation allows, in words: ``a path (text or a Path), or a list``."""
     parts = _alternatives(hint)
     words = []
     for part in parts:
@@ -145,5 +146,5 @@ def verb_that_raises(
 
 
 def verb(work: Callable[Given, Result]) -> Callable[Given, Result]:
-    """A verb that raises BadInput alone."""
+    """Decorator of a verb that declares no exception but BadInput; see ``verb_that_raises``."""
     return verb_that_raises()(work)

@@ -1,4 +1,4 @@
-"""The local C compiler: generated C → a shared library, with the bits of the Python twin; and its loading."""
+"""The local C compiler: generated C → a shared library that computes the same bits as the Python twin; its loading."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ LONGEST_MESSAGE = 400
 
 
 def find_compiler() -> tuple[str, ...] | None:
-    """The command that CC names, in words as make takes it, or the first of cc, gcc and clang; None where none is.
+    """The compiler's command, as a list of words: that of the variable CC, else the first of cc, gcc and clang found.
 
-    Raises BadInput where CC names what cannot be used.
+    None where there is no compiler. Raises BadInput where CC names a command that cannot be used.
     """
     named = os.environ.get("CC", "").strip()
     if not named:
@@ -116,10 +116,10 @@ def cached_library(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
 
 
 def cached(parts: Sequence[str], make: Callable[[], bytes]) -> bytes:
-    """What was compiled from these parts; made at first use, or where the cached file is damaged.
+    """The result of a compilation, from the cache of this user; compiled where it is not cached, or damaged there.
 
     Args:
-        parts: all that it depends on: compiler, flags, sources.
+        parts: all texts that the result depends on (compiler, flags, sources); a hash of them is the cache's key.
         make: compiles it.
     """
     folder = _folder()
@@ -139,7 +139,7 @@ def cached(parts: Sequence[str], make: Callable[[], bytes]) -> bytes:
 
 
 def _remove_oldest(folder: Path) -> None:
-    """Remove libraries, the least recently used first, until the others have ``MOST_CACHED`` bytes."""
+    """Remove cached libraries, the least recently used first, until the rest has at most ``MOST_CACHED`` bytes."""
     found = []
     for path in folder.glob("*.library"):
         with suppress(OSError):  # removed by another run

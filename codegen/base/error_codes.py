@@ -1,7 +1,8 @@
-"""The codes of users' errors: what each says, and what to do. A code stays when the words of its messages change.
+"""Codes of the errors that users see, with a title and advice each. A code stays when the words of a message change.
 
-The letters say where the fault lies: SPEC the spec or the robot file that it names, EFFECT a file with effects of the
-user's own, LOG a log or its description, FILE a file or folder, CALL the command's arguments, TOOL another program.
+The letters say where the error is: SPEC in the spec or the robot file that it names, EFFECT in a file of a user's own
+effects, LOG in a log or its description, FILE in a file or folder, CALL in the command's arguments, TOOL in another
+program.
 """
 
 from __future__ import annotations

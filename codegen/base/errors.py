@@ -1,4 +1,4 @@
-"""The one exception that bad input raises: where, what was found, what was expected, the nearest valid thing."""
+"""Exceptions: BadInput for every fault of a user's input, InternalError for a fault of the tool."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LONGEST_PART = 200
 
 @dataclass(frozen=True)
 class Place:
-    """A spot in a user's file.
+    """A location in a user's file.
 
     Attributes:
         file: the file's name as the user gave it.
@@ -38,16 +38,18 @@ class Place:
 
 
 class BadInput(Exception):
-    """Input that cannot be used, reported so that its author can mend it.
+    """Input that cannot be used: where, what was found, what was expected, and the nearest valid name or value.
 
     Args:
+        place: location in the file, or the name of a file or option.
         found: what was found there, in a few words.
-        nearest: the closest right thing, if there is one.
-        about: the name in the generated code that it is about, where ``place`` could not be known.
-        code: of the kind of fault, a key of ``error_codes.CODES``; it stays when the words change.
+        expected: what would have been valid, in a few words.
+        nearest: the valid name or value that was probably meant, if there is one.
+        about: the name in the generated code that the error concerns, where the location in the spec was not known.
+        code: a key of ``error_codes.CODES``; it stays when the words change.
 
     Attributes:
-        others: further faults of the same file, found at the same time.
+        others: further errors of the same file, found at the same time.
     """
 
     def __init__(
@@ -67,7 +69,7 @@ class BadInput(Exception):
 
     @property
     def parts(self) -> dict[str, str | int | None]:
-        """The message in its parts, as JSON has them."""
+        """The parts of the message, for JSON: code, file, line, key, found, expected, nearest."""
         at = self.place
         where = {"file": brief(at.file), "line": at.line, "key": brief(at.key)}
         words = {"found": brief(self.found), "expected": brief(self.expected, 3 * LONGEST_PART)}
@@ -80,7 +82,7 @@ class BadInput(Exception):
 
 
 class UnknownName(BadInput):
-    """A name that is none of the known ones; ``name`` is what was written."""
+    """An unknown name; the attribute ``name`` is the one that was written."""
 
     def __init__(
         self, place: Place | str, name: str, found: str, expected: str, nearest: str | None = None, code: str = ""
@@ -90,21 +92,21 @@ class UnknownName(BadInput):
 
 
 class Faults:
-    """The faults of a file, noted one by one and raised together."""
+    """Collector of BadInput errors: they are noted one by one and raised together."""
 
     def __init__(self) -> None:
         self.noted: list[BadInput] = []
 
     @contextmanager
     def noting(self) -> Iterator[None]:
-        """A part of the work that others do not depend on: its fault is noted and does not end the work."""
+        """A context within which BadInput is noted and not raised: for a check that later checks do not depend on."""
         try:
             yield
         except BadInput as fault:
             self.noted.append(fault)
 
     def raise_noted(self) -> None:
-        """Raise the first fault, with the others in it, where there is one."""
+        """Raise the first noted error, with the rest in its ``others``; nothing where none was noted."""
         if self.noted:
             first, *others = {str(one): one for fault in self.noted for one in (fault, *fault.others)}.values()
             first.others = tuple(others)
@@ -115,7 +117,7 @@ class InternalError(Exception):
     """A fault of the tool itself, or of a library below it: no input should be able to cause it.
 
     Args:
-        cause: the exception that nothing expected; ``__cause__`` holds it.
+        cause: the unexpected exception, also kept as ``__cause__``.
     """
 
     def __init__(self, verb: str, files: Iterable[str], cause: BaseException) -> None:
@@ -138,7 +140,7 @@ class InternalError(Exception):
 
 
 def brief(text: str, longest: int = LONGEST_PART) -> str:
-    """The same on one line of printable characters, with what is quoted in it, or a number, cut where it is long."""
+    """The text on one line of printable characters; long quotations and numbers in it are shortened."""
     short = text if len(text) <= 20 * longest else f"{text[: 10 * longest]} … {text[-longest:]}"
     printable = "".join(c if c.isprintable() else " " if c.isspace() else _escaped(c) for c in short)
     numbered = re.sub(rf"\d{{{LONGEST_NUMBER + 1},}}", lambda m: f"{m[0][:12]} … {m[0][-4:]}", printable)
@@ -147,7 +149,7 @@ def brief(text: str, longest: int = LONGEST_PART) -> str:
 
 
 def _escaped(character: str) -> str:
-    """How a message shows a character that cannot be printed; a byte of a file name that is no text as that byte."""
+    r"""The escape of a character that cannot be printed; of a file name's byte that is not UTF-8, that byte (\xff)."""
     code = ord(character)
     return f"\\x{code - 0xDC00:02x}" if 0xDC80 <= code <= 0xDCFF else character.encode("unicode_escape").decode()
 
@@ -158,8 +160,8 @@ def refuse_unknown(
     """Raise BadInput unless a name is a known one.
 
     Args:
-        what: it is, such as ``unknown contact``; the name follows. "" for the name alone.
-        expected: one of the known names by default.
+        what: words in front of the name in the message, such as ``unknown contact``; "" for none.
+        expected: what the message says was expected; by default the known names.
     """
     names = list(known)
     if name not in names:
@@ -169,10 +171,10 @@ def refuse_unknown(
 
 
 def nearest_name(word: str, known: Iterable[str]) -> str | None:
-    """The known name that fewest slips of the hand lead to ``word``, or None where that takes too many to be meant.
+    """The known name with the smallest edit distance from ``word``; None where that is above a third of the letters.
 
-    A slip is a letter too many, too few, another, or two exchanged; one for every three letters is believed. Case, a
-    letter that is struck twice, and a number at the end of one of the two, are none.
+    An edit is a letter added, left out, replaced, or exchanged with the next one. Upper and lower case, a doubled
+    letter, and a number at the end of one of the two names do not count.
     """
     if len(word) > LONGEST_QUOTE:
         return None
@@ -195,7 +197,7 @@ def _struck_once(word: str) -> str:
 
 
 def _slips(word: str, name: str) -> int:
-    """How many letters were left out, added, changed or exchanged with the next (the restricted edit distance)."""
+    """The restricted edit distance: letters added, left out, replaced or exchanged with the next."""
     before: list[int] = []
     row = list(range(len(name) + 1))
     for i, letter in enumerate(word, 1):

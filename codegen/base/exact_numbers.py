@@ -1,7 +1,7 @@
-"""Numbers that are the same on every machine: sines, roots, powers and eigenvalues by integer arithmetic.
+"""Reproducible numerics: sines, roots, powers and eigenvalues with the same result on every machine.
 
-Processors and their libraries differ in the last bit of a sine, a power or a product of matrices. What is printed, into
-generated code above all, is therefore computed here and in rationals, and rounded to a double once, at the end.
+Mathematical libraries differ in the last bit of a sine, a power or a product of matrices. Numbers that are printed,
+above all into generated code, are therefore computed in rationals or integers and rounded to a double once, at the end.
 """
 
 from __future__ import annotations
@@ -40,7 +40,10 @@ def exact_array(values: Any) -> Exact:
 
 
 def sine_cosine(angle: Fraction) -> tuple[Fraction, Fraction]:
-    """sin and cos of an angle in rad, to forty digits; of a right angle written in sixteen digits exactly 0 and ±1."""
+    """sin and cos of an angle in rad, to forty digits.
+
+    An angle that is a multiple of a right angle, rounded to sixteen digits, gives exactly 0 and ±1.
+    """
     with mpmath.workdps(DIGITS + 20):
         exact = mpmath.mpf(angle.numerator) / angle.denominator
         sine, cosine = _rational(mpmath.sin(exact)), _rational(mpmath.cos(exact))
@@ -52,7 +55,7 @@ def sine_cosine(angle: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def square_root(square: Fraction) -> Fraction:
-    """The root of a rational that is not negative, to forty digits; exact where it is rational."""
+    """The square root of a non-negative rational, to forty digits; exact where it is rational."""
     root = Fraction(math.isqrt(square.numerator), math.isqrt(square.denominator))
     if root * root == square:
         return root
@@ -77,16 +80,16 @@ def powers_of_ten(exponents: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def geometric(low: float, high: float, count: int) -> NDArray[np.float64]:
-    """Numbers from ``low`` to ``high``, both positive, at equal ratios."""
+    """A geometric sequence of ``count`` numbers from ``low`` to ``high``, both positive."""
     with mpmath.workdps(DIGITS):
         start, ratio = mpmath.mpf(low), mpmath.mpf(high) / mpmath.mpf(low)
         return np.array([float(start * ratio ** (mpmath.mpf(k) / (count - 1))) for k in range(count)])
 
 
 def eigenvalues(matrix: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """The eigenvalues of a matrix of doubles, m, to thirty digits and then rounded to doubles, in no stated order.
+    """The m eigenvalues of an m by m matrix of doubles, computed to thirty digits and rounded to doubles, unordered.
 
-    Above the sixteenth order, where that takes many seconds, LAPACK's, to ten digits.
+    For m above 16, where this would take many seconds, they are LAPACK's, rounded to ten digits.
     """
     if len(matrix) > LARGEST_ORDER:
         return np.array([complex(float(f"{z.real:.10g}"), float(f"{z.imag:.10g}")) for z in np.linalg.eigvals(matrix)])

@@ -1,4 +1,4 @@
-"""Atomic writing of files, each complete or not at all, and refusal of targets that must not be overwritten."""
+"""Atomic writing of files (complete or not at all), and refusal of targets that must not be overwritten."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ def sha256(text: str) -> str:
 
 
 def named_path(text: str) -> Path:
-    """The path that an option gives. Raises BadInput for an empty one, which would be the current folder."""
+    """The path given as an option's value. Raises BadInput for "", which Path would read as the current folder."""
     if not text:
         raise BadInput("-o", "an empty name", "a file or folder; `.` for this folder", code="FILE005")
     return Path(text)
 
 
 def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings: Sequence[str] = ()) -> None:
-    """Raise BadInput, before any work is done, where a file must or can not be written.
+    """Raise BadInput where a target file must not or cannot be written; called before any work is done.
 
     Args:
-        sources: what the command reads, in words → file; a target is none of them.
-        endings: that a target may have; any where there are none.
+        sources: description → file that the command reads; the target must be none of these files.
+        endings: the endings that the target may have; () allows any.
     """
     fault = unusable_name(path)
     if fault is not None:
@@ -55,7 +55,7 @@ def refuse_target(path: Path, sources: Mapping[str, Path] | None = None, endings
 
 
 def refuse_ending(path: Path, endings: Iterable[str]) -> None:
-    """Raise BadInput where a file's ending is none of these."""
+    """Raise BadInput where the ending of a file's name is none of these."""
     if path.suffix.lower() not in endings:
         expected = f"a file ending in {' or '.join(endings)}"
         raise BadInput(str(path), f"the ending `{path.suffix}`", expected, code="FILE005")
@@ -63,7 +63,7 @@ def refuse_ending(path: Path, endings: Iterable[str]) -> None:
 
 @contextmanager
 def writing(path: Path, what: str = "written", expected: str = "a folder that can be written") -> Iterator[None]:
-    """Within it, what the system refuses about a file is bad input: it cannot be ``what``."""
+    """A context within which an OSError becomes BadInput: the file "cannot be ``what``", ``expected`` was expected."""
     try:
         yield
     except OSError as error:
@@ -71,21 +71,24 @@ def writing(path: Path, what: str = "written", expected: str = "a folder that ca
 
 
 def refuse_foreign(folder: Path, name: str, marks: Sequence[str]) -> None:
-    """Raise BadInput where a folder has ``name`` but none of the files ``marks``, which we write with it."""
+    """Raise BadInput where a folder has a file ``name`` that stiction did not write.
+
+    Stiction writes one of the files ``marks`` beside it; without any of these the file is another program's.
+    """
     if is_there(folder / name) and not any(is_there(folder / mark) for mark in marks):
         found = "a file that stiction did not write"
         raise BadInput(str(folder / name), found, "another folder for the results", code="FILE004")
 
 
 def refuse_foreign_json(path: Path, form: str) -> None:
-    """Raise BadInput where a file is there that is no JSON object of a ``format`` that begins so."""
+    """Raise BadInput where the file exists, but is no JSON object with a field ``format`` that begins with ``form``."""
     if is_there(path) and json_of(path, form) is None:
         found = "a file that stiction did not write"
         raise BadInput(str(path), found, "another folder for the results", code="FILE004")
 
 
 def json_of(path: Path, form: str) -> dict[str, Any] | None:
-    """A file's JSON object, if its ``format`` begins so; else None."""
+    """The JSON object in a file, if its field ``format`` begins with ``form``; else None."""
     try:
         content = json.loads(read_or_none(path) or "null")
     except (ValueError, RecursionError):
@@ -108,7 +111,9 @@ def write_atomically(path: Path, text: str) -> None:
 
 
 class Waiting:
-    """A temporary file in the target's folder that replaces the target by ``take_place``, or else is removed.
+    """A file that is being written: a temporary one beside the target, which ``take_place`` renames to the target.
+
+    Without a call of ``take_place`` it is removed at the end of the context.
 
     Raises BadInput if the folder cannot be made or written, or the target is a folder or a device.
     """
@@ -136,7 +141,7 @@ class Waiting:
             self.stream.flush()
 
     def take_place(self) -> None:
-        """Put the file, whole, in the place of its target."""
+        """Replace the target by the complete file."""
         with self._writing():
             take_place(self._temporary, self.stream, self.path)
 
@@ -147,12 +152,13 @@ class Waiting:
 def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str], marks: Sequence[str] = ()) -> None:
     """Write several files: all are written as temporaries before the first replaces its target.
 
-    Nothing else in the folder is touched.
+    Nothing else in the folder is changed.
 
     Args:
         files: name, or path below the folder → text, or the bytes of a picture.
-        marks: names by which a later run knows that the others are ours. A new one takes its place first, and one that
-            replaces an earlier one last; so what a killed run leaves is to the next neither another's nor edited.
+        marks: names of those files by which a later run recognises the folder as stiction's (a manifest). A mark that
+            is new is renamed first, and one that replaces an old mark last. So after a killed run the folder is
+            still recognised, and its files are not taken for edited ones.
 
     Raises:
         BadInput: if a target is a folder or a device, or a folder cannot be made or written.

@@ -102,7 +102,7 @@ def read_or_none(path: Path) -> str | None:
 
 
 def unusable_name(path: str | Path) -> str | None:
-    """The reason why a path cannot be used, a zero byte or a name that is not UTF-8; None if there is none."""
+    """Why a path cannot be used: a zero byte, or a name that is not UTF-8; None if it can."""
     try:
         return "a name with a zero byte" if b"\0" in str(path).encode() else None
     except UnicodeEncodeError:
@@ -118,7 +118,7 @@ def is_there(path: Path) -> bool:
 
 
 def identity(path: str | Path) -> str:
-    """The path with links followed as far as they go: equal for two names of one file."""
+    """The path with all links resolved: two names of the same file have equal ones."""
     try:
         return os.path.realpath(path)
     except (OSError, ValueError):

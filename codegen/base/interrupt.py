@@ -1,7 +1,7 @@
-"""Ctrl-C that a library turned into an error of its own, distinguished from a fault.
+"""Record of Ctrl-C, to tell an interrupted computation from an internal error.
 
-CasADi's wrappers, interrupted within C++, raise NotImplementedError or RuntimeError in place of KeyboardInterrupt. The
-command looks here before it calls an error a fault of the tool.
+CasADi, interrupted within C++, raises NotImplementedError or RuntimeError in place of KeyboardInterrupt. So before a
+command reports an unexpected exception as an internal error, it asks ``interrupted`` whether Ctrl-C was pressed.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ _asked = False
 
 
 def interrupted() -> bool:
-    """Whether Ctrl-C was pressed while it was ``noted``."""
+    """Whether Ctrl-C was pressed within a ``noted`` context."""
     return _asked
 
 
 @contextmanager
 def handled(handler: Callable[..., object]) -> Iterator[None]:
-    """Within it Ctrl-C calls a handler; outside the main thread nothing is changed."""
+    """A context within which Ctrl-C calls ``handler``; outside the main thread it changes nothing."""
     try:
         before = signal(SIGINT, handler)
     except ValueError:
@@ -34,7 +34,10 @@ def handled(handler: Callable[..., object]) -> Iterator[None]:
 
 @contextmanager
 def noted() -> Iterator[None]:
-    """Within it Ctrl-C raises KeyboardInterrupt as usual, and is remembered, unless it is already handled."""
+    """A context within which Ctrl-C raises KeyboardInterrupt as usual and is recorded for ``interrupted``.
+
+    It changes nothing where another handler of Ctrl-C is installed.
+    """
     global _asked
     _asked = False
     with handled(_note) if getsignal(SIGINT) is default_int_handler else nullcontext():

@@ -1,6 +1,7 @@
 """Work on several cores: threads for runs of compiled code, which leave the interpreter free, and processes for fits.
 
-Results do not depend on the number of cores: each is computed alone, and they stand in the order of the items.
+Results do not depend on the number of cores: each is computed on its own, and they are returned in the order of the
+items.
 """
 
 from __future__ import annotations
@@ -43,7 +44,11 @@ def in_parallel(function: Callable[[Item], Result], items: Sequence[Item]) -> li
 
 
 def in_background(function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
-    """Start a function in a thread; what is returned waits for its result, or raises what it raised."""
+    """Start a function in a thread.
+
+    Returns:
+        a function that waits for the result and returns it, or raises the exception that the work raised.
+    """
     pool = ThreadPoolExecutor(1)
     started = pool.submit(function, *arguments)
     _background.add(started)
@@ -53,7 +58,10 @@ def in_background(function: Callable[..., Result], *arguments: Any) -> Callable[
 
 
 def allow_processes() -> None:
-    """Let ``in_processes`` fork, on Linux: for a command. The process of another caller may have threads of its own."""
+    """Allow ``in_processes`` to fork (on Linux). Only the command line calls this.
+
+    A program that imports the package may have threads of its own, and forking a process with threads is unsafe.
+    """
     global _forks
     _forks = sys.platform == "linux"
 
@@ -67,18 +75,18 @@ def in_processes(
 ) -> list[Result]:
     """The results for all items, in their order, by forked processes; by threads where no process may be forked.
 
-    A process takes the next item when it is done with one. What it lacks at its end, because it was killed or the
-    function raised an error, is computed here. So are the first items, as long as something runs in the background: a
-    thread does not exist in a forked process.
+    Each process, this one too, takes the next item when it has finished one. An item without a result, because its
+    process was killed or the function raised an error, is computed again in this process. While ``in_background`` has
+    work running, items are computed in this process and nothing is forked: a forked process has no copy of the thread.
 
     Args:
-        function: the result is pickled; what it changes beside it may be lost.
-        shared: objects that results refer to and that are not copied.
-        begun: called here, with the number of items begun before, when an item is begun here.
+        function: its result is pickled; side effects in a forked process are lost.
+        shared: objects that results refer to; a result keeps the reference, and they are not pickled.
+        begun: called in this process at the start of each item that it computes itself, with the item's index.
         threads: whether the function may run in several threads at once.
     """
     if not _may_fork() or min(PROCESSES, len(items)) < 2 or len(items) > MOST_ITEMS:
-        return _told_in_threads(function, items, begun, threads)
+        return _in_this_process(function, items, begun, threads)
     found: dict[int, Result] = {}
     for k, item in enumerate(items):
         if not _background:
@@ -108,10 +116,10 @@ def in_processes(
     return [found[k] if k in found else function(item) for k, item in enumerate(items)]
 
 
-def _told_in_threads(
+def _in_this_process(
     function: Callable[[Item], Result], items: Sequence[Item], begun: Callable[[int], object], threads: bool
 ) -> list[Result]:
-    """As ``in_processes``, without another process."""
+    """As ``in_processes``, without forking: in threads where these are allowed, else one item after the other."""
 
     def work(k: int) -> Result:
         begun(k)
@@ -121,9 +129,11 @@ def _told_in_threads(
 
 
 def in_another_process(function: Callable[..., Result], *arguments: Any) -> Callable[[], Result]:
-    """Start a function in a forked process; what is returned waits for its result, which is pickled.
+    """Start a function in a forked process.
 
-    Where no process may be forked, or it gives no result, the function is called when the result is asked for.
+    Returns:
+        a function that waits for the result, which is pickled, and returns it. Where no process may be forked, or the
+        process ends without a result, it calls ``function`` in this process.
     """
     if not _may_fork() or PROCESSES < 2:
         return partial(function, *arguments)
@@ -149,7 +159,7 @@ def _may_fork() -> bool:
 
 
 class _Order:
-    """The indices of items, each given to one process only."""
+    """Work queue of item indices, shared with forked processes through a pipe; each index is read by one process."""
 
     def __init__(self, indices: range) -> None:
         self._rest, given = os.pipe()
@@ -168,7 +178,7 @@ class _Order:
 
 
 class _Child:
-    """A forked process that works on items, and writes the results into a pipe when none is left."""
+    """A forked process that computes items of a queue, and writes its results into a pipe when the queue is empty."""
 
     def __init__(
         self, function: Callable[[Any], Any], items: Sequence[Any], order: _Order, shared: Sequence[object]
@@ -204,7 +214,7 @@ class _Child:
             stream.write(written.getbuffer())
 
     def results(self) -> dict[int, Any]:
-        """By index of the item; {} where the process ended without."""
+        """Item index → result; {} where the process ended without writing them."""
         with os.fdopen(self._answer, "rb", closefd=False) as stream:
             written = stream.read()
         found: dict[int, Any] = {}
@@ -231,7 +241,7 @@ class _Pickler(pickle.Pickler):
 
 
 class _Unpickler(pickle.Unpickler):
-    """Reads what ``_Pickler`` wrote: of our own process, nothing from outside."""
+    """Reads what ``_Pickler`` wrote. Only results of our own forked processes are unpickled, no file or input."""
 
     def __init__(self, stream: Any, shared: Sequence[object]) -> None:
         super().__init__(stream)

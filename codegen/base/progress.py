@@ -1,4 +1,4 @@
-"""How far a command is: a progress bar where somebody watches, and plain lines where nobody does."""
+"""Progress display of a command: a bar on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from codegen.base.terminal import errors
 
 LINE_S = 10.0
-"""Between two lines of progress of one station."""
+"""Least time between two lines about the same step, s."""
 
 
-class Told(Protocol):
-    """Callback for progress: called with the name of the current step and the share that is done, 0 to 1."""
+class ProgressCallback(Protocol):
+    """Callback for progress: called with the name of the current step and the share of the work done, 0 to 1."""
 
     def __call__(self, station: str, share: float) -> None: ...
 
@@ -25,13 +25,14 @@ class Told(Protocol):
 
 
 @contextmanager
-def progress(first: str = "", lines: bool = False) -> Iterator[Told]:
-    """A progress bar on a terminal, from the first moment on.
+def progress(first: str = "", lines: bool = False) -> Iterator[ProgressCallback]:
+    """Show progress while the context is open: a bar on a terminal; elsewhere lines on stderr, or nothing.
 
     Args:
-        first: station that is shown until one is reported.
-        lines: whether a plain line goes to stderr for each station, and every ten seconds, where that is no terminal.
-            A station reported at a share of 0 gets none, so that bad input is still one line.
+        first: name of the step that the bar shows before the first one is reported.
+        lines: whether to print lines where stderr is no terminal: one for each new step, and one every ``LINE_S``
+            seconds. A step reported at a share of 0 prints none, so that a command refused for bad input prints
+            its error alone.
     """
     if lines and not errors.is_terminal:
         yield _Lines()

@@ -19,7 +19,7 @@ class Shown(ABC):
     @property
     @abstractmethod
     def summary(self) -> Mapping[str, object]:
-        """What it is about → text or number, a handful of them."""
+        """The few figures that ``repr`` and the table show: label → text or number."""
 
     def __repr__(self) -> str:
         return brief(f"<{type(self).__name__}: {', '.join(f'{name} {value}' for name, value in _texts(self))}>")
@@ -31,7 +31,7 @@ class Shown(ABC):
 
 
 class Result(Shown):
-    """What a verb gives and prints, as text or as JSON.
+    """Typed result of a verb, which can be printed as text or as JSON.
 
     Attributes:
         template: name of its text template.
@@ -46,7 +46,7 @@ class Result(Shown):
 
     @property
     def view(self) -> Mapping[str, Any]:
-        """What the template is given."""
+        """Variables of the text template."""
         return {"result": self}
 
     def text(self, **options: object) -> str:
@@ -57,17 +57,17 @@ class Result(Shown):
 
 
 def named(source: object, names: str) -> dict[str, Any]:
-    """Some attributes of an object under their own names, for a JSON object; ``names`` with blanks between."""
+    """Some attributes of an object as a dict for JSON; ``names`` are those of the attributes, separated by blanks."""
     return {name: getattr(source, name) for name in names.split()}
 
 
 def json_text(content: object) -> str:
-    """A JSON object as a file holds it."""
+    """The text of a JSON file with this content."""
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def plain(value: object) -> Any:
-    """A value made of what JSON has: dicts, lists, numbers, text and None; None for a number that is not finite."""
+    """The value in JSON's types: dicts, lists, numbers, text and None; a number that is not finite becomes None."""
     if value is None or isinstance(value, bool | str):
         return value
     if isinstance(value, Integral):

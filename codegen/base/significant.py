@@ -1,4 +1,4 @@
-"""Significant digits: of an estimate by its 95 % interval, of a time, and of a bound, which is rounded outwards."""
+"""Rounding for print: estimates to the digits that their 95 % interval supports, times, and bounds rounded outwards."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def significant_digits(value: float, interval: Sequence[float], most: int = MOST
     """Significant digits of ``value`` down to the second digit of the half width of its interval, 1 to ``most``.
 
     Args:
-        interval: low and high end; where they are not finite or no two numbers, ``most`` digits are kept.
+        interval: low and high end; ``most`` digits are kept where this is not two finite numbers.
     """
     half = (interval[1] - interval[0]) / 2 if len(interval) == 2 else 0.0
     if not (isfinite(half) and half > 0 and isfinite(value)) or value == 0:
@@ -28,12 +28,14 @@ def significant_digits(value: float, interval: Sequence[float], most: int = MOST
 
 
 def with_deserved_digits(value: float, interval: Sequence[float]) -> str:
-    """The value with at most four digits, and no more than its interval lets it have."""
+    """The value as text with the digits of ``significant_digits``, at most four."""
     return f"{value:.{significant_digits(value, interval, 4)}g}"
 
 
 def instant(time: float, period: float) -> str:
-    """A time in s, to ``OF_TIME`` digits or so many more that neighbouring samples differ: 1770000012.345 at 1 ms.
+    """A time in s as text, with ``OF_TIME`` digits, or more where neighbouring samples would else look the same.
+
+    Example: 1770000012.345 at a sample time of 1 ms.
 
     Args:
         period: sample time, s.
@@ -45,11 +47,13 @@ def instant(time: float, period: float) -> str:
 
 
 def rounded_to(value: float | Fraction | str, digits: int, rounding: str) -> str:
-    """A number to so many digits, rounded in one direction: a bound is to remain one, also as it is printed.
+    """A number as text with ``digits`` significant digits, rounded in one direction.
+
+    So a bound is still a bound as it is printed.
 
     Args:
-        value: a float stands for the shortest decimal that is read as it; a text is an exact rational.
-        rounding: of ``decimal``: ROUND_CEILING, ROUND_FLOOR.
+        value: a float is taken as its shortest decimal (``repr``); a text is an exact rational, such as 1/3.
+        rounding: a rounding mode of the module ``decimal``, such as ROUND_CEILING or ROUND_FLOOR.
     """
     if isinstance(value, Fraction | str):
         top, bottom = map(Decimal, Fraction(value).as_integer_ratio())
@@ -59,7 +63,7 @@ def rounded_to(value: float | Fraction | str, digits: int, rounding: str) -> str
 
 
 def float_above(x: Fraction) -> float:
-    """The least float whose shortest decimal is no less."""
+    """The least float whose shortest decimal (``repr``) is not below x."""
     near = float(x)
     return near if Fraction(repr(near)) >= x else nextafter(near, inf)
 

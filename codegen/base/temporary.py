@@ -1,6 +1,6 @@
-"""Temporary files and folders of a run: locked while they are in use, and removed by a later run if this one is killed.
+"""Temporary files and folders of a run: locked while in use; what a killed run leaves is removed by a later run.
 
-A file or folder is removed only if this user owns it, its name is one that ``_new_name`` gives, and no process holds
+A file or folder is removed only if this user owns it, its name is one that ``_new_name`` makes, and no process holds
 its lock. The operating system releases a lock when the process that holds it ends, however it ends.
 """
 
@@ -35,7 +35,7 @@ UNKNOWN_USER = 65534
 
 
 def temporary_file(folder: Path) -> tuple[Path, IO[bytes]]:
-    """A new hidden file in a folder, that only this user can read, open and locked until it is closed.
+    """Make a hidden file in a folder, readable for this user only, opened, and locked until it is closed.
 
     Raises OSError if the folder cannot be written.
     """
@@ -191,7 +191,7 @@ def _is(path: Path, handle: int) -> bool:
 
 
 def in_temporary_folder(work: Callable[Given, Result]) -> Callable[Given, Result]:
-    """A function that writes temporary files: BadInput where the system refuses them, as with a full disk."""
+    """Decorator of a function that writes temporary files: an OSError about these, as of a full disk, is BadInput."""
 
     @wraps(work)
     def guarded(*given: Given.args, **named: Given.kwargs) -> Result:

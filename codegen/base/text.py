@@ -1,8 +1,8 @@
 """Rendering of Jinja templates, one environment for each target language.
 
-Every text that the project writes comes from templates/, and a name that is not given is an error. A template's file
-name says its language (``observer.c.j2``: C). Its environment prints text from a user through that language's function
-in ``codegen.base.user_text``: a template cannot forget to sanitise it.
+Every text that the project writes comes from templates/; a variable that a template uses and the caller does not give
+is an error. A template's file name gives its language (``observer.c.j2``: C). The environment of that language prints
+text from a user through the language's function in ``codegen.base.user_text``: no template can forget to sanitise it.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ fault of the project, not of the user."""
 
 
 def language_of(template: str) -> str:
-    """The language that a template is printed in, by its name."""
+    """The target language of a template, from the ending of its file name."""
     return next((language for end, language in LANGUAGES.items() if template.endswith(end)), WORDS)
 
 
@@ -93,7 +93,7 @@ def _printer(language: str) -> Callable[[Any], Any]:
 
 
 def _checked_code(value: Any) -> Any:
-    """The value, if it may stand in code: a number, or printable lines. Raises TypeError otherwise."""
+    """The value, if it may be printed in code: a number, or lines of printable text. Raises TypeError otherwise."""
     if isinstance(value, str) and all(line.isprintable() for line in value.split("\n")):
         return value
     if isinstance(value, Number):

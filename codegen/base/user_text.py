@@ -1,12 +1,12 @@
 """Sanitizing of user text for generated files, pages and the terminal: one function for each target language.
 
-For code and Markdown a function keeps the characters of an allow-list only: letters and digits of any script, some
+For code and Markdown a function keeps only the characters of an allow-list: letters and digits of any script, some
 ASCII signs and some typographic ones. No character that could end a comment or a string (backslash, quote, control
 character, line break) is on the list. Quotes become typographic ones, line breaks and tabs become spaces, and the rest
-becomes U+FFFD, which every editor shows. XML, HTML and the terminal keep all characters that can be shown.
+becomes U+FFFD, which every editor shows. XML, HTML and the terminal keep all characters that can be displayed.
 
-Templates get such text as ``UserText``. It is not turned into a string by accident: the environment of the template's
-language (``codegen.base.text``) prints it by that language's function, and any other use of it raises.
+Templates get such text as ``UserText``, which cannot become a string by accident: the environment of the template's
+language (``codegen.base.text``) prints it by that language's function, and any other conversion raises.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def comment_text(text: str) -> str:
 
 
 def _is_shown(character: str) -> bool:
-    """Whether XML allows the character and an editor shows it where it stands."""
+    """Whether XML allows the character and editors display it; controls and marks that reorder text are excluded."""
     if character in "\n\t":
         return True
     return unicodedata.category(character) not in ("Cc", "Cs", "Cn") and character not in _REORDERING

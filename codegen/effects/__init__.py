@@ -1,4 +1,4 @@
-"""The catalogue of effects that a model may lack. To add one: a file with its class, and the class in CATALOGUE."""
+"""The catalogue of physical effects that a model may lack. To add one: a file with its class, an entry in CATALOGUE."""
 
 from codegen.effects.compliance import Backlash, Compliance
 from codegen.effects.effect import Confusion, Effect, EffectParameter

@@ -1,4 +1,4 @@
-"""A drive that is not rigid: a spring, or a spring with play, between motor and load."""
+"""Effects of a compliant drive: a spring between motor and load, without or with backlash."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0)
 DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0)
 SHARE = EffectParameter("load_fraction", "1", "share ρ of the inertia behind the spring", low=0.0, high=1.0)
 FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
-"""Starting values of the resonance, in cutoffs of the log."""
+"""Starting values of the resonance frequency, as multiples of the log's cutoff frequency."""
 LOADS = (0.3, 0.65)
 DAMPING_RATIOS = (0.15, 0.6)
 GAPS, GAP_RATIO = 5, 1.25
@@ -29,18 +29,18 @@ GAPS, GAP_RATIO = 5, 1.25
 stiffness. The loss of a free run is informative only within about a quarter of the true gap, but then for any
 coupling near the true one."""
 FOLLOWED_LOADS, FOLLOWED_RATIO = (0.25, 0.45, 0.65), 1.5
-"""Loads and ratio of the gaps that are tried along the measured motion, with well damped contacts. The force
-residual changes gradually with both, and gives the friction level too."""
+"""Load fractions, and ratio of neighbouring gaps, of the grid of ``Effect.followed``, with well damped contacts. The
+force residual changes gradually with both, and gives the friction level too."""
 RESTARTED, RINGING = 14, 0.04
 RESTARTED_LOADS, IMPACT = (0.15, 0.35, 0.55, 0.75), 0.3
-"""Shares of the inertia, and the damping ratio, from which a fit starts again with the stiffness that it found. Slow
-motion under a weight shows the stiffness alone, so the share may end far off. A load that rings for long is then out of
-step, unless its frequency is right to about its damping ratio."""
+"""Load fractions, and a damping ratio, from which a fit of backlash starts again with the stiffness that it found.
+Slow motion under gravity shows the stiffness alone, so the first fit may end at a load fraction that is far off. The
+simulated phase of a lightly damped load is then wrong, unless its frequency is right to about its damping ratio."""
 LEAST_LOAD = 0.02
-"""Least share of the inertia that a fit may call a load. A lighter one acts at its resonance alone and can imitate a
+"""Least load fraction that a diagnosis accepts. A lighter load acts at its resonance alone and can imitate a
 disturbance that is periodic in time."""
 SEEN_GAP = 2.0
-"""Least gap in standard deviations of the position's noise; with a smaller one backlash is only a compliance."""
+"""Least gap, in standard deviations of the position noise, at which backlash can be told from compliance."""
 
 
 class _OnAxis(Effect):
@@ -59,20 +59,20 @@ class _OnAxis(Effect):
         return system.with_transmission(Transmission(place, p["k"], p["c"], p["load_fraction"], gap))
 
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
-        """Why not, where the load is lighter than ``LEAST_LOAD``."""
+        """Why a log cannot show this load: it is lighter than ``LEAST_LOAD``; "" where it can."""
         share = values["load_fraction"]
         if share >= LEAST_LOAD:
             return ""
         return f"acts at its resonance alone: its load is {in_percent(share)} of the inertia"
 
     def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
-        """An inertia without the load: a spring that is too soft to move it leaves the motor alone."""
+        """An inertia error of −ρM: with a spring too soft to move the load, only the motor's inertia acts."""
         inertia = float(system.mass_matrix[place, place].subs(system.values))
         return InertiaError.kind, {"delta": -values["load_fraction"] * inertia}
 
 
 class Compliance(_OnAxis):
-    """(1 − ρ)M at the motor, ρM at the load; between them k dx + c dv, dx = x − x_load.
+    """Compliance: inertia (1 − ρ)M at the motor, ρM at the load, and the force k dx + c dv between, dx = x − x_load.
 
     Encoder, input, friction and damping are at the motor; declared forces of position alone, such as gravity, act at
     the load.
@@ -90,7 +90,7 @@ class Compliance(_OnAxis):
     )
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
-        """Lightly damped resonances from a seventh to six times the cutoff, with a third or two of the inertia."""
+        """Lightly damped resonances from 0.15 to 6 times the cutoff frequency, with load fractions of 0.3 and 0.65."""
         return [_coupling(covered, *where) for where in product(FREQUENCIES, LOADS, DAMPING_RATIOS[:1])]
 
     def suggested(self, covered: Covered) -> list[dict[str, float]]:
@@ -104,7 +104,7 @@ class Compliance(_OnAxis):
 
 
 class Backlash(_OnAxis):
-    """As compliance, with a force only beyond half the gap, and never one that pulls."""
+    """Backlash: as compliance, but the force acts only beyond half the gap, and the surfaces push and never pull."""
 
     kind = "backlash"
     equation = "as compliance, with a force only where |dx| > gap/2, and never pulling"
@@ -119,16 +119,16 @@ class Backlash(_OnAxis):
 
     @property
     def rough(self) -> bool:
-        """Impacts: a small parameter change shifts them by a sample."""
+        """True: a small change of a parameter shifts an impact by a sample."""
         return True
 
     def restarts(self, values: Mapping[str, float], covered: Covered) -> list[dict[str, float]]:
-        """Contacts that are damped well: from a lightly damped one a fit does not find its way to another load."""
+        """The found stiffness with other loads, well damped: from a lightly damped start a fit keeps the wrong load."""
         gap = {"gap": values["gap"]}
         return [gap | _spring(covered, values["k"], load, IMPACT) for load in RESTARTED_LOADS]
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
-        """Gaps from the noise to a tenth of the span, with the compliance found at the place, or stiffer ones."""
+        """Gaps from the noise to a tenth of the span, each with the compliance fitted at this axis, or stiffer ones."""
         stiff = [_coupling(covered, *where) for where in product(FREQUENCIES[2:], LOADS, DAMPING_RATIOS)]
         middling = [_coupling(covered, *where) for where in product(FREQUENCIES[2:4], LOADS, DAMPING_RATIOS[1:])]
         noise, half = covered.noise, covered.half_span
@@ -153,19 +153,19 @@ class Backlash(_OnAxis):
         return [{**coupling, "gap": float(gap)} for coupling in couplings for gap in gaps]
 
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
-        """Why not, where the gap is hidden in the noise or the load is lighter than ``LEAST_LOAD``."""
+        """Why a log cannot show these values: gap within the noise, or load below ``LEAST_LOAD``; "" where it can."""
         if values["gap"] < SEEN_GAP * noise:
             return "has a gap below what the noise of the position lets one see"
         return super().unseen(values, noise)
 
 
 def _coupling(covered: Covered, frequency: float, load: float, damping_ratio: float) -> dict[str, float]:
-    """The spring with which motor and load resonate at ``frequency``, in cutoffs of the log."""
+    """k, c and load_fraction for a resonance of motor and load at ``frequency`` times the log's cutoff frequency."""
     k = load * (1 - load) * covered.inertia * (2 * pi * frequency * covered.cutoff_hz) ** 2
     return _spring(covered, k, load, damping_ratio)
 
 
 def _spring(covered: Covered, k: float, load: float, damping_ratio: float) -> dict[str, float]:
-    """A spring of this stiffness between motor and load, with a damping ratio of their resonance."""
+    """k, c and load_fraction for this stiffness and damping ratio of the resonance of motor and load."""
     c = 2 * damping_ratio * sqrt(k * load * (1 - load) * covered.inertia)
     return {"k": k, "c": c, "load_fraction": load}

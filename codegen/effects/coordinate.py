@@ -17,9 +17,9 @@ class Coordinate(ABC):
     """A monotone map between a parameter's values and the real numbers.
 
     Attributes:
-        reach: largest change from the start of a fit, in this coordinate.
-        of_unit_size: whether a change by 1 is large; else a change by the value itself is.
-        curved: whether an interval in it is asymmetric about the value.
+        reach: largest change that a fit may make from its starting value, in this coordinate.
+        of_unit_size: whether 1 is the scale of a large change; if not, the value itself is.
+        curved: whether a confidence interval that is symmetric in this coordinate is asymmetric in the parameter.
     """
 
     reach: float = inf
@@ -57,7 +57,7 @@ class Above(Coordinate):
     reach: float = 5.0
 
     def inward(self, value: float) -> float:
-        """Of the bound itself, to which a fit rounds values that are very near, the smallest coordinate."""
+        """log(value − low); for the bound itself, to which a fit may round, the smallest finite coordinate."""
         return float(np.log(max(value - self.low, np.exp(-LARGEST_EXPONENT))))
 
     def outward(self, inner: float) -> float:
@@ -73,7 +73,7 @@ class Between(Coordinate):
     reach: float = 5.0
 
     def inward(self, value: float) -> float:
-        """Of a bound itself, to which a fit rounds values that are very near, a finite coordinate too."""
+        """The logit; finite also for a bound itself, to which a fit may round."""
         share = min(max((value - self.low) / (self.high - self.low), np.exp(-LARGEST_EXPONENT)), 1 - NEAREST)
         return float(np.log(share / (1 - share)))
 

@@ -22,7 +22,7 @@ FAR_VALUE = 1e9
 
 
 def places_of(effect: Effect, system: System) -> list[str]:
-    """The names of the places for an effect of this kind; two coordinates are written `x1, x2`."""
+    """Names of the contacts, coordinates, inputs or pairs of coordinates (`x1, x2`) for an effect of this kind."""
     match effect.sits_on:
         case "contact":
             return [c.name for c in system.contacts]
@@ -35,7 +35,7 @@ def places_of(effect: Effect, system: System) -> list[str]:
 
 
 def written_place(on: str) -> str | list[str]:
-    """A name of ``places_of`` as in a spec or a JSON file: two coordinates as a list."""
+    """A name of ``places_of`` in the form of a spec or a JSON file, where two coordinates are a list."""
     names = on.split(", ")
     return names if len(names) > 1 else on
 
@@ -56,10 +56,10 @@ def system_of(spec: Spec) -> System:
 
 
 def add_declared_effects(system: System, spec: Spec) -> System:
-    """The system with every effect of the spec.
+    """The system with every effect that the spec declares.
 
     Raises:
-        BadInput: for an unknown kind or place, or a parameter missing, unknown or out of range.
+        BadInput: for an unknown kind or place, or a parameter that is missing, unknown or out of range.
     """
     _refuse_unknown_kinds(spec)
     faults = Faults()
@@ -166,7 +166,10 @@ def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> Sy
 
 
 def _exponent(value: Any) -> sympy.Number:
-    """A whole number as it is, any other as a float: to a root of high degree, SymPy's polynomials take for ever."""
+    """An exponent as a SymPy number: an integer as it is, any other as a float.
+
+    With a rational exponent, which is a root of high degree, SymPy's polynomial routines do not end in useful time.
+    """
     exact = sympy.Rational(value)
     return sympy.Number(exact) if exact.is_Integer else sympy.Float(exact)
 
@@ -187,7 +190,7 @@ def _place(effect: Effect, declared: DeclaredEffect, system: System, spec: Spec,
 
 
 def _written(effect: Effect, declared: DeclaredEffect, system: System) -> str:
-    """The declared place as ``places_of`` writes it; empty where there is none such."""
+    """The declared place as ``places_of`` writes it; "" where there is no such place."""
     same = (name for name in places_of(effect, system) if sorted(name.split(", ")) == sorted(declared.on))
     return next(same, "")
 
@@ -195,9 +198,10 @@ def _written(effect: Effect, declared: DeclaredEffect, system: System) -> str:
 def _refuse_tolerance(
     effect: Effect, system: System, place: int, symbols: Mapping[str, sympy.Symbol], where: Place
 ) -> None:
-    """A tolerance is of what a refit can move: parameters of forces and inertias, whose values have no limits.
+    """Raise BadInput where an effect cannot have a tolerance, which lets a refit change its parameters.
 
-    A refit has none either: it would find values that the spec must not have.
+    A refit is an unbounded linear fit to the force balance. So the parameters must all occur in the force balance, and
+    must have no limits: the refitted value could be one that a spec must not have.
     """
     limited = [p.name for p in effect.parameters if p.low is not None or p.high is not None]
     if limited:
@@ -213,7 +217,11 @@ def _refuse_tolerance(
 
 
 def _checked(effect: Effect, declared: DeclaredEffect, spec: Spec, key: str) -> dict[str, Any]:
-    """The declared values in the order of the form's parameters, each known, there and within its bounds."""
+    """The declared values, in the order of the form's parameters.
+
+    Raises:
+        BadInput: for a parameter that is unknown, missing or out of its bounds.
+    """
     names = [p.name for p in effect.parameters]
     forms = " or ".join(dict.fromkeys(", ".join(p.name for p in form.parameters) for form in effect.forms))
     possible = list(dict.fromkeys(p.name for form in effect.forms for p in form.parameters))
@@ -247,7 +255,7 @@ def added(
     """The system with an effect at a place.
 
     Args:
-        symbols: of the effect's parameters; none of them in the system's equations yet.
+        symbols: parameter → its symbol, which must not occur in the system's equations yet.
 
     Raises:
         BadInput: if a parameter appears in no equation, or the effect changes the coordinates, inputs or contacts.
@@ -272,7 +280,7 @@ def _consists_of(system: System) -> tuple[Any, ...]:
 
 
 def _changed(before: System, after: System) -> Iterator[Any]:
-    """The expressions of a system that differ from another's."""
+    """The expressions of ``after`` that differ from those of ``before``."""
     for name in ("mass_matrix", "force", "distribution"):
         yield from (new for new, old in zip(getattr(after, name), getattr(before, name), strict=True) if new != old)
     for contact, old in zip(after.contacts, before.contacts, strict=True):

@@ -1,4 +1,4 @@
-"""The base class of effects: parameters, a place, and a change of the System.
+"""The base class of effects: a physical effect that a model may lack, as parameters, a place and a change of System.
 
 Everything else follows from that change: the added force, free-run simulation in diagnosis, the terms in Ψ, the
 certificate and the generated code.
@@ -42,16 +42,17 @@ class EffectParameter:
     Attributes:
         unit: template over {F} (force), {q} (coordinate), {w} (input).
         low, high: open interval of admissible values; None means unbounded.
-        neutral: of a scale parameter, the value at which the effect vanishes; None makes it a shape parameter.
-        usual: of a shape parameter that the simplest form does not have, the value that this form has implicitly: 2 for
-            an exponent.
-        start: function for the starting values of a fit; by default a scale parameter starts by least squares, and a
-            shape parameter at a tenth and a half of the value at which its effect is as large as the force.
-        moved_in: the transformation with which a fit changes it; by default from its bounds.
-        seen_at: for a speed, the least and the largest share of the log's top speed at which the log shows the shape;
-            None for any.
-        as_number: whether the equations have its declared value in place of a symbol. For an exponent: SymPy then knows
-            that the derivative of |u|**2 at 0 is finite.
+        neutral: for a scale parameter, the value at which the effect vanishes; None makes it a shape parameter.
+        usual: for a shape parameter that the simplest form lacks, the constant that stands in its place there, such as
+            2 for the exponent of a Stribeck curve.
+        start: function that gives the starting values of a fit. By default a scale parameter starts from linear least
+            squares, and a shape parameter at a tenth and at half of the value at which its effect is as large as the
+            force.
+        moved_in: transformation to the unbounded coordinate in which a fit changes it; by default from its bounds.
+        seen_at: for a parameter that is a speed, the lowest and highest value that a log can show, as shares of its
+            top speed; None for any.
+        as_number: whether the equations contain its declared value instead of a symbol. True for an exponent: SymPy
+            then knows that the derivative of |u|**2 at 0 is finite.
     """
 
     name: str
@@ -68,7 +69,7 @@ class EffectParameter:
 
     @property
     def coordinate(self) -> Coordinate:
-        """The transformation in a fit: identity for a parameter that may cross zero, else one that keeps the bounds."""
+        """The coordinate in which a fit changes it: itself if it may cross zero, else one that keeps the bounds."""
         if self.moved_in is not None:
             return self.moved_in
         if self.low is None or self.neutral not in (None, 1.0):
@@ -100,10 +101,10 @@ class Effect(ABC):
         parameters: in order.
         more_forms: the parameters of other forms of the same effect, simpler ones first.
         confused_with: effects or causes with a similar signature.
-        needs: the condition of ``applies`` in words.
-        demands: the condition of ``admissible`` beyond each parameter's bounds, in words.
-        refines: the kind of which this is a refinement, tried only where that one is found; "" for none.
-        extends: the kind of which this is the same with one parameter more, that one at zero; "" for none.
+        needs: the condition of ``applies``, in words.
+        demands: the condition of ``admissible`` beyond the bounds of each parameter, in words.
+        refines: a simpler kind; this one is tried only after a diagnosis has found that one; "" for none.
+        extends: a kind with one parameter less, which this one equals where that parameter is zero; "" for none.
         both_ways: for an effect on a contact, whether it is identifiable only with slip in both directions.
         scales_input: whether the effective input is the input times the effect's one parameter.
     """
@@ -129,24 +130,24 @@ class Effect(ABC):
 
     @property
     def rough(self) -> bool:
-        """Whether the free-run error is a non-smooth function of the parameters, so that slopes find no minimum."""
+        """Whether the free-run error is not a smooth function of the parameters, so that gradient methods fail."""
         return False
 
     @property
     def forms(self) -> tuple[Effect, ...]:
-        """The forms that a diagnosis tries, the simplest first; more than one where a parameter may be left out."""
+        """The forms of this effect that a diagnosis tries, the simplest first; several with optional parameters."""
         if not self.more_forms:
             return (self,)
         return tuple(self._with(parameters) for parameters in (type(self).parameters, *self.more_forms))
 
     def _with(self, parameters: tuple[EffectParameter, ...]) -> Effect:
-        """This effect with other parameters; a copy, since ``parameters`` is an attribute of the class."""
+        """A copy of this effect with other parameters; the class attribute ``parameters`` is not changed."""
         form = copy(self)
         form.parameters = parameters
         return form
 
     def with_parameters(self, names: Sequence[str]) -> Effect:
-        """The simplest form that has these parameters; the last where none has all of them."""
+        """The simplest form that has all of these parameters; the last form where none has."""
         known = {p.name for form in self.forms for p in form.parameters}.intersection(names)
         return next((f for f in self.forms if known <= {p.name for p in f.parameters}), self.forms[-1])
 
@@ -161,8 +162,8 @@ class Effect(ABC):
     def simpler(self, names: Sequence[str], intervals: Mapping[str, tuple[float, float]]) -> Effect | None:
         """The next simpler form, if the confidence intervals do not exclude it; else None.
 
-        An exponent between 1.96 and 2.02 is no other curve than the Gaussian, and a second harmonic between -0.1 and
-        0.3 N is none that was seen.
+        Examples: an exponent with the interval (1.96, 2.02) does not differ from the 2 of a Gaussian, and a second
+        harmonic with the interval (-0.1, 0.3) N does not differ from none.
 
         Args:
             names: of the parameters fitted.
@@ -218,29 +219,30 @@ class Effect(ABC):
         return tuple(q for q in self.parameters if q not in shapes)
 
     def probes(self, shape: Mapping[str, float], covered: Covered) -> list[tuple[dict[str, float], float]]:
-        """(parameters, step) for each scale parameter: all at neutral but this one, which is a small step away.
+        """Points for finite differences: (parameters, step) for each scale parameter.
 
-        The change of the force over the step is the regressor of this parameter's weight in the least squares.
+        In each, this parameter is a small step from its neutral value and the other scale parameters are neutral. The
+        change of the force divided by the step is the regressor of this parameter in linear least squares.
         """
         neutral = dict(shape) | {q.name: float(q.neutral or 0.0) for q in self.scaling}
         steps = [(q.name, PROBE * covered.size(q.unit)) for q in self.scaling]
         return [(neutral | {name: neutral[name] + step}, step) for name, step in steps]
 
     def weighted(self, shape: Mapping[str, float], weights: Sequence[float]) -> dict[str, float]:
-        """The parameters of a shape and of the weights that least squares gave its ``probes``."""
+        """All parameters, from the shape parameters and the weights that least squares found for ``probes``."""
         weighted = zip(self.scaling, weights, strict=True)
         return dict(shape) | {q.name: float(q.neutral or 0.0) + float(w) for q, w in weighted}
 
     def normal_form(self, values: Mapping[str, float]) -> dict[str, float]:
-        """These parameters in a unique form, where several describe the same effect."""
+        """These values in a unique form, where several sets of values describe the same effect."""
         return dict(values)
 
     def turned(self, values: Mapping[str, float]) -> dict[str, float]:
-        """The parameters on the machine mounted upside down: the negative of a weight; others unchanged."""
+        """The values for the machine mounted upside down: weights change their sign, all others are unchanged."""
         return dict(values)
 
     def coupling(self, values: Mapping[str, float]) -> dict[str, float] | None:
-        """The fitted spring between motor and load (k, c, load_fraction), for other fits; None for other effects."""
+        """k, c and load_fraction of a fitted compliance, as a starting point of later fits; None for other effects."""
         return None
 
     def unseen(self, values: Mapping[str, float], noise: float) -> str:
@@ -248,8 +250,9 @@ class Effect(ABC):
         return ""
 
     def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
-        """Kind and parameters of a simpler effect whose force this one's may hardly differ from, at other values of the
-        parameters that it has more; else None.
+        """A limiting case: kind and parameters of a simpler effect that has almost the same force at these values.
+
+        The comparison tells whether the additional parameters of this effect are justified. None where there is none.
         """
         return None
 
@@ -260,21 +263,22 @@ class Effect(ABC):
         return [{q.name: float(v) for q, v in zip(shapes, values, strict=True)} for values in product(*grids)]
 
     def suggested(self, covered: Covered) -> list[dict[str, float]]:
-        """Starting values computed from the force residual; a fit starts from each of them."""
+        """Further starting values, computed from the force residual; a fit starts from each of them."""
         return []
 
     def followed(self, covered: Covered) -> list[dict[str, float]]:
-        """A grid of starting values for an effect with states of its own; empty for others.
+        """A grid of starting values for an effect with internal states; empty for others.
 
-        The simulation error is not a smooth function of its parameters, so that a fit needs a near start. The states
-        are simulated along the measured motion; fits start from the values with the least force residual.
+        The simulation error of such an effect is not a smooth function of its parameters, so a fit must start near the
+        optimum. The states are simulated along the measured motion for each point of the grid, and fits start from the
+        points with the smallest force residual.
         """
         return []
 
     def restarts(self, values: Mapping[str, float], covered: Covered) -> list[dict[str, float]]:
-        """Other starting values that fitted ones suggest, where a fit may end in a local minimum."""
+        """Starting values for a repeated fit, from fitted values; for effects whose fit may end in a local minimum."""
         return []
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
-        """(kind, on) of effects with the same motion once friction levels are refitted."""
+        """(kind, place) of each effect that gives the same motion once friction levels are refitted."""
         return []

@@ -1,4 +1,4 @@
-"""Effects on contacts: what a friction law may lack over slip velocity, load, presliding distance and time."""
+"""Effects on contacts: friction that depends on slip velocity, load, presliding distance or time."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ HIGH_SPEED_SLOPE = EffectParameter(
 
 
 class Viscous(Effect):
-    """λ += b u, or with ``v_s`` the curve λ += b v_s ln(1 + |u|/v_s) sgn(u) + b_inf u.
+    """Viscous friction λ += b u, or with ``v_s`` the curve λ += b v_s ln(1 + |u|/v_s) sgn(u) + b_inf u.
 
-    The slope of the curve falls from b + b_inf at standstill to b_inf: a lubricant that thins with the shear rate. In
-    harmonic drives, servo gears and greased bearings friction grows by less than in proportion to speed. Where the spec
-    declares viscous friction in proportion, b_inf may be negative and take of that.
+    The slope of the curve falls from b + b_inf at standstill to b_inf, as with a shear-thinning lubricant: in harmonic
+    drives, servo gears and greased bearings friction grows less than in proportion to speed. Where the declared law
+    has a viscous term, b_inf may be negative and reduces it.
     """
 
     kind = "viscous"
@@ -49,7 +49,7 @@ class Viscous(Effect):
     demands = "b above 0 where v_s is given"
 
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
-        """A curve with a negative b would be a Stribeck curve."""
+        """Within the bounds, and b is positive in the curve: with a negative b it would be a Stribeck curve."""
         return super().admissible(system, place, values) and (THINNING_SPEED.name not in values or values["b"] > 0)
 
     def add(self, system: System, place: int, p: Symbols) -> System:
@@ -68,7 +68,7 @@ class Viscous(Effect):
 
 
 class ViscousAsymmetry(Effect):
-    """λ += d_b |u|: the viscous coefficient is b + d_b for u > 0 and b − d_b for u < 0."""
+    """Direction-dependent viscous friction λ += d_b |u|: the coefficient is b + d_b for u > 0, b − d_b for u < 0."""
 
     kind = "viscous_asymmetry"
     sits_on = "contact"
@@ -87,7 +87,7 @@ class ViscousAsymmetry(Effect):
 
 
 class CoulombAsymmetry(Effect):
-    """Level a + d for u > 0 and a − d for u < 0; with |d| ≤ a that is λ += d in slip and in stick alike."""
+    """Direction-dependent Coulomb friction: level a + d for u > 0 and a − d for u < 0, that is λ += d (|d| ≤ a)."""
 
     kind = "coulomb_asymmetry"
     sits_on = "contact"
@@ -103,7 +103,7 @@ class CoulombAsymmetry(Effect):
         return system.with_contact_force(place, p["d"])
 
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
-        """Neither level is negative: friction does not push. A larger constant force is an offset."""
+        """|d| ≤ a, as friction does no positive work. A larger constant force is an offset."""
         level = _level_at_rest(system, place)
         return level is None or abs(values["d"]) <= level
 
@@ -121,11 +121,11 @@ RISE_DIFFERENCE = EffectParameter("d_delta", "{F}", "half the difference of the 
 
 
 class Stribeck(Effect):
-    """level += delta exp(−(u/v_s)²), or with another ``exponent`` than 2 level += delta exp(−(|u|/v_s)^exponent).
+    """Stribeck friction: level += delta exp(−(|u|/v_s)^exponent), with the exponent 2 where it is not given.
 
-    With ``d_delta`` the rise differs by direction, as in a worm gear: delta + d_delta for u > 0, delta − d_delta for
-    u < 0. A diagnosis tries this form with Stribeck velocities up to half of the log's top speed. With a higher one
-    the force over the log has the shape of a viscous asymmetry, which has fewer parameters.
+    With ``d_delta`` the rise depends on the direction, as in a worm gear: delta + d_delta for u > 0, delta − d_delta
+    for u < 0. A diagnosis tries this form with Stribeck velocities up to half of the log's top speed. Above that its
+    force over the log has the shape of a viscous asymmetry, which has fewer parameters.
 
     Exponents between 0.5 and 1 have been measured in ball bearings and gears (Armstrong-Hélouvry, Dupont and Canudas
     de Wit 1994); the exponent 1 is Tustin's curve. Below 1 the slope is infinite at standstill. A certificate can have
@@ -155,13 +155,13 @@ class Stribeck(Effect):
     demands = "d_delta such that the level is not negative in either direction"
 
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
-        """Neither level at rest is negative: friction does not push."""
+        """No level at rest is negative, in either direction: friction does no positive work."""
         smaller_rise = values["delta"] - abs(values.get(RISE_DIFFERENCE.name, 0.0))
         level = None if smaller_rise >= 0 else _level_at_rest(system, place)
         return super().admissible(system, place, values) and (level is None or level + smaller_rise >= 0)
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
-        """A Stribeck velocity from a hundredth of the top speed nearly up to it, and an exponent of 1."""
+        """Stribeck velocities from a hundredth to 0.8 of the top speed; an exponent starts at 1."""
         exponent = {"exponent": 1.0} if EXPONENT in self.parameters else {}
         return [{"v_s": float(v)} | exponent for v in speeds(covered)]
 
@@ -198,7 +198,7 @@ class _OfLoad(Effect):
 
 
 class LoadDependentFriction(_OfLoad):
-    """level += mu |L|, L the generalised drive force on the contact's coordinate."""
+    """Load-dependent friction: level += mu |L|, with L the force of the inputs in the direction of the contact."""
 
     kind = "load_dependent_friction"
     equation = "level += mu·|L|"
@@ -214,10 +214,10 @@ class LoadDependentFriction(_OfLoad):
 
 
 class DriveBackdriveFriction(_OfLoad):
-    """level += mu_drive |L| where the drive pushes along the slip and mu_back |L| where it brakes.
+    """Gear friction that differs between driving and braking: level += mu_drive |L| if L u > 0, mu_back |L| if L u < 0.
 
-    Written without a jump: the mean of the two acts on |L| as a level, half their difference on L as a force, since
-    sgn(u)·|L|·sgn(L u) = L.
+    L is the force of the inputs in the direction of the contact. Since sgn(u)·|L|·sgn(L u) = L, this is
+    level += (mu_drive + mu_back)/2·|L| and λ += (mu_drive − mu_back)/2·L, without a case distinction.
     """
 
     kind = "drive_backdrive_friction"
@@ -240,7 +240,7 @@ class DriveBackdriveFriction(_OfLoad):
 
 
 class PreslidingLaw(DynamicLaw):
-    """λ = sigma z, z' = u − (sigma/a) z |u|: Dahl's law with its stiffness as a parameter of its own."""
+    """Dahl's law λ = sigma z, z' = u − (sigma/a) z |u|, with the stiffness sigma as a parameter and a the level."""
 
     name = "presliding"
     source = "Dahl 1976"
@@ -257,7 +257,7 @@ class PreslidingLaw(DynamicLaw):
         return p["sigma"] * z[0]
 
     def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
-        """z' has the sign of u up to |z| = a/sigma, where it vanishes or points inwards."""
+        """±a/sigma: at these z, z' is zero or points inwards for every u."""
         return ((-p["a"] / p["sigma"], p["a"] / p["sigma"]),)
 
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
@@ -271,7 +271,7 @@ class PreslidingLaw(DynamicLaw):
 
 
 class Presliding(Effect):
-    """Dahl's law λ = sigma z, z' = u − (sigma/a) z |u| in place of the set-valued Coulomb law."""
+    """Presliding: Dahl's law λ = sigma z, z' = u − (sigma/a) z |u| in place of the set-valued Coulomb law."""
 
     kind = "presliding"
     sits_on = "contact"
@@ -291,7 +291,7 @@ class Presliding(Effect):
         return isinstance(system.contacts[place].law, Coulomb)
 
     def followed(self, covered: Covered) -> list[dict[str, float]]:
-        """All starting stiffnesses: if the contact is soft, the refit's level is too low for starts by free runs."""
+        """All starting stiffnesses: with a soft contact the refitted level is too low for starts from free runs."""
         return [{"sigma": sigma} for sigma in bristles(covered)]
 
     def add(self, system: System, place: int, p: Symbols) -> System:
@@ -300,7 +300,7 @@ class Presliding(Effect):
 
 
 class FrictionDrift(Effect):
-    """level += delta exp(−t/T), t from the start of the log; in an observer from its first sample."""
+    """Friction that drifts: level += delta exp(−t/T), t from the start of the log, or of the observer."""
 
     kind = "friction_drift"
     sits_on = "contact"

@@ -11,7 +11,7 @@ from codegen.spec.functions import Magnitude
 
 
 class Offset(Effect):
-    """e = f0."""
+    """Constant force e = f0; e is a force added to g, the right side of the equation of motion, here and below."""
 
     kind = "offset"
     sits_on = "coordinate"
@@ -28,7 +28,7 @@ class Offset(Effect):
         return system.with_force(place, p["f0"])
 
     def turned(self, values: Mapping[str, float]) -> dict[str, float]:
-        """A constant force that does not turn with the machine is weight."""
+        """−f0: a constant force that changes its sign when the machine is turned over is a weight."""
         return {"f0": -values["f0"]}
 
     def twins(self, system: System, place: int) -> list[tuple[str, str]]:
@@ -36,7 +36,7 @@ class Offset(Effect):
 
 
 class Spring(Effect):
-    """e = −k x."""
+    """Linear spring to ground: e = −k x."""
 
     kind = "spring"
     sits_on = "coordinate"
@@ -54,7 +54,7 @@ class Spring(Effect):
 
 
 class HardeningSpring(Effect):
-    """e = −k3 x³."""
+    """Hardening (cubic) spring: e = −k3 x³."""
 
     kind = "hardening_spring"
     sits_on = "coordinate"
@@ -69,7 +69,7 @@ class HardeningSpring(Effect):
 
 
 class QuadraticDrag(Effect):
-    """e = −c v |v|."""
+    """Quadratic drag: e = −c v |v|."""
 
     kind = "quadratic_drag"
     sits_on = "coordinate"
@@ -88,7 +88,7 @@ class QuadraticDrag(Effect):
 
 
 class InertiaError(Effect):
-    """M_ii += delta."""
+    """Error of an inertia: M_ii += delta."""
 
     kind = "inertia_error"
     sits_on = "coordinate"
@@ -110,13 +110,13 @@ class InertiaError(Effect):
         return [] if drive is None else [("input_gain", system.inputs[drive].name)]
 
     def admissible(self, system: System, place: int, values: Mapping[str, float]) -> bool:
-        """An inertia stays positive."""
+        """Within the bounds, and M_ii + delta stays positive."""
         declared = system.mass_matrix[place, place].subs(system.values).subs(dict.fromkeys(system.positions, 0))
         return float(declared) + values["delta"] > 0
 
 
 class Coupling(Effect):
-    """e₁ = −c (v₁ − v₂), e₂ = +c (v₁ − v₂)."""
+    """Viscous coupling of two coordinates: e₁ = −c (v₁ − v₂), e₂ = +c (v₁ − v₂)."""
 
     kind = "coupling"
     sits_on = "two coordinates"

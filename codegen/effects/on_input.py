@@ -16,7 +16,7 @@ CHIRP = "a chirp to high frequencies"
 
 
 class OnInput(Effect):
-    """A stage of an input's actuator chain, with the parameters of the effect."""
+    """Base class: the effect adds one stage, with its parameters, to an input's actuator model."""
 
     sits_on = "input"
     seen_over: ClassVar[Axis] = "input"
@@ -31,7 +31,7 @@ class OnInput(Effect):
 
 
 class InputGain(OnInput):
-    """w_eff = gain·w."""
+    """Gain error of an actuator: w_eff = gain·w."""
 
     kind = "input_gain"
     equation = "w_eff = gain·w"
@@ -49,7 +49,7 @@ class InputGain(OnInput):
 
 
 class InputDelay(OnInput):
-    """w_eff(t) = w(t − T)."""
+    """Dead time of an actuator: w_eff(t) = w(t − T)."""
 
     kind = "input_delay"
     equation = "w_eff(t) = w(t − T)"
@@ -71,8 +71,9 @@ EACH = EffectParameter(
 
 
 class ActuatorLag(OnInput):
-    """tau w_eff' = w − w_eff, settled at the start; with ``tau_each`` in place of ``tau`` two such lags in series, a
-    critically damped actuator of second order.
+    """First-order lag of an actuator: tau w_eff' = w − w_eff, with w_eff = w at the start.
+
+    With ``tau_each`` in place of ``tau`` there are two such lags in series: a critically damped second-order actuator.
     """
 
     kind = "actuator_lag"
@@ -105,8 +106,10 @@ THRESHOLD = EffectParameter(
 
 
 class DeadZone(OnInput):
-    """w_eff = sgn(w) max(|w| − width, 0), or with ``threshold`` in place of ``width`` w_eff = w where |w| > threshold,
-    else 0: a drive that ignores small commands.
+    """Dead zone of an actuator: w_eff = sgn(w) max(|w| − width, 0).
+
+    With ``threshold`` in place of ``width``: w_eff = w where |w| > threshold, else 0; a drive that ignores small
+    commands.
     """
 
     kind = "dead_zone"
@@ -121,7 +124,7 @@ class DeadZone(OnInput):
 
     @property
     def rough(self) -> bool:
-        """Each sample passes a threshold whole or not at all."""
+        """True with a threshold: the effective input jumps as the threshold crosses a sample."""
         return THRESHOLD in self.parameters
 
     def add(self, system: System, place: int, p: Symbols) -> System:
@@ -138,12 +141,12 @@ ROUNDING = EffectParameter(
 
 
 class Saturation(OnInput):
-    """w_eff = clip(w, −limit, limit), or with ``rounding`` r the smooth curve
+    """Saturation of an actuator: w_eff = clip(w, −limit, limit), or with ``rounding`` r the smooth curve
 
     w_eff = (√((w + l)² + r²·limit²) − √((w − l)² + r²·limit²))·limit/(2 l), l = limit·√(1 − r²).
 
-    Its slope is 1 at w = 0 and it tends to ±limit: a magnetic circuit that saturates, an amplifier's soft limit. Within
-    1.5 limits, a hyperbolic tangent is such a curve to 0.3 % of what is missing.
+    The slope of the curve is 1 at w = 0 and it tends to ±limit, as with a saturating magnetic circuit or an amplifier's
+    soft limit. Up to |w| = 1.5 limits it fits limit·tanh(w/limit) to 0.3 % of the difference w − w_eff.
     """
 
     kind = "saturation"

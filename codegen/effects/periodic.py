@@ -1,4 +1,4 @@
-"""Effects that are periodic in position: amplitude and phase are estimated together, as sine and cosine weights."""
+"""Effects that are periodic in position; amplitude and phase are estimated as weights of a sine and a cosine."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ SEVERAL_SPEEDS = "several speeds: the sensor's error scales with acceleration"
 
 
 class Periodic(Effect):
-    """Σ_k size_k·sin(k·angle + phase_k), k = 1, 2, …, the angle a function of position.
+    """Base class of a Fourier series in position: Σ_k size_k·sin(k·angle + phase_k), k = 1, 2, …
 
     Attributes:
-        harmonics: names of (size_k, phase_k), in the order of k; a form has the first of them.
+        harmonics: parameter names of (size_k, phase_k), in the order of k; a simpler form has only the first ones.
     """
 
     seen_over = "position"
@@ -40,12 +40,12 @@ class Periodic(Effect):
 
     @property
     def shapes(self) -> tuple[EffectParameter, ...]:
-        """Without the phases, which are estimated with the sizes."""
+        """The shape parameters without the phases, which are estimated together with the sizes."""
         phases = {phase for _, phase in self.waves}
         return tuple(q for q in super().shapes if q.name not in phases)
 
     def probes(self, shape: Mapping[str, float], covered: Covered) -> list[tuple[dict[str, float], float]]:
-        """A small sine and a small cosine of each harmonic."""
+        """As in ``Effect``: here one point with a small sine and one with a small cosine of each harmonic."""
         none = {p.name: 0.0 for p in self.parameters} | dict(shape)
         found = []
         for size, phase in self.waves:
@@ -60,7 +60,7 @@ class Periodic(Effect):
         return found
 
     def normal_form(self, values: Mapping[str, float]) -> dict[str, float]:
-        """With positive sizes and phases within half a turn."""
+        """The same values with positive sizes and with phases between −π and π."""
         found = dict(values)
         for size, phase in self.harmonics:
             if size in values:
@@ -75,7 +75,7 @@ class Periodic(Effect):
 
     @abstractmethod
     def act(self, system: System, place: int, wave: sympy.Expr) -> System:
-        """The system with a wave of this kind."""
+        """The system with ``wave``, an expression over position, added where this kind of effect acts."""
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         angle = self.angle(system, place, p)
@@ -84,7 +84,7 @@ class Periodic(Effect):
 
 
 class Cogging(Periodic):
-    """e = amplitude sin(2π x/period + phase)."""
+    """Cogging: a force e = amplitude sin(2π x/period + phase)."""
 
     kind = "cogging"
     sits_on = "coordinate"
@@ -101,7 +101,7 @@ class Cogging(Periodic):
         return system.with_force(place, wave)
 
     def limit(self, system: System, place: int, values: Mapping[str, float]) -> tuple[str, dict[str, float]] | None:
-        """The pull of an unbalanced mass: a wave of one turn is no other force, and its period is no free parameter."""
+        """Gravity imbalance: with a period of one turn the force is the same, and that has no free period."""
         gravity = GravityImbalance()
         if not gravity.applies(system, place):
             return None
@@ -109,7 +109,7 @@ class Cogging(Periodic):
 
 
 class GravityImbalance(Periodic):
-    """e = −G sin(x + phase)."""
+    """Gravity on an unbalanced mass of a rotation: e = −G sin(x + phase)."""
 
     kind = "gravity_imbalance"
     sits_on = "coordinate"
@@ -133,14 +133,14 @@ class GravityImbalance(Periodic):
         return system.with_force(place, -wave)
 
     def turned(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Its weight pulls the other way."""
+        """−G: on the machine mounted upside down the weight acts in the other direction."""
         return dict(values) | {"G": -values["G"]}
 
 
 class PositionDependentFriction(Periodic):
-    """level += amplitude sin(2π s/period + phase), s = U' x the slip position; with its second harmonic
+    """Position-dependent friction: level += amplitude sin(2π s/period + phase), with s = U' x the slip position.
 
-    level += amplitude_2 sin(4π s/period + phase_2) where that is given.
+    Where ``amplitude_2`` is given, also level += amplitude_2 sin(4π s/period + phase_2).
     """
 
     kind = "position_dependent_friction"
@@ -169,7 +169,7 @@ STEEPEST = 0.5
 
 
 class EncoderEccentricity(Periodic):
-    """x_measured = x + amplitude sin(2π x/period + phase)."""
+    """Error of an eccentric encoder: x_measured = x + amplitude sin(2π x/period + phase)."""
 
     kind = "encoder_eccentricity"
     sits_on = "sensor"
@@ -187,7 +187,7 @@ class EncoderEccentricity(Periodic):
         return inside and 2 * pi * abs(values["amplitude"]) < STEEPEST * values["period"]
 
     def change(self, system: System, place: int, p: Symbols) -> Matrix:
-        """To first order in the amplitude: x = x_measured − wave(x_measured) over the measured motion."""
+        """As in ``Effect``, with x = x_measured − wave(x_measured), which is exact to first order in the amplitude."""
         wave = p["amplitude"] * sympy.sin(self.angle(system, place, p) + p["phase"])
         x, v, a = system.positions[place], system.velocities[place], system.accelerations[place]
         slope, curvature = wave.diff(x), wave.diff(x, 2)
@@ -197,7 +197,9 @@ class EncoderEccentricity(Periodic):
 
 
 class CoggingHarmonics(Effect):
-    """e = Σ_k sin_k sin(2π k x/period) + cos_k cos(2π k x/period), over the orders k that the parameters name."""
+    """Cogging with several harmonics: e = Σ_k sin_k sin(2π k x/period) + cos_k cos(2π k x/period).
+
+    The orders k are those in the names of the parameters."""
 
     kind = "cogging_harmonics"
     sits_on = "coordinate"
@@ -220,7 +222,7 @@ class CoggingHarmonics(Effect):
         self.parameters = (PERIOD, *waves)
 
     def with_parameters(self, names: Sequence[str]) -> Effect:
-        """With the orders of the parameters called sin_k and cos_k."""
+        """The effect with the orders k of the given parameter names sin_k and cos_k."""
         found = {int(match[1]) for name in names if (match := re.fullmatch(r"(?:sin|cos)_([1-9][0-9]{0,3})", name))}
         return self.of_orders(sorted(found)) if found else self
 
@@ -229,7 +231,11 @@ class CoggingHarmonics(Effect):
         return type(self)(orders)
 
     def values(self, period: float, weights: Sequence[tuple[float, float]]) -> dict[str, float]:
-        """The parameters of these weights, a sine's and a cosine's for each order."""
+        """Parameter name → value.
+
+        Args:
+            weights: (of the sine, of the cosine) for each order.
+        """
         waves = zip(self.orders, weights, strict=True)
         found = {f"{wave}_{k}": float(w) for k, pair in waves for wave, w in zip(("sin", "cos"), pair, strict=True)}
         return {PERIOD.name: period} | found

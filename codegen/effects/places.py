@@ -1,7 +1,7 @@
-"""On which coordinates contacts and inputs act: an effect's place, and whether two effects are indistinguishable.
+"""Coordinates on which contacts and inputs act: they decide where an effect applies, and which are equivalent.
 
-Effects with the same equation of motion ("twins") differ only in the names of the forces; which pairs are twins depends
-on how many contacts and inputs share a coordinate.
+Effects are equivalent ("twins") where they give the same equation of motion and differ only in the names of the forces.
+Which ones are depends on how many contacts and inputs act on a coordinate.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def drives(system: System, index: int) -> bool:
 
 
 def drive_force(system: System, contact: int) -> sympy.Expr:
-    """Force of the inputs in the direction of a contact, u'(g(w) − g(0)) / u'u with u the contact's column of U.
+    """Force of the inputs in the direction of a contact: d'(g(w) − g(0)) / d'd, with d the contact's column of U.
 
     For a contact that acts on one coordinate alone this is the drive force on that coordinate.
     """
@@ -73,7 +73,7 @@ def sole_drive(system: System, coordinate: int) -> int | None:
 
 
 def _shares_a_contact(system: System, coordinate: int) -> bool:
-    """Whether a contact acts on this coordinate and on another one: its level cannot then absorb a gain."""
+    """Whether some contact acts on this coordinate and on another one; a gain is then not equivalent to its level."""
     touching = [k for k in range(len(system.contacts)) if system.distribution[coordinate, k] != 0]
     return any(lone_coordinate(system, k) is None for k in touching)
 

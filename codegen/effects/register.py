@@ -1,4 +1,4 @@
-"""The catalogue with a user's own effects, from one Python file that the user names; no other file is executed."""
+"""Registration of a user's own effects, from one Python file that the user names; no other file is executed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def register(effect: Effect, where: str = "an effect") -> None:
     """Add an effect to the catalogue for this run; the same class again replaces the earlier one.
 
     Args:
-        where: the file that it is from, for messages.
+        where: name of the file that defines it, for messages.
 
     Raises:
         BadInput: if its kind is taken by another effect, a name is no identifier, or a unit is no unit.
@@ -46,7 +46,7 @@ def register(effect: Effect, where: str = "an effect") -> None:
 
 
 def is_own(kind: str) -> bool:
-    """Whether a kind is a user's own and not in the shipped catalogue."""
+    """Whether a kind was registered by the user and is not in the shipped catalogue."""
     return not type(CATALOGUE[kind]).__module__.startswith("codegen.effects.")
 
 
@@ -80,7 +80,7 @@ def load_effects(path: str | Path) -> tuple[str, ...]:
 
 
 def kinds_of(kind: str) -> set[str]:
-    """A kind and the kinds of its base classes: what is easily confused with these is confused with it too."""
+    """The kind and the kinds of its base classes; what ``confused_with`` says of a base class holds for it too."""
     classes = type(CATALOGUE[kind]).__mro__
     return {kind, *(c.kind for c in classes if issubclass(c, Effect) and "kind" in vars(c))}
 
@@ -99,9 +99,9 @@ def candidates(system: System) -> Iterator[tuple[Effect, int]]:
 
 
 def is_identical(own: Effect, effect: Effect, system: System, place: int) -> bool:
-    """Whether a user's effect is identical to the shipped one it is derived from.
+    """Whether a user's effect is equal to the shipped one from which it is derived, at one place of a system.
 
-    That is, a subclass at the same place with the same parameters and the same change of the System there.
+    That is, it is a subclass with the same parameters, and makes the same change of the System.
     """
     derived = isinstance(own, type(effect)) and own.sits_on == effect.sits_on
     if not derived or [p.name for p in own.parameters] != [p.name for p in effect.parameters]:
@@ -113,9 +113,7 @@ def is_identical(own: Effect, effect: Effect, system: System, place: int) -> boo
 
 
 def _comparable(system: System) -> tuple[Any, ...]:
-    """A System as a value for ``==``: laws have no equality of their own, so their class and attributes stand for
-    them.
-    """
+    """A System in a form that ``==`` can compare: laws define no equality, so class and attributes stand for them."""
     laws = [(type(c.law), vars(c.law)) for c in system.contacts]
     contacts = [(c.slip, dict(c.law_parameters), c.extra_level, c.extra_force) for c in system.contacts]
     return replace(system, contacts=()), contacts, laws

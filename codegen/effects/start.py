@@ -14,19 +14,20 @@ class Covered:
     """The ranges that a log covers at the place of an effect; SI.
 
     Attributes:
-        force: standard deviation of the drive force there, or of inertia times acceleration, whichever is larger.
+        force: standard deviation of the drive force there, or of inertia times acceleration, the larger of the two.
         span: distance from the lowest to the highest position.
         top_speed: 95 % quantile of the speed of the coordinate, or of the contact's slip.
-        top_input: 98 % quantile of the size of the input. peak_input: its maximum away from ends and gaps.
-        small_inputs: magnitudes below which the input is for rising shares of the samples, up to half of them.
+        top_input: 98 % quantile of the input's magnitude.
+        peak_input: maximum of the input's magnitude, away from ends and gaps of the log.
+        small_inputs: quantiles of the input's magnitude at several shares of the samples, from 0.5 to 50 %, rising.
         inertia: of the coordinate, at the middle of its positions.
-        level: friction level of the contact as refitted; 1 where there is none.
-        noise: standard deviation of the measured position's noise.
-        sample_time, duration: s. cutoff_hz: below it the log shows accelerations.
-        periods: function for the main periods of the residual over position.
-        coupling: k, c and load_fraction of the compliance that was fitted at this place, where one was.
-        resonances: function for the k, c and load_fraction of loads behind springs that the
-            residual suggests.
+        level: refitted friction level of the contact; 1 where there is none.
+        noise: standard deviation of the position noise.
+        sample_time, duration: of the log, s.
+        cutoff_hz: cutoff frequency of the log's filters; accelerations are visible below it.
+        periods: function that gives the main periods of the residual over position.
+        coupling: k, c and load_fraction of the compliance fitted at this place; None where none was fitted.
+        resonances: function that gives k, c and load_fraction of the compliances that the residual suggests.
     """
 
     force: float
@@ -51,7 +52,7 @@ class Covered:
 
     @property
     def slow(self) -> float:
-        """Time constant of the cutoff, s."""
+        """Time constant 1/(2π cutoff_hz), s."""
         return 1 / (2 * np.pi * self.cutoff_hz)
 
     def size(self, unit: str) -> float:

@@ -16,18 +16,18 @@ Stage = Literal["delay", "gain", "dead_zone", "threshold", "saturation", "lag"]
 
 @dataclass(frozen=True)
 class Limit:
-    """A saturation.
+    """A saturation of an input.
 
     Attributes:
-        height: largest magnitude that passes, in the input's unit.
-        rounding: of its corner: 0 for a sharp one, below 1.
+        height: L, the largest magnitude that passes, in the input's unit.
+        rounding: r, how round its corner is: 0 for a sharp one, below 1.
     """
 
     height: sympy.Expr
     rounding: sympy.Expr = sympy.S.Zero
 
     def of(self, w: sympy.Expr) -> sympy.Expr:
-        """The input that passes.
+        """The saturated input.
 
         With a sharp corner clip(w, −L, L) = (|w + L| − |w − L|)/2. With a rounding r each |u| becomes √(u² + (rL)²),
         with u = w ± L√(1 − r²), and the difference is divided by 2√(1 − r²), so that at most L passes.
@@ -41,15 +41,15 @@ class Limit:
 
 @dataclass(frozen=True)
 class Actuator:
-    """The chain of one input. Its stages act in the order above, in whatever order they are declared.
+    """Actuator model of one input: delay → gain → dead zone → threshold → saturation → lag, whatever is declared first.
 
-    Two stages of a kind act one after the other: delays add up, gains multiply, dead zones add up.
+    Several stages of one kind act in series: delays add up, gains multiply, dead zones add up.
 
     Attributes:
         delay: s.
         gain: 1 if there is none.
         dead_zone: width on either side of zero, in the input's unit.
-        thresholds: in the input's unit: up to a threshold nothing passes, above it everything.
+        thresholds: in the input's unit: a command of smaller magnitude gives 0, a larger one passes unchanged.
         limits: saturations, one after the other.
         lag: time constant of the lags, s; None if there is none.
         order: number of equal lags in series.
@@ -96,11 +96,14 @@ class Actuator:
 
     @property
     def has_inverse(self) -> bool:
-        """Whether for each mean of the input that acts over a sample there is a held command that gives it."""
+        """Whether each mean of the effective input over a sample is produced by some constant command.
+
+        That is so without a threshold and without a lag.
+        """
         return self.lag is None and not self.thresholds
 
     def static(self, w: sympy.Expr) -> sympy.Expr:
-        """Gain, dead zone, threshold and saturation of a command."""
+        """The effective input of a constant command ``w``: gain, dead zone, thresholds and saturations in series."""
         w = self.gain * w
         if self.dead_zone != 0:
             w = w - Limit(self.dead_zone).of(w)
@@ -119,13 +122,14 @@ class Actuator:
 
 
 def decayed(errors: Sequence[Any], ratio: Any, decay: Any) -> list[Any]:
-    """Distances e_i = y_i − w of equal lags in series from their held input w, a time t later.
+    """Response of n equal first-order lags in series to a constant input w: e_i = y_i − w at the time t.
 
     tau y_i' = y_(i−1) − y_i with y_0 = w gives e_i(t) = exp(−t/tau) Σ_k (t/tau)^k/k! e_(i−k)(0).
 
     Args:
-        errors: e_1, e_2, …; numbers, arrays or expressions.
-        ratio: t/tau. decay: exp(−t/tau).
+        errors: e_1, e_2, … at the time 0; numbers, arrays or expressions.
+        ratio: t/tau.
+        decay: exp(−t/tau).
     """
     left = []
     for i in range(len(errors)):

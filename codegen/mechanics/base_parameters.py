@@ -38,7 +38,7 @@ LEAST_EFFECT = 1e-9
 
 
 def regrouped(tree: KinematicTree) -> KinematicTree:
-    """A tree with the same M(x) and h(x, v) and regrouped inertias; its bodies are not the physical ones any more."""
+    """The tree with regrouped inertias: same M(x) and h(x, v), but its bodies are no longer the physical ones."""
     bodies = [_about_z(body) for body in tree.bodies]
     for i, body in enumerate(tree.bodies):
         if body.parent >= 0:
@@ -103,14 +103,17 @@ def _turn_to(axis: Vector) -> Exact:
 
 
 def _mass_on_axis(body: MovingBody) -> Inertia:
-    """The mass distribution on the z axis with the body's mass, and its first and second moment along z."""
+    """Inertia of a mass distribution on the z axis with the body's mass, first moment m c_z, and second moment along z.
+
+    This is the part that ``regrouped`` moves to the parent body.
+    """
     inertia = exact_array(body.inertia)
     second = (inertia[0, 0] + inertia[1, 1] - inertia[2, 2]) / 2
     return body.mass, exact_array([0, 0, body.first_moment[2]]), second * exact_array(np.diag([1, 1, 0]))
 
 
 def _in_parent(given: Inertia, body: MovingBody) -> Inertia:
-    """An inertia of the body's frame, in the parent's coordinates about the parent's origin."""
+    """An inertia given in the body's frame, transformed to the parent's frame and about the parent's origin."""
     mass, moment, inertia = given
     rotation, r = exact_array(body.rotation), exact_array(body.offset)
     turned = rotation @ moment
@@ -132,7 +135,7 @@ def _added(body: MovingBody, more: Inertia, sign: int) -> MovingBody:
 
 
 def _without_rounding(values: Exact, size: Fraction) -> Exact:
-    """The values, with zero in place of those that are only rounding errors of terms of this size."""
+    """The values with zero in place of those so small against ``size`` that they can only be rounding errors."""
     return np.where(abs(values) > ROUNDING * size, values, exact_array(0))
 
 
@@ -154,9 +157,10 @@ class LinkParameter:
     """One base parameter.
 
     Attributes:
-        name: joint and moment, such as elbow_pitch_mx. unit: kg, kg*m or kg*m^2.
-        value: that of the spec, or of the robot file if the spec gives none.
-        deviation: standard deviation by the spec's tolerance.
+        name: joint and moment, such as elbow_pitch_mx.
+        unit: kg, kg*m or kg*m^2.
+        value: the spec's value, or the robot file's if the spec gives none.
+        deviation: standard deviation, from the tolerances in the spec.
     """
 
     name: str
@@ -166,10 +170,10 @@ class LinkParameter:
 
 
 def link_parameters(spec: Spec, tree: KinematicTree) -> tuple[LinkParameter, ...]:
-    """Every base parameter with an effect on some joint, body by body.
+    """The base parameters that some joint torque depends on, body by body.
 
     Raises:
-        BadInput: for a name under ``base_parameters`` that there is not.
+        BadInput: for an unknown name in the spec's ``base_parameters``.
     """
     values = base_values(spec, tree)
     acting, deviation = _acting(regrouped(tree), tuple(values)), _deviations(tree)
@@ -180,7 +184,7 @@ def base_values(spec: Spec, tree: KinematicTree) -> dict[str, Fraction]:
     """Name → value of every base parameter: the spec's, or the robot file's where the spec gives none.
 
     Raises:
-        BadInput: for a name under ``base_parameters`` that there is not.
+        BadInput: for an unknown name in the spec's ``base_parameters``.
     """
     nominal = _moments(regrouped(tree))
     given = dict(tree.base_parameters)
@@ -191,14 +195,14 @@ def base_values(spec: Spec, tree: KinematicTree) -> dict[str, Fraction]:
 
 
 def masses_of(tree: KinematicTree, values: Mapping[str, Any]) -> list[Points]:
-    """The bodies of a regrouped tree with these base parameters, numbers or symbols."""
+    """Mass moments of the bodies of a regrouped tree for given base parameters (numbers or symbols), body by body."""
     return [_points(body, values) for body in tree.bodies]
 
 
 def _acting(tree: KinematicTree, names: Sequence[str]) -> set[str]:
-    """Names of the parameters that change a joint torque in at least one of some random states.
+    """Names of the parameters that change a joint torque in at least one of several random states.
 
-    Near the base few do: the body of a vertical first joint acts by its zz alone.
+    Bodies near the base have few of them: that of a first joint with a vertical axis has zz alone.
     """
     n = len(tree.bodies)
     x, v, a = (casadi.SX.sym(name, n) for name in "xva")
@@ -259,7 +263,10 @@ def _unit(name: str) -> str:
 
 
 def _deviations(tree: KinematicTree) -> dict[str, float]:
-    """Standard deviation of each base parameter: root of the sum of squared changes by each uncertain number."""
+    """Standard deviation of each base parameter, by linear propagation of the independent link tolerances.
+
+    It is √Σ d², with d the change of the parameter when one uncertain number changes by its standard deviation.
+    """
     nominal = _moments(regrouped(tree))
     squares = dict.fromkeys(nominal, 0.0)
     if tree.tolerance is not None:
@@ -273,7 +280,7 @@ def _deviations(tree: KinematicTree) -> dict[str, float]:
 
 
 def _perturbed(body: MovingBody, tolerance: LinkTolerance) -> list[MovingBody]:
-    """For each uncertain number of the body, the body with this number changed by one standard deviation."""
+    """One changed body for each number with a tolerance: that number is changed by one standard deviation."""
     unit = exact_array(np.eye(3, dtype=int))
     centre = exact_array(body.first_moment) / body.mass
     about = exact_array(body.inertia) - _of_point(body.mass, centre)

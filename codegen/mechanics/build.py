@@ -36,11 +36,11 @@ def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
     """The system that a spec declares, without its ``effects``.
 
     Args:
-        free: base parameters of the robot file that become parameters of the system.
+        free: base parameters of the robot file that become symbols of the system, for a fit; the others are numbers.
 
     Raises:
-        BadInput: for an unknown law, a law parameter missing, unknown or out of range, or a mass matrix that is not
-            symmetric, or not positive definite somewhere in the envelope; and what ``equation_of_motion`` refuses.
+        BadInput: for an unknown law, for a law parameter that is missing, unknown or out of range, for a mass matrix
+            that is not symmetric, or not positive definite somewhere in the envelope, and as ``equation_of_motion``.
     """
     values: dict[sympy.Symbol, Any] = {symbol(p.name): p.value for p in spec.parameters}
     units = {symbol(p.name): coherent_name(p.unit, spec.place(f"parameters.{p.name}.unit")) for p in spec.parameters}
@@ -73,7 +73,10 @@ def build_system(spec: Spec, free: Sequence[LinkParameter] = ()) -> System:
 
 
 def _as_printed(matrix: Matrix) -> Matrix:
-    """The matrix with the decimals that code has for its fractions: 1/3 is 0.3333333333333333 in code and proof."""
+    """The matrix with each fraction replaced by the decimal that the code prints: 1/3 becomes 0.3333333333333333.
+
+    So equations, certificate and code have the same numbers.
+    """
     fractions = {r for r in matrix.atoms(sympy.Rational) if not r.is_Integer}
     rounded = {r: decimal_of(int(r.p) / int(r.q)) for r in fractions}
     return Matrix(matrix.xreplace({r: d for r, d in rounded.items() if r != d}))
@@ -83,7 +86,7 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
     """Refuse an M(x) that is not symmetric, or not positive definite at some sampled point of the envelope.
 
     Raises:
-        BadInput: with the parameter, or the entry and the values in it, or the point and the smallest eigenvalue there.
+        BadInput: it names the parameter, or the entry with its values, or the point with the smallest eigenvalue there.
     """
     _refuse_negative_masses(system, spec)
     key, n = form_key(spec), system.degrees_of_freedom
@@ -124,7 +127,7 @@ def check_mass_matrix(system: System, spec: Spec) -> None:
 
 
 def _values_in(system: System, entry: sympy.Expr) -> str:
-    """The values of an entry's parameters, in words."""
+    """The parameters in an entry of M with their values, as text for a message."""
     named = sorted(entry.free_symbols & system.values.keys(), key=str)[:MOST_VALUES]
     texts = [f"{s} = {float(system.values[s]):.4g} {system.units[s]}".removesuffix(" 1") for s in named]
     return f", with {', '.join(texts)}" if texts else ""
@@ -133,8 +136,8 @@ def _values_in(system: System, entry: sympy.Expr) -> str:
 def _refuse_negative_masses(system: System, spec: Spec) -> None:
     """Refuse each negative mass or moment of inertia among the parameters of M, even if M is positive definite.
 
-    A parameter in kg m² may also be a product of inertia, which has either sign. It is taken for a moment of inertia
-    only where a diagonal entry of M provably grows with it.
+    A parameter in kg m² may also be a product of inertia, which may be negative. It is taken for a moment of inertia
+    only if a diagonal entry of M provably grows with it.
     """
     faults = Faults()
     for p in spec.parameters:

@@ -35,7 +35,7 @@ _FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
 
 @dataclass(frozen=True)
 class _Scope:
-    """What a conversion knows.
+    """Symbol table and caches of one conversion.
 
     Attributes:
         names: symbol → SX scalar or number.
@@ -97,7 +97,10 @@ def function_of(
 
 
 def at_points(function: Any, points: Array) -> Array:
-    """A function as of ``function_of`` at points (N, symbols): (N, rows, columns), NaN or infinite where not real."""
+    """A function of ``function_of`` evaluated at N points (N, symbols): (N, rows, columns).
+
+    A value that is not a real number is NaN or infinite.
+    """
     rows, columns = function.size_out(0)
     given = np.zeros((len(points), function.size1_in(0)))
     given[:, : points.shape[1]] = points
@@ -106,7 +109,11 @@ def at_points(function: Any, points: Array) -> Array:
 
 
 def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) -> tuple[Any, Callable[[], None]]:
-    """A call of a function on arrays that it reads and writes in place; keep the first of the two while it is used."""
+    """A call of a CasADi function that reads its arguments and writes its results in NumPy arrays, without copies.
+
+    Returns:
+        (buffer, call): call() evaluates the function; the buffer must be kept alive as long as call is used.
+    """
     buffer, evaluate = function.buffer()
     for place, arrays in ((buffer.set_arg, arguments), (buffer.set_res, results)):
         for index, array in enumerate(arrays):
@@ -115,9 +122,10 @@ def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) ->
 
 
 def over_rows(function: casadi.Function, rows: Array) -> Array:
-    """A dense function (k, 1) → (r, 1) evaluated at each row of (N, k): (N, r); of a matrix, column by column.
+    """A dense CasADi function (k, 1) → (r, 1) evaluated at each row of (N, k): (N, r).
 
-    NumPy and CasADi share the memory. The last block of rows is filled up with copies of the last row.
+    A matrix result is flattened column by column. NumPy and CasADi share the memory. The rows are evaluated in blocks
+    of equal size, the last one filled up with copies of the last row.
     """
     count, width = len(rows), function.numel_out(0)
     if not count or not width:
@@ -166,7 +174,7 @@ def _scalar(e: Any, scope: _Scope) -> Any:
 
 
 def _angles(expression: Any) -> dict[Any, dict[int, tuple[Any, Any]]]:
-    """The angles with ``MANY_WAVES`` or more sines and cosines of their multiples, each with an empty table."""
+    """Angle → empty table of multiples, for each angle of which ``MANY_WAVES`` or more sines and cosines occur."""
     count: Counter[Any] = Counter()
     for wave in expression.atoms(sympy.sin, sympy.cos):
         n, angle = wave.args[0].as_coeff_Mul()
@@ -196,7 +204,7 @@ def _computed(e: ComputedEntry, scope: _Scope) -> Any:
 
 
 def _product(e: Any, scope: _Scope) -> Any:
-    """± numerator / denominator: one division, and rationals 1/q as a division by q."""
+    """A product as ± numerator / denominator, with a single division; a rational factor 1/q becomes a division by q."""
     numerator, denominator, negative = None, None, False
     for factor in e.args:
         if factor == -1:

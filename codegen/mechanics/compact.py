@@ -14,7 +14,7 @@ HIGHEST_POWER = 6
 
 
 def compact(expression: Any) -> Any:
-    """The shortest of: the expression, its expansion, and that with products of sines and cosines as sums of them.
+    """The shortest form of an expression: as given, expanded, or expanded with products of sines and cosines as sums.
 
     In the last form sin² + cos² is 1 and cos a cos(a + b) + sin a sin(a + b) is cos b, since harmonics are linearly
     independent; ``simplify`` would find the same by trial, in minutes instead of milliseconds.
@@ -34,11 +34,11 @@ def compact(expression: Any) -> Any:
 
 
 def _own_functions(expression: Any) -> Any:
-    """A root of a square gives SymPy's own absolute value; a spec has ``Magnitude``."""
+    """Replace SymPy's Abs, which it makes of √(x²), by ``Magnitude``, the absolute value of specs."""
     return expression.replace(sympy.Abs, Magnitude).replace(sympy.sign, Sgn)
 
 
 def _expands(expression: Any) -> bool:
-    """Whether multiplying out stays small."""
+    """Whether the expanded form is short enough to be computed."""
     sums = (p for p in expression.atoms(sympy.Pow) if p.base.is_Add and p.exp.is_Integer)
     return sympy.count_ops(expression) <= LONGEST and all(abs(p.exp) <= HIGHEST_POWER for p in sums)

@@ -1,8 +1,8 @@
-"""Quantities that are computed rather than written down: SymPy functions that carry a CasADi definition.
+"""SymPy functions that are defined by a CasADi expression, for quantities too large to be written symbolically.
 
-M(x) of a seven-joint arm has no expression that anyone would read, and expanding it symbolically never ends. Here an
-entry is one SymPy function of its arguments: it can be substituted into and differentiated (the derivative is another
-computed quantity, from CasADi), and ``to_casadi`` puts its definition in, once for all entries at the same arguments.
+M(x) of a seven-joint arm has no readable expression, and its symbolic expansion does not end in useful time. Here each
+entry is one SymPy function of its arguments. It allows substitution and differentiation (the derivative, by CasADi, is
+another such function), and ``to_casadi`` inserts its definition, once for all entries at the same arguments.
 """
 
 from __future__ import annotations
@@ -18,17 +18,23 @@ from sympy import ImmutableMatrix
 
 
 class Computation(sympy.Atom):
-    """A column of quantities over named arguments, given by CasADi.
+    """A vector function of named arguments, defined by a CasADi expression.
 
     Two computations are equal if they have the same labels, arguments and instructions.
 
     Attributes:
-        names: of the arguments that any entry depends on, in order.
-        labels: what each entry is called when printed.
+        names: names of the arguments on which any entry depends, in order.
+        labels: the printed name of each entry.
     """
 
     def __new__(cls, labels: Sequence[str], expression: Any, arguments: Mapping[str, Any]) -> Computation:
-        """``labels`` of the entries of ``expression``, k by 1 SX over ``arguments``, name → SX symbol."""
+        """Make one from its definition.
+
+        Args:
+            labels: the printed name of each entry.
+            expression: k by 1 SX over the symbols of ``arguments``.
+            arguments: name → SX symbol.
+        """
         self: Computation = super().__new__(cls)
         used = {s.name() for s in casadi.symvar(casadi.SX(expression))}
         kept = {name: s for name, s in arguments.items() if s.name() in used}
@@ -45,7 +51,7 @@ class Computation(sympy.Atom):
 
     @cached_property
     def digest(self) -> str:
-        """A hash of what is computed."""
+        """Hash of the CasADi instructions, for comparison of two computations."""
         return hashlib.sha256(f"{self.labels} {self.names} {self.function.serialize()}".encode()).hexdigest()
 
     @cached_property
@@ -57,7 +63,7 @@ class Computation(sympy.Atom):
         return Computation(labels, jacobian, dict(zip(self.names, self._symbols, strict=True)))
 
     def entry(self, index: int, arguments: Mapping[str, Any]) -> Any:
-        """One entry at ``arguments``; an exact number where it does not depend on any."""
+        """One entry as a SymPy expression at ``arguments``; an exact number where it is constant."""
         value = self._expression[index]
         if value.is_constant():
             return sympy.Rational(f"{float(value):.15g}")
@@ -70,12 +76,12 @@ class Computation(sympy.Atom):
         return f"{self.labels[0]}..{self.labels[-1]}"
 
     def sort_key(self, order: Any = None) -> Any:
-        """Name first, so that an order never depends on how CasADi writes its instructions."""
+        """Key of SymPy's ordering: the labels first, so that the order does not depend on CasADi's instructions."""
         return self.class_key(), (2, (self.labels[0], self.digest)), sympy.S.One.sort_key(), sympy.S.One
 
 
 class ComputedEntry(sympy.Function):
-    """An entry of a computation at given arguments: ``args`` are the computation, the entry's index, the arguments."""
+    """One entry of a ``Computation`` at given arguments; ``args`` are the computation, the index and the arguments."""
 
     is_real = True
     is_commutative = True
@@ -94,7 +100,7 @@ class ComputedEntry(sympy.Function):
 
     @cached_property
     def free_symbols(self) -> set[Any]:
-        """As ever, but gathered once: SymPy asks for them at every node of every derivative."""
+        """The free symbols, cached: SymPy asks for them at every node of every derivative."""
         return set().union(*(a.free_symbols for a in self.arguments))
 
     def _eval_derivative(self, s: Any) -> Any:
@@ -114,7 +120,7 @@ class ComputedEntry(sympy.Function):
         return sympy.Float(float(self.computation.function([float(v) for v in values])[self.index]))
 
     def _sympystr(self, printer: Any) -> Any:
-        """Its label, with the arguments that are not simply the computation's own."""
+        """The entry's label, followed by those arguments that differ from the computation's own names."""
         pairs = zip(self.computation.names, self.arguments, strict=True)
         other = ", ".join(f"{name}={printer._print(a)}" for name, a in pairs if str(a) != name)
         return self.computation.labels[self.index] + (f"({other})" if other else "")
@@ -134,7 +140,7 @@ def computed_matrix(
     Args:
         label: (i, j) → the entry's name.
         value: n by m SX over ``arguments``, which are SymPy symbol → SX symbol.
-        symmetric: take the lower triangle for both.
+        symmetric: whether to use the entries of the lower triangle for the upper one too.
     """
     rows, columns = value.shape
     places = [(i, j) for j in range(columns) for i in range(rows) if not symmetric or j <= i]

@@ -1,4 +1,4 @@
-"""The contacts of a spec: laws looked up, parameters checked and named as symbols."""
+"""Contacts of a spec → ContactFriction: the law of each is looked up, its parameters are checked and become symbols."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFrict
         distribution: U, n by contacts.
 
     Raises:
-        BadInput: for an unknown law, a law parameter missing, unknown or out of range, or a contact that acts nowhere.
+        BadInput: for an unknown law, for a law parameter that is missing, unknown or out of range, or for a contact
+            whose column of U is zero.
     """
     contacts: list[ContactFriction] = []
     values: Values = {}
@@ -53,7 +54,8 @@ def law_of(
     Args:
         key: place in the spec of the contact, or of the law that the observer assumes for it.
         slip_unit: unit of the contact's slip, for the units of the parameters.
-        prefix: of the symbols' names, by which an assumed law's parameters differ from the plant's.
+        prefix: put before the symbols' names, so that parameters of a law that the observer assumes differ from the
+            plant's.
 
     Raises:
         BadInput: as ``build_contacts``.
@@ -97,8 +99,8 @@ def _refuse_unknown_parameter(spec: Spec, key: str, law: FrictionLaw, name: str)
 def _slip_unit(spec: Spec, distribution: Matrix, index: int, contact: Contact) -> str:
     """The unit of a contact's slip: that of the first coordinate on which it acts.
 
-    Where a spec states which bodies slide on each other (``sliding``), the slip may be a length although the coordinate
-    is an angle; it then follows from the unit of the friction, a force or a torque.
+    Where a spec says by ``sliding`` which bodies slide on each other, the slip may be a length although the coordinate
+    is an angle. The unit is then m if the friction is a force, and rad if it is a torque.
     """
     touched = [i for i in range(len(spec.coordinates)) if distribution[i, index] != 0]
     if not touched:

@@ -1,9 +1,11 @@
 """Kinematic tree → M(x) and the bias force h(x, v) in CasADi SX.
 
-Composite bodies for M, recursive Newton–Euler for h (Featherstone 2008, sections 6.2 and 5.3), in body coordinates and
-with the acceleration of points, so that no linear velocity is ever needed. A body's inertia is that of its points, its
-Σ = ∫ρ r r' (the inertia tensor is tr(Σ) 1 − Σ); with U = [ω'] + [ω]², where [·] is the matrix of a cross product, both
-the force U ∫ρ r and the moment, the vector of UΣ − ΣU', follow from the nine entries of U.
+M is computed by the composite-rigid-body algorithm and h by the recursive Newton–Euler algorithm (Featherstone 2008,
+sections 6.2 and 5.3), in body coordinates. The recursion uses accelerations of points, so it needs no linear velocity.
+
+A body's inertia is stored as its second moment Σ = ∫ρ r r'; the inertia tensor is tr(Σ) 1 − Σ. A point r of the body
+has the acceleration U r relative to the body's origin, with U = [ω'] + [ω]² and [·] the matrix of a cross product. From
+the nine entries of U follow both the force U ∫ρ r and the moment, the axial vector of UΣ − ΣU'.
 """
 
 from __future__ import annotations
@@ -37,7 +39,15 @@ class Points:
 
 @dataclass(frozen=True)
 class Joint:
-    """R, parent coordinates from the body's; r, the body's origin in the parent's frame; and the joint's axis."""
+    """Position of a body relative to its parent, at the present joint position.
+
+    Attributes:
+        rotation: R, 3 by 3, from the body's coordinates to the parent's.
+        origin: r, 3 by 1, the body's origin in the parent's frame, m.
+        axis: unit vector of the joint in the body's frame.
+        placed: R at joint position zero.
+        position: of the joint, rad or m.
+    """
 
     rotation: Any
     origin: Any
@@ -47,14 +57,14 @@ class Joint:
     position: Any
 
     def points_to_parent(self, points: Points) -> Points:
-        """The same points in the parent's coordinates, about its origin."""
+        """Moments of the body in the parent's coordinates and about the parent's origin."""
         turned, r = self.rotation @ points.first, self.origin
         mixed = turned @ r.T
         second = self._turned(points.second) + mixed + mixed.T + points.mass * (r @ r.T)
         return Points(points.mass, turned + points.mass * r, casadi.tril2symm(casadi.tril(second)))
 
     def _turned(self, s: Any) -> Any:
-        """R Σ R'; about a z axis with four products, the rest is constant."""
+        """R Σ R'. For a revolute joint about z only four products depend on the joint position."""
         if not self.revolute or not _is_z(self.axis):
             return casadi.tril2symm(casadi.tril(self.rotation @ s @ self.rotation.T))
         c, d = casadi.cos(self.position), casadi.sin(self.position)
@@ -72,9 +82,13 @@ class Joint:
 
 
 def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points] | None = None) -> Any:
-    """M(x) at the positions x, n by 1 SX in rad or m; ``masses`` take the place of the tree's.
+    """The mass matrix M(x), n by n SX, symmetric; kg on translations, kg m² on rotations.
 
-    n by n SX, symmetric, kg m² on rotations; entries that are zero for every x are structural zeros.
+    Entries that are zero for every x are structural zeros.
+
+    Args:
+        positions: x, n by 1 SX, rad or m.
+        masses: moments of the bodies, used in place of the tree's.
     """
     bodies = tree.bodies
     joints = [_joint(b, positions[i]) for i, b in enumerate(bodies)]
@@ -95,9 +109,13 @@ def mass_matrix(tree: KinematicTree, positions: Any, masses: Sequence[Points] | 
 
 
 def bias_force(tree: KinematicTree, positions: Any, velocities: Any, masses: Sequence[Points] | None = None) -> Any:
-    """h(x, v): what the joints must give for v' = 0 — gravity, centrifugal and Coriolis forces.
+    """The bias force h(x, v) of gravity, centrifugal and Coriolis forces: the joint forces that give v' = 0.
 
-    n by 1 SX, N m on rotations, N on translations; ``masses`` take the place of the tree's.
+    n by 1 SX, N m on rotations, N on translations.
+
+    Args:
+        positions, velocities: x and v, n by 1 SX.
+        masses: moments of the bodies, used in place of the tree's.
     """
     bodies = tree.bodies
     joints = [_joint(b, positions[i]) for i, b in enumerate(bodies)]
@@ -157,7 +175,7 @@ def _moment(u: Any, s: Any) -> Any:
 
 
 def _unit_acceleration(joint: Joint, points: Points) -> tuple[Any, Any]:
-    """Moment and force that accelerate the points at one unit along the joint, from rest."""
+    """Moment and force that give a body at rest one unit of acceleration along the joint."""
     if not joint.revolute:
         return cross(points.first, joint.axis), points.mass * joint.axis
     moment = casadi.trace(points.second) * joint.axis - points.second @ joint.axis
@@ -171,12 +189,12 @@ def _along(joint: Joint, moment: Any, force: Any) -> Any:
 
 
 def _joint(body: MovingBody, position: Any) -> Joint:
-    """The joint's fixed placement, then its own motion."""
+    """The Joint of a body at a joint position: the fixed placement in the parent, then the joint's motion."""
     placed, offset, axis = _matrix(body.rotation), _column(body.offset), casadi.DM([float(c) for c in body.axis])
     if body.kind == "prismatic":
         return Joint(placed, offset + placed @ casadi.SX(axis) * position, casadi.SX(axis), False, placed, position)
     along = axis @ axis.T
-    # Rodrigues; what the axis leaves alone stays a number, so that zeros of the rotation stay zeros.
+    # Rodrigues' formula; entries that do not depend on the position stay numbers, so that zeros stay structural zeros.
     turned = along + casadi.cos(position) * (casadi.DM.eye(3) - along) + casadi.sin(position) * casadi.skew(axis)
     rotation = placed @ casadi.densify(casadi.SX(turned))
     return Joint(rotation, offset, casadi.SX(axis), True, placed, position)
@@ -187,7 +205,7 @@ def _is_z(axis: Any) -> bool:
 
 
 def points_of(body: MovingBody) -> Points:
-    """Exact up to here; from here on the doubles of the generated code."""
+    """Mass moments of a body as doubles; up to here its numbers are exact."""
     inertia = exact_array(body.inertia)
     second = exact_array(np.eye(3, dtype=int)) * (inertia.trace() / 2) - inertia
     for k in range(3):

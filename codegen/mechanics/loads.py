@@ -1,4 +1,4 @@
-"""Loads behind springs as coordinates of their own: each coordinate with a transmission becomes motor and load."""
+"""Two-mass form of compliant axes: a coordinate with a transmission becomes a motor and a load coordinate."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from codegen.spec.model import symbol
 
 
 def with_loads(system: System) -> System:
-    """The system with a coordinate more for each load, behind all others; the system itself where there is none.
+    """The system in two-mass form: for each transmission a load coordinate x_load is appended.
 
-    Declared forces on the coordinate that depend on neither velocity nor input act at the load.
+    The load has the inertia ρ M_ii, the motor (1 − ρ) M_ii, and the transmission's force acts between them. Forces on
+    the coordinate that depend on neither velocity nor input, such as gravity, act at the load.
     """
     for transmission in system.transmissions:
         system = _with_load(system, transmission)

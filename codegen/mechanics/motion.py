@@ -23,13 +23,13 @@ LARGEST_SYMBOLIC = 4
 
 
 def equation_of_motion(spec: Spec, free: Sequence[LinkParameter] = ()) -> tuple[Matrix, Matrix, Matrix]:
-    """M(x), n by n; g(x, v, w), n by 1; U(x), n by contacts: as written, or derived from what the spec states instead.
+    """M(x), n by n; g(x, v, w), n by 1; U(x), n by contacts: as written in the spec, or derived from its other form.
 
     Args:
-        free: base parameters of the robot file that stay symbols.
+        free: base parameters of the robot file that stay symbols; the others are numbers.
 
     Raises:
-        BadInput: for a form from which they do not follow, or a distribution that contradicts it.
+        BadInput: where the form does not determine the matrices, or the spec's ``distribution`` contradicts it.
     """
     force = Matrix(spec.force)
     match spec.form:
@@ -49,16 +49,16 @@ def equation_of_motion(spec: Spec, free: Sequence[LinkParameter] = ()) -> tuple[
 
 
 def form_key(spec: Spec) -> str:
-    """The section that holds the mass matrix."""
+    """Name of the spec's section from which the mass matrix is taken, for messages."""
     if isinstance(spec.form, KinematicTree):
         return "urdf"
     return "mass_matrix" if spec.form is None else type(spec.form).__name__.lower()
 
 
 def _distribution(spec: Spec, derived: Matrix) -> Matrix:
-    """U of the bodies; where the spec gives U too, its columns may differ in sign, and then its signs hold.
+    """The U derived from the bodies, with the signs of the spec's ``distribution`` where it gives one.
 
-    The sign of a column is free: it turns the slip velocity and the friction force together, and U S(v) a stays.
+    The sign of a column is a convention: it reverses both slip velocity and friction force, so U S(v) a is unchanged.
     """
     if spec.distribution is None:
         return derived
@@ -89,22 +89,22 @@ def _words(column: Matrix) -> str:
 
 
 def _axes(bodies: Sequence[Body]) -> list[tuple[str, str]]:
-    """(body, direction) for each row of what follows."""
+    """(body, direction) of each row of x̄, M̄ and Ū."""
     return [(body.name, direction) for body in bodies for direction in body.positions]
 
 
 def _positions(bodies: Sequence[Body]) -> Matrix:
-    """x̄, k by 1: (A.41), body by body instead of direction by direction."""
+    """Positions of the bodies x̄, k by 1, as in (A.41) but ordered by body instead of by direction."""
     return Matrix([position for body in bodies for position in body.positions.values()])
 
 
 def _masses(bodies: Sequence[Body]) -> Matrix:
-    """M̄ = diag of masses and moments of inertia, k by k: (A.5), (A.43)."""
+    """M̄, k by k, the diagonal matrix of the bodies' masses and moments of inertia: (A.5), (A.43)."""
     return diagonal(body.weight(direction) for body in bodies for direction in body.positions)
 
 
 def _body_distribution(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Matrix:
-    """Ū, k by contacts, of Lemma A.1, with columns for the contacts that exist (A.36) alone.
+    """Ū, k by contacts, of Lemma A.1; it has columns only for contacts that exist (A.36).
 
     A contact of bodies i and j slides by u = v_i − v_j, against the ground by u = v_i: its column has +1 at i and −1
     at j, times the contact's share of each direction. A contact without bodies has a column of zeros.
@@ -127,10 +127,10 @@ def _body_distribution(bodies: Sequence[Body], contacts: Sequence[Contact]) -> M
 
 
 def _topology(spec: Spec, form: Topology) -> tuple[Matrix, Matrix]:
-    """M, n by n, and U, n by contacts.
+    """M, n by n, and U, n by contacts, of a ``topology`` section.
 
-    With x̄ the positions of the bodies and x = T x̄: M = T⁻ᵀ M̄ T⁻¹ and U = T⁻ᵀ Ū. For the unitary T of (A.37)
-    these are T M̄ T' and T Ū; a lever or a gear is a T that is not.
+    With x̄ the positions of the bodies and x = T x̄: M = T⁻ᵀ M̄ T⁻¹ and U = T⁻ᵀ Ū. For the orthogonal T of (A.37)
+    these are T M̄ T' and T Ū. The T of a lever or a gear is not orthogonal.
 
     Raises:
         BadInput: for a T that has no inverse.
@@ -145,7 +145,7 @@ def _topology(spec: Spec, form: Topology) -> tuple[Matrix, Matrix]:
 
 
 def _inverse(spec: Spec, T: Matrix) -> Matrix:
-    """T⁻¹: T' where T is unitary, else exactly."""
+    """T⁻¹, exact; T' where T is orthogonal."""
     if compact(Matrix(T * T.T)) == sympy.eye(T.rows):
         return Matrix(T.T)
     place, expected = spec.place("topology.transform"), "an invertible transform"
@@ -163,13 +163,15 @@ def _inverse(spec: Spec, T: Matrix) -> Matrix:
 
 
 def _constraints(spec: Spec, form: Constraints) -> tuple[Matrix, Matrix, Matrix]:
-    """M_q = T'M T (A.64), g_q = T'g_x − T'M (dT/dt) v plus the spec's ``force`` (A.66), U_q = T'U_x (A.65).
+    """M, g and U in independent coordinates q of bodies with holonomic constraints, whose positions are x(q).
+
+    M_q = T'M T (A.64), g_q = T'g_x − T'M (dT/dt) v plus the spec's ``force`` (A.66), U_q = T'U_x (A.65).
 
     T = ∂x/∂q (A.58), k by n; (dT/dt) v = (∂(T v)/∂q) v, the acceleration of the bodies at constant v (A.57).
 
     Raises:
-        BadInput: for coordinates that do not move the bodies independently, and for equations ψ that contradict the
-            positions or each other, or say the same twice.
+        BadInput: for dependent coordinates (T of deficient rank), and for constraint equations ψ that contradict the
+            positions or each other, or are redundant.
     """
     q = Matrix([symbol(name) for name in spec.positions])
     v = Matrix([symbol(name) for name in spec.velocities])
@@ -192,7 +194,7 @@ def _constraints(spec: Spec, form: Constraints) -> tuple[Matrix, Matrix, Matrix]
 
 
 def _require_independent_coordinates(spec: Spec, T: Matrix) -> None:
-    """Each coordinate is a motion of its own: T_q has full column rank, or M_q would be singular."""
+    """Raise BadInput unless T has full column rank: else M_q would be singular."""
     points = sampled_values(spec)
     for k, name in enumerate(spec.positions):
         if rank(T[:, : k + 1], points) <= k:
@@ -203,7 +205,10 @@ def _require_independent_coordinates(spec: Spec, T: Matrix) -> None:
 
 
 def _check_equations(spec: Spec, form: Constraints, x: Matrix) -> None:
-    """ψ(x(q)) = 0 for every q, each ψ another condition, and k − λ = n motions left."""
+    """Check the constraint equations: ψ(x(q)) = 0 for every q, independent ψ, and k − λ = n remaining motions.
+
+    k is the number of body positions, λ that of equations and n that of coordinates.
+    """
     axes = [symbol(position_name(*axis)) for axis in _axes(form.bodies)]
     where, points = dict(zip(axes, x, strict=True)), sampled_values(spec)
     gradients = Matrix(form.equations).jacobian(Matrix(axes)).subs(where) if form.equations else Matrix([])
@@ -228,7 +233,7 @@ def _check_equations(spec: Spec, form: Constraints, x: Matrix) -> None:
 
 
 def _largest(expression: sympy.Expr, points: list[dict[sympy.Symbol, sympy.Expr]]) -> tuple[float, str]:
-    """The largest size of ψ over the points, and where."""
+    """The largest |ψ| over the points, and the point in words."""
     if expression == 0:
         return 0.0, ""
     sizes = [abs(float(numeric_matrix(Matrix([expression]), point)[0, 0])) for point in points]
@@ -241,13 +246,13 @@ def _largest(expression: sympy.Expr, points: list[dict[sympy.Symbol, sympy.Expr]
 
 
 def _lagrangian(spec: Spec, form: Lagrangian) -> tuple[Matrix, Matrix]:
-    """M, n by n, and g, n by 1, of d/dt (∂E/∂v)' − (∂E/∂x)' + (∂V/∂x)' = Φ (A.50), Φ the spec's ``force``.
+    """M, n by n, and g, n by 1, by Lagrange's equations d/dt (∂E/∂v)' − (∂E/∂x)' + (∂V/∂x)' = Φ (A.50).
 
-    With p = (∂E/∂v)', M = ∂p/∂v and g = Φ + (∂E/∂x)' − (∂V/∂x)' − (∂p/∂x) v. Terms of E that are linear in v
-    (gyroscopic) or free of it (centrifugal) are admitted.
+    E is the kinetic energy, V the potential energy, and Φ the spec's ``force``. With p = (∂E/∂v)', M = ∂p/∂v and
+    g = Φ + (∂E/∂x)' − (∂V/∂x)' − (∂p/∂x) v. E may have terms linear in v (gyroscopic) and without v (centrifugal).
 
     Raises:
-        BadInput: where E is not of the second degree in the velocities, or a coordinate has no kinetic energy.
+        BadInput: where E is not a quadratic polynomial in the velocities, or a coordinate has no kinetic energy.
     """
     x = Matrix([symbol(name) for name in spec.positions])
     v = Matrix([symbol(name) for name in spec.velocities])
@@ -267,9 +272,10 @@ def _lagrangian(spec: Spec, form: Lagrangian) -> tuple[Matrix, Matrix]:
 
 
 def _kinematic_tree(spec: Spec, tree: KinematicTree, free: Sequence[LinkParameter] = ()) -> tuple[Matrix, Matrix]:
-    """M(x), n by n, and the force, n by 1: the spec's (the joints' inputs) less the bias force.
+    """M(x), n by n, and g = force − h(x, v), n by 1, of a robot file.
 
-    The ``free`` base parameters stay symbols; the others are the numbers of the robot file, or the spec's own.
+    The force is the spec's ``force``, by default the joints' inputs, and h the bias force. The ``free`` base parameters
+    stay symbols; the others are numbers, from the spec or else from the robot file.
     """
     positions = {symbol(name): casadi.SX.sym(name) for name in spec.positions}
     velocities = {symbol(name): casadi.SX.sym(name) for name in spec.velocities}

@@ -1,4 +1,4 @@
-"""SymPy expressions of a System → a NumPy function of a fit's parameters."""
+"""Conversion of SymPy expressions to a NumPy function, for fits of parameters."""
 
 from __future__ import annotations
 

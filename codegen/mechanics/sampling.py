@@ -1,4 +1,4 @@
-"""Sampled points of the envelope, for numerical tests of what should hold everywhere or almost everywhere."""
+"""Sampled points of the envelope, for numerical checks of conditions that must hold (almost) everywhere in it."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ SINGULAR = 1e-9
 
 
 def position_range(spec: Spec, name: str, unit: str) -> tuple[float, float]:
-    """A position's range: the envelope's, or one metre or half a turn to each side where it says none."""
+    """A position's range in the envelope; ±1 m, or ±half a turn for an angle, where the envelope has none."""
     default = math.pi if unit == "rad" else 1.0
     low, high = spec.envelope.get(name, (-default, default))
     return float(low), float(high)
 
 
 def sampled_values(spec: Spec) -> list[dict[sympy.Symbol, Any]]:
-    """The parameters' values with random positions of the envelope, the same at every call."""
+    """Random points of the envelope: symbol → value, of parameters and positions; the same at every call."""
     generator = np.random.default_rng(1)
     values = {symbol(p.name): p.value for p in spec.parameters}
     ranges = {symbol(c.name): position_range(spec, c.name, c.unit) for c in spec.coordinates}
@@ -32,7 +32,7 @@ def sampled_values(spec: Spec) -> list[dict[sympy.Symbol, Any]]:
 
 
 def numeric_matrix(matrix: Any, point: Mapping[sympy.Symbol, Any]) -> Any:
-    """A matrix in numbers; NaN where it has no real value there."""
+    """The numeric value of a matrix at a point; NaN where it has no real value."""
     numbers = np.zeros((matrix.rows, matrix.cols))
     for place, entry in matrix.todok().items():
         e = complex(entry.subs({s: point[s] for s in entry.free_symbols if s in point}).evalf())
@@ -43,17 +43,19 @@ def numeric_matrix(matrix: Any, point: Mapping[sympy.Symbol, Any]) -> Any:
 def numbers_over(
     matrix: Any, values: Mapping[sympy.Symbol, Any], variables: Sequence[sympy.Symbol], points: Any
 ) -> Any:
-    """A matrix over ``values`` and ``variables`` at many points (points by variables): points by n by m.
+    """An n by m matrix over parameters and variables, evaluated by CasADi at many points: (points, n, m).
 
-    Through CasADi; what has no real value at a point is NaN or infinite there.
+    Args:
+        values: of the parameters.
+        points: (points, variables). An entry without a real value at a point is NaN or infinite there.
     """
     return at_points(function_of(matrix, variables, values), points)
 
 
 def rank(matrix: Any, points: list[dict[sympy.Symbol, Any]]) -> int:
-    """The generic rank: the largest over the points, each row and column brought to size one first.
+    """The generic rank of a matrix: the largest rank at the points, with rows and columns scaled to unit size first.
 
-    A matrix without a real value at any point counts as of full rank; its fault is reported elsewhere.
+    A matrix that has no real value at any point is given full rank; its error is reported elsewhere.
     """
     full, best = min(matrix.rows, matrix.cols), -1
     for point in points:

@@ -16,9 +16,9 @@ class Factors:
     """M = L D Lᵀ of a symmetric positive definite M.
 
     Attributes:
-        lower: row i of L left of its diagonal of ones, i entries; structural zeros are zero.
+        lower: row i of L without the diagonal one, i entries; structural zeros are 0.
         pivots: the diagonal of D.
-        reciprocals: as in ``factorised``.
+        reciprocals: as the argument of ``factorised``.
     """
 
     lower: tuple[tuple[Any, ...], ...]
@@ -51,8 +51,8 @@ def factorised(mass: Any, reciprocals: bool = True) -> Factors:
     Column by column: d_j = m_jj − Σ_k l_jk² d_k, l_ij = (m_ij − Σ_k l_ik l_jk d_k)/d_j, sums over k < j.
 
     Args:
-        reciprocals: whether a division by a constant pivot is a product with its reciprocal, which is faster and rounds
-            twice. A pivot that varies is divided by in any case: CasADi writes a product with 1/d as a quotient.
+        reciprocals: whether a division by a constant pivot becomes a product with its reciprocal, which is faster but
+            rounds twice. A pivot that varies is always divided by: CasADi turns a product with 1/d into a quotient.
     """
     n = mass.shape[0]
     lower = [[casadi.SX(0)] * i for i in range(n)]

@@ -1,4 +1,4 @@
-"""Matrices made from the entries that are not zero: the work grows with these, not with rows times columns."""
+"""Sparse construction of SymPy matrices: the work grows with the nonzero entries, not with rows times columns."""
 
 from __future__ import annotations
 
@@ -19,8 +19,9 @@ def diagonal(entries: Iterable[Any]) -> Matrix:
 
 
 def jacobian(expressions: Sequence[Any], variables: Sequence[sympy.Symbol]) -> Matrix:
-    """∂expressions/∂variables, expressions by variables. Of a sum only the terms in which a variable occurs are
-    differentiated.
+    """The Jacobian ∂expressions/∂variables, expressions by variables.
+
+    Only those terms of a sum are differentiated in which the variable occurs.
     """
     column = {x: j for j, x in enumerate(variables)}
     terms: dict[tuple[int, int], list[Any]] = {}
@@ -33,9 +34,9 @@ def jacobian(expressions: Sequence[Any], variables: Sequence[sympy.Symbol]) -> M
 
 
 def _slope(term: Any, x: sympy.Symbol) -> Any:
-    """∂term/∂x as SymPy's diff gives it; sums and products are differentiated here, which takes a fifth of its time.
+    """∂term/∂x, the same expression as SymPy's diff, in a fifth of the time for sums and products.
 
-    Of a product in which x is one factor these are the others, multiplied one after the other.
+    The derivative of a product in which x itself is a factor is the product of the other factors.
     """
     if term == x:
         return sympy.S.One
@@ -56,7 +57,7 @@ def sparse(rows: int, columns: int, entries: dict[tuple[int, int], Any]) -> Matr
 
 
 def each(matrix: Matrix, function: Callable[[Any], Any]) -> Matrix:
-    """The function of every entry that is not zero; of zero it must be zero."""
+    """The matrix with ``function`` applied to each nonzero entry; the function of zero must be zero."""
     return sparse(matrix.rows, matrix.cols, {place: function(entry) for place, entry in matrix.todok().items()})
 
 

@@ -33,12 +33,13 @@ LONGEST_SLOPE = 200
 
 @dataclass(frozen=True)
 class ContactFriction:
-    """One contact: λ = sgn(u)·(level(|u|) + extra_level) + extra_force.
+    """Friction at one contact: λ = sgn(u)·(level(|u|) + extra_level) + extra_force.
 
     Attributes:
-        slip: the symbol of the contact's slip velocity u in the expressions below.
-        law, law_parameters: the declared law and its symbols.
-        extra_level, extra_force: what declared effects add, over ``slip``, positions, inputs and time.
+        slip: the symbol of the slip velocity u in the expressions below.
+        law: the declared law.
+        law_parameters: name of a law parameter → its symbol.
+        extra_level, extra_force: terms added by declared effects, over ``slip``, positions, inputs and time.
     """
 
     name: str
@@ -57,13 +58,13 @@ class ContactFriction:
 
     @property
     def level_at_rest(self) -> sympy.Expr | None:
-        """The declared law's level at standstill; None where it has none, as under ln|u|."""
+        """The declared law's level at u = 0; None where it is not finite there, as with ln|u|."""
         level = self.law_level.subs(self.slip, 0)
         return None if level.has(sympy.zoo, sympy.oo, -sympy.oo, sympy.nan) else level
 
     @property
     def known_force(self) -> sympy.Expr:
-        """The part of λ that declared effects give and an observer need not estimate."""
+        """The part of λ from declared effects: sgn(u)·extra_level + extra_force, which no observer estimates."""
         return Sgn(self.slip) * self.extra_level + self.extra_force
 
     @property
@@ -74,12 +75,12 @@ class ContactFriction:
 
 @dataclass(frozen=True)
 class NonlinearInput:
-    """Why there is no B.
+    """Evidence that g(x, v, w) is not linear in the inputs, so that there is no input matrix B.
 
     Attributes:
-        coordinate: the first on which the force is not linear in the inputs.
-        input: the input whose effect there varies with the inputs.
-        slope: ∂g/∂w of that input on that coordinate; it holds an input.
+        coordinate: the first coordinate whose force is not linear in the inputs.
+        input: the input w of which ∂g/∂w depends on the inputs.
+        slope: that ∂g/∂w on that coordinate.
     """
 
     coordinate: str
@@ -88,7 +89,7 @@ class NonlinearInput:
 
     @property
     def reason(self) -> str:
-        """As what a ``BadInput`` may say was found."""
+        """The evidence in words, for the ``found`` of a BadInput."""
         return f"the force on {self.coordinate} is not linear in {self.input}: its slope is {self.slope}"
 
 
@@ -97,17 +98,19 @@ class System:
     """The equation of motion.
 
     Attributes:
-        positions, velocities, inputs: x, v, w; in order.
+        positions, velocities, inputs: symbols of x, v and w, in order.
         mass_matrix: M(x), n by n.
-        force: g(x, v, w) with the forces of declared effects; an input symbol is the effective input, here and
-            in ``contacts``.
+        force: g(x, v, w), n by 1, with the forces of declared effects. An input symbol here, and in ``contacts``, is
+            the effective input, behind the actuator.
         distribution: U(x), n by contacts (A.1); slip velocities are U' v.
         contacts: one per column of U.
-        values: every parameter symbol's exact value in SI.
-        units: every parameter symbol's unit.
-        actuators: input → its chain from command to effective input, where it has one.
-        sensor_errors: position → what its sensor reads above it, over the position, where it reads wrong.
-        transmissions: loads behind springs. M, g and U are those of the rigid axis; ``with_loads`` takes them apart.
+        values: parameter symbol → exact value in SI.
+        units: parameter symbol → unit.
+        actuators: input → model of its actuator, from command to effective input, where one is declared.
+        sensor_errors: position → error of its sensor (measured less true), a function of the true position; only for
+            sensors with an error.
+        transmissions: springs between motors and loads. M, g and U are those of the rigid machine; ``with_loads``
+            gives the system with motors and loads as separate coordinates.
     """
 
     name: str
@@ -150,7 +153,10 @@ class System:
 
     @property
     def input_matrix(self) -> Matrix | NonlinearInput:
-        """B of g = g₀(x, v) + B(x, v) w, n by inputs, w the commands; where g is not linear in w, what shows it."""
+        """The input matrix B of g = g₀(x, v) + B(x, v) w, n by inputs, with w the commands.
+
+        Where g is not linear in w, it is a NonlinearInput instead, which says where.
+        """
         static = {w: a.static(w) for w, a in self.actuators.items() if a.lag is None}
         return _input_matrix(_over(self.force, static), self.positions, self.inputs)
 
@@ -158,25 +164,27 @@ class System:
         return self.actuators.get(self.inputs[index], Actuator())
 
     def commanded(self, expression: Any) -> Any:
-        """An expression over effective inputs, over the delayed commands; where these do not follow from a mean of the
-        effective input, behind a lag or a threshold, the effective input stays.
+        """An expression over effective inputs, rewritten over the delayed commands.
+
+        The symbol of an effective input behind a lag or a threshold is kept, since there the effective input is no
+        function of the present command, or the command does not follow from it (``Actuator.has_inverse``).
         """
         return _over(expression, {w: a.static(w) for w, a in self.actuators.items() if a.has_inverse})
 
     def known_friction(self, slip: Matrix) -> Matrix:
-        """Contact forces of the declared effects at slip velocities ``slip``, one row a contact."""
+        """Friction forces of the declared effects at slip velocities ``slip``, contacts by 1."""
         return Matrix([c.known_force.subs(c.slip, u) for c, u in zip(self.contacts, slip, strict=True)])
 
     @property
     def modelled_force(self) -> Matrix:
-        """g less the friction that declared effects give: everything but the friction an observer estimates."""
+        """g − U λ_known, n by 1, with λ_known the friction of declared effects: all forces that are not estimated."""
         return Matrix(self.force - self.distribution * self.known_friction(self.slip_velocity))
 
     @cached_property
     def equation_error(self) -> Matrix:
-        """g − M a − U λ over x, v, w and the accelerations: zero on a motion that the model explains.
+        """The equation error g − M a − U λ, n by 1, over x, v, w and accelerations a; zero on a motion of the model.
 
-        w are the delayed commands, behind a lag or a threshold the effective inputs.
+        w are the delayed commands; for an input behind a lag or a threshold it is the effective input.
         """
         slip = self.slip_velocity
         friction = Matrix([c.force.subs(c.slip, u) for c, u in zip(self.contacts, slip, strict=True)])
@@ -185,12 +193,12 @@ class System:
 
     @cached_property
     def contact_coordinates(self) -> tuple[int, ...]:
-        """Of each contact the coordinate on which it acts most: index of the largest |entry| of its column of U."""
+        """Index, for each contact, of the coordinate on which it acts most: the largest |entry| of its column of U."""
         return tuple(self._largest(self.distribution[:, k]) for k in range(len(self.contacts)))
 
     @cached_property
     def driven_coordinates(self) -> tuple[int, ...]:
-        """Of each input the coordinate that it drives most: index of the largest |entry| of ∂g/∂w."""
+        """Index, for each input, of the coordinate that it drives most: the largest |entry| of ∂g/∂w."""
         return tuple(self._largest(row.diff(w) for row in self.force) for w in self.inputs)
 
     def _largest(self, entries: Iterable[sympy.Expr]) -> int:
@@ -205,10 +213,10 @@ class System:
         return tuple(symbol(f"{v.name}_dot") for v in self.velocities)
 
     def force_unit(self, coordinate: int) -> str:
-        """Unit of the generalised force on a coordinate: N on a length, N*m on an angle.
+        """Unit of the generalised force on a coordinate: N for a length, N*m for an angle.
 
-        Where a contact acts on it as it is and has another dimension, such as A of a motor whose torque constant is not
-        known, all forces of the balance have that.
+        An exception is a coordinate on which a contact acts directly with friction in another unit, such as A for a
+        motor of unknown torque constant: then all forces on the coordinate are in that unit.
         """
         usual = "N" if self.position_units[coordinate] == "m" else "N*m"
         for k, contact in enumerate(self.contacts):
@@ -249,22 +257,22 @@ class System:
         return self._with_contact(contact, extra_force=self.contacts[contact].extra_force + expression)
 
     def with_stage(self, index: int, stage: Stage, *parameters: sympy.Expr) -> System:
-        """Add a stage to an input's chain, at the place that the chain's order gives it."""
+        """Add a stage to an input's actuator model; the order of the stages is that of ``Actuator``."""
         chain = self.actuator(index).with_stage(stage, *parameters)
         return replace(self, actuators={**self.actuators, self.inputs[index]: chain})
 
     def with_law(self, contact: int, law: FrictionLaw, parameters: Mapping[str, sympy.Symbol]) -> System:
-        """Put another law in the place of a contact's own."""
+        """Replace the friction law of a contact."""
         return self._with_contact(contact, law=law, law_parameters=parameters)
 
     def with_sensor_error(self, coordinate: int, expression: sympy.Expr) -> System:
-        """Let the coordinate's sensor read ``expression`` (over the true position) above the true position."""
+        """Add an error to a coordinate's sensor: it measures x + ``expression``, a function of the true position x."""
         x = self.positions[coordinate]
         total = self.sensor_errors.get(x, sympy.S.Zero) + expression
         return replace(self, sensor_errors={**self.sensor_errors, x: total})
 
     def with_transmission(self, transmission: Transmission) -> System:
-        """Put a share of a coordinate's inertia behind a spring."""
+        """Add a spring between the motor and the load of a coordinate; the load has a share of its inertia."""
         return replace(self, transmissions=(*self.transmissions, transmission))
 
     def _with_contact(self, index: int, **change: Any) -> System:
@@ -274,7 +282,7 @@ class System:
 
 
 def _over(expression: Any, static: Mapping[sympy.Symbol, sympy.Expr]) -> Any:
-    """An expression over effective inputs, with these in their place."""
+    """An expression with each effective input replaced by its expression over the command, ``static``."""
     return expression.subs(static, simultaneous=True) if static else expression
 
 

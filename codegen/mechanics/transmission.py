@@ -1,4 +1,4 @@
-"""A spring between a motor and its load, with play or without: of one coordinate."""
+"""Compliant transmission of one coordinate: a spring, with or without backlash, between motor and load."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from codegen.spec.functions import Magnitude, Sgn
 
 @dataclass(frozen=True)
 class Transmission:
-    """Between the motor, whose position is the coordinate, and its load.
+    """Spring and damper between the motor, whose position is the coordinate, and its load.
 
     Attributes:
-        coordinate: index of the motor's position; encoder, inputs, damping and contacts are at the motor.
-        stiffness, damping: k, c.
-        load_fraction: ρ: ρM at the load, (1 − ρ)M at the motor.
-        gap: full width of the play; 0 for none.
+        coordinate: index of the coordinate. Encoder, inputs, damping and contacts are at the motor.
+        stiffness, damping: k and c, force unit per coordinate unit (times s).
+        load_fraction: ρ: the load has the inertia ρM, the motor (1 − ρ)M.
+        gap: full width of the backlash, in the coordinate's unit; 0 for none.
     """
 
     coordinate: int
@@ -27,9 +27,9 @@ class Transmission:
     gap: sympy.Expr = sympy.S.Zero
 
     def force(self, deflection: sympy.Expr, rate: sympy.Expr) -> sympy.Expr:
-        """What pulls the motor back and the load on, at dx = x − x_load and its rate.
+        """The force F at the deflection dx = x − x_load and its rate dx': −F acts on the motor, +F on the load.
 
-        With play: sgn(dx) max(0, k p + c p') where p = |dx| − gap/2 > 0, else none.
+        Without backlash k dx + c dx'. With backlash sgn(dx) max(0, k p + c p') where p = |dx| − gap/2 > 0, else 0.
         """
         if self.gap == 0:
             return self.stiffness * deflection + self.damping * rate
