@@ -258,9 +258,8 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         nested_lists(claim["shifts"], 1) and nested_lists(claim["push"], 2) and {*map(type, parts)} == {list},
         "not lists of numbers",
     )
-    matrix, push, shift = error_dynamics(proof, claim, shown)
+    step, push, shift = dynamics(proof, claim, shown)
     sizes = disturbance_sizes(claim)
-    step = [[x.constant() for x in row] for row in matrix]
     result = []
     for set_ in claim["sets"]:
         # LEMMA F. In a set with any friction these truths are taken to be 0 without drift, and `friction` acts as a
@@ -287,7 +286,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     kernel.demand(result and all(result), "it states no bound")
     kernel.demand(type(claim.get(REVERSALS, [])) is list, "no list of reversals")
     for entry in claim.get(REVERSALS, []):
-        left = left_by(entry, proof, claim, shown, (matrix, push, shift))
+        left = left_by(entry, proof, claim, shown, (step, push, shift))
         within = zip(left, map(number, entry["after"]), strict=True)
         kernel.demand(all(a <= b for a, b in within), "a reversal leaves more than its `after`")
     return result
@@ -297,9 +296,9 @@ def left_by(
     entry: dict[str, Any], proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any], known: Any = None
 ) -> list[Fraction]:
     """Bounds on each |truth - estimate| after a reversal of the claim; ValueError where it is no such entry."""
-    matrix, push, shift = known or error_dynamics(proof, claim, shown)
+    step, push, shift = known or dynamics(proof, claim, shown)
     sizes = disturbance_sizes(claim)
-    lists = all(nested_lists(entry[x], 1) and len(entry[x]) == len(matrix) for x in ("before", "after"))
+    lists = all(nested_lists(entry[x], 1) and len(entry[x]) == len(step) for x in ("before", "after"))
     kernel.demand({*entry} == {*REVERSAL} and lists, f"other fields than {REVERSAL} of a reversal")
     own = [i for i, e in enumerate(proof["errors"]) if e["sign"] == entry["sign"] != ""]
     kernel.demand(len(own) == 1, "a reversal of no sign that one level has")
@@ -313,9 +312,15 @@ def left_by(
         entry["sign"], own[0], samples, turns, number(entry["change"]), number(entry["jump"]), sizes[friction], column
     )
     most = {x: Fraction(0) if x.startswith(FRICTION) else d for x, d in sizes.items()}
-    noise, step = [largest(p, most, proof) for p in shift], [[x.constant() for x in row] for row in matrix]
+    noise = [largest(p, most, proof) for p in shift]
     before, columns = [*map(number, entry["before"])], disturbance_columns(push, [*most.values()])
     return reversal.left(turn, before, noise, proof, shown, step, columns)
+
+
+def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> Any:
+    """Those of ``error_dynamics``, the matrix in numbers."""
+    matrix, push, shift = error_dynamics(proof, claim, shown)
+    return [[x.constant() for x in row] for row in matrix], push, shift
 
 
 def disturbance_sizes(claim: dict[str, Any]) -> dict[str, Fraction]:

@@ -26,8 +26,8 @@ in this, and n the most that noise is in it.
 LEMMA H. Let (y, z), z the level's error, be in a convex polygon, and each other error within a radius. A linear
 function of (y, z, d) is the largest at a corner of the polygon, or of its part with y <= n or n <= y <= n + change, d
 being 0 or the largest there; the others, noise and drift add their largest. So 16 directions give the next polygon,
-and each other error the next radius. Corners are rounded to 1/GRID of their unit, and the weights' sum in 1/GRID is
-added for this.
+and each other error the next radius. All is rounded up to multiples of 1/GRID (of the unit of y and z), but corners
+down, and for these the weights' sum in 1/GRID is added.
 """
 
 import re
@@ -43,8 +43,8 @@ DIRECTIONS = [*HALF, *((-a, -b) for a, b in HALF)]
 RIGHT, TOP, LEFT, BOTTOM = range(0, 16, 4)
 GRID, MOST = 1 << 40, {"samples": 200, "turns": 20}
 ZERO, ONE = Fraction(0), Fraction(1)
-Point = tuple[Fraction, Fraction]
-Shape = tuple[list[Fraction], dict[int, Fraction]]  # bounds in DIRECTIONS of (y, z) over their units, and the radii
+Point = tuple[int, int, int]  # (x, y, w): the point (x, y)/w, w > 0
+Shape = tuple[list[int], dict[int, int]]  # bounds in DIRECTIONS of (y, z) over their units, and the radii, times GRID
 
 
 class Reversal(NamedTuple):
@@ -64,12 +64,12 @@ class Moves(NamedTuple):
     """How (y, z, the other errors) move: y stands in place of the first velocity in the slip."""
 
     slip: dict[int, Fraction]  # p
-    rows: list[list[Fraction]]
-    drive: list[Fraction]  # 2a q
-    columns: list[list[Fraction]]  # of noise and drift, times their sizes
+    rows: list[list[Fraction]]  # of y and z
+    drive: list[Fraction]  # 2a q, of y and z
+    columns: list[list[Fraction]]  # of noise and drift, times their sizes: y and z
     places: tuple[int, int]  # of y and z
-    others: list[int]
-    units: Point  # of y and z: what they are at most before
+    others: dict[int, tuple[int, list[Any]]]  # GRID times how far noise, drift and friction push it, and |its row|
+    units: tuple[Fraction, Fraction]  # of y and z: what they are at most before
 
 
 def count(text: Any, most: int) -> int:
@@ -90,9 +90,9 @@ def left(
     begun = [b + n for b, n in zip(before, noise, strict=True)]
     m = moves(of, estimated_slip(of, proof, shown), begun, step, columns)
     unseen = of_slip(m.slip, noise)
-    weights, edges = weighed(of, m, unseen, noise[of.level]), (unseen / m.units[0], of.change / m.units[0])
-    box = [Fraction(abs(a) + abs(b)) for a, b in DIRECTIONS]
-    shapes: dict[int, Shape] = {0: (box, {i: begun[i] for i in m.others})}  # by the number of turns so far
+    weights, edges = weighed(of, m, unseen, noise[of.level]), [times_grid(x / m.units[0]) for x in (unseen, of.change)]
+    box = [GRID * (abs(a) + abs(b)) for a, b in DIRECTIONS]
+    shapes: dict[int, Shape] = {0: (box, {i: times_grid(begun[i]) for i in m.others})}  # by the number of turns so far
     for _ in range(of.samples):
         following: dict[int, Shape] = {}
         for turns, shape in shapes.items():
@@ -103,10 +103,10 @@ def left(
     last, *more = shapes.values()
     for shape in more:
         last = wider(last, shape)
-    (y, z), most, (first, level) = reach(last, m), last[1], m.places
-    most |= {first: ZERO, level: z}
+    most, first = reached(last, m), m.places[0]
+    y, most[first] = most[first], 0
     most[first] = (y + of_slip(m.slip, most)) / abs(m.slip[first])
-    return [most[i] + n for i, n in enumerate(noise)]
+    return [Fraction(most[i]) / GRID + n for i, n in enumerate(noise)]
 
 
 def of_slip(slip: dict[int, Fraction], sizes: Any) -> Fraction:
@@ -145,26 +145,34 @@ def moves(of: Reversal, slip: dict[int, Fraction], begun: list[Fraction], step: 
     drive, units = [2 * of.force * x for x in seen(pushed)], (of_slip(slip, begun), begun[of.level])
     kernel.demand(same and drive[first] > 0, "friction does not act by its sign, or not against the slip")
     kernel.demand(min(units) > 0, "no error before")
-    rows = []
-    for row in zip(*map(seen, zip(*step, strict=True)), strict=True):  # the first velocity is y less the others
-        factor = row[first] / slip[first]
-        rows.append([factor if j == first else x - factor * slip.get(j, 0) for j, x in enumerate(row)])
-    others = [i for i in range(len(rows)) if i not in (first, of.level)]
-    return Moves(slip, rows, drive, [*map(seen, columns)], (first, of.level), others, units)
+    rows = [*map(list, step)]
+    rows[first] = [sum((a * step[i][j] for i, a in slip.items()), ZERO) for j in range(len(step))]
+    for row in rows:  # the first velocity is y less the others
+        row[first] /= slip[first]
+        for j, a in slip.items():
+            row[j] -= row[first] * a if j != first else 0
+    pushes, places = [*map(seen, columns)], (first, of.level)
+    others = {}
+    for i in {*range(len(rows))} - {*places}:
+        pushed = sum((abs(c[i]) for c in pushes if c[i]), abs(drive[i]))
+        others[i] = times_grid(pushed), [(j, abs(x)) for j, x in enumerate(rows[i]) if x]
+    columns = [c for c in ([c[i] for i in places] for c in pushes) if any(c)]
+    return Moves(slip, [rows[i] for i in places], [drive[i] for i in places], columns, places, others, units)
 
 
 def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> list[list[Any]]:
     """For each direction, where s stays and where it turns, sums of which the largest counts: what (y, z, d) and the
     others are weighed with, and a number."""
     first, level = m.places
+    seen = [j for j in m.others if m.rows[0][j] or m.rows[1][j]]
 
     def sum_of(y: Fraction, z: Fraction, before: Fraction, more: Fraction) -> Any:
         """y and z of the next sample and y of this one so often, and a number."""
-        row = [y * a + z * b for a, b in zip(m.rows[first], m.rows[level], strict=True)]
-        drive = y * m.drive[first] + z * m.drive[level]
-        (whole,), by = kernel.integers([[(row[first] + before) * m.units[0], row[level] * m.units[1], drive]])
-        more += sum((abs(y * c[first] + z * c[level]) for c in m.columns), Fraction(sum(map(abs, whole)), by * GRID))
-        return whole, by * GRID, more, [(j, abs(row[j])) for j in m.others if row[j]]
+        of_first, of_level, *rest = (y * m.rows[0][j] + z * m.rows[1][j] for j in (first, level, *seen))
+        drive = y * m.drive[0] + z * m.drive[1]
+        (whole,), by = kernel.integers([[(of_first + before) * m.units[0], of_level * m.units[1], drive]])
+        more += sum((abs(y * c + z * d) for c, d in m.columns), Fraction(sum(map(abs, whole)), by * GRID))
+        return whole, by, times_grid(more), [(j, abs(x)) for j, x in zip(seen, rest, strict=True)]
 
     found = []
     for y, z in ((a / m.units[0], b / m.units[1]) for a, b in DIRECTIONS):
@@ -174,37 +182,46 @@ def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> list[l
     return found
 
 
-def moved(shape: Shape, m: Moves, weights: Any, edges: Point) -> list[Shape]:
-    """The shapes a sample later: where s stays, and where it turns. `edges`: n and `change` over the unit of y."""
+def moved(shape: Shape, m: Moves, weights: Any, edges: list[int]) -> list[Shape]:
+    """The shapes a sample later: where s stays, and where it turns. `edges`: n and `change`, as y."""
     kernel.demand(True, "")  # that there is time left
     corners, radii, (start, width) = polygon(shape[0]), shape[1], edges
-    points = [(*x, ZERO) for x in corners] + [(*x, ONE) for x in cut(corners, 1, 0, start)]
+    points = {(x // w, y // w, 0) for x, y, w in corners} | {
+        (x // w, y // w, GRID) for x, y, w in cut(corners, 1, 0, start)
+    }
     between = cut(cut(corners, 1, 0, start + width), -1, 0, -start)
-    points += [(x, y, 1 - (x - start) / width) for x, y in between]
-    whole = {tuple(int(x * GRID // 1) for x in point) for point in points}
+    points |= {(x // w, y // w, GRID * ((start + width) * w - x) // (width * w)) for x, y, w in between}
 
-    def largest(sums: Any) -> Fraction:
-        most = [
-            Fraction(max(a * x + b * y + c * d for x, y, d in whole), by) + more + sum(w * radii[j] for j, w in others)
-            for (a, b, c), by, more, others in sums
-        ]
-        return upwards(max(most))
+    def largest(sums: Any) -> int:
+        most: list[int] = []
+        for (a, b, c), by, more, others in sums:
+            corner = max(a * x + b * y + c * d for x, y, d in points)
+            most.append(-(-corner // by) + more + added(others, radii))
+        return max(most)
 
-    every, later = radii | dict(zip(m.places, reach(shape, m), strict=True)), {}
-    for i in m.others:
-        pushed = sum((abs(c[i]) for c in m.columns if c[i]), abs(m.drive[i]))
-        later[i] = upwards(sum((abs(x) * every[j] for j, x in enumerate(m.rows[i]) if x), pushed))
+    every = reached(shape, m)
+    later = {i: pushed + added(row, every) for i, (pushed, row) in m.others.items()}
     return [([largest(each[k]) for each in weights], later) for k in (0, 1)]
 
 
-def reach(shape: Shape, m: Moves) -> Point:
-    """The most that |y| and |z| are."""
-    bounds, (y, z) = shape[0], m.units
-    return max(bounds[RIGHT], bounds[LEFT]) * y, max(bounds[TOP], bounds[BOTTOM]) * z
+def added(row: list[tuple[int, Fraction]], most: dict[int, int]) -> int:
+    return sum(above(x, most[j]) for j, x in row)
 
 
-def upwards(x: Fraction) -> Fraction:
-    return Fraction(-(-x * GRID // 1), GRID)
+def reached(shape: Shape, m: Moves) -> dict[int, Any]:
+    """The most that each error is, y in place of the first velocity; times GRID."""
+    (y, z), (bounds, radii) = m.units, shape
+    most = above(y, max(bounds[RIGHT], bounds[LEFT])), above(z, max(bounds[TOP], bounds[BOTTOM]))
+    return radii | dict(zip(m.places, most, strict=True))
+
+
+def above(x: Fraction, times: int) -> int:
+    """The product, rounded up."""
+    return -(-x.numerator * times // x.denominator)
+
+
+def times_grid(x: Fraction) -> int:
+    return above(x, GRID)
 
 
 def wider(one: Shape, other: Shape) -> Shape:
@@ -212,23 +229,23 @@ def wider(one: Shape, other: Shape) -> Shape:
     return [*map(max, one[0], other[0])], {i: max(x, other[1][i]) for i, x in one[1].items()}
 
 
-def polygon(bounds: list[Fraction]) -> list[Point]:
+def polygon(bounds: list[int]) -> list[Point]:
     """The corners of the polygon with these bounds in DIRECTIONS."""
     right, top, left, bottom = bounds[RIGHT], bounds[TOP], -bounds[LEFT], -bounds[BOTTOM]
-    corners = [(right, bottom), (right, top), (left, top), (left, bottom)]
+    corners = [(right, bottom, 1), (right, top, 1), (left, top, 1), (left, bottom, 1)]
     for (a, b), most in zip(DIRECTIONS, bounds, strict=True):
         corners = cut(corners, a, b, most) if a and b else corners
     return corners
 
 
-def cut(corners: list[Point], a: int, b: int, most: Fraction) -> list[Point]:
+def cut(corners: list[Point], a: int, b: int, most: int) -> list[Point]:
     """The corners, in order, of the part a x + b y <= most of a convex polygon."""
-    over, kept = [a * x + b * y - most for x, y in corners], []
-    for k, (x, y) in enumerate(corners):
-        (u, v), here, there = corners[k - 1], over[k], over[k - 1]
-        if (here > 0) != (there > 0):
-            part = there / (there - here)
-            kept.append((u + part * (x - u), v + part * (y - v)))
+    over, kept = [a * x + b * y - most * w for x, y, w in corners], []
+    for k, corner in enumerate(corners):
+        here, there = over[k], over[k - 1]
+        if (here > 0) != (there > 0):  # on the line from there to here: of weights w that are above 0
+            x, y, w = (there * p - here * q for p, q in zip(corner, corners[k - 1], strict=True))
+            kept.append((x, y, w) if w > 0 else (-x, -y, -w))
         if here <= 0:
-            kept.append((x, y))
+            kept.append(corner)
     return kept
