@@ -161,7 +161,7 @@ class Stribeck(Effect):
         return super().admissible(system, place, values) and (level is None or level + smaller_rise >= 0)
 
     def starts(self, covered: Covered) -> list[dict[str, float]]:
-        """Stribeck velocities from a hundredth to 0.8 of the top speed; an exponent starts at 1."""
+        """A Stribeck velocity from a hundredth to 0.8 of the top speed, and an exponent of 1."""
         exponent = {"exponent": 1.0} if EXPONENT in self.parameters else {}
         return [{"v_s": float(v)} | exponent for v in speeds(covered)]
 
