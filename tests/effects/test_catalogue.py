@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -132,6 +133,7 @@ def by_hand(kind: str, system: System, place: int, p: dict[str, float], at: dict
     return slope * (INPUT[kind](at[w], **p) - at[w])
 
 
+@cache
 def cases() -> list[tuple[str, str, int]]:
     found = []
     for name in TEXTS:

@@ -191,7 +191,6 @@ def array(values: np.ndarray, said: str | None = None) -> bytes:
 
 GOOD = {name: array(values) for name, values in MADE.items()}
 DAMAGED = archive({f"{n}.npy": d for n, d in GOOD.items()}, 0).replace(GOOD["x"][200:260], b"\xff" * 60)
-LONG = archive({f"{k}.npy": b"" for k in range(20_000)})
 HOSTILE = {
     "no archive": (b"PK\3\4 and no more", "not a zip archive"),
     "cut off": (archive({"t.npy": GOOD["t"]})[:-30], "not a zip archive"),
@@ -207,7 +206,6 @@ HOSTILE = {
     "huge": (archive({f"{n}.npy": array(v, f"({'9' * 14},)") for n, v in MADE.items()}), "bytes when unpacked"),
     "other lengths": (archive({f"{n}.npy": array(v[:9] if n == "x" else v) for n, v in MADE.items()}), "9 values"),
     "packed otherwise": (archive({"t.npy": GOOD["t"]}, zipfile.ZIP_LZMA), "compression method 14"),
-    "many members": (LONG, "too many files"),
     "a damaged member": (DAMAGED, "damaged"),
     "a damaged list": (archive({"t.npy": GOOD["t"]}).replace(b"PK\1\2", b"PK\7\7"), "damaged archive"),
 }
@@ -219,6 +217,13 @@ def test_hostile_archives(tmp_path, spec, case, monkeypatch):
     data, words = HOSTILE[case]
     (tmp_path / "a.npz").write_bytes(data)
     with pytest.raises(BadInput, match=words) as told:
+        read_log(tmp_path / "a.npz", spec)
+    assert len(str(told.value)) < 500
+
+
+def test_an_archive_of_many_members(tmp_path, spec):
+    (tmp_path / "a.npz").write_bytes(archive({f"{k}.npy": b"" for k in range(20_000)}))
+    with pytest.raises(BadInput, match="too many files") as told:
         read_log(tmp_path / "a.npz", spec)
     assert len(str(told.value)) < 500
 

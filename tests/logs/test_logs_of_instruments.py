@@ -24,15 +24,14 @@ STARTED = datetime(2026, 3, 4, 23, 59, 58)
 
 def lines(separator: str = ",", digits: str = "%.9f", comma: bool = False, scale=(1, 1, 1), stamp=None, tail="") -> str:
     """t, x and w of every row; ``stamp`` writes the time in its own way."""
-    out = []
-    for k, (t, x, w) in enumerate(zip(MADE["t"], MADE["x"], MADE["w"], strict=True)):
-        numbers = [digits % (v * s) for v, s in zip((t, x, w), scale, strict=True)]
-        if comma:
-            numbers = [n.replace(".", ",") for n in numbers]
-        if stamp is not None:
-            numbers[0] = stamp(k)
-        out.append(separator.join(numbers) + tail)
-    return "\n".join(out) + "\n"
+    numbers = np.column_stack([MADE[name] * s for name, s in zip("txw", scale, strict=True)]).tolist()
+    form = separator.join([digits] * 3)
+    texts = [form % tuple(row) for row in numbers]
+    if comma:
+        texts = [text.replace(".", ",") for text in texts]
+    if stamp is not None:
+        texts = [stamp(k) + separator + text.split(separator, 1)[1] for k, text in enumerate(texts)]
+    return "".join(f"{text}{tail}\n" for text in texts)
 
 
 def iso(k: int, between: str = "T", mark: str = ".", zone: str = "") -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -194,7 +195,7 @@ def complex_jacobian(f: Any, x: Any) -> Any:
 @given(st.lists(st.floats(-1, 1), min_size=5, max_size=5))
 def test_constraints_against_numpy(numbers: list[float]) -> None:
     """(A.58), (A.64)–(A.66) of the cart with its bob; dT/dt from differences of T along v (central, 1e-5: 1e-9)."""
-    system = CART
+    system = cart()
     x, v, w = np.array(numbers[:2]), np.array(numbers[2:4]), numbers[4]
     T = complex_jacobian(hand_cart, x)
     turning = (complex_jacobian(hand_cart, x + 1e-5 * v) - complex_jacobian(hand_cart, x - 1e-5 * v)) / 2e-5
@@ -213,12 +214,14 @@ def test_constraints_against_numpy(numbers: list[float]) -> None:
         np.testing.assert_allclose(U @ (levels * np.sign(U.T @ v)), T.T @ in_bodies, rtol=1e-12, atol=1e-14)
 
 
-CART = read(CART_CONSTRAINTS)[1]
+@cache
+def cart() -> System:
+    return read(CART_CONSTRAINTS)[1]
 
 
 def test_a_contact_on_a_length_is_in_newton_where_the_coordinate_is_an_angle() -> None:
-    assert [c.slip_unit for c in CART.contacts] == ["m", "m"]
-    assert CART.distribution.has(sympy.Symbol("q", real=True))
+    assert [c.slip_unit for c in cart().contacts] == ["m", "m"]
+    assert cart().distribution.has(sympy.Symbol("q", real=True))
 
 
 GYRO = """\
@@ -252,7 +255,7 @@ def energies(x: Any, v: Any) -> Any:
 @given(st.lists(st.floats(-1, 1), min_size=6, max_size=6))
 def test_lagrange_against_differences_of_the_energies(numbers: list[float]) -> None:
     """d/dt ∂L/∂v − ∂L/∂x = M a − g along x + v t + a t²/2, with terms linear in v and free of it; central, 1e-5."""
-    system = FREE_GYRO
+    system = free_gyro()
     x, v, a = (np.array(numbers[k : k + 2]) for k in (0, 2, 4))
 
     def momentum(t: float) -> Any:
@@ -264,7 +267,9 @@ def test_lagrange_against_differences_of_the_energies(numbers: list[float]) -> N
     np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-8)
 
 
-FREE_GYRO = read(GYRO)[1]
+@cache
+def free_gyro() -> System:
+    return read(GYRO)[1]
 
 
 def test_the_energy_of_the_undriven_frictionless_arm_is_kept() -> None:
