@@ -42,7 +42,7 @@ int main(void)
         printf("%d\n", outputs.fault);
     }
     if (!feof(stdin)) { /* such as a header line */
-        fprintf(stderr, "sample %lu is not 3 numbers\n", samples + 1);
+        (void)fprintf(stderr, "sample %lu is not 3 numbers\n", samples + 1);
         return 1;
     }
     return 0;
