@@ -178,7 +178,9 @@ def ellipsoid_text(
     if friction and turned[-1]:
         known = {tuple(row): float(bound) for _, ball in balls for *row, bound in map(_numbers, ball["rows"])}
         most = [*bounds[0].starts[:n], *(known[tuple(row)] + x for row, x in zip(errors, noise[n:], strict=True))]
-        entries = _reversals(observer, claim, proof, shown, most, sizes["acceleration"])
+        sample_time = fraction(observer.sample_time)
+        of_machine = [2 * x / sample_time**2 for x in sizes["displacement"]]  # the model's may be off by its forces
+        entries = _reversals(observer, claim, proof, shown, most, of_machine)
         claim[ellipsoid.REVERSALS] = entries
         starts |= {b.name: _numbers(entry["after"]) for b, entry in zip(bounds, entries, strict=False)}
     claim["sets"] = [
