@@ -89,9 +89,10 @@ def judged(name: str, count: int) -> tuple[int, int]:
     proved = false = 0
     for _ in range(count):
         try:
-            said = json.loads(mutant(text, dice))
-            kernel.prove(said, files(name))
-        except Exception:  # whatever stops the kernel is a refusal
+            with verify.theorem.or_refused("a mutant"):
+                said = json.loads(mutant(text, dice))
+                kernel.prove(said, files(name))
+        except verify.Refused:
             continue
         proved += 1
         false += not moves_as_said(name, said, 6)

@@ -179,8 +179,9 @@ def ellipsoid_text(
         known = {tuple(row): float(bound) for _, ball in balls for *row, bound in map(_numbers, ball["rows"])}
         most = [*bounds[0].starts[:n], *(known[tuple(row)] + x for row, x in zip(errors, noise[n:], strict=True))]
         sample_time = fraction(observer.sample_time)
-        of_machine = [2 * x / sample_time**2 for x in sizes["displacement"]]  # the model's may be off by its forces
-        entries = _reversals(observer, claim, proof, shown, most, of_machine)
+        # The envelope's: the one in ``sizes`` also has the error of the model's forces.
+        acceleration = [2 * x / sample_time**2 for x in sizes["displacement"]]
+        entries = _reversals(observer, claim, proof, shown, most, acceleration)
         claim[ellipsoid.REVERSALS] = entries
         starts |= {b.name: _numbers(entry["after"]) for b, entry in zip(bounds, entries, strict=False)}
     claim["sets"] = [
@@ -254,8 +255,8 @@ def _reversals(
 ) -> list[dict[str, Any]]:
     """For each contact what a reversal leaves of errors that are within ``most``; none where not all can be stated.
 
-    A slip that passes zero at the largest acceleration is for so many samples slower than its error. The estimate
-    then changes its sign once.
+    The samples are those in which a slip that passes zero at the largest acceleration is smaller than the error of its
+    estimate. The estimate then changes its sign once.
     """
     own = {e[part]: kernel.term(1, e[part]) for e in proof["errors"] for part in ("truth", "estimate")}
     text = kernel.Text(shown["names"] | own, {})
