@@ -138,6 +138,7 @@ def _content(
             with suppress(np.linalg.LinAlgError, OverflowError):  # P is nearly singular: nothing is said of a reversal
                 reversals.append(turn_cost(exact, observer.system.contacts[contact].name, flips, decay))
     words = {"observer": observer, "reversals": reversals, "rate": float(rate), "period": float(h), "turning": turning}
+    words["bounded"] = ()  # by ellipsoid.json, which is made from this certificate (with_reversals)
     words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if isinstance(c.law, DynamicLaw)]
     words["variables"] = {v.name: (float(lo), float(hi)) for v, (lo, hi) in found.family.variables.items()}
     return {
@@ -150,6 +151,12 @@ def _content(
         "reversals": reversals,
         "assumptions": lines("text/assumptions.j2", **words),
     }
+
+
+def with_reversals(content: Mapping[str, Any], contacts: Sequence[str]) -> dict[str, Any]:
+    """The certificate whose assumptions name the contacts after whose reversals ellipsoid.json bounds the errors."""
+    before, after = (one_line("text/reversal_sample.j2", bounded=each) for each in ((), contacts))
+    return {**content, "assumptions": [after if line == before else line for line in content["assumptions"]]}
 
 
 def one_line(template: str, **words: Any) -> str:

@@ -461,7 +461,7 @@ def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str],
     return [f"{STEP}{limits} by at most {factor} {rate}"] + [
         f"when {plain(sign)} changes, V grows by at most the factor {enclosure.most(growth)}; {dwell} samples later,"
         f" if no sign has changed again, V is{limits} not above its value before; besides, the step in which"
-        f" {plain(proof['signs'][sign])} passes 0 may move the estimates, which is not bounded"
+        f" {plain(proof['signs'][sign])} passes 0 may move the estimates, which this factor does not include"
         for sign, (growth, dwell) in known["turns"].items()
     ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 from collections.abc import Callable
 from fractions import Fraction
@@ -11,7 +12,7 @@ import pytest
 
 from codegen.checker import ellipsoid, kernel, reversal
 from tests.checker.test_ellipsoid import bounds, content
-from tests.checker.test_kernel import texts
+from tests.checker.test_kernel import GENERATED, texts
 
 CFOS = ("belt_axis", "chain", "emps", "one_mass", "one_mass_cfo_semi_implicit", "rig", "two_mass",
         "two_mass_cancellation")  # fmt: skip
@@ -118,6 +119,23 @@ def test_every_contact_of_a_cfo_has_a_reversal(name: str) -> None:
     for after in begun:
         (sign,) = (e["sign"] for e, c in zip(proof["errors"], after["row"], strict=True) if c != "0")
         assert all(a >= b for a, b in zip(map(Fraction, after["start"]), left[sign], strict=True))
+
+
+def test_the_assumption_about_the_sample_of_a_reversal_names_the_bounded_contacts() -> None:
+    """Of every shipped certificate, and no other contact: the text is made from what ellipsoid.json proves."""
+    said = []
+    for folder in sorted(path.parent for path in GENERATED.glob("*/certificate.json")):
+        claim = json.loads((folder / "ellipsoid.json").read_text()) if (folder / "ellipsoid.json").exists() else {}
+        contacts = [entry["sign"].removeprefix("sign.") for entry in claim.get("reversals", [])]
+        about = [x for x in content(folder.name, "certificate.json")["assumptions"] if "the sample of a reversal" in x]
+        bound = (
+            f", but ellipsoid.json bounds the errors after a reversal of {', '.join(contacts)}, this change included."
+        )
+        for line in about:
+            assert line.partition("V is not bounded in that sample")[2] == (bound if contacts else "."), folder.name
+            said.append(folder.name)
+        assert about or not contacts
+    assert {*CFOS, "one_mass_domain", "two_link_arm"} == {*said}
 
 
 @pytest.mark.parametrize("name", ["one_mass", "rig", "two_mass"])

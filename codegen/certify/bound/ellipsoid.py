@@ -23,6 +23,7 @@ from codegen.certify.bound.bounds import ErrorBound, Reversal
 from codegen.certify.bound.disturbances import Sizes, disturbances, dot
 from codegen.certify.bound.error_response import Response
 from codegen.certify.bound.friction_bounds import largest_friction
+from codegen.certify.content import with_reversals
 from codegen.certify.kernel_form import Writer
 from codegen.certify.outcome import Certificate
 from codegen.certify.prefix import fraction, rational_text, rounded, rounded_matrix, texts, upwards
@@ -91,7 +92,8 @@ def with_ellipsoid(
     h, bounds = float(observer.sample_time), []
     units = np.eye(len(proof["errors"]))[-len(certificate.bounds) :].tolist()
     turns: dict[int, Reversal] = {}
-    for entry in json.loads(text).get(ellipsoid.REVERSALS, []):
+    reversals = json.loads(text).get(ellipsoid.REVERSALS, [])
+    for entry in reversals:
         level = [e["sign"] for e in proof["errors"]].index(entry["sign"])
         left = float_above(Fraction(entry["after"][level]))
         turns[level] = Reversal(int(entry["samples"]), int(entry["turns"]), left)
@@ -107,7 +109,8 @@ def with_ellipsoid(
                           for of in (False, True))  # fmt: skip
         of_code = replace(b, of_code=steady, after_of_code=after, reversal=turns.get(unit.index(1.0)))
         bounds.append(replace(of_code, always=always))
-    return replace(certificate, bounds=tuple(bounds), ellipsoid=text)
+    said = with_reversals(certificate.content, [entry["sign"].removeprefix("sign.") for entry in reversals])
+    return replace(certificate, content=said, bounds=tuple(bounds), ellipsoid=text)
 
 
 def ellipsoid_text(
