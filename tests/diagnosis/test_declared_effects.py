@@ -153,4 +153,30 @@ def test_the_note_on_a_refitted_value_stands_behind_its_entry(block: bool) -> No
     (line,) = [line for line in text.splitlines() if "refitted by diagnosis" in line]
     assert "b: 7.5" in line and line.rstrip().endswith("b refitted by diagnosis, was 6")
     assert line.index("}") < line.index("#")
+    assert block or line.index("]") < line.index("#")
     assert float(parse_spec(text, Path("stage.yaml")).effects[0].parameters["b"]) == 7.5
+
+
+FLOW_CONTACTS = "friction: {distribution: [[1]], contacts: [{name: rail, law: coulomb, a: 4.0, unit: N}]}"
+
+
+def test_the_note_on_a_value_in_brackets_stands_behind_all_of_them() -> None:
+    text = staged(f"[{EFFECT}]", force="w").text
+    text = re.sub(r"friction:\n.*\n.*\n.*\n", f"{FLOW_CONTACTS} # of the data sheet\n# the next line\n", text)
+    spec = parse_spec(text, Path("stage.yaml"))
+    lines = augmented_text(spec, [], {"rail_a": 5.0}, system_of(spec)).splitlines()
+    (k,) = [k for k, line in enumerate(lines) if "refitted by diagnosis" in line]
+    written, _, note = lines[k].partition("#")
+    assert written.strip() == FLOW_CONTACTS.replace("a: 4.0", "a: 5.0")
+    assert note.strip() == "of the data sheet; a refitted by diagnosis, was 4.0"
+    assert lines[k + 1] == "# the next line"
+
+
+def test_a_note_keeps_the_comment_of_a_value_on_a_line_of_its_own() -> None:
+    text = staged(f"[{EFFECT}]", force="w").text
+    listed = "- name: rail\n      law: coulomb\n      a: 4.0 # measured cold\n      # of the old rail\n      unit: N"
+    spec = parse_spec(re.sub(r"- \{name: rail.*", listed, text), Path("stage.yaml"))
+    lines = augmented_text(spec, [], {"rail_a": 5.0}, system_of(spec)).splitlines()
+    (k,) = [k for k, line in enumerate(lines) if "refitted by diagnosis" in line]
+    assert " ".join(lines[k].split()) == "a: 5.0 # measured cold; a refitted by diagnosis, was 4.0"
+    assert lines[k + 1].strip() == "# of the old rail"

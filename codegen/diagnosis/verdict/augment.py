@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
@@ -22,24 +23,31 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
     document, _ = load_mapping(spec.text, str(spec.path))
     if document.get("friction") is None:
         _write_out_joints(document, spec)
-    sections = document["friction"]["contacts"]
+    if effects:
+        _list_effects_by_line(document)
     for index, contact in enumerate(system.contacts):
         for name, s in contact.law_parameters.items():
             if s.name in values:
-                _replace(sections, index, name, values[s.name], float(system.values[s]))
+                place = ("friction", "contacts", index, name)
+                _replace(document, place, values[s.name], float(system.values[s]))
     for parameter in spec.parameters:
         if parameter.name in values and parameter.value != 0:
             share = values[parameter.name] / float(parameter.value)
-            _replace(document["parameters"], parameter.name, "value", float(parameter.declared) * share)
+            _replace(document, ("parameters", parameter.name, "value"), float(parameter.declared) * share)
     for index, symbols in enumerate(declared_symbols(system, spec)):
         for name, s in symbols.items():
             if s.name in values:
-                entries, entry = document["effects"], document["effects"][index]
-                beside = (entries, index) if entry.fa.flow_style() else (entry, "parameters")
-                _replace_in(entry["parameters"], name, values[s.name], *beside)
+                _replace(document, ("effects", index, "parameters", name), values[s.name])
     _write_links(document, spec, values)
-    if not effects:
-        return changed_text(spec.text, document)
+    for effect in effects:
+        parameters = _flow({name: _short(value) for name, value in effect.parameters.items()})
+        entry = {"kind": effect.kind, "on": written_place(effect.on), "parameters": parameters}
+        document["effects"].append(_flow(entry))
+    return changed_text(spec.text, document)
+
+
+def _list_effects_by_line(document: CommentedMap) -> None:
+    """Make the section of effects a list with a line for each, also where it is missing or empty."""
     entries = document.get("effects")
     if not isinstance(entries, CommentedSeq) or not entries:
         fresh = CommentedSeq()
@@ -47,10 +55,6 @@ def augmented_text(spec: Spec, effects: Sequence[FoundEffect], values: Mapping[s
             fresh.ca.comment = entries.ca.comment
         document["effects"] = entries = fresh
     entries.fa.set_block_style()
-    for effect in effects:
-        parameters = _flow({name: _short(value) for name, value in effect.parameters.items()})
-        entries.append(_flow({"kind": effect.kind, "on": written_place(effect.on), "parameters": parameters}))
-    return changed_text(spec.text, document)
 
 
 def _flow(values: Mapping[str, object]) -> CommentedMap:
@@ -93,37 +97,39 @@ def _write_links(document: CommentedMap, spec: Spec, values: Mapping[str, float]
         section.fa.set_block_style()
     section["base_parameters"].fa.set_block_style()
     for name, value in moved.items():
-        _replace(section, "base_parameters", name, value, float(nominal[name]))
+        _replace(document, ("urdf", "base_parameters", name), value, float(nominal[name]))
 
 
-def _replace(
-    parent: CommentedMap | CommentedSeq, entry: str | int, key: str, value: float, default: float = 0.0
-) -> None:
-    """Replace the number ``parent[entry][key]``, or number and unit, and note the old value, or the default."""
-    _replace_in(parent[entry], key, value, parent, entry, default)
+def _replace(document: CommentedMap, place: Sequence[str | int], value: float, default: float = 0.0) -> None:
+    """Replace the number at the keys ``place``, or number and unit, and note the old value, or the default.
 
-
-def _replace_in(
-    section: CommentedMap,
-    key: str,
-    value: float,
-    parent: CommentedMap | CommentedSeq,
-    entry: str | int,
-    default: float = 0.0,
-) -> None:
-    """Replace ``section[key]``; of a section on one line the note stands behind ``parent[entry]``, which it ends."""
+    The note stands at the end of the line, behind the outermost bracket that is open there.
+    """
+    *above, key = place
+    noted: tuple[CommentedMap | CommentedSeq, str | int] | None = None
+    section: Any = document
+    for k in above:
+        parent, section = section, section[k]
+        if noted is None and section.fa.flow_style():
+            noted = parent, k
     old = section.get(key, default)
     if isinstance(old, (int, float)) and float(old) == _short(value):
         return
     section[key] = _short(value)
-    note = f"{key} refitted by diagnosis, was {old}"
-    if section.fa.flow_style():
-        before = parent.ca.items.get(entry)
-        tokens = [t for t in (before or []) if t is not None and not isinstance(t, list)]
-        words = " ".join(t.value.strip().lstrip("# ") for t in tokens if t.value.strip())
-        parent.yaml_add_eol_comment(f"{words}; {note}" if words else note, entry, column=0)
-    else:
-        section.yaml_add_eol_comment(note, key, column=0)
+    _note(*(noted or (section, key)), f"{key} refitted by diagnosis, was {old}")
+
+
+def _note(parent: CommentedMap | CommentedSeq, key: str | int, note: str) -> None:
+    """Add to the comment at the end of the line of ``parent[key]``; lines of comment below it stay as they are."""
+    slots = parent.ca.items.get(key) or []
+    # The slot of an end-of-line comment: of a list the first, of a mapping the third.
+    at = 0 if isinstance(parent, CommentedSeq) else 2
+    token = slots[at] if len(slots) > at else None
+    beside, newline, below = token.value.partition("\n") if token else ("", "", "")
+    words = beside.strip().lstrip("# ")
+    parent.yaml_add_eol_comment(f"{words}; {note}" if words else note, key, column=0)
+    if below:
+        parent.ca.items[key][at].value += newline + below
 
 
 def _short(value: float) -> float:
