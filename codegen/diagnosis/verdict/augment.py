@@ -116,7 +116,8 @@ def _replace(document: CommentedMap, place: Sequence[str | int], value: float, d
     if isinstance(old, (int, float)) and float(old) == _short(value):
         return
     section[key] = _short(value)
-    _note(*(noted or (section, key)), f"{key} refitted by diagnosis, was {old}")
+    line, entry = noted or (section, key)
+    _note(line, entry, f"{key} refitted by diagnosis, was {old}")
 
 
 def _note(parent: CommentedMap | CommentedSeq, key: str | int, note: str) -> None:
