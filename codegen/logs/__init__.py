@@ -1,4 +1,4 @@
-"""Measured logs: read into SI on a uniform grid, and audited before anything is concluded from them."""
+"""Measured logs: readers, which give SI values on a uniform time grid, and the preflight checks."""
 
 from codegen.logs.audit.preflight import preflight
 from codegen.logs.description import LogDescription, read_description

@@ -1,4 +1,4 @@
-"""Which column of the file is which symbol of the spec, by the first that says so, and its factor to SI."""
+"""Assignment of a log's columns to the spec's variables, and the factor from each column to SI."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from codegen.base.errors import BadInput, Place, nearest_name, refuse_unknown
 from codegen.base.user_text import shown
 from codegen.logs.column_names import (
     Proposed,
-    is_brought,
+    is_convertible,
     is_counter,
     is_in_counts,
     lines_of,
@@ -36,16 +36,16 @@ _TIME = re.compile(r"t|_*(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_ti
 
 @dataclass(frozen=True)
 class Binding:
-    """Symbols and the file's columns.
+    """The column, and its factor to SI, of each variable of the spec.
 
     Attributes:
-        terms: ``t``, positions, velocities and inputs → column of the file, or expression of several; ``t`` is left out
-            where the sample rate stands for it, positions in ``integrated``, and velocities where not all were logged.
-        scale: symbol → factor to SI, 1 where nobody said.
-        integrated: positions that no column gives, and that are the integral of their measured velocity.
+        terms: ``t``, positions, velocities and inputs → column of the file, or expression of several. Left out are
+            ``t`` where the sample rate replaces it, positions in ``integrated``, and velocities unless all were logged.
+        scale: symbol → factor to SI; 1 by default.
+        integrated: positions without a column, which are computed as the integral of their measured velocity.
         logged: whether every velocity was logged.
         findings: units that could not be used.
-        brought: symbol → the unit that the file or a column's name states, in words; values are converted from it.
+        inferred_units: as of ``Intake``.
     """
 
     terms: Mapping[str, Term]
@@ -54,12 +54,14 @@ class Binding:
     logged: bool
     notes: tuple[str, ...]
     findings: tuple[Finding, ...] = ()
-    brought: Mapping[str, str] = field(default_factory=dict)
+    inferred_units: Mapping[str, str] = field(default_factory=dict)
 
 
 def bind(source: LogFile, spec: Spec, description: LogDescription, explicit: Mapping[str, str] | None) -> Binding:
-    """Find a column for every symbol: by explicit options, the description, the spec, or the symbol's own name, with a
-    unit behind it or not; for ``t`` by any usual name of a time.
+    """Find a column for every variable of the spec.
+
+    The first of these decides: an explicit option, the description, the spec, or the variable's own name, with or
+    without a unit after it; for ``t`` any usual name of a time.
 
     Raises:
         BadInput: for an unknown symbol, a column that is missing, one that is taken twice, or a unit of another kind.
@@ -68,7 +70,7 @@ def bind(source: LogFile, spec: Spec, description: LogDescription, explicit: Map
 
 
 def time_columns(names: Sequence[str]) -> list[str]:
-    """The columns whose name is that of a time: ``t``, ``Time``, ``time [s]``, ``timestamp``, ``t_ms``, …"""
+    """The columns with a usual name of a time: ``t``, ``Time``, ``time [s]``, ``timestamp``, ``t_ms``, …"""
     found = []
     for name in names:
         plain = stated_unit(name)[0].replace(" ", "_")
@@ -79,7 +81,7 @@ def time_columns(names: Sequence[str]) -> list[str]:
 
 
 def time_of(source: LogFile, description: LogDescription) -> str:
-    """The column of time of a log that holds its values elsewhere: as described, or by its name.
+    """The time column of a log: as described, or else by its name.
 
     Raises:
         BadInput: as ``column_of``.
@@ -89,10 +91,10 @@ def time_of(source: LogFile, description: LogDescription) -> str:
 
 
 def column_of(source: LogFile, text: str, place: Place) -> str:
-    """The one column that a text of a description means.
+    """The column that a text of a description names, or numbers from 1.
 
     Raises:
-        BadInput: for none, or an expression of several.
+        BadInput: for no such column, or an expression of several.
     """
     term = find_term(text, source.names, place)
     if term is None or term.expression is not None:
@@ -102,7 +104,7 @@ def column_of(source: LogFile, text: str, place: Place) -> str:
 
 
 class _Search:
-    """The search for the columns of one file, and what is found so far; see ``Binding``."""
+    """The search for the columns of one file, with its intermediate results; see ``Binding``."""
 
     def __init__(self, source: LogFile, spec: Spec, description: LogDescription, explicit: Mapping[str, str]) -> None:
         self.source, self.spec, self.description, self.explicit = source, spec, description, explicit
@@ -113,7 +115,7 @@ class _Search:
         self.missing: dict[str, BadInput] = {}
         self.notes: list[str] = []
         self.findings: list[Finding] = []
-        self.brought: dict[str, str] = {}
+        self.inferred_units: dict[str, str] = {}
 
     def binding(self) -> Binding:
         self._refuse_unknown_symbols()
@@ -130,7 +132,7 @@ class _Search:
             where = self.description.place("scale.t") if stated else self.spec.place("log.scale.t")
             raise BadInput(where, f"factor {scale['t']:g}", "a positive factor for time", code="LOG013")
         notes, findings = tuple(self.notes), tuple(self.findings)
-        return Binding(self.terms, scale, integrated, logged, notes, findings, self.brought)
+        return Binding(self.terms, scale, integrated, logged, notes, findings, self.inferred_units)
 
     def _refuse_unknown_symbols(self) -> None:
         spec, description = self.spec, self.description
@@ -150,7 +152,7 @@ class _Search:
             self.notes.append(f"columns that {spec.name} does not use: {listing(extra)}")
 
     def _choice(self, symbol: str) -> tuple[str, Place | str | None]:
-        """The column that is configured for a symbol, and by what; the symbol itself and None where nothing is."""
+        """The column that is configured for a symbol, and where; the symbol's own name and None if none is."""
         about = self.description
         if symbol in self.explicit:
             return self.explicit[symbol], "the column option"
@@ -161,7 +163,7 @@ class _Search:
         return symbol, None
 
     def _find(self, symbol: str) -> None:
-        """Take the column of a symbol; a position or velocity, or a symbol that nobody names, may be missing."""
+        """Find the column of a symbol. If there is none, note it in ``missing`` or raise BadInput."""
         text, origin = self._choice(symbol)
         place = origin if isinstance(origin, Place) else Place("column option" if origin else self.place.file)
         term = find_term(text, self.names, place)
@@ -193,7 +195,7 @@ class _Search:
         self.missing[symbol] = error
 
     def _likely(self, symbol: str) -> list[str]:
-        """The columns that are the symbol by their names."""
+        """The columns that the symbol's name may mean."""
         if symbol == "t":
             return time_columns(self.names)
         return [name for name in self.names if stated_unit(name)[0] == symbol]
@@ -241,43 +243,43 @@ class _Search:
         return [name for name in self.names if name not in used]
 
     def _propose(self) -> None:
-        """Refuse the symbols without a column, with lines of meta.yaml that name the likely columns.
+        """Raise BadInput for the symbols without a column, with lines of meta.yaml that name the likely columns.
 
         A position whose velocity was logged is integrated where no column is left for it.
         """
         units = {} if self.headless else {name: self._stated(name) for name in self._unused()}
-        told = proposed_columns(list(self.missing), units, self.spec)
-        found = {one.symbol: one.column for one in told}
+        proposed = proposed_columns(list(self.missing), units, self.spec)
+        found = {one.symbol: one.column for one in proposed}
         left = set(self._unused()) - set(found.values())
         velocity = {c.name: c.velocity for c in self.spec.coordinates}
         lacking = [s for s in self.missing if s in found or left or velocity.get(s) not in self.terms]
         if not lacking:
             return
         first = self.missing[lacking[0]]
-        if not told and (len(lacking) == 1 or any("an expression" in self.missing[s].expected for s in lacking)):
+        if not proposed and (len(lacking) == 1 or any("an expression" in self.missing[s].expected for s in lacking)):
             raise first
         counted = "t" in lacking and "t" not in found and all(map(is_counter, left))
         absent = f"no {'columns' if len(lacking) > 1 else 'column'} {', '.join(f'`{s}`' for s in lacking)}"
         blank = "NUMBER" if self.headless else "..."
-        lines = lines_of(told, {s: blank for s in lacking if s not in found and not (s == "t" and counted)})
-        counts = [one for one in told if not one.unit and is_in_counts(one.column)]
+        lines = lines_of(proposed, {s: blank for s in lacking if s not in found and not (s == "t" and counted)})
+        counts = [one for one in proposed if not one.unit and is_in_counts(one.column)]
         lines += "".join(f", and their size, such as {scale_of_counts(one.symbol, self.spec)}," for one in counts)
         if counted:
             lines += " and `sample_time: SECONDS`"
         elif "t" in lacking and "t" not in found:
             lines += " (or `sample_time: SECONDS` in place of t)"
-        option = "" if counted or not told else _options(told, lacking)
-        why = f" ({reasons(told)})" if told else ""
+        option = "" if counted or not proposed else _options(proposed, lacking)
+        why = f" ({reasons(proposed)})" if proposed else ""
         has = f"NUMBER from 1 to {len(self.names)}" if self.headless else f"it has {listing(self.names)}"
         expected = f"{lines} in meta.yaml beside the log{option}{why}; {has}"
-        nearest = told[0].column if told and told[0].symbol == lacking[0] else None
+        nearest = proposed[0].column if proposed and proposed[0].symbol == lacking[0] else None
         raise BadInput(first.place, absent, expected, nearest, code="LOG003")
 
     def _integrated(self) -> tuple[str, ...]:
         """The positions that are integrated from their velocities: those without a column, where no unused one is left.
 
         Raises:
-            BadInput: for a position without a column beside columns that nothing uses, or without a measured velocity.
+            BadInput: for a position without a column or a measured velocity, or where some column is unused.
         """
         found = []
         for c in self.spec.coordinates:
@@ -291,7 +293,7 @@ class _Search:
         return tuple(found)
 
     def _drop_some_velocities(self, integrated: Sequence[str]) -> bool:
-        """Whether every velocity was logged; else those that no position needs are left unused."""
+        """Whether every velocity was logged; if not, remove those that no position is integrated from."""
         velocities = self.spec.velocities
         logged = [v for v in velocities if v in self.terms]
         if logged and len(logged) < len(velocities):
@@ -302,10 +304,11 @@ class _Search:
             for v in unused:
                 del self.terms[v]
         elif not logged and self.description.velocity_columns:
-            self.notes.append("the description speaks of velocity columns, and there is none")
+            self.notes.append("the description states velocity columns, and the log has none")
         return len(logged) == len(velocities)
 
     def _refuse_twice(self) -> None:
+        """Raise BadInput for a column that two symbols take."""
         owner: dict[str, str] = {}
         for symbol, term in self.terms.items():
             if term.expression is not None:
@@ -317,26 +320,26 @@ class _Search:
             owner[name] = symbol
 
     def _refuse_positions_as_forces(self) -> None:
-        """Refuse a position that was asked for as an input in another unit; in an expression it is the author's."""
-        asked, units = self.source.asked, {c.unit for c in self.spec.coordinates}
+        """Raise BadInput for a commanded position as an input in another unit; an expression with it is accepted."""
+        commands, units = self.source.commands, {c.unit for c in self.spec.coordinates}
         for i in self.spec.inputs:
             column = self.terms[i.name].columns[0]
-            if self.terms[i.name].expression is None and column in asked and i.unit not in units:
-                found = f"`{shown(column)}`, a position that was asked for, as the input {i.name} in {i.unit}"
-                law = f"25*({identifier(column)} - {identifier(asked[column])})"
+            if self.terms[i.name].expression is None and column in commands and i.unit not in units:
+                found = f"`{shown(column)}`, a commanded position, as the input {i.name} in {i.unit}"
+                law = f"25*({identifier(column)} - {identifier(commands[column])})"
                 measured = "a measured current or torque"
                 expected = f"{measured}, or the servo's own law as an expression of columns, such as {law}"
                 raise BadInput(Place(self.place.file), found, expected, code="LOG012")
 
     def _factor(self, symbol: str) -> float:
-        """From the column to SI: the unit that the description or else the file states, times the scale."""
+        """The factor from a symbol's column to SI: of the unit by the description or else the file, times the scale."""
         about, spec, term = self.description, self.spec, self.terms.get(symbol)
         scale = about.stated_scale(symbol, spec)
         own, place = unit_of(symbol, spec), about.place(f"units.{symbol}")
         sized = about.scale.units.get(symbol, "")
         refuse_other_unit(sized, own, f"scale of {symbol}", about.place(f"scale.{symbol}"))
         if sized and symbol in about.units:
-            found = f"unit {about.units[symbol]}, beside a scale in {sized}"
+            found = f"unit {about.units[symbol]}, and also a scale in {sized}"
             raise BadInput(place, found, f"one of the two: `scale: {{{symbol}: …}}` alone", code="LOG012")
         if symbol in about.units:
             unit = about.units[symbol]
@@ -366,13 +369,15 @@ class _Search:
             if unit != own and is_in_counts(name):
                 self._note_counts(symbol, name)
             return scale
-        if is_brought(unit, own):
+        if is_convertible(unit, own):
             factor = float(si_factor(unit, place))
             if factor != 1.0:
                 says = "file" if by_file else f"name of `{shown(name)}`"
                 wrong = f" (`units: {{{symbol}: {own}}}` in meta.yaml beside the log where that is wrong)"
-                self.brought[symbol] = f"in {unit}, as the {says} says"
-                self.notes.append(f"{symbol} is {self.brought[symbol]}: brought to {own}{'' if by_file else wrong}")
+                self.inferred_units[symbol] = f"in {unit}, as the {says} says"
+                self.notes.append(
+                    f"{symbol} is {self.inferred_units[symbol]}: converted to {own}{'' if by_file else wrong}"
+                )
             return factor * scale
         if by_file:
             taken = f"which is no unit of {own}: its numbers are taken as they stand"
@@ -394,15 +399,15 @@ class _Search:
         self.findings.append(Finding("warning", f"unit of {symbol}", f"{words[0].upper()}{words[1:]}. {advice}"))
 
     def _stated(self, name: str) -> str:
-        """The unit of a column that the file states, or its name; an index or a joint in brackets is none."""
+        """The unit of a column by the file, or else by its name; an index or a joint in brackets is no unit."""
         by_name = stated_unit(name)[1]
         joint = self.source.joints_in_brackets or by_name.isdigit()
         return self.source.units.get(name, "") or ("" if joint else by_name)
 
 
-def _options(told: Sequence[Proposed], lacking: Sequence[str]) -> str:
-    """The same proposals as options of a command, where these say all: an option states no unit."""
-    if len(told) < len(lacking) or any(one.unit or not one.column.isprintable() for one in told):
+def _options(proposed: Sequence[Proposed], lacking: Sequence[str]) -> str:
+    """The proposals as options of a command; empty if they are incomplete or need a unit, which no option states."""
+    if len(proposed) < len(lacking) or any(one.unit or not one.column.isprintable() for one in proposed):
         return ""
-    options = " ".join(f"--column {quote(f'{one.symbol}={one.column}')}" for one in told)
+    options = " ".join(f"--column {quote(f'{one.symbol}={one.column}')}" for one in proposed)
     return f", or `{options}`"

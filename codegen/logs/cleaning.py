@@ -1,4 +1,4 @@
-"""Raw columns → finite numbers at rising times, with every change noted; what cannot be mended is refused."""
+"""Cleaning of raw columns: finite values at increasing times. Changes are noted; what cannot be repaired is refused."""
 
 from __future__ import annotations
 
@@ -14,21 +14,23 @@ from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import Columns
 
 LARGEST_VALUE = 1e30
-SHARE_NOT_FINITE = 0.01
-RUN_NOT_FINITE = 5
+SHARE_NOT_FINITE, RUN_NOT_FINITE = 0.01, 5
+"""Largest share of values that are not finite, and most of them in a row, that are filled in."""
 SHARE_REPEATED = 0.20
+"""Largest share of rows that repeat a time stamp with other data."""
 _UNITS = {1e3: ("milliseconds", "0.001"), 1e6: ("microseconds", "1e-6"), 1e9: ("nanoseconds", "1e-9")}
 
 
 @dataclass(frozen=True)
 class Clean:
-    """Usable rows of a log.
+    """The usable rows of a log.
 
     Attributes:
         time: (N,) s, strictly rising.
         data: (N, c) the other columns in SI, finite.
-        source: where the rows stand, for messages.
-        repaired: symbol → values filled in.
+        source: the raw rows, for the places of messages.
+        repaired: symbol → number of values filled in.
+        dropped: number of rows left out.
     """
 
     time: Array
@@ -42,7 +44,7 @@ class Clean:
 def clean(
     raw: Columns, symbols: Sequence[str], held: Sequence[bool], scale: Mapping[str, float], description: LogDescription
 ) -> Clean:
-    """Check and mend the rows of a log.
+    """Check the rows of a log, and repair those that can be.
 
     Args:
         raw: the file's columns, (N, 1 + c); the first is time.
@@ -74,11 +76,12 @@ def clean(
 
 
 def _bad(values: Array) -> Flags:
+    """Whether a value is not finite, or larger than ``LARGEST_VALUE``."""
     return ~(np.abs(values) < LARGEST_VALUE)
 
 
 def _without_padding(raw: Columns, notes: list[str]) -> Columns:
-    """Without the rows of zeros, time too, of a buffer that was not filled at its end, or not yet at its start."""
+    """The rows without those at both ends that are all zero, as an unfilled buffer leaves them."""
     used = np.flatnonzero((raw.values != 0).any(axis=1))
     if not len(used) or raw.values[used[-1], 0] <= 0:
         return raw
@@ -88,7 +91,7 @@ def _without_padding(raw: Columns, notes: list[str]) -> Columns:
     if not left:
         return raw
     first = raw.place(0 if start else stop)
-    notes.append(f"{_count(left, 'row')} of zeros, time too, at the ends left out (first: {first})")
+    notes.append(f"{_count(left, 'row')} of zeros (also the time) at the ends left out (first: {first})")
     keep = np.zeros(len(raw.values), dtype=bool)
     keep[start:stop] = True
     return raw.rows(keep)
@@ -122,13 +125,14 @@ def _finite(
         else:
             values[bad, j] = np.interp(np.flatnonzero(bad), good, values[good, j])
         repaired[symbols[j]] = int(bad.sum())
-        how = "the value before" if held[j] else "its neighbours' line"
+        how = "the value before" if held[j] else "interpolation between its neighbours"
         first = raw.place(int(np.argmax(bad)), j)
         notes.append(f"{symbols[j]}: {_count(bad.sum(), 'value')} not finite, filled in from {how} (first: {first})")
     return values, repaired
 
 
 def _refuse_many(raw: Columns, column: int, bad: Flags, fill: bool) -> None:
+    """Raise BadInput if too many values of a column are not finite, in a row or in all."""
     run, start = longest_run(bad)
     at, count = int(np.argmax(bad)), int(bad.sum())
     found = f"{count} of {len(bad)} values are not finite (NaN, inf or empty)"
@@ -190,6 +194,7 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
 
 
 def _plausible(values: Array, source: Columns, symbols: Sequence[str]) -> None:
+    """Raise BadInput for a value that is too large after scaling, or time stamps that become equal."""
     bad = _bad(values)
     if bad.any():
         j = int(np.argmax(bad.any(axis=0)))

@@ -1,7 +1,8 @@
-"""What the name of a log's column says: its unit (``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm``, ``x_mm``), and which
-variable it may hold, for those that a log does not name: by name, by unit, by what is usually called so, by numbers,
-or since no other is left.
-A proposal is only shown in a message; no column is read because of it.
+"""Names of a log's columns: the unit in a name, and proposals of columns for variables that a log does not name.
+
+A unit stands in a name as in ``x [mm]``, ``x (mm)``, ``x / mm``, ``x/mm`` or ``x_mm``. A column is proposed by its
+name, its unit, usual names of a quantity, numbers in the names, or since no other is left. A proposal is only shown in
+a message; no column is read because of it.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from codegen.spec.units import base_units, is_unit, same_dimension, si_factor
 _IN_SQUARE = re.compile(r"(.*\S)\s*\[([^\[\]]*)\]\s*")
 _IN_ROUND = re.compile(r"(.*\S)\s*\(([^()]*)\)\s*")
 _BELOW_LINE = re.compile(r"(.+?)\s+/\s+(\S.*?)\s*|([^/\s]+)/(\S+)\s*")
-"""Behind a line with blanks around it; without blanks only where the name holds no other line, as paths do."""
+"""A unit after a slash, which without blanks around it must be the only one, since paths have several."""
 _BEHIND_NAME = re.compile(r"(.+)_(ms|us|ns|mm|um|deg|rpm|mA|mV|kN|mNm)")
-"""Units that the end of a name can mean and that are nothing else."""
+"""Unambiguous units at the end of a name."""
 AMBIGUOUS = ("grad",)
 """Degrees in German, gons elsewhere, and with a capital G a billion radians."""
 _TIME_IN = re.compile(r"(.+)_(s|sec|seconds|ms|msec|us|usec|ns)")
@@ -34,15 +35,13 @@ USUAL = {
     "N": frozenset({"force", "thrust", "w"}),
     "N*m": frozenset({"torque", "trq", "tau", "moment", "effort"}),
 }
-"""Unit → what columns of such a quantity are usually called."""
+"""Unit → usual names of columns of such a quantity."""
 COMMANDED = frozenset(
     {"command", "commands", "cmd", "desired", "target", "reference", "ref", "setpoint", "goal", "action"}
 )
-"""Words that keep a column from being taken for a measured position."""
+"""Words of a column's name that say that it holds a command, and no measured position."""
 COUNTED = frozenset({"sample", "samples", "index", "idx", "row", "line", "nr", "no", "number", "n", "k", "count", "id"})
-"""Words of which the name of a column of row numbers is made; it is no time."""
-
-
+"""Words of the name of a column of row numbers, which is no time."""
 COUNTS = frozenset({"counts", "count", "cnts", "cnt", "ticks", "tick", "increments", "incs", "inc", "pulses", "lsb"})
 """Words of a column's name that say that it holds the raw counts of a sensor."""
 
@@ -75,14 +74,14 @@ def unit_behind(symbol: str, name: str) -> str:
 
 
 def factor_in_name(symbol: str, name: str, spec: Spec) -> float:
-    """From a column of this name to SI, by the unit that the name states; 1 for none."""
+    """The factor from a column of this name to SI, by the unit that the name states; 1 for none."""
     unit, own = stated_unit(name)[1] or unit_behind(symbol, name), unit_of(symbol, spec)
-    stated = unit not in ("", "-", "1", own) and is_brought(unit, own)
+    stated = unit not in ("", "-", "1", own) and is_convertible(unit, own)
     return float(si_factor(unit, Place(""))) if stated else 1.0
 
 
-def is_brought(unit: str, own: str) -> bool:
-    """Whether a column in ``unit`` can be brought to ``own``; counts are no angle, and hertz no angular speed."""
+def is_convertible(unit: str, own: str) -> bool:
+    """Whether values in ``unit`` can be converted to ``own``; counts are no angle, and hertz no angular speed."""
     place = Place("")
     if unit.lower() in AMBIGUOUS or not is_unit(unit) or not same_dimension(unit, own, place):
         return False
@@ -98,10 +97,10 @@ def unit_of(symbol: str, spec: Spec) -> str:
 
 @dataclass(frozen=True)
 class Proposed:
-    """A column for a variable.
+    """A proposed column for a variable.
 
     Attributes:
-        unit: to be stated too, since nothing reads it from the column's name; empty for none.
+        unit: to be stated in meta.yaml, where it cannot be read from the column's name; empty for none.
         why: in words, such as "by its unit".
     """
 
@@ -112,35 +111,37 @@ class Proposed:
 
 
 def proposed_columns(symbols: Sequence[str], units: Mapping[str, str], spec: Spec) -> tuple[Proposed, ...]:
-    """A column for each variable that just one of the unused columns is likely to be.
+    """A column for each variable for which exactly one of the unused columns is likely.
 
     Args:
-        symbols: without a column. units: column that nothing uses → the unit that the file states, empty for none.
+        symbols: the variables without a column.
+        units: unused column → the unit that the file states, empty for none.
     """
-    left, told = dict(units), dict[str, Proposed]()
-    for why, like in (("by its name", _named), ("by its unit", _measured), ("by what is usually called so", _called)):
+    left, proposed = dict(units), dict[str, Proposed]()
+    rules = (("by its name", _by_name), ("by its unit", _by_unit), ("by a usual name", _by_usual_name))
+    for why, like in rules:
         for symbol in symbols:
-            if symbol in told:
+            if symbol in proposed:
                 continue
             found = [name for name in left if like(symbol, name, left, spec)]
             if len(found) == 1:
-                told[symbol] = _proposed(symbol, found[0], left.pop(found[0]), why, spec)
-    for group in _alike([symbol for symbol in symbols if symbol not in told], spec):
+                proposed[symbol] = _proposed(symbol, found[0], left.pop(found[0]), why, spec)
+    for group in _alike([symbol for symbol in symbols if symbol not in proposed], spec):
         names = _numbered(group, left, spec)
         for symbol, name in zip(group, names, strict=False):
-            told[symbol] = _proposed(symbol, name, left.pop(name), "by usual names and numbers", spec)
-    rest = [symbol for symbol in symbols if symbol not in told]
+            proposed[symbol] = _proposed(symbol, name, left.pop(name), "by usual names and numbers", spec)
+    rest = [symbol for symbol in symbols if symbol not in proposed]
     if len(rest) == 1 and len(left) == 1:
         ((name, unit),) = left.items()
         known = _unit(name, unit)
         counted = rest[0] == "t" and is_counter(name)
         if not counted and (known == "" or _fits(known, unit_of(rest[0], spec))):
-            told[rest[0]] = _proposed(rest[0], name, unit, "since no other column is left", spec)
-    return tuple(told[symbol] for symbol in symbols if symbol in told)
+            proposed[rest[0]] = _proposed(rest[0], name, unit, "since no other column is left", spec)
+    return tuple(proposed[symbol] for symbol in symbols if symbol in proposed)
 
 
 def _alike(symbols: Sequence[str], spec: Spec) -> list[list[str]]:
-    """Symbols of one kind (positions, velocities, inputs) and unit together, in the order of the spec, from two on."""
+    """Groups of two or more symbols of the same kind (position, velocity, input) and unit, in the spec's order."""
     kinds = (spec.positions, spec.velocities, [i.name for i in spec.inputs])
     units = {symbol: unit_of(symbol, spec) for symbol in symbols}
     groups = [[s for s in kind if units.get(s) == unit] for kind in kinds for unit in dict.fromkeys(units.values())]
@@ -148,64 +149,66 @@ def _alike(symbols: Sequence[str], spec: Spec) -> list[list[str]]:
 
 
 def _numbered(group: Sequence[str], left: Mapping[str, str], spec: Spec) -> list[str]:
-    """The columns that differ in their numbers alone, one for each symbol, of what the symbols are usually called:
-    ``q.1`` and ``q.2``, ``axes[0].pos`` and ``axes[1].pos``; [] where none or several such sets are there.
+    """A column for each symbol of a group, by usual names that differ only in a number, such as ``q.1`` and ``q.2``.
+
+    Returns:
+        [] where there is no such set of columns, or more than one.
     """
     usual, sets = USUAL.get(unit_of(group[0], spec), frozenset()), dict[str, list[str]]()
     for name in left:
         words = words_of(re.sub(r"\d+", " ", name))
-        if re.search(r"\d", name) and usual.intersection(words) and not _asked(group[0], name, spec):
+        if re.search(r"\d", name) and usual.intersection(words) and not _is_command(group[0], name, spec):
             sets.setdefault(re.sub(r"\d+", "#", name), []).append(name)
     whole = [names for names in sets.values() if len(names) == len(group)]
     return sorted(whole[0], key=lambda name: [int(n) for n in re.findall(r"\d+", name)]) if len(whole) == 1 else []
 
 
-def lines_of(told: Sequence[Proposed], others: Mapping[str, str]) -> str:
-    """The lines of meta.yaml that take the proposed columns; ``others``: what stands for the rest."""
-    columns = {one.symbol: _written(one.column) for one in told} | dict(others)
+def lines_of(proposed: Sequence[Proposed], others: Mapping[str, str]) -> str:
+    """The lines of meta.yaml that assign the proposed columns; ``others``: placeholders for the other variables."""
+    columns = {one.symbol: _written(one.column) for one in proposed} | dict(others)
     lines = [f"`columns: {_flow(columns)}`"]
-    units = {one.symbol: one.unit for one in told if one.unit}
+    units = {one.symbol: one.unit for one in proposed if one.unit}
     return " and ".join([*lines, f"`units: {_flow(units)}`"] if units else lines)
 
 
-def reasons(told: Sequence[Proposed]) -> str:
-    """Why each of them, in words; those of one reason together."""
-    together: dict[str, list[str]] = {}
-    for one in told:
-        together.setdefault(one.why, []).append(f"`{shown(one.column)}`")
-    return "; ".join(f"{', '.join(names)} {why}" for why, names in together.items())
+def reasons(proposed: Sequence[Proposed]) -> str:
+    """The proposed columns with the reason for each, grouped by reason."""
+    by_reason: dict[str, list[str]] = {}
+    for one in proposed:
+        by_reason.setdefault(one.why, []).append(f"`{shown(one.column)}`")
+    return "; ".join(f"{', '.join(names)} {why}" for why, names in by_reason.items())
 
 
-def _named(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
+def _by_name(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
     plain = _plain(name)
     return plain.lower() == symbol.lower() or nearest_name(symbol, [plain]) is not None
 
 
-def _measured(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
+def _by_unit(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
     unit = _unit(name, left[name])
-    return unit != "" and _fits(unit, unit_of(symbol, spec)) and not _asked(symbol, name, spec)
+    return unit != "" and _fits(unit, unit_of(symbol, spec)) and not _is_command(symbol, name, spec)
 
 
-def _called(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
-    return bool(USUAL.get(unit_of(symbol, spec), frozenset()) & _words(name)) and not _asked(symbol, name, spec)
+def _by_usual_name(symbol: str, name: str, left: Mapping[str, str], spec: Spec) -> bool:
+    return bool(USUAL.get(unit_of(symbol, spec), frozenset()) & _words(name)) and not _is_command(symbol, name, spec)
 
 
-def _asked(symbol: str, name: str, spec: Spec) -> bool:
+def _is_command(symbol: str, name: str, spec: Spec) -> bool:
     return symbol in spec.positions and bool(COMMANDED & _words(name))
 
 
 def is_counter(name: str) -> bool:
-    """Whether a column's name says that it holds the numbers of the rows: ``Sample``, ``row_nr``, ``Index``."""
+    """Whether a column holds row numbers, by its name: ``Sample``, ``row_nr``, ``Index``."""
     return bool(_words(name)) and _words(name) <= COUNTED
 
 
 def is_in_counts(name: str) -> bool:
-    """Whether a column's name says that it holds raw counts of a sensor: ``pos_counts``, ``Enc.Ticks``, ``q [cnt]``."""
+    """Whether a column holds raw counts of a sensor, by its name: ``pos_counts``, ``Enc.Ticks``, ``q [cnt]``."""
     return not is_counter(name) and bool(COUNTS & set(words_of(name)))
 
 
 def scale_of_counts(symbol: str, spec: Spec) -> str:
-    """The line of meta.yaml, or of the spec's ``log:``, that brings counts to SI, for an example of their size."""
+    """The line of meta.yaml, or of the spec's ``log:``, that converts counts to SI, with an example of their size."""
     own = unit_of(symbol, spec)
     if own.startswith("rad"):
         return f"`scale: {{{symbol}: 2*pi/4096}}` of an encoder with 4096 counts a turn"
@@ -235,7 +238,7 @@ def _unit(name: str, stated: str) -> str:
 
 
 def _behind(name: str) -> str:
-    """What follows the last _ of a name, where that is a unit."""
+    """The part of a name after its last _, if it is a unit; else empty."""
     front, _, last = name.rpartition("_")
     return last if front and _may_be_unit(last) else ""
 

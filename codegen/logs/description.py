@@ -1,4 +1,4 @@
-"""A log's description: a small YAML that says how the columns are called, scaled and to be filtered."""
+"""The description of a log, meta.yaml: names, units and scales of its columns, and how to filter them."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _share(value: object) -> float:
 
 @dataclass(frozen=True)
 class _Reading:
-    """What validators of quantities need besides the value: the places of keys, and a list for faults of units."""
+    """The context of the validators of quantities: the places of keys, and the faults of units found so far."""
 
     file: str
     places: Mapping[str, Place]
@@ -71,7 +71,7 @@ class _Reading:
 
 
 def _quantity(check: Callable[[object], float], unit: str, section: str = "") -> Any:
-    """A validator of a number, or of one with its unit such as 1 ms, which is brought to SI."""
+    """A validator of a number, or of a number with its unit such as 1 ms, which is converted to SI."""
 
     def read(value: object, info: ValidationInfo) -> float:
         parts = split_quantity(value) if isinstance(value, str) else None
@@ -86,7 +86,7 @@ def _quantity(check: Callable[[object], float], unit: str, section: str = "") ->
 
 
 class Lengths(tuple[float, ...]):
-    """Numbers in SI with the units that they were written with, empty where they have none."""
+    """Numbers in SI. ``units``: the unit that each was written with; empty for none."""
 
     units: tuple[str, ...] = ()
 
@@ -113,7 +113,7 @@ def _texts(value: object, expected: str = "a mapping of names to text") -> dict[
 
 
 class Listed(dict[str, str]):
-    """Columns that were given as a plain list of names, each by itself."""
+    """Columns that were given as a plain list of names."""
 
 
 def _columns(value: object) -> dict[str, str]:
@@ -153,7 +153,7 @@ def _period(value: object) -> float:
 
 
 class Factors(dict[str, float]):
-    """Symbol → factor in SI, and the units that they were written with, where they have one."""
+    """Symbol → factor in SI. ``units``: symbol → the unit that its factor was written with, if any."""
 
     units: Mapping[str, str] = {}
 
@@ -171,7 +171,7 @@ def _scales(value: object, info: ValidationInfo) -> Factors:
 
 
 def _value(expression: str | float) -> float:
-    """Of an expression of numbers.
+    """The value of an expression of numbers.
 
     Raises:
         BadInput: for a name, or what is no real number.
@@ -185,7 +185,7 @@ Positive = Annotated[float | None, _quantity(_positive, "1/s")]
 
 
 class BesideSection(BaseModel):
-    """A file beside the log, and its column of times; none for rows that belong to those of the log by number."""
+    """Another file of the log. ``time``: its time column; empty if its rows belong to those of the log by number."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -203,7 +203,12 @@ class LongSection(BaseModel):
 
 
 class EvaluationSection(BaseModel):
-    """How an evaluation filters and cuts: seconds to leave out at both ends, and between restarts of a free run."""
+    """Filtering and cutting of the log for an evaluation.
+
+    Attributes:
+        trim_s: seconds to leave out at both ends.
+        restart_s: seconds between restarts of a free-run simulation.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -214,18 +219,18 @@ class EvaluationSection(BaseModel):
 
 
 class LogDescription(BaseModel):
-    """What a description file says, key by key; quantities in SI.
+    """The keys of a description file; quantities in SI.
 
     Attributes:
         columns: ``t``, coordinate, velocity or input → the column's name or number in the log, or an expression.
-        scale: ``t``, coordinate, velocity or input → factor from the column to SI, beside that of its unit.
+        scale: ``t``, coordinate, velocity or input → factor from the column to SI, in addition to that of its unit.
         units: ``t``, coordinate, velocity or input → the column's unit.
-        header: line of a text table's header counted from 1, 0 for none; None where nobody said.
-        decimal: the sign before the decimals of a text table; empty where nobody said.
-        records: the key of a JSON file under which the rows stand; empty where nobody said.
+        header: line of a text table's header counted from 1, 0 for none; None if not stated.
+        decimal: the decimal separator of a text table; empty if not stated.
+        records: the key of a JSON file that holds the rows; empty if not stated.
         beside: name → file in the log's folder, and its column of times.
         signed16, signed32: columns of signed numbers of so many bits, stored as if they were unsigned.
-        unwrap: column → period of its numbers: where they overflow, they go on by this amount.
+        unwrap: column → period of its numbers, by which they jump at an overflow.
         rows: column → number that it has in the rows of this log; the others are left out.
         long: columns of a table with a row for each value; None for a row for each time.
         hold: topics or columns whose value holds until the next one, where topics of several rates are joined.
@@ -233,7 +238,7 @@ class LogDescription(BaseModel):
         missing: ``fill`` for isolated values that are not finite; ``join`` where each column was logged at times of its
             own, at which the others are empty.
         parameter_tolerance: relative uncertainty of the declared parameters.
-        sample_rate_hz: nominal rate; ``sample_time`` goes before.
+        sample_rate_hz: nominal rate; ``sample_time`` takes precedence.
         input_hold, input_is: as written.
         encoder_step, position_noise_rms: one number a coordinate (a single one stands for all), m or rad; zero: none.
     """
@@ -300,15 +305,15 @@ class LogDescription(BaseModel):
         return float(self.scale.get(symbol, spec.log.scale.get(symbol, 1.0)))
 
 
-SAYS_NOTHING = LogDescription()
-"""Of a log without a description; made once, since every block of rows is a log."""
+EMPTY_DESCRIPTION = LogDescription()
+"""The description of a log without one; made once, since every block of rows is a log."""
 
 
 def read_description(path: str | Path) -> LogDescription:
     """Read a description file.
 
     Raises:
-        BadInput: if it cannot be read, is not a YAML mapping, holds an unknown key, or one with what cannot be used.
+        BadInput: if it cannot be read, is not a YAML mapping, or holds an unknown key or an unusable value.
     """
     path = Path(path)
     document, places = load_plain(read_text(path, "what meta.yaml says of a log (YAML)"), str(path), "columns: {x: qm}")

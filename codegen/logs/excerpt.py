@@ -1,4 +1,4 @@
-"""A log that is too long to be diagnosed whole → the excerpt that is used, and the words that say which."""
+"""The excerpt of a log that is too long to be diagnosed whole, with the finding that names it."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from codegen.logs.log import Finding, Log
 Ranges = tuple[tuple[int, int], ...]
 
 MOST_SAMPLES = 200_000
-"""A diagnosis fits every candidate to all of them: some minutes."""
+"""Most samples of a diagnosis, which fits every candidate to all of them: some minutes."""
 PLENTY_HZ = 2000.0
-"""Friction shows below a hundred hertz: a log sampled faster loses samples before it loses time."""
+"""Sample rate down to which a long log is thinned before it is cut: friction acts below a hundred hertz."""
 STARTS = 4
-"""Starts that are tried in a stretch of ``MOST_SAMPLES``."""
+"""Starts that are tried for each length of the excerpt."""
 
 
 def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...]]:
@@ -30,14 +30,14 @@ def excerpt(log: Log, most: int = MOST_SAMPLES) -> tuple[Log, tuple[Finding, ...
         return log, ()
     every = max(1, min(-(-log.size // most), int(1 / (PLENTY_HZ * log.sample_time) + 1e-9)))
     part = _thinned(log, every) if every > 1 else log
-    start = _liveliest(part, most) if part.size > most else 0
+    start = _most_travelled(part, most) if part.size > most else 0
     stop = min(start + most, part.size)
     gaps, joints = (_cut_ranges(ranges, start, stop) for ranges in (part.gaps, part.joints))
     part = _rows(part, slice(start, stop), gaps, joints)
     span = f"from {part.time[0]:.6g} to {part.time[-1]:.6g} s{f', one in {every}' if every > 1 else ''}"
     words = (
-        f"Of {log.size} samples over {log.duration:.6g} s the diagnosis looks at {part.size}, {span}: more would "
-        "take too long. Cut the file to have another part looked at."
+        f"Of {log.size} samples over {log.duration:.6g} s the diagnosis uses {part.size}, {span}: more would "
+        "take too long. Cut the file to use another part."
     )
     figures = {"samples": float(log.size), "used": float(part.size)}
     figures |= {"every": float(every), "start": float(part.time[0])}
@@ -72,8 +72,8 @@ def _thin_ranges(ranges: Ranges, every: int, count: int) -> Ranges:
     return tuple((a // every, min(-(-b // every), count)) for a, b in ranges if a // every < count)
 
 
-def _liveliest(log: Log, most: int) -> int:
-    """Where the stretch starts on which the coordinates travel furthest, each by its share of its whole way."""
+def _most_travelled(log: Log, most: int) -> int:
+    """Start of the excerpt on which the coordinates travel furthest, each relative to its whole travel."""
     way = np.zeros((log.size, log.positions.shape[1]))
     way[1:] = np.abs(np.diff(log.positions, axis=0))
     for a, b in log.gaps:

@@ -1,4 +1,4 @@
-"""Concatenation of several records of one machine to one log, with pauses between them that are not used."""
+"""Concatenation of several records of one machine to one log, with unused pauses between them."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def _merged(one: Intake, other: Intake) -> Intake:
         smallest_step=steps,
         integrated=one.integrated,
         columns={**one.columns, **other.columns},
-        brought={**one.brought, **other.brought},
+        inferred_units={**one.inferred_units, **other.inferred_units},
     )
 
 

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from codegen.base.arrays import Array, Flags
-from codegen.logs.description import SAYS_NOTHING, LogDescription
+from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
 
 Severity = Literal["info", "warning", "problem"]
 
@@ -42,13 +42,13 @@ class Intake:
         resampled: whether the data were interpolated onto the grid.
         repaired: symbol → how many of its values were not finite and were filled in.
         dropped: rows left out because they repeat a time stamp or have none.
-        smallest_step: one a coordinate, SI: the measuring step seen in the raw positions; 0 if none is visible.
-        integrated: one a coordinate, whether its positions are the integral of its measured speed; empty for none.
+        smallest_step: of each coordinate, SI: the quantisation step seen in the raw positions; 0 if none is visible.
+        integrated: of each coordinate, whether its positions are the integral of its measured speed; empty for none.
         repeated, stale: shares of all rows, and of those in fast motion, that repeat the motion of the row before.
         findings: on how the raw numbers were stored, such as signed numbers stored unsigned.
         doubted: symbols whose numbers are wrong, by ``findings``.
         columns: symbol → the column, or expression of columns, that it was read from.
-        brought: symbol → unit from which it was brought to SI where only the file or a column's name states one.
+        inferred_units: symbol → the unit, in words, that only the file or a column's name states; values are in SI.
     """
 
     rows: int = 0
@@ -64,12 +64,12 @@ class Intake:
     findings: tuple[Finding, ...] = ()
     doubted: frozenset[str] = frozenset()
     columns: Mapping[str, str] = field(default_factory=dict)
-    brought: Mapping[str, str] = field(default_factory=dict)
+    inferred_units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def time_unit(self) -> str:
-        """For a message on a time or a rate: the unit that t was taken to be in by the file alone; else empty."""
-        return f" (t is taken {self.brought['t']})" if "t" in self.brought else ""
+        """The unit that only the file states for t, as a remark in brackets for a message; else empty."""
+        return f" (t is taken {self.inferred_units['t']})" if "t" in self.inferred_units else ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,12 +85,12 @@ class Log:
         sample_time: s; the median step of the file (the mean step where the two agree to 1 %).
         cutoff_hz: cutoff of the low-pass for the evaluation, or None if it is not stated.
         tolerance: relative uncertainty of the declared parameters, or None.
-        encoder_step: (n) declared measuring steps, m or rad, zero for none; or None if not stated.
+        encoder_step: (n) declared quantisation steps, m or rad, zero for none; or None if not stated.
         notes: what was changed, filled in or left unused, in plain words.
         gaps: half-open index ranges [start, stop) of grid samples without data near by; they must not be used.
         joints: those of ``gaps`` that lie between two records of the experiment, where no data are missing.
         records: the records of an experiment, each at its own rate; empty for a single one.
-        description: the log's description, for what else it says (noise, trim, restart).
+        description: the log's description, which also states noise, trim and restart.
         counted: (N,) samples that count as data. Of a record that was put on a finer grid, only as many count as it
             has rows, since interpolation makes no data. None if all count.
     """
@@ -110,7 +110,7 @@ class Log:
     joints: tuple[tuple[int, int], ...] = ()
     records: tuple[Log, ...] = ()
     intake: Intake = field(default_factory=Intake)
-    description: LogDescription = SAYS_NOTHING
+    description: LogDescription = EMPTY_DESCRIPTION
     counted: Flags | None = None
 
     @property
@@ -135,7 +135,7 @@ class Log:
 
     @property
     def where(self) -> str:
-        """Its file, or the names of all its files: the place of an error that concerns the whole log."""
+        """The place of an error that concerns the whole log: its file, or the names of all its files."""
         return self.files if self.records else str(self.path)
 
     def in_record(self, time: float, ends: bool = False) -> tuple[Log, float]:

@@ -1,4 +1,4 @@
-"""Velocity and acceleration from measured positions without phase shift; what moves, and what runs steadily."""
+"""Velocity and acceleration from measured positions by a zero-phase low-pass; standstill and constant speeds."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from codegen.base.arrays import Array, Flags
 from codegen.logs.log import Log
 
 ORDER = 4
+"""Of the Butterworth filter."""
 EDGE_PERIODS = 2.0
-NOISE_FACTOR = 5.0
-SHARE_OF_TOP_SPEED = 0.01
+"""Periods of the cut-off after which a filter has settled."""
+NOISE_FACTOR, SHARE_OF_TOP_SPEED = 5.0, 0.01
+"""Threshold of motion: times the RMS velocity of the noise, and share of the top speed."""
 DEFAULT_CUTOFF = 20.0
+"""Hz."""
 SPREAD, OF_TOP = 0.15, 0.03
 """A record runs at constant speed if the standard deviation of its speed is at most the larger of these shares: of its
 mean speed, and of the top speed."""
@@ -49,7 +52,7 @@ class Motion:
 
 
 def scaled(motion: Motion, j: int, factor: float) -> Motion:
-    """The motion with one coordinate times a factor."""
+    """The motion with one coordinate scaled by a factor."""
     by = np.ones(motion.positions.shape[1])
     by[j] = factor
     names = ("positions", "velocities", "accelerations", "threshold")
@@ -59,7 +62,7 @@ def scaled(motion: Motion, j: int, factor: float) -> Motion:
 def measured_motion(log: Log) -> Motion:
     """Differentiate a log's positions.
 
-    The cut-off is the log's, or 20 Hz or a tenth of the sample rate where nobody said.
+    The cut-off is the log's, or by default 20 Hz, at most a tenth of the sample rate.
     """
     cutoff = log.cutoff_hz or min(DEFAULT_CUTOFF, 0.1 / log.sample_time)
     smooth, usable = low_pass(log, log.positions, cutoff)
@@ -87,7 +90,7 @@ def low_pass(log: Log, values: Array, cutoff_hz: float) -> tuple[Array, Flags]:
         (N, c) filtered values (as they were in gaps and short segments), and (N,) where they can be relied on: two
         periods of the cut-off away from the ends of a segment.
     """
-    from scipy.signal import sosfiltfilt  # a second that the verbs without a log need not pay
+    from scipy.signal import sosfiltfilt  # imported here: it takes a second, which verbs without a log do not need
 
     sections = _sections(cutoff_hz, log.sample_time)
     filtered, usable = values.copy(), np.zeros(log.size, dtype=np.bool_)
@@ -108,7 +111,7 @@ def _sections(cutoff_hz: float, sample_time: float) -> Array:
 
 
 def _threshold(log: Log, smooth: Array, velocities: Array, usable: Flags, cutoff: float) -> Array:
-    """(n) the speed that noise, a single encoder step or one per cent of the top speed amounts to."""
+    """(n) the largest of the speeds that noise or one encoder step pretends, and of one per cent of the top speed."""
     n = log.positions.shape[1]
     if not usable.any():
         return np.zeros(n)

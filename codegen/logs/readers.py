@@ -1,4 +1,4 @@
-"""Reading of log files: the registry of formats, and the common steps from columns to SI values on a uniform grid."""
+"""Reading of log files: the registry of formats, and the steps from columns to SI values on a uniform time grid."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import identity, is_there, opened
@@ -17,9 +18,8 @@ from codegen.base.user_text import shown
 from codegen.logs.binding import Binding, bind, column_of, time_of
 from codegen.logs.cleaning import Clean, clean
 from codegen.logs.counters import corrected, counter_findings, repeats, require_columns, smallest_step
-from codegen.logs.description import SAYS_NOTHING, ZERO_ORDER, Lengths, LogDescription, read_description
+from codegen.logs.description import EMPTY_DESCRIPTION, ZERO_ORDER, Lengths, LogDescription, read_description
 from codegen.logs.formats.bag_file import BagFolder, Db3Storage, is_bag
-from codegen.logs.formats.beside import SideBySide
 from codegen.logs.formats.csv_file import CsvSource, CsvStream, LongTable, open_csv
 from codegen.logs.formats.hdf5_file import Hdf5File
 from codegen.logs.formats.json_file import JsonFile
@@ -29,7 +29,8 @@ from codegen.logs.formats.mdf_file import MdfFile
 from codegen.logs.formats.numpy_file import NpyFile, NpzFile
 from codegen.logs.formats.parquet_file import ParquetFile
 from codegen.logs.formats.ros_log import RosFile, Storage
-from codegen.logs.formats.series import at_rates_of_their_own
+from codegen.logs.formats.series import join_columns_by_time
+from codegen.logs.formats.several_files import SeveralFiles
 from codegen.logs.formats.source import LARGEST_STREAM, Allowance, BlockFile, Columns, LogFile, NotStreamed
 from codegen.logs.formats.tdms_file import TdmsFile
 from codegen.logs.formats.ulog_file import UlogFile
@@ -103,18 +104,18 @@ def read_log(
     """Read a measured log for a spec.
 
     Args:
-        path: the file; its ending says the format.
+        path: the file; its extension states the format.
         description: a description file; without it ``meta.yaml`` beside the log is taken if there is one.
-        columns: ``t``, coordinate, velocity or input → column of the file, before what the description or spec say.
+        columns: ``t``, coordinate, velocity or input → column; takes precedence over description and spec.
 
     Raises:
-        BadInput: for the first thing that cannot be used, with file and line or variable.
+        BadInput: for the first fault, with file and line or variable.
     """
     return _read(path, spec, description, columns, Allowance(), None)
 
 
 def log_names(path: str | Path) -> tuple[str, ...]:
-    """Names of the columns that a log has.
+    """The names of a log's columns.
 
     Raises:
         BadInput: as ``read_log``, for a file that cannot be opened.
@@ -139,14 +140,14 @@ def _read(
     require_columns(source.names, described)
     raw = corrected(_loaded(source, columns_of(binding.terms), described), described)
     binding = since_epoch(binding, raw, described, spec)
-    said = tuple(source.notes)
+    notes = tuple(source.notes)
     if described.missing == "join" and "t" in binding.terms:
         time = compute(raw, {"t": binding.terms["t"]}).values[:, 0] * binding.scale["t"]
-        raw, words = at_rates_of_their_own(raw, time, binding.terms["t"].columns, described)
-        said = (*said, *words)
+        raw, more = join_columns_by_time(raw, time, binding.terms["t"].columns, described)
+        notes = (*notes, *more)
     found = counter_findings(raw, binding.terms)
     cleaned = _cleaned(compute(raw, binding.terms), source.place, binding, spec, described)
-    return _log(path, spec, described, said, binding, cleaned, found, step)
+    return _log(path, spec, described, notes, binding, cleaned, found, step)
 
 
 _CLOCKS = {
@@ -160,7 +161,7 @@ _YEARS_2000_TO_2100 = (946_684_800.0, 4_102_444_800.0)
 
 
 def since_epoch(binding: Binding, raw: Columns, description: LogDescription, spec: Spec) -> Binding:
-    """The binding, with the factor to seconds if time is in ms, µs or ns since 1970, or in Windows' FILETIME.
+    """The binding with the factor of time to seconds, if time is in ms, µs or ns since 1970 or in Windows' FILETIME.
 
     The clock is recognised by its value at the first sample, which must be a time between 2000 and 2100. A time in
     seconds is never that large. A unit or scale given for ``t`` takes precedence.
@@ -177,8 +178,8 @@ def since_epoch(binding: Binding, raw: Columns, description: LogDescription, spe
             return replace(
                 binding,
                 scale={**binding.scale, "t": step},
-                notes=(*binding.notes, f"t is {words}: brought to s"),
-                brought={**binding.brought, "t": words},
+                notes=(*binding.notes, f"t is {words}: converted to s"),
+                inferred_units={**binding.inferred_units, "t": words},
             )
     return binding
 
@@ -223,7 +224,7 @@ def _with_others(path: Path, log: LogFile, description: LogDescription, allowanc
     for name, section in [(name, section) for name, section in description.beside.items() if section.time]:
         theirs = column_of(others[name], section.time, description.place(f"beside.{name}.time"))
         times[name] = time_of(log, description), theirs
-    return SideBySide(log, others, times, description)
+    return SeveralFiles(log, others, times, description)
 
 
 def format_of(path: Path) -> Opener:
@@ -264,7 +265,7 @@ def open_stream(path: Path, description: LogDescription | None = None) -> LogFil
         BadInput: for a file that cannot be used.
         NotStreamed: for a format that is read whole, or a file that is no text.
     """
-    opener, described = format_of(path), description or SAYS_NOTHING
+    opener, described = format_of(path), description or EMPTY_DESCRIPTION
     if opener is open_csv:
         return CsvStream(path, Allowance(), described)
     if isinstance(opener, type) and issubclass(opener, BlockFile):
@@ -277,7 +278,7 @@ def log_description(path: Path, description: str | Path | None) -> LogDescriptio
     if description is not None:
         return read_description(description)
     beside = path.parent / "meta.yaml"
-    return read_description(beside) if is_there(beside) else SAYS_NOTHING
+    return read_description(beside) if is_there(beside) else EMPTY_DESCRIPTION
 
 
 def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, description: LogDescription) -> Clean:
@@ -303,9 +304,7 @@ def _with_integrals(cleaned: Clean, symbols: Sequence[str], binding: Binding, sp
     given = dict(zip(symbols, cleaned.data.T, strict=True))
     for c in spec.coordinates:
         if c.name in binding.integrated:
-            speed = given[c.velocity]
-            steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(cleaned.time)
-            given[c.name] = np.concatenate([[0.0], np.cumsum(steps)])
+            given[c.name] = cumulative_trapezoid(given[c.velocity], cleaned.time, initial=0)
     wanted = [*spec.positions, *(spec.velocities if binding.logged else ()), *(i.name for i in spec.inputs)]
     return replace(cleaned, data=np.column_stack([given[s] for s in wanted]))
 
@@ -314,12 +313,13 @@ def _log(
     path: Path,
     spec: Spec,
     description: LogDescription,
-    said: Sequence[str],
+    notes: Sequence[str],
     binding: Binding,
     cleaned: Clean,
     found: Sequence[tuple[tuple[str, ...], Finding]],
     step: float | None,
 ) -> Log:
+    """The log of cleaned columns, resampled to the sample time ``step`` if one is given."""
     n, m = len(spec.coordinates), len(spec.inputs)
     split = cleaned.data.shape[1] - m
     inputs = cleaned.data[:, split:]
@@ -347,7 +347,7 @@ def _log(
         findings=(*binding.findings, *(finding for _, finding in found)),
         doubted=frozenset(symbol for symbols, _ in found for symbol in symbols),
         columns={symbol: term.text for symbol, term in binding.terms.items()},
-        brought=binding.brought,
+        inferred_units=binding.inferred_units,
     )
     return Log(
         path=path,
@@ -360,7 +360,7 @@ def _log(
         cutoff_hz=_cutoff(spec, description, grid),
         tolerance=description.parameter_tolerance,
         encoder_step=encoder,
-        notes=(*said, *binding.notes, *_hold_note(description), *cleaned.notes, *grid.notes),
+        notes=(*notes, *binding.notes, *_hold_note(description), *cleaned.notes, *grid.notes),
         gaps=grid.gaps,
         intake=intake,
         description=description,

@@ -1,5 +1,7 @@
-"""What stands for one symbol of the spec: a column of the log, or an expression of several, parsed and never evaluated
-as Python."""
+"""Terms: the value of a spec's variable as a column of the log or an expression of columns.
+
+An expression is parsed by the parser of specs, and never evaluated as Python.
+"""
 
 from __future__ import annotations
 
@@ -35,16 +37,16 @@ class Term:
 
 
 def find_term(text: str, names: Sequence[str], place: Place) -> Term | None:
-    """The term that a text means: a column's name, its number counted from 1, or an expression of columns.
+    """The term of a text: a column's name, its number counted from 1, or an expression of columns.
 
     In an expression, a character of a column's name that is no letter, digit or _ is written _, and a name that begins
     with a digit has a ``c`` before it.
 
     Returns:
-        None where it is no column and no expression of names.
+        None for a text that is neither a column nor an expression of names.
 
     Raises:
-        BadInput: for an expression with a name that is no column, or is two.
+        BadInput: for an expression with a name that means no column, or two columns.
     """
     if text in names:
         return Term(text, (text,))
@@ -78,18 +80,18 @@ def _expression(parsed: Expression, names: Sequence[str], place: Place) -> Term 
 
 
 def identifier(name: str) -> str:
-    """How a column is called in an expression."""
+    """The name of a column in an expression."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
     return plain if re.match(r"[A-Za-z]", plain) else f"c{plain}"
 
 
 def columns_of(terms: Mapping[str, Term]) -> list[str]:
-    """The file's columns that some terms need, each once."""
+    """The file's columns that terms need, each once."""
     return list(dict.fromkeys(name for term in terms.values() for name in term.columns))
 
 
 def compute(raw: Columns, terms: Mapping[str, Term]) -> Columns:
-    """One column a term, in their order.
+    """The values of terms, one column for each, in their order.
 
     Args:
         raw: at least the columns that ``columns_of`` names.

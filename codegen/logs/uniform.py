@@ -1,4 +1,4 @@
-"""Rows at whatever times → a uniform grid, with the spans where there is nothing to interpolate."""
+"""Resampling of rows to a uniform time grid, with the gaps that are too long to interpolate."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ from codegen.base.errors import BadInput
 from codegen.logs.formats.source import Columns
 
 JITTER = 0.01
+"""Relative deviation from the median step up to which time stamps are taken as uniform."""
 GAP_STEPS = 5.0
+"""Median steps from which on a step is a gap."""
 MOST_GROWTH = 10
+"""Most samples of the grid over the number of rows."""
 FINER = 0.8
-"""Share of the median step below which a grid shows the corners of a line from row to row."""
+"""Grid step over the median step below which splines are used; a linear interpolation would show its corners."""
 
 
 @dataclass(frozen=True)
@@ -45,19 +48,19 @@ class Uniform:
 
 
 def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: float | None = None) -> Uniform:
-    """Put rows on a uniform grid whose step is the median step, or the one that is wanted.
+    """Put rows on a uniform grid, whose step is the median step or the given one.
 
     Stamps that keep within 1 % of the median step are taken as uniform and no value is touched. Otherwise ``sampled``
     is interpolated linearly, by cubic splines for a step much below the median one, and ``held``, a zero-order hold
-    from row to row, is given by its mean over each new step: the impulse of a force stays what it was.
+    from row to row, is given by its mean over each new step, which keeps the impulse of a force.
 
     Args:
         time: (N,) s, strictly rising; N of at least 2.
-        sampled: (N, c). held: (N, m). source: where the rows stand, for messages.
-        wanted: s.
+        sampled: (N, c). held: (N, m). source: the raw rows, for the places of messages.
+        wanted: sample time, s; the median step by default.
 
     Raises:
-        BadInput: if the grid would have more than ten times the rows that there are.
+        BadInput: if the grid would have more than ten times as many samples as there are rows.
     """
     steps = np.diff(time)
     median = float(np.median(steps))
@@ -97,7 +100,7 @@ def _rounded(step: float) -> float:
 
 
 def _phase(time: Array, step: float) -> float:
-    """Where in [0, step) after the first row the grid begins, s: on most stamps, if they share a phase."""
+    """Offset of the grid after the first row, in [0, step) s, at which it meets most stamps; 0 if they share none."""
     phases = (time - time[0]) / step % 1.0
     mean = np.mean(np.exp(2j * np.pi * phases))
     if abs(mean) < 0.9:
@@ -108,13 +111,13 @@ def _phase(time: Array, step: float) -> float:
 
 
 def _held_means(grid: Array, step: float, time: Array, column: Array) -> Array:
-    """(N',) mean over [grid, grid + step) of each row's value held until the next row; the last one goes on."""
+    """(N',) mean over [grid, grid + step) of each row's value, held until the next row; the last one to the end."""
     origin = float(column[0])
     knots = np.append(time, grid[-1] + 2 * step)
     impulse = np.concatenate(([0.0], np.cumsum((column - origin) * np.diff(knots))))
     edges = np.append(grid, grid[-1] + step)
     means: Array = origin + np.diff(np.interp(edges, knots, impulse)) / step
-    # Sums lose digits; a mean lies between the values that it is a mean of.
+    # The sums have rounding errors; a mean lies between the values that it is a mean of.
     return np.clip(means, column.min(), column.max())
 
 

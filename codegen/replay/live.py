@@ -16,7 +16,7 @@ from codegen.base.errors import BadInput
 from codegen.base.input_files import opened
 from codegen.logs.binding import bind
 from codegen.logs.counters import corrected
-from codegen.logs.description import SAYS_NOTHING, LogDescription
+from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
 from codegen.logs.formats.bag_file import is_bag
 from codegen.logs.formats.csv_file import CsvSource, open_csv, open_lines
 from codegen.logs.formats.source import LARGEST_STREAM, Columns
@@ -134,7 +134,7 @@ def live_blocks(
             neither the sample time within 1 % nor a gap, or first steps that all are gaps.
     """
     file = called(log)
-    described = SAYS_NOTHING if log == STDIN else log_description(Path(log), None)
+    described = EMPTY_DESCRIPTION if log == STDIN else log_description(Path(log), None)
     table: _Table | None = None
     unread: list[str] = []  # lines until there are enough of them to find the header
     encoding_notes: list[str] = []

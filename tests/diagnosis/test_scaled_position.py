@@ -13,7 +13,7 @@ from codegen.diagnosis.results import Fact
 from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.wrong_values import scaled_position
 from codegen.effects import CATALOGUE
-from codegen.logs.description import SAYS_NOTHING
+from codegen.logs.description import EMPTY_DESCRIPTION
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, log_of, system_of
 from tests.machines import one_mass
@@ -24,7 +24,7 @@ def _remarks(kind: str, monkeypatch: pytest.MonkeyPatch, scale_fits: bool = True
     found = SimpleNamespace(kind=kind, on="u", parameters={"value": 5.0})
     answer = SimpleNamespace(verdict="effect", effects=(found,), refit=system, augmented=system)
     monkeypatch.setattr(wrong_values, "_as_well_by_scale", lambda problem, written, gain: scale_fits)
-    return scaled_position(answer, SimpleNamespace(description=SAYS_NOTHING), spec, None)  # type: ignore[arg-type]
+    return scaled_position(answer, SimpleNamespace(description=EMPTY_DESCRIPTION), spec, None)  # type: ignore[arg-type]
 
 
 def test_gain_of_five_is_a_position_five_times_too_large(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -288,7 +288,7 @@ def test_the_scale_that_is_said_stands_above_the_unit_of_a_name(tmp_path, spec):
 
 
 @pytest.mark.parametrize("unit", ["counts", "bit", "%", "1/min"])
-def test_a_unit_that_cannot_be_brought_to_the_symbol_s_is_a_warning(tmp_path, spec, unit):
+def test_a_unit_that_cannot_be_converted_to_the_symbol_s_is_a_warning(tmp_path, spec, unit):
     (tmp_path / "a.csv").write_text(f"t,x,w [{unit}]\n" + lines())
     found = preflight(read_log(tmp_path / "a.csv", spec, columns={"w": f"w [{unit}]"}), spec)
     words = [f.words for f in found if f.severity == "warning" and f.topic == "unit of w"]

@@ -51,7 +51,7 @@ def test_mcap(tmp_path: Path, spec: Any, compression: CompressionType, index: bo
 
 @pytest.mark.parametrize("joint", ["shoulder", "mm", "0"])
 def test_a_joint_in_brackets_is_no_unit(tmp_path: Path, spec: Any, joint: str) -> None:
-    """A joint called mm was taken for millimetres, any other for a unit that cannot be brought to metres."""
+    """A joint called mm was taken for millimetres, any other for a unit that cannot be converted to metres."""
     sent = [(ns, m | {"name": [joint if name == "rail" else name for name in m["name"]]}) for ns, m in SENT]
     path = write_mcap(tmp_path / "a.mcap", {"/joint_states": (JOINTS, sent)})
     columns = {symbol: name.replace("rail", joint) for symbol, name in COLUMNS.items()}

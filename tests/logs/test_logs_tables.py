@@ -75,7 +75,7 @@ def test_units_that_the_file_states_are_applied_where_nobody_says_otherwise(tmp_
     log = read_log(tmp_path / "a.csv", spec)
     assert log.sample_time == pytest.approx(1e-5)
     assert log.positions[2, 0] == pytest.approx(1e-3) and log.inputs[0, 0] == pytest.approx(-3000)
-    assert "t is in ms, as the file says: brought to s" in log.notes
+    assert "t is in ms, as the file says: converted to s" in log.notes
     (tmp_path / "meta.yaml").write_text("scale: {t: 1, x: 2}\nunits: {w: mN}\n")
     log = read_log(tmp_path / "a.csv", spec)
     assert log.sample_time == pytest.approx(0.01)

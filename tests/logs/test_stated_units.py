@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.logs import read_log
-from codegen.logs.column_names import is_brought
+from codegen.logs.column_names import is_convertible
 from tests.diagnosis.stage import stage
 
 TIME = np.arange(3000) * 2e-3
@@ -17,8 +17,8 @@ ROWS = "".join(f"{t:.4f};{1e3 * 0.1 * np.sin(3 * t):.6f};1\n" for t in TIME)
 
 @pytest.mark.parametrize("unit", ["Grad", "grad", "GRAD"])
 def test_degrees_gons_and_billions_of_radians_are_not_told_apart(unit: str) -> None:
-    assert not is_brought(unit, "rad")
-    assert is_brought("deg", "rad")
+    assert not is_convertible(unit, "rad")
+    assert is_convertible("deg", "rad")
 
 
 def test_units_of_columns_in_an_expression_are_a_warning(tmp_path: Path) -> None:

@@ -1,1 +1,1 @@
-"""Preflight of a log: signs, scales, units and the order of columns, by the balance of forces along the motion."""
+"""Preflight of a log: the record and the motion, and signs, scales and columns by the balance of forces."""

@@ -1,4 +1,4 @@
-"""A signal outside the range that the spec's envelope gives it: for which share of the samples, and in which words."""
+"""Range of a signal compared with the spec's envelope."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ from codegen.logs.log import Finding
 
 @dataclass
 class Span:
-    """The values of a signal so far, and the range that the envelope gives it.
+    """The range of a signal's values so far, and its range in the envelope.
 
     Attributes:
-        low, high: the range, in ``unit``.
-        least, most: of the finite values; count: of these; outside: of them, those out of the range.
+        low, high: the envelope's range, in ``unit``.
+        least, most: of the finite values.
+        count: number of finite values.
+        outside: number of finite values outside the envelope.
     """
 
     name: str
@@ -29,7 +31,7 @@ class Span:
     outside: int = 0
 
     def add(self, values: Array) -> None:
-        """Further values, (N,)."""
+        """Count further values, (N,)."""
         finite = values[np.isfinite(values)]
         if len(finite):
             self.least, self.most = min(self.least, float(finite.min())), max(self.most, float(finite.max()))
@@ -38,7 +40,7 @@ class Span:
 
     @property
     def finding(self) -> Finding | None:
-        """A warning where some value is outside."""
+        """A warning if a value is outside the envelope, else None."""
         if not self.outside:
             return None
         share = self.outside / self.count

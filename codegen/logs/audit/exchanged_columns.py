@@ -1,7 +1,7 @@
-"""Preflight of the binding: variables whose columns were exchanged, and velocities that were bound as positions.
+"""Preflight of the columns: exchanged columns, and velocities that were read as positions.
 
-Each other order of the columns, and each position as the integral of its column, is a log of its own. The binding is
-wrong where the balance of forces along one of them is closed far better than as read.
+Other assignments of the columns are tried, also with positions that are integrals of their columns. A finding names an
+assignment with which the balance of forces has a far smaller misfit than as read.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import combinations, permutations
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from codegen.base.arrays import Array
 from codegen.base.errors import Place
@@ -23,24 +24,24 @@ from codegen.spec.model import Spec
 from codegen.spec.units import si_factor
 
 FITS, BETTER = 0.25, 0.5
-"""Largest misfit that is accepted of another binding, and its largest ratio to that as read."""
+"""Largest misfit of another assignment that is accepted, and its largest ratio to the misfit as read."""
 NEARLY = 0.05
-"""Least misfit as read at which exchanged axes are tried. Below ``FITS`` nothing else is tried: the motion of one axis
-may balance much of the forces of another one where friction is large in both."""
+"""Least misfit as read at which exchanged axes are tried. Up to ``FITS`` only axes are: if friction is large in both,
+the motion of one axis may balance most of the forces of another one."""
 FAR_BETTER = 0.1
-"""Largest ratio of the misfit of another binding to that as read, where that is below ``FITS``, or where columns are
+"""Largest ratio of the misfit of another assignment to that as read, if that is below ``FITS`` or columns are
 integrated."""
 IN_ANY_ORDER, MOST_TRIED = 3, 70
-"""Variables that are tried in any order, more of them by pairs and axes; and most orders that are tried."""
+"""Most variables of which all orders are tried (of more, pairs and axes), and most orders that are tried."""
 UNSURE, ALL_FIT, MOST_ALIKE = 2.0, 0.01, 3
-"""Orders are named together whose misfit is within a factor of the best, or below a value, if there are not more."""
+"""Orders are alternatives if their misfit is within a factor of the best or below a value; most that are reported."""
 Order = tuple[int, ...]
 """Variable k takes the column of variable ``order[k]``."""
 
 
 def exchanged_columns(log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces) -> Iterator[Finding]:
-    """The bindings with which the log fits, where it does not as it is read."""
-    now = max(forces.misfit, apart_from_slopes(log, motion))
+    """A finding on the assignments of columns with which the forces balance, if they do not as read."""
+    now = max(forces.misfit, velocity_mismatch(log, motion))
     if now <= NEARLY or log.intake.doubted:
         return
     names, values = values_of(log, spec)
@@ -79,7 +80,7 @@ def exchanged_columns(log: Log, spec: Spec, balance: Balance, motion: Motion, fo
 
 
 def _listed(taken: dict[str, str]) -> str:
-    """Variables in words; where they change places by pairs, each pair: x and y, v and u."""
+    """The exchanged variables in words; if they are exchanged in pairs, each pair: x and y, v and u."""
     if all(taken[source] == name for name, source in taken.items()):
         return ", ".join(f"{a} and {b}" for a, b in taken.items() if list(taken).index(a) < list(taken).index(b))
     return " and ".join(taken)
@@ -89,7 +90,7 @@ def _orders(n: int, m: int, velocities: bool, axes_alone: bool) -> Sequence[Orde
     """Orders of n positions, their velocities where they are logged, and m inputs.
 
     Args:
-        axes_alone: whether only those are returned in which whole axes change places.
+        axes_alone: whether only exchanges of whole axes are returned.
     """
     count = n + n * velocities + m
     plain = tuple(range(count))
@@ -107,7 +108,7 @@ def _orders(n: int, m: int, velocities: bool, axes_alone: bool) -> Sequence[Orde
 
 
 def _order(count: int, pairs: Sequence[tuple[int, int]]) -> Order:
-    """The order in which the variables of each pair change places."""
+    """The order in which the variables of each pair are exchanged."""
     order = list(range(count))
     for a, b in pairs:
         order[a], order[b] = b, a
@@ -115,9 +116,9 @@ def _order(count: int, pairs: Sequence[tuple[int, int]]) -> Order:
 
 
 def _integrated(log: Log, balance: Balance) -> tuple[float, tuple[int, ...]]:
-    """The coordinates whose columns are velocities, if one or all of them are, and the misfit with these integrated.
+    """The least misfit with the columns of one coordinate or of all integrated, and these coordinates.
 
-    The integral's constant is not known; its mean is taken to be zero.
+    The integration constant is not known; the mean of the integral is set to zero.
     """
     if log.velocities is not None:
         return 1.0, ()
@@ -127,8 +128,7 @@ def _integrated(log: Log, balance: Balance) -> tuple[float, tuple[int, ...]]:
         positions = log.positions.copy()
         for j in group:
             for start, stop in log.segments:
-                speeds = log.positions[start:stop, j]
-                way = np.concatenate([[0.0], np.cumsum((speeds[1:] + speeds[:-1]) / 2)]) * log.sample_time
+                way = cumulative_trapezoid(log.positions[start:stop, j], initial=0) * log.sample_time
                 positions[start:stop, j] = way - way.mean()
         left = _misfit(with_values(log, np.hstack([positions, log.inputs])), balance)
         if left is not None:
@@ -151,33 +151,33 @@ def _velocity_as_position(log: Log, spec: Spec, which: Sequence[int], now: float
 
 
 def values_of(log: Log, spec: Spec) -> tuple[list[str], Array]:
-    """Positions, velocities where they were logged, and inputs: their names and columns."""
+    """Names and values (N, variables) of the positions, the velocities if they were logged, and the inputs."""
     names = [*spec.positions, *(spec.velocities if log.velocities is not None else ()), *(i.name for i in spec.inputs)]
     return names, np.hstack([log.positions, *([] if log.velocities is None else [log.velocities]), log.inputs])
 
 
 def forces_of(log: Log, balance: Balance) -> tuple[Forces, float] | None:
-    """The balance of forces and ``apart_from_slopes``; None where velocities are no slopes of the positions."""
+    """The balance of forces and ``velocity_mismatch``; None if the velocities are not derivatives of the positions."""
     found = _along_slopes(log)
     return None if found is None else (balance.along(log, found[0]), found[1])
 
 
 def _along_slopes(log: Log) -> tuple[Motion, float] | None:
-    """The measured motion and ``apart_from_slopes``; None where velocities are no slopes of the positions."""
+    """The measured motion and ``velocity_mismatch``; None if the velocities are not derivatives of the positions."""
     motion = measured_motion(log)
-    if not motion.usable.any() or (slope := apart_from_slopes(log, motion)) > FITS:
+    if not motion.usable.any() or (slope := velocity_mismatch(log, motion)) > FITS:
         return None
     return motion, slope
 
 
 def _misfit(log: Log, balance: Balance) -> float | None:
-    """Of the forces and of the velocities; None as ``forces_of``."""
+    """The larger misfit, of the forces or of the velocities; None as for ``forces_of``."""
     found = _along_slopes(log)
     return None if found is None else max(balance.misfit(log, found[0]), found[1])
 
 
 def with_values(log: Log, values: Array) -> Log:
-    """The log with other positions, velocities if there were any, and inputs."""
+    """The log with other values, in the order of ``values_of``."""
     n, m = log.positions.shape[1], log.inputs.shape[1]
     return replace(
         log,
@@ -189,19 +189,19 @@ def with_values(log: Log, values: Array) -> Log:
     )
 
 
-def apart_from_slopes(log: Log, motion: Motion) -> float:
-    """Σ(v − x')² over Σv² + Σx'², the largest of the coordinates, below the cut-off; 0 where no velocity was logged."""
+def velocity_mismatch(log: Log, motion: Motion) -> float:
+    """Σ(v − ẋ)² / (Σv² + Σẋ²), low-passed, the largest of the coordinates; 0 if no velocity was logged."""
     if log.velocities is None:
         return 0.0
     smooth, _ = low_pass(log, log.velocities, motion.cutoff_hz)
-    said, seen = smooth[motion.usable], motion.velocities[motion.usable]
-    whole = np.sum(said**2 + seen**2, axis=0)
-    apart = np.sum((said - seen) ** 2, axis=0)
+    logged, slope = smooth[motion.usable], motion.velocities[motion.usable]
+    whole = np.sum(logged**2 + slope**2, axis=0)
+    apart = np.sum((logged - slope) ** 2, axis=0)
     return float(np.max(apart[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 0.0
 
 
 def _stated_factor(name: str, log: Log, spec: Spec) -> float:
-    """What is stated of the variable and not of its column, and stays with it when its column is another."""
+    """The factor that is stated for a variable, which it keeps when it takes another column."""
     about = log.description
     factor = about.stated_scale(name, spec)
     return factor * float(si_factor(about.units[name], Place(""))) if name in about.units else factor

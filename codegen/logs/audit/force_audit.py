@@ -1,10 +1,11 @@
-"""Preflight of signs, scales, units and the order of columns, by the balance of forces along the measured motion.
+"""Preflight of signs, scales, units and columns, by the balance of forces along the measured motion.
 
-The force that the motion takes is M(x) a − g(x, v, 0) + U λ with the declared friction; what the input gives is
-g(x, v, w) − g(x, v, 0). A least-squares factor per input between the two is near one when sign and scale are right,
-also where friction is larger than inertia. For coordinates on which no input acts, the correlation of g − U λ with M a
-is judged instead. Where a coordinate is outside the spec's envelope by as large a factor, the finding is about that
-coordinate and not about the input.
+    M(x) a − g(x, v, 0) + U λ  =  g(x, v, w) − g(x, v, 0)
+
+On the left is the force that the motion requires, with the declared friction; on the right the force of the inputs. The
+least-squares factor of each input between the two sides is near one if sign and scale are right, also if friction is
+larger than inertia. For coordinates on which no input acts, the correlation of g − U λ with M a is judged instead. If a
+coordinate exceeds the spec's envelope by as large a factor, the finding is about that coordinate and not the input.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.base.significant import in_percent
 from codegen.logs.audit.exchanged_columns import exchanged_columns
+from codegen.logs.audit.flipped_signs import flipped_signs
 from codegen.logs.audit.force_balance import Balance, Forces, unexplained
 from codegen.logs.audit.input_audit import SCALE_OFF, TELLING, Outside, audit_inputs, audit_undriven, not_judged
-from codegen.logs.audit.position_scale import position_scales
-from codegen.logs.audit.turned_signs import turned_signs
-from codegen.logs.column_names import is_brought
+from codegen.logs.audit.position_scale import gear_ratio, position_scales
+from codegen.logs.column_names import is_convertible
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, scaled
 from codegen.mechanics import build_system
@@ -31,20 +32,22 @@ from codegen.spec.model import Spec
 from codegen.spec.units import si_factor
 
 USUAL = 0.95
-"""Quantile of a coordinate's size: single peaks say nothing of a scale."""
+"""Quantile by which the size of a coordinate is judged, so that single peaks do not count."""
 FEWEST = 50
+"""Least number of samples in motion."""
 LONGEST_STEP = 0.5
-"""Sample time in s from which on time is in another unit, and not a coordinate."""
+"""Sample time in s from which on the unit of time is in doubt, and not that of a coordinate."""
 INERTIA_OFF, FRICTION_FITS = 10.0, 3.0
+"""Least factor on the declared inertia, and largest on the declared friction, at which a scale is reported as wrong."""
 SUSPECT = 7.0
 """Least factor on the inertia at which other units are tried: a power of ten, less what else the model lacks."""
 INERTIA_SEEN, FRICTION_SEEN = 0.5, 0.15
-"""Partial correlations with the input's force."""
+"""Partial correlations with the input's force from which on inertia and friction show in a log."""
 TOO_MUCH = 30.0
-"""Force that the motion takes over the force that is given: near 1 in a right log."""
+"""Ratio of the required force to the force of the inputs, near 1 in a right log, from which on a scale is wrong."""
 UNITS = ("m", "cm", "mm", "um", "rad", "deg", "mrad")
 SAME_MOTION, APART = 0.9, 2.0
-"""Least correlation of a measured velocity with the position's slope, and the ratio from which on they differ."""
+"""Least correlation of a measured velocity with the position's derivative, and the ratio from which on they differ."""
 NEAR = 0.05
 """Relative deviation of a ratio from the power of ten that it is taken for."""
 FITS, BETTER = 0.25, 0.5
@@ -53,17 +56,18 @@ FACTOR_RANGE, FACTORS_TRIED, SURE_FACTOR, NO_UNIT = 10.0, 41, 0.02, 1.5
 """Search for a scale factor that is no unit conversion: range about a starting value, number of factors on that grid,
 largest misfit at which the factor is named, and least ratio to the unit's factor (nearer: a parameter error)."""
 KNOTS = 60
+"""Of the piecewise linear function of the position."""
 COMPUTED = 0.01
-"""Of the input's force: what a function of the position leaves of one that was computed from it."""
+"""Largest share of the input's force that a function of the position leaves unexplained if it was computed from it."""
 CARRIED, MATERIAL = 10.0, 0.03
-"""Least part of the motion's force that no such function explains, over that of the input's, and as a share of both
-forces, from which on another force must move the machine."""
+"""The part of the required force that no such function explains, over that part of the input's force, and as a share of
+both forces, from which on an unlogged force must move the machine."""
 SWINGING = 0.5
-"""Share of the inertia's force beside such a function that friction explains in a free oscillation."""
+"""Share of the inertia force, less such a function, that friction explains in a free oscillation."""
 
 
 def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = frozenset()) -> Iterator[Finding]:
-    """Findings on the sign and scale of inputs and forces.
+    """Findings by the balance of forces: on columns, signs, scales and units.
 
     Args:
         steady: the coordinates that run at constant speed, whose inertia is not judged.
@@ -76,8 +80,8 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
         return
     balance = Balance(system)
     forces = balance.along(log, motion)
-    bindings = [f for tried in (exchanged_columns, turned_signs) for f in tried(log, spec, balance, motion, forces)]
-    if bindings:  # what else is wrong with scales and signs follows from it
+    bindings = [f for tried in (exchanged_columns, flipped_signs) for f in tried(log, spec, balance, motion, forces)]
+    if bindings:  # other findings on scales and signs would only follow from it
         yield min(bindings, key=lambda finding: finding.figures["misfit_mended"])
         return
     yield from _against_velocity(log, spec, motion)
@@ -104,7 +108,7 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
         off = off or list(_computed_from_position(forces, spec, steady))
         off = off or [f for f in position_scales(log, spec, balance, motion, forces) if not steady]
         yield from off
-        if any(f.severity == "problem" for f in off):  # beside a motion in another unit an input cannot be judged
+        if any(f.severity == "problem" for f in off):  # with a position in a wrong unit an input cannot be judged
             return
     yield from audit_inputs(forces, spec, outside, log)
     yield from audit_undriven(forces, spec, outside)
@@ -127,39 +131,38 @@ def _furthest_outside(log: Log, spec: Spec, motion: Motion) -> Outside | None:
 
 
 def _off_scale(forces: Forces, spec: Spec, steady: frozenset[int], least: float = INERTIA_OFF) -> list[Finding]:
-    """The coordinates whose motion is out of all proportion to their friction, or to what the inputs give.
+    """Findings on coordinates in a wrong unit, by the ratio of inertia to friction, or to the force of the inputs.
 
-    Inertia grows with the scale of a coordinate and Coulomb friction does not. So where the input's force fits the
-    declared friction and takes many times the declared inertia, or a small part of it, the position or the time is in
-    another unit.
+    Inertia scales with the coordinate and Coulomb friction does not. If the input's force fits the declared friction,
+    but a multiple or a fraction of the declared inertia, the position or the time is in another unit.
 
     Args:
-        steady: the coordinates that run at constant speed: they are accelerated by waves and noise alone.
-        least: factor on the declared inertia from which on it tells.
+        steady: the coordinates that run at constant speed, whose acceleration is ripple and noise alone.
+        least: least factor on the declared inertia that is reported.
     """
     found = []
     for i, c in enumerate(spec.coordinates):
-        taken, push = forces.inertia[:, i] - forces.rest[:, i], forces.given[:, i]
-        sizes = float(np.linalg.norm(taken)), float(np.linalg.norm(push))
+        required, push = forces.inertia[:, i] - forces.rest[:, i], forces.given[:, i]
+        sizes = float(np.linalg.norm(required)), float(np.linalg.norm(push))
         if min(sizes) == 0.0 or i in steady:
             continue
         topic, start = f"scale of {c.name}", f"The scale of {c.name} or of time seems off:"
         end = f"Check unit and scale of {c.name} and t."
-        if sizes[0] > TOO_MUCH * sizes[1] and float(taken @ push) < TELLING * sizes[0] * sizes[1]:
+        if sizes[0] > TOO_MUCH * sizes[1] and float(required @ push) < TELLING * sizes[0] * sizes[1]:
             words = (
-                f"{start} its motion takes {sizes[0] / sizes[1]:.3g} times the force of the inputs, and does not "
-                f"follow it. {end}"
+                f"{start} its motion requires {sizes[0] / sizes[1]:.3g} times the force of the inputs, and does not "
+                f"correlate with it. {end}"
             )
             found.append(Finding("problem", topic, words, {"times": sizes[0] / sizes[1]}))
             continue
-        (heavy, r_inertia), (slid, r_friction) = forces.inertia_factor(i), forces.friction_factor(i)
-        fits = r_friction > FRICTION_SEEN and 1 / FRICTION_FITS < slid < FRICTION_FITS
-        if fits and r_inertia > INERTIA_SEEN and not 1 / least < heavy < least:
+        (inertia, r_inertia), (friction, r_friction) = forces.inertia_factor(i), forces.friction_factor(i)
+        fits = r_friction > FRICTION_SEEN and 1 / FRICTION_FITS < friction < FRICTION_FITS
+        if fits and r_inertia > INERTIA_SEEN and not 1 / least < inertia < least:
             words = (
-                f"{start} the input fits the declared friction on {c.name} (factor {slid:.2g}), but takes {heavy:.3g} "
-                f"times the declared inertia. {end}"
+                f"{start} the input fits the declared friction on {c.name} (factor {friction:.2g}), but "
+                f"{inertia:.3g} times the declared inertia. {end}"
             )
-            figures = {"inertia": heavy, "friction": slid, "correlation": r_inertia}
+            figures = {"inertia": inertia, "friction": friction, "correlation": r_inertia}
             found.append(Finding("problem", topic, words, figures))
     return found
 
@@ -167,19 +170,19 @@ def _off_scale(forces: Forces, spec: Spec, steady: frozenset[int], least: float 
 def _other_unit(
     log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces, found: Sequence[Finding]
 ) -> Iterator[Finding]:
-    """The coordinate that fits in another unit, if there is one.
+    """A finding on the coordinate that makes the forces balance if it is taken in another unit; none if no one does.
 
-    Where masses are coupled, a coordinate in another unit disturbs the balance of all, and the balance of another may
-    be the worse one. So each is taken in each other usual unit in turn, and named if that alone makes all fit.
+    With coupled masses, a coordinate in a wrong unit disturbs the balance of all, and another one's may be worse. So
+    each coordinate is tried in each other usual unit.
 
     Args:
-        found: on the scale of coordinates, by the balance of each.
+        found: findings on the scale of coordinates, each by its own balance.
     """
     tried = []
     for j, c in enumerate(spec.coordinates):
-        heavy, seen = forces.inertia_factor(j)
+        inertia, seen = forces.inertia_factor(j)
         for unit, factor in _other_units(log.description.units.get(c.name, c.unit)):
-            if found or (seen > INERTIA_SEEN and 1 / SCALE_OFF < heavy / factor < SCALE_OFF):
+            if found or (seen > INERTIA_SEEN and 1 / SCALE_OFF < inertia / factor < SCALE_OFF):
                 tried.append((balance.misfit(log, scaled(motion, j, factor)), j, unit))
     if not tried:
         return
@@ -190,9 +193,9 @@ def _other_unit(
     taken = log.description.units.get(name, spec.coordinates[j].unit)
     fits = least <= FITS and least <= BETTER * min(others)
     unit_factor = dict(_other_units(taken))[unit]
-    heavy, _ = forces.inertia_factor(j)
-    if fits or (found and heavy > 0):
-        factor, fitted = _best_factor(log, balance, motion, j, unit_factor if fits else heavy)
+    inertia, _ = forces.inertia_factor(j)
+    if fits or (found and inertia > 0):
+        factor, fitted = _best_factor(log, balance, motion, j, unit_factor if fits else inertia)
         if fitted < min(SURE_FACTOR, BETTER * least) and not 1 / NO_UNIT < factor / unit_factor < NO_UNIT:
             misfits = {"misfit": now, "misfit_in_unit": least, "misfit_scaled": fitted}
             yield _no_unit(name, spec, 1 / factor, misfits)
@@ -221,18 +224,14 @@ def _best_factor(log: Log, balance: Balance, motion: Motion, j: int, about: floa
 
 
 def _no_unit(name: str, spec: Spec, factor: float, misfits: dict[str, float]) -> Finding:
-    """The finding on a coordinate whose scale is off by a factor that no usual unit explains.
-
-    A dimensionless parameter with this value, such as a gear ratio, is named with it.
+    """The finding on a scale that is wrong by a factor of no usual unit; it names a gear ratio of this value.
 
     Args:
         factor: the values in the log over the right ones.
         misfits: unbalanced share of the squared forces: as read, in the best usual unit, and divided by the factor.
     """
-    ratios = [(p.name, float(p.value)) for p in spec.parameters if p.unit in ("", "1") and p.value]
-    gears = [(p, r) for p, value in ratios for r in (value, 1 / value) if abs(r / factor - 1) < NEAR]
-    scale = 1 / (gears[0][1] if gears else factor)
-    gear = gears[0][0] if gears else ""
+    gear, ratio = gear_ratio(spec, factor)
+    scale = 1 / ratio
     same = f" The parameter {gear} has this value: is {name} measured on the other side of a gear?" if gear else ""
     left = {key: f"{in_percent(value)}" for key, value in misfits.items()}
     words = (
@@ -245,15 +244,15 @@ def _no_unit(name: str, spec: Spec, factor: float, misfits: dict[str, float]) ->
 
 
 def _against_velocity(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]:
-    """Each position against its measured velocity, where both are logged: by how much their scales differ."""
+    """Findings on positions whose derivative is a multiple of the measured velocity, if both are logged."""
     if log.velocities is None:
         return
     for j, c in enumerate(spec.coordinates):
-        said, seen = log.velocities[motion.usable, j], motion.velocities[motion.usable, j]
-        sizes = float(np.linalg.norm(said)), float(np.linalg.norm(seen))
-        if min(sizes) == 0 or abs(float(said @ seen)) < SAME_MOTION * sizes[0] * sizes[1]:
+        logged, slope = log.velocities[motion.usable, j], motion.velocities[motion.usable, j]
+        sizes = float(np.linalg.norm(logged)), float(np.linalg.norm(slope))
+        if min(sizes) == 0 or abs(float(logged @ slope)) < SAME_MOTION * sizes[0] * sizes[1]:
             continue
-        factor = float(said @ seen) / sizes[0] ** 2
+        factor = float(logged @ slope) / sizes[0] ** 2
         if 1 / APART < factor < APART:
             continue
         unit = log.description.units.get(c.name, c.unit)
@@ -267,27 +266,27 @@ def _against_velocity(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]
 
 
 def _steps_apart(log: Log) -> bool:
-    """Whether a position moves in steps that are a power of ten times those that the description says."""
-    for seen, said in zip(log.intake.smallest_step or (), log.encoder_step or (), strict=False):
-        power = float(np.log10(seen / said)) if seen > 0 and said > 0 else 0.0
+    """Whether a position's quantisation step is a power of ten times the described one."""
+    for seen, stated in zip(log.intake.smallest_step or (), log.encoder_step or (), strict=False):
+        power = float(np.log10(seen / stated)) if seen > 0 and stated > 0 else 0.0
         if round(power) != 0 and abs(power - round(power)) < np.log10(1 + NEAR):
             return True
     return False
 
 
 def _other_units(unit: str) -> list[tuple[str, float]]:
-    """Each other usual unit of the same kind, and by how much numbers that were read in ``unit`` are multiplied."""
+    """Each other usual unit of the same kind, with the factor on values that were read in ``unit``."""
     here = Place("")
-    usual = [other for other in UNITS if other != unit and is_brought(other, unit)]
+    usual = [other for other in UNITS if other != unit and is_convertible(other, unit)]
     return [(other, float(si_factor(other, here) / si_factor(unit, here))) for other in usual]
 
 
 def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]) -> Iterator[Finding]:
-    """Inputs that were computed from the position: what moves the machine is then in no column of the log.
+    """Findings on inputs that were computed from the position, so that the force that moves the machine is not logged.
 
-    A controller that compensates gravity commands u = f(q). Moved by hand under it, the machine slides to and fro with
-    friction and inertia that u does not carry. A spring held by a controller gives such an input too; but there what
-    swings is the inertia against friction, so that no other force is asked for.
+    A controller that compensates gravity commands u = f(q). If the machine is moved by hand meanwhile, u contains
+    neither friction nor inertia. The position controller of a spring commands such an input too; there the machine
+    oscillates freely, inertia against friction, and no other force is needed.
     """
     given, n = forces.given, forces.given.shape[1]
     for i, c in enumerate(spec.coordinates):
@@ -296,11 +295,11 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
             continue
         inertia, friction = forces.inertia[:, i], forces.friction[:, i]
         x, v = forces.motion[:, i], forces.motion[:, n + i]
-        taken = inertia - forces.rest[:, i]
-        left = _without_function_of(x, np.column_stack([given[:, i], taken, inertia, friction, v]))
+        required = inertia - forces.rest[:, i]
+        left = _without_function_of(x, np.column_stack([given[:, i], required, inertia, friction, v]))
         share, other = (float(np.sqrt(np.mean(y**2))) / size for y in left.T[:2])
-        least = max(CARRIED * share, MATERIAL, MATERIAL * float(np.std(taken)) / size)
-        if share > COMPUTED or other < least or _swings(left[:, 2], left[:, 3:]):
+        least = max(CARRIED * share, MATERIAL, MATERIAL * float(np.std(required)) / size)
+        if share > COMPUTED or other < least or _oscillates_freely(left[:, 2], left[:, 3:]):
             continue
         words = (
             f"The input's force on {c.name} is a function of {c.name} alone, to {in_percent(share)}, as from a "
@@ -311,7 +310,7 @@ def _computed_from_position(forces: Forces, spec: Spec, left_out: frozenset[int]
 
 
 def _without_function_of(x: Array, columns: Array) -> Array:
-    """(K, m) columns less their best piecewise linear functions of x, (K,)."""
+    """Columns (K, m) less their least-squares piecewise linear functions of x, (K,)."""
     knots = np.unique(np.quantile(x, np.linspace(0, 1, KNOTS)))
     if len(knots) < 3:
         return np.asarray(columns - columns.mean(axis=0))
@@ -320,7 +319,7 @@ def _without_function_of(x: Array, columns: Array) -> Array:
     return np.asarray(columns - hats @ np.linalg.solve(gram, hats.T @ columns))
 
 
-def _swings(inertia: Array, against: Array) -> bool:
-    """Whether forces that grow with the speed explain most of the inertia's, (K,)."""
+def _oscillates_freely(inertia: Array, against: Array) -> bool:
+    """Whether friction and damping, the columns of ``against``, explain most of the inertia force, (K,)."""
     left = unexplained(inertia, against)
     return bool(left @ left <= (1 - SWINGING) * (inertia @ inertia))

@@ -1,6 +1,6 @@
-"""The balance of forces along a measured motion: what the motion takes, and what each input gives.
+"""The balance of forces along a measured motion: the force that the motion requires, and the force of each input.
 
-M(x) a − g(x, v, 0) + U λ = g(x, v, w) − g(x, v, 0), both sides low-passed alike, with the declared friction.
+M(x) a − g(x, v, 0) + U λ = g(x, v, w) − g(x, v, 0), both sides with the same low-pass, with the declared friction.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Forces:
         rest: (K, n) g(x, v, 0) − U λ with the declared friction.
         friction: (K, n) U λ, which is in ``rest`` too.
         standing: (K, n) g(x, 0, 0): gravity and springs, which is in ``rest`` too.
-        driven: (m, K, n) what each input alone adds to g.
+        driven: (m, K, n) the force of each input alone.
         motion: (K, 2n) positions and velocities.
     """
 
@@ -42,48 +42,46 @@ class Forces:
 
     @property
     def given(self) -> Array:
-        """(K, n) what the inputs add to g."""
+        """(K, n) the force of all inputs."""
         return np.asarray(self.driven.sum(axis=0))
 
     @property
     def misfit(self) -> float:
         """Σ(M a − g + U λ)² over the sum of the squares of these forces, the mean over the coordinates."""
-        return _misfit(self.inertia, self.rest, self.given)
+        return _unbalanced(self.inertia - self.rest - self.given, self.inertia, self.rest, self.given)
 
     @property
     def moving_misfit(self) -> float:
-        """Σ(M a − g + U λ)² over the squares of what the motion takes beside gravity and springs, as in ``misfit``.
+        """As ``misfit``, over the squares of the forces without gravity and springs.
 
-        Where a weight is most of the balance, the squares of all forces say little of the motion.
+        If a weight is most of the balance, the squares of all forces depend little on the motion.
         """
-        left = np.sum((self.inertia - self.rest - self.given) ** 2, axis=0)
         moving = self.rest - self.standing
-        whole = np.sum(self.inertia**2 + moving**2 + (self.inertia - moving) ** 2, axis=0)
-        return float(np.mean(left[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 1.0
+        return _unbalanced(self.inertia - self.rest - self.given, self.inertia, moving, self.inertia - moving)
 
     def inertia_factor(self, i: int) -> tuple[float, float]:
-        """By how much the inputs' force on coordinate i is inertia, over M a, and the partial correlation.
+        """Least-squares factor of M a in the inputs' force on coordinate i, and the partial correlation.
 
-        Springs, dampers and offsets that the spec may lack are regressors too, so that they do not pass for inertia.
+        Friction, springs, dampers and offsets are regressors too, so that they are not taken for inertia.
         """
         others = np.column_stack([self.friction[:, i], self.motion, np.ones(len(self.motion))])
         return partial_correlation(self.given[:, i], self.inertia[:, i], others)
 
     def friction_factor(self, i: int) -> tuple[float, float]:
-        """The same of the declared friction."""
+        """The same for the declared friction."""
         others = np.column_stack([self.inertia[:, i], self.motion, np.ones(len(self.motion))])
         return partial_correlation(self.given[:, i], self.friction[:, i], others)
 
 
 def unexplained(wanted: Array, others: Array) -> Array:
-    """Columns (K, m), or one of (K,), less their least-squares combination of other columns, (K, n)."""
+    """Residual of columns, (K, m) or (K,), after least squares on other columns, (K, n)."""
     size = np.linalg.norm(others, axis=0)
     basis = others[:, size > 0] / size[size > 0]
     return np.asarray(wanted - basis @ np.linalg.lstsq(basis, wanted, rcond=1e-8)[0])
 
 
 def partial_correlation(wanted: Array, column: Array, others: Array) -> tuple[float, float]:
-    """Least-squares weight of a column beside others, and its partial correlation; zeros where it says nothing."""
+    """Least-squares weight of a column among others, and its partial correlation; zeros if the others explain it."""
     left = unexplained(np.column_stack([wanted, column]), others)
     power = float(left[:, 1] @ left[:, 1])
     if power <= 1e-12 * float(column @ column):
@@ -93,7 +91,7 @@ def partial_correlation(wanted: Array, column: Array, others: Array) -> tuple[fl
 
 
 class Balance:
-    """The balance of forces of a system along motions of its logs; its function is built once."""
+    """The balance of forces of a system along motions; its CasADi function is built once."""
 
     def __init__(self, system: System) -> None:
         self._function = _function(system)
@@ -113,11 +111,12 @@ class Balance:
         (inertia, rest, _, _), driven, finite, slipping = self._sampled(log, motion)
         smooth = self._smooth(log, motion, np.hstack([inertia, rest, *driven]), finite)
         parts = smooth[motion.usable & finite & slipping]
-        return _misfit(parts[:, 0], parts[:, 1], parts[:, 2:].sum(axis=1))
+        inertia, rest, given = parts[:, 0], parts[:, 1], parts[:, 2:].sum(axis=1)
+        return _unbalanced(inertia - rest - given, inertia, rest, given)
 
     def _sampled(self, log: Log, motion: Motion) -> tuple[list[Array], list[Array], Flags, Flags]:
-        """M a, g(x, v, 0) − U λ, U λ and g(x, 0, 0), each (N, n); what each input alone adds to g, alike; and (N,) at
-        which samples all are finite, and every contact slips.
+        """M a, g(x, v, 0) − U λ, U λ and g(x, 0, 0), each (N, n); the force of each input alone, each (N, n); and (N,)
+        whether all of these are finite, and whether every contact slips.
         """
         contacts = self._contacts
         before = np.vstack([log.inputs[:1], log.inputs[:-1]])
@@ -132,23 +131,23 @@ class Balance:
         return forces, driven, finite, slipping
 
     def _smooth(self, log: Log, motion: Motion, columns: Array, finite: Flags) -> Array:
-        """(N, columns / n, n) low-passed."""
+        """The columns low-passed, (N, columns / n, n)."""
         smooth, _ = low_pass(log, np.where(finite[:, None], columns, 0.0), motion.cutoff_hz)
         return smooth.reshape(len(smooth), -1, self._n)
 
 
-def _misfit(inertia: Array, rest: Array, given: Array) -> float:
-    """Σ(M a − g + U λ)² over the sum of the squares of these forces, the mean over the coordinates."""
-    left = np.sum((inertia - rest - given) ** 2, axis=0)
-    whole = np.sum(inertia**2 + rest**2 + given**2, axis=0)
+def _unbalanced(residual: Array, *forces: Array) -> float:
+    """Σ residual² over the sum of the squares of the forces, the mean over the coordinates; all are (K, n)."""
+    left = np.sum(residual**2, axis=0)
+    whole = np.sum(sum(force**2 for force in forces), axis=0)
     return float(np.mean(left[whole > 0] / whole[whole > 0])) if np.any(whole > 0) else 1.0
 
 
 def _function(system: System) -> casadi.Function:
-    """Column (x, v, a, w, speeds, zero) → column of |u| less the slip that ``speeds`` (n) amount to; M a; g − U λ
-    without input; U λ; g at rest; g − U λ with each input alone.
+    """(x, v, a, w, speeds, zero) → |u| − |∂u/∂v| speeds of each contact; M a; g − U λ without input; U λ; g at rest;
+    g − U λ with each input alone.
 
-    ``zero`` is 0 in each row: an input that is left out then acts as one that is 0 in the log.
+    ``speeds`` (n) are the thresholds of motion. ``zero`` is 0 in each row; it replaces the inputs that are left out.
     """
     groups = (system.positions, system.velocities, system.accelerations, system.inputs)
     arguments = [casadi.SX.sym("q", len(group)) for group in groups]

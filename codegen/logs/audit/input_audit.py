@@ -1,8 +1,8 @@
 """Preflight of the sign and scale of each input, and of the force on each coordinate on which none acts.
 
-A least-squares factor between the force that the motion takes and the one that the input gives is near one when sign
-and scale are right, also where friction is larger than inertia. Where a coordinate is outside the spec's envelope by as
-large a factor, the finding is about that coordinate and not about the input.
+The least-squares factor between the force that the motion requires and the force of the input is near one if sign and
+scale are right, also if friction is larger than inertia. If a coordinate exceeds the spec's envelope by as large a
+factor, the finding is about that coordinate and not the input.
 """
 
 from __future__ import annotations
@@ -21,22 +21,29 @@ from codegen.spec.model import Spec
 from codegen.spec.units import same_dimension, si_factor
 
 FLIPPED, TELLING = -0.4, 0.6
-"""Correlations of a force with the force that the motion takes: below, its sign is wrong; above, it is right."""
+"""Correlations of a force with the required force, below which its sign is wrong and above which it is right."""
 SCALE_OFF = 3.0
+"""Factor on a force, either way, from which on its scale is wrong."""
 FAR_OUTSIDE = 10.0
-"""Times the envelope: by so much a coordinate's scale is off even where forces do not tell."""
+"""Ratio to the envelope from which on a coordinate's scale is wrong even if the forces do not show it."""
 ACTING = 1e-3
-"""Share of its largest force below which an input does not act: what filters leave where it is off."""
+"""Share of its largest force below which an input is zero except for what the low-pass leaves."""
 PART_SEEN = 0.2
 """Partial correlation of a modelled force with the input's force, from which on it shows in a log."""
 PREFIXES = ("", "u", "m", "k", "M")
+"""SI prefixes of the units that are tried."""
 NEAR_UNIT = 1.5
-"""Ratio of a unit's factor to the one found from which on no unit is proposed: a parameter may be wrong instead."""
+"""Largest ratio of the found factor to a unit's at which the unit is proposed; else a parameter may be wrong."""
 
 
 @dataclass(frozen=True)
 class Outside:
-    """A coordinate far outside the envelope: its position or velocity ``what``, and how many times the bound it is."""
+    """A coordinate far outside the envelope.
+
+    Attributes:
+        what: in words, how far its position or velocity is outside.
+        times: its ratio to the envelope's bound.
+    """
 
     coordinate: str
     what: str
@@ -44,11 +51,12 @@ class Outside:
 
     @property
     def words(self) -> str:
+        """The beginning of a message."""
         return f"The scale of {self.coordinate} seems off: {self.what}"
 
 
 def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) -> Iterator[Finding]:
-    """The sign and scale of each input: least-squares factors between the inputs' forces and what the motion takes."""
+    """Findings on the sign and scale of each input, by least squares of the required force on the inputs' forces."""
     if not len(forces.driven):
         return
     needed = forces.inertia - forces.rest
@@ -78,7 +86,8 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) 
 
 
 def not_judged(name: str, doubted: str) -> Finding:
-    words = f"Sign and scale of {name} are not judged before the numbers of {doubted} are mended."
+    """The finding on an input that cannot be judged, since other columns hold wrong numbers."""
+    words = f"Sign and scale of {name} are not judged before the numbers of {doubted} are corrected."
     return Finding("info", f"sign and scale of {name}", words)
 
 
@@ -92,7 +101,13 @@ def _input(
     spec: Spec,
     log: Log,
 ) -> Finding:
-    """Of an input's force ``given`` and what the motion takes beside the other inputs, both (K',)."""
+    """The finding on one input.
+
+    Args:
+        factor: of its force, by least squares.
+        wanted: (K') the required force less that of the other inputs.
+        given: (K') the input's force.
+    """
     norms = float(np.linalg.norm(wanted) * np.linalg.norm(given))
     correlation = float(wanted @ given) / norms if norms > 0 else 0.0
     figures = {"factor": factor, "correlation": correlation}
@@ -100,7 +115,7 @@ def _input(
     if correlation < FLIPPED:
         seen = _seen(given, parts)
         figures |= {f"against_{what.split()[0]}": value for what, value in seen.items()}
-        return Finding("problem", topic, _flipped(name, correlation, seen, _turned(name, spec, log)), figures)
+        return Finding("problem", topic, _flipped(name, correlation, seen, _reversing_line(name, spec, log)), figures)
     telling = correlation > TELLING
     if outside is not None and (factor >= SCALE_OFF if telling else outside.times >= FAR_OUTSIDE):
         words = (
@@ -133,10 +148,11 @@ def _input(
 
 
 def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
-    """The partial correlations of an input's force with the modelled forces that show in it.
+    """The partial correlations of an input's force with the modelled forces, of those that show in it.
 
     Args:
-        given: (K') the input's force. parts: (K') modelled forces that it has to overcome, by name.
+        given: (K') the input's force.
+        parts: name → (K') modelled force that the input has to overcome.
     """
     acting = {what: force for what, force in parts.items() if np.any(force)}
     found = {}
@@ -146,8 +162,8 @@ def _seen(given: Array, parts: Mapping[str, Array]) -> dict[str, float]:
     return {what: correlation for what, correlation in found.items() if abs(correlation) > PART_SEEN}
 
 
-def _flipped(name: str, correlation: float, seen: Mapping[str, float], turned: str) -> str:
-    """What is wrong with a sign, as far as the modelled forces that show in the log tell it."""
+def _flipped(name: str, correlation: float, seen: Mapping[str, float], line: str) -> str:
+    """The message on a wrong sign: of the input, or of the modelled forces that show in the log."""
     fact = f"the force it gives runs against the force that the motion takes (correlation {correlation:.2f})"
     against = [what for what, value in seen.items() if value < 0]
     agreeing = " and ".join(what for what in seen if what not in against)
@@ -158,18 +174,18 @@ def _flipped(name: str, correlation: float, seen: Mapping[str, float], turned: s
             f"may be half a turn off), and not the sign of {name}. (All together, {fact}.)"
         )
     if against and not agreeing and ("inertia" in seen or "friction" in seen):
-        return f"The sign of input {name} seems flipped, or that of the coordinate it drives: {fact}. {turned}"
+        return f"The sign of input {name} seems flipped, or that of the coordinate it drives: {fact}. {line}"
     which = f"only {' and '.join(seen)} can be seen in it" if seen else "no single modelled force can be seen in it"
     if against and agreeing:
         which = f"{' and '.join(against)} run against it and {agreeing} do not"
     return (
         f"The sign of input {name} seems flipped, or that of the coordinate it drives, or of a force in the spec: "
-        f"{fact}. This log cannot tell which: {which}. {turned}"
+        f"{fact}. This log cannot tell which: {which}. {line}"
     )
 
 
 def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Iterator[Finding]:
-    """The force modelled on each coordinate on which no input acts."""
+    """Findings on the modelled force on each coordinate on which no input acts."""
     for i, c in enumerate(spec.coordinates):
         if np.any(forces.driven[:, :, i]):
             continue
@@ -195,24 +211,24 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Itera
             yield Finding("info", topic, words, figures)
 
 
-def _turned(name: str, spec: Spec, read: Log) -> str:
+def _reversing_line(name: str, spec: Spec, read: Log) -> str:
     """The line of meta.yaml that reverses the sign of an input, as a remark in brackets."""
     scale = read.description.stated_scale(name, spec)
-    return f"(`scale: {{{name}: {-scale:.6g}}}` in meta.yaml beside the log turns {name}.)"
+    return f"(`scale: {{{name}: {-scale:.6g}}}` in meta.yaml beside the log reverses {name}.)"
 
 
 def _asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
-    """A question whether an input is logged in another unit, with the line for meta.yaml; the factor if no unit fits.
+    """The question whether an input is in another unit, with the line for meta.yaml; that of a factor if no unit fits.
 
-    The units tried are the spec's own with SI prefixes.
+    The spec's own unit is tried with SI prefixes.
 
     Args:
-        factor: force that the measured motion needs over the force of the input as read; positive.
+        factor: required force over the force of the input as read; positive.
     """
     own = next(i.unit for i in spec.inputs if i.name == name)
     scale = factor * read.description.stated_scale(name, spec)
-    line = f"(`scale: {{{name}: {scale:.4g}}}` in meta.yaml beside the log mends a scale.)"
-    if name in read.intake.brought or own in ("", "1"):
+    line = f"(`scale: {{{name}: {scale:.4g}}}` in meta.yaml beside the log corrects a scale.)"
+    if name in read.intake.inferred_units or own in ("", "1"):
         return line
     here = Place("")
     taken = read.description.units.get(name, own)

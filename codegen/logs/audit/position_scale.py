@@ -1,17 +1,17 @@
-"""Preflight of a position scale: a position logged as a multiple of the spec's, as when measured before a gear.
+"""Preflight of a position scale: a position logged as a multiple of the spec's, for example measured before a gear.
 
-With the right force u and the position k times too large, q = k x, the machine M a + d v + U λ = u is in the log
+If the position is k times too large, q = k x, the machine M a + d v + U λ = u appears in the log as
 
-    (M/k) a_q + (d/k) v_q + U λ = u,
+    (M/k) a_q + (d/k) v_q + U λ = u.
 
-and so is each force that is linear in position or speed; a Coulomb level and a constant force stay as they are. With
-the right position and an input that is c times too small it is
+Forces that are linear in position or speed are divided by k; Coulomb levels and constant forces are not. If instead the
+input is c times too small, all forces are divided by c:
 
-    (M/c) a + (d/c) v + (U λ)/c = u,   and constant forces are divided by c too.
+    (M/c) a + (d/c) v + (U λ)/c = u.
 
-So inertia, damping and springs do not distinguish k from c. If no force is nonlinear in position or speed, only
-friction levels and constant forces do; a level that is known to a factor of three, only if k or 1/k is larger than
-that. A mass that is k times too large differs from both in damping and springs, if the log shows these.
+So inertia, damping and springs do not distinguish k from c. Friction levels and constant forces do; a level that is
+known to a factor of three, only if k or 1/k is larger than that. A mass that is k times too large differs from both in
+damping and springs, if the log shows these.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ from codegen.spec.model import Spec
 APPARENT = 1.5
 """Least factor, either way, that is reported: a smaller one is an error of a parameter."""
 SURE = 3.0
-"""Least factor, either way, that is a problem of the log where friction tells it from another scale of the input."""
+"""Least factor, either way, that is a problem, if friction distinguishes it from a wrong scale of the input."""
 SEEN = 0.5
-"""Partial correlation of the declared inertia with the input's force from which on its factor is a start."""
+"""Partial correlation of the declared inertia with the input's force from which on its factor is a starting value."""
 EXPLAINED, MUCH_LESS = 0.02, 0.25
-"""Largest share of the squared forces that may be left with the factor, and its largest ratio to that without."""
+"""Largest unbalanced share of the squared forces with the factor, and its largest ratio to that without."""
 ABOUT, TOLERANCE = 2.0, 1e-3
-"""Factors about the start in which the best is searched, and to which relative accuracy."""
+"""Range of the search about the starting value, either way, and its relative accuracy."""
 ALIKE = 2.0
-"""Ratio of what is left up to which two explanations are not told apart."""
+"""Ratio of unbalanced shares up to which two explanations are not distinguished."""
 LEVEL_FITS, LEVEL_SEEN = 3.0, 0.15
 """Largest factor on the declared friction, and least partial correlation at which that factor is judged."""
 NEAR = 0.05
-"""Relative deviation of a parameter from a factor that it explains, as a gear ratio."""
+"""Relative deviation up to which a parameter explains a factor, as a gear ratio."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ class Explained:
     """The best factor of one explanation.
 
     Attributes:
-        factor: k of the position, c of the input, or by which a mass is too large.
-        left: share of the squared forces that it leaves unbalanced, with the friction level refitted.
+        factor: k of the position, c of the input, or the factor by which a mass is too large.
+        left: unbalanced share of the squared forces, with the friction level refitted.
         level: factor on the declared friction.
     """
 
@@ -63,7 +63,7 @@ class Explained:
 
 
 def position_scales(log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces) -> Iterator[Finding]:
-    """Findings on the coordinates whose positions explain the log much better when they are divided by a factor."""
+    """Findings on the positions that balance the forces much better if they are divided by a factor."""
     for j in range(len(spec.coordinates)):
         found = _scale_of(j, log, spec, balance, motion, forces)
         if found is not None:
@@ -71,15 +71,15 @@ def position_scales(log: Log, spec: Spec, balance: Balance, motion: Motion, forc
 
 
 def _scale_of(j: int, log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces) -> Finding | None:
-    """The finding on one coordinate; None where no factor explains the log much better."""
-    heavy, seen = forces.inertia_factor(j)
-    if seen < SEEN or heavy <= 0 or 1 / APPARENT < heavy < APPARENT:
+    """The finding on one coordinate; None if no factor balances the forces much better."""
+    inertia, seen = forces.inertia_factor(j)
+    if seen < SEEN or inertia <= 0 or 1 / APPARENT < inertia < APPARENT:
         return None
 
     def divided(factor: float) -> Forces:
         return balance.along(log, scaled(motion, j, 1 / factor))
 
-    position = _best(lambda k: _left(divided(k), j), 1 / heavy)
+    position = _best(lambda k: _left(divided(k), j), 1 / inertia)
     found, plain = divided(position.factor), _left(forces, j)
     wide = not 1 / APPARENT < position.factor < APPARENT
     explains = position.left <= min(EXPLAINED, MUCH_LESS * plain.left)
@@ -92,10 +92,11 @@ def _scale_of(j: int, log: Log, spec: Spec, balance: Balance, motion: Motion, fo
 
 
 def _left(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Explained:
-    """What a balance leaves on coordinate j where the friction level is free.
+    """The unbalanced share on coordinate j with the friction level fitted.
 
     Args:
-        given: factor on the input's force. mass: on the inertia.
+        given: factor on the input's force.
+        mass: factor on the inertia.
     """
     push, inertia, friction = given * forces.given[:, j], mass * forces.inertia[:, j], forces.friction[:, j]
     other = inertia - (forces.rest[:, j] + friction)
@@ -107,7 +108,7 @@ def _left(forces: Forces, j: int, given: float = 1.0, mass: float = 1.0) -> Expl
 
 
 def _best(left: Callable[[float], Explained], start: float) -> Explained:
-    """The explanation whose factor about ``start`` leaves least."""
+    """The explanation with the least unbalanced share, for a factor within ``ABOUT`` of ``start``."""
     ends = np.log(start) - np.log(ABOUT), np.log(start) + np.log(ABOUT)
     options = {"xatol": TOLERANCE}
     found = minimize_scalar(lambda p: left(float(np.exp(p))).left, bounds=ends, method="bounded", options=options)
@@ -117,6 +118,7 @@ def _best(left: Callable[[float], Explained], start: float) -> Explained:
 
 
 def _level_seen(forces: Forces, j: int) -> bool:
+    """Whether the declared friction on coordinate j shows in the input's force."""
     others: Array = np.column_stack([forces.inertia[:, j], forces.motion, np.ones(len(forces.motion))])
     return partial_correlation(forces.given[:, j], forces.friction[:, j], others)[1] > LEVEL_SEEN
 
@@ -132,7 +134,7 @@ def _finding(
     driving: Sequence[str],
     level_seen: bool,
 ) -> Finding | None:
-    """The finding, with the rivals that the log does not exclude; None where another explanation is better."""
+    """The finding, with the other explanations that the log does not exclude; None if one of these is better."""
     name, k = spec.coordinates[j].name, position.factor
     fits = {"position": _is_near(position.level), "input": _is_near(by_input.level)}
     rivals, excluded = [], ""
@@ -147,13 +149,13 @@ def _finding(
             rivals.append(f"{driving[0]} is {by_input.factor:.3g} times too small ({line})")
         elif not apart:
             excluded = (
-                f" If {driving[0]} were {by_input.factor:.3g} times too small instead, it would take "
-                f"{by_input.level:.2g} times the declared friction; the position takes {position.level:.2g} times."
+                f" If {driving[0]} were {by_input.factor:.3g} times too small instead, it would "
+                f"be against {by_input.level:.2g} times the declared friction; now it is {position.level:.2g} times."
             )
     if by_mass.left <= ALIKE * position.left:
         rivals.append(f"the declared inertia is {by_mass.factor:.3g} times too large")
     sure = not rivals and fits["position"] and not 1 / SURE < k < SURE
-    gear, ratio = next(((p, r) for p, r in _ratios(spec) if abs(r / k - 1) < NEAR), ("", k))
+    gear, ratio = gear_ratio(spec, k)
     side = (
         f"measured on the other side of a gear (the parameter {gear} has this value)"
         if gear
@@ -172,10 +174,15 @@ def _finding(
 
 
 def _is_near(level: float) -> bool:
+    """Whether a factor on the declared friction is within its uncertainty."""
     return 1 / LEVEL_FITS < level < LEVEL_FITS
 
 
-def _ratios(spec: Spec) -> list[tuple[str, float]]:
-    """Dimensionless parameters, each with its value and the inverse."""
-    own = [(p.name, float(p.value)) for p in spec.parameters if p.unit in ("", "1") and p.value]
-    return [(name, ratio) for name, value in own for ratio in (value, 1 / value)]
+def gear_ratio(spec: Spec, factor: float) -> tuple[str, float]:
+    """The dimensionless parameter whose value or inverse is near a factor, and this ratio; else "" and the factor."""
+    for p in spec.parameters:
+        if p.unit in ("", "1") and p.value:
+            for ratio in (float(p.value), 1 / float(p.value)):
+                if abs(ratio / factor - 1) < NEAR:
+                    return p.name, ratio
+    return "", factor

@@ -1,4 +1,4 @@
-"""Log × Spec → findings: is this record fit to be diagnosed?"""
+"""Preflight: findings on whether a log can be diagnosed with a spec."""
 
 from __future__ import annotations
 
@@ -15,25 +15,33 @@ from codegen.logs.motion import Motion, Steady, measured_motion, steady_speeds
 from codegen.spec.model import Spec
 
 SLOW_HZ = 90.0
-LONG_STEP = 0.1
-SHORTEST_STEP = 1e-6
+"""Sample rate below which friction at a reversal is missed."""
+LONG_STEP, SHORTEST_STEP = 0.1, 1e-6
+"""Sample times in s beyond which the unit of time is in doubt."""
 _UNITS_OF_TIME = ((1e5, ("nanoseconds", "1e-9")), (100.0, ("microseconds", "1e-6")), (0.0, ("milliseconds", "0.001")))
-SHORT_S = 5.0
-FEW_SAMPLES = 500
+"""Step above which time may be in a unit → its name and its factor to s."""
+SHORT_S, FEW_SAMPLES = 5.0, 500
+"""Duration and number of samples below which a log is short."""
 MUCH_JITTER = 0.05
+"""RMS jitter, over a step, that is a warning."""
 MANY_REPAIRED = 0.001
-FEW_REVERSALS = 4
-MOSTLY_STILL = 0.8
+"""Share of rows repaired or left out that is a warning."""
+FEW_REVERSALS, MOSTLY_STILL = 4, 0.8
+"""Number of reversals below which, and share of standstill above which, a motion is a warning."""
 COARSE = 0.1
+"""Speed that one encoder step pretends, over the top speed, from which on the encoder is coarse."""
 ENCODER_OFF = 0.2
+"""Relative deviation of the visible encoder step from the declared one that is a warning."""
 MANY_FINER = 0.05
-WRAP = 0.5
-WRAP_OVER_REST = 5.0
-FEW_JUMPS = 0.02
+"""Share of moves by less than half of the declared encoder step that is a warning."""
+WRAP, WRAP_OVER_REST, FEW_JUMPS = 0.5, 5.0, 0.02
+"""Wrap-around: least jump over the range, least jump over the largest other move, largest share of jumps."""
 FAR_INSIDE = 0.01
-MUCH_AT_LIMIT = 0.01
-TWO_LEVELS = 0.9
-REPEATS_TOLD, REPEATS_WARNED = 0.005, 0.05
+"""Share of the envelope's bound below which a signal's scale is in doubt."""
+MUCH_AT_LIMIT, TWO_LEVELS = 0.01, 0.9
+"""Shares of the time at an input's extremes from which on it is limited, and switches between two levels."""
+REPEATS_REPORTED, REPEATS_WARNED = 0.005, 0.05
+"""Shares of repeated rows that are reported, and that are a warning."""
 Kept = NDArray[np.int64]
 """Indices of the samples that lie in no gap."""
 
@@ -51,7 +59,7 @@ def preflight(log: Log, spec: Spec) -> tuple[Finding, ...]:
     steady = steady_speeds(log, motion.velocities, motion.usable)
     kept = np.concatenate([np.arange(start, stop) for start, stop in log.segments])
     return (
-        *_on_record(log, turns=len(steady) < len(spec.coordinates)),
+        *_on_record(log, reverses=len(steady) < len(spec.coordinates)),
         *_on_motion(log, spec, motion, kept),
         *_on_steady(steady, spec),
         *_on_input(log, spec, kept),
@@ -70,18 +78,18 @@ def force_problems(log: Log, spec: Spec) -> tuple[Finding, ...]:
     return tuple(f for f in audit_force(log, spec, motion, steady) if f.severity == "problem")
 
 
-def _decide(warn: bool) -> Severity:
+def _warning_if(warn: bool) -> Severity:
     """``warning`` if ``warn``, else ``info``."""
     return "warning" if warn else "info"
 
 
-def _on_record(log: Log, turns: bool) -> Iterator[Finding]:
+def _on_record(log: Log, reverses: bool) -> Iterator[Finding]:
     """Findings on the time stamps and the completeness of a log.
 
     Args:
-        turns: whether some coordinate changes its speed, so that a slow rate loses what happens at reversals.
+        reverses: whether some coordinate changes its speed, so that a slow rate misses its reversals.
     """
-    yield _rate(log, turns)
+    yield _rate(log, reverses)
     yield _jitter(log)
     yield _length(log)
     yield from _gaps(log)
@@ -92,7 +100,8 @@ def _on_record(log: Log, turns: bool) -> Iterator[Finding]:
         yield Finding("info", "reading", f"Reading: {note}.")
 
 
-def _rate(log: Log, turns: bool) -> Finding:
+def _rate(log: Log, reverses: bool) -> Finding:
+    """The sample rate, and whether the unit of time is in doubt."""
     steps = [record.sample_time for record in log.records] or [log.sample_time]
     least, most = min(steps), max(steps)
     rate, figures = 1 / most, {"rate_hz": 1 / most, "sample_time": most}
@@ -105,19 +114,19 @@ def _rate(log: Log, turns: bool) -> Finding:
             words = f"{len(steps)} records, each at its own rate, {rate:.4g} to {1 / least:.4g} Hz."
         which = f"in {slow} of them a reversal passes"
         figures |= {"records": float(len(steps)), "slow": float(slow)}
-    if least > LONG_STEP and turns:
+    if least > LONG_STEP and reverses:
         unit, factor = next(words for step, words in _UNITS_OF_TIME if least > step)
         hint = f" That is slow for friction: is time in {unit}? (`scale: {{t: {factor}}}` in meta.yaml beside the log)"
-    elif most < SHORTEST_STEP and "t" in log.intake.brought:
+    elif most < SHORTEST_STEP and "t" in log.intake.inferred_units:
         hint = f" No drive is sampled as fast{log.intake.time_unit}. (`units: {{t: s}}` in meta.yaml beside the log)"
     elif most < SHORTEST_STEP:
         hint = " No drive is sampled as fast: is time in days? (`scale: {t: 86400}` in meta.yaml beside the log)"
-    elif rate < SLOW_HZ and turns:
+    elif rate < SLOW_HZ and reverses:
         hint = f" That is slow for friction: {which} within one or two samples."
     else:
         hint = ""
-    unusable = (least > LONGEST_STEP and turns) or most < SHORTEST_STEP
-    severity: Severity = "problem" if unusable else _decide(bool(hint))
+    unusable = (least > LONGEST_STEP and reverses) or most < SHORTEST_STEP
+    severity: Severity = "problem" if unusable else _warning_if(bool(hint))
     return Finding(severity, "sample rate", words + hint, figures)
 
 
@@ -129,7 +138,7 @@ def _jitter(log: Log) -> Finding:
     words = f"The time stamps are irregular (RMS jitter {jitter:.1%} of a step): the data were put on a uniform grid."
     if jitter > MUCH_JITTER:
         words += " They hide effects faster than a few samples (delay, lag)."
-    return Finding(_decide(jitter > MUCH_JITTER), "jitter", words, figures)
+    return Finding(_warning_if(jitter > MUCH_JITTER), "jitter", words, figures)
 
 
 def _length(log: Log) -> Finding:
@@ -139,7 +148,7 @@ def _length(log: Log) -> Finding:
     words = f"{samples} samples over {seconds:.4g} s{f', in {len(parts)} records' if len(parts) > 1 else ''}."
     if short:
         words += " That is little: several reversals and a range of speeds are needed to tell effects apart."
-    return Finding(_decide(short), "duration", words, {"samples": float(samples), "duration": seconds})
+    return Finding(_warning_if(short), "duration", words, {"samples": float(samples), "duration": seconds})
 
 
 def _gaps(log: Log) -> Iterator[Finding]:
@@ -157,17 +166,19 @@ def _repairs(log: Log) -> Iterator[Finding]:
     for symbol, count in log.intake.repaired.items():
         share = count / max(log.intake.rows, 1)
         words = f"{symbol}: {count} missing values ({share:.2%}) were filled in."
-        yield Finding(_decide(share > MANY_REPAIRED), "missing values", words, {"count": float(count), "share": share})
+        yield Finding(
+            _warning_if(share > MANY_REPAIRED), "missing values", words, {"count": float(count), "share": share}
+        )
     if log.intake.dropped:
         share = log.intake.dropped / (log.intake.rows + log.intake.dropped)
         words = f"{log.intake.dropped} rows ({share:.2%}) repeat a time stamp or have none, and were left out."
         figures = {"count": float(log.intake.dropped), "share": share}
-        yield Finding(_decide(share > MANY_REPAIRED), "repeated rows", words, figures)
+        yield Finding(_warning_if(share > MANY_REPAIRED), "repeated rows", words, figures)
 
 
 def _stale_rows(share: float, in_motion: float) -> list[Finding]:
-    """Findings on rows that repeat the one before, as where a bus is read faster than its values are updated."""
-    if max(share, in_motion) < REPEATS_TOLD:
+    """Findings on rows that repeat the one before, as if a bus is read faster than its values are updated."""
+    if max(share, in_motion) < REPEATS_REPORTED:
         return []
     figures = {"share": share, "in_motion": in_motion}
     words = (
@@ -194,7 +205,7 @@ def _on_motion(log: Log, spec: Spec, motion: Motion, kept: Kept) -> Iterator[Fin
 
 
 def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
-    """The measuring step of a position, seen and declared."""
+    """The quantisation step of a position, visible and declared."""
     c = spec.coordinates[j]
     seen = log.intake.smallest_step[j] if log.intake.smallest_step else 0.0
     declared = log.encoder_step[j] if log.encoder_step else 0.0
@@ -220,11 +231,11 @@ def _encoder(log: Log, spec: Spec, motion: Motion, j: int) -> Finding:
     words = f"{c.name} is measured in steps of {step:.4g} {c.unit}."
     if creep > COARSE * top:
         words += f" That is coarse: one step looks like {creep:.2g} {c.unit}/s, where the top speed is {top:.2g}."
-    return Finding(_decide(creep > COARSE * top), topic, words, figures)
+    return Finding(_warning_if(creep > COARSE * top), topic, words, figures)
 
 
 def _finer(log: Log, j: int, step: float) -> float:
-    """Share of the rows in which a position moves, in which it moves by less than half a step."""
+    """Share of moves by less than half a step among all moves of a position."""
     moves = np.abs(np.concatenate([np.diff(log.positions[start:stop, j]) for start, stop in log.segments]))
     moves = moves[moves > 1e-6 * step]
     return float(np.mean(moves < step / 2)) if len(moves) else 0.0
@@ -254,11 +265,11 @@ def _coordinate(log: Log, spec: Spec, motion: Motion, kept: Kept, j: int) -> Fin
         hints.append("It stands still most of the time, when friction can be anything up to its level.")
     if slow > -threshold or fast < threshold:
         hints.append("It moves in one direction only: friction cannot be told from a constant force.")
-    return Finding(_decide(bool(hints)), topic, " ".join([words, *hints]), figures)
+    return Finding(_warning_if(bool(hints)), topic, " ".join([words, *hints]), figures)
 
 
 def _wraps(log: Log, spec: Spec, kept: Kept, j: int) -> Iterator[Finding]:
-    """A position that wraps around after each turn jumps by most of its range between two samples."""
+    """A finding on a position that wraps around after each turn: it jumps by most of its range between two samples."""
     c = spec.coordinates[j]
     moves = np.abs(np.concatenate([np.diff(log.positions[start:stop, j]) for start, stop in log.segments]))
     span = float(np.ptp(log.positions[kept, j]))
@@ -277,6 +288,7 @@ def _wraps(log: Log, spec: Spec, kept: Kept, j: int) -> Iterator[Finding]:
 
 
 def _envelope(log: Log, spec: Spec, motion: Motion, kept: Kept) -> Iterator[Finding]:
+    """Findings on signals outside the envelope, or far inside."""
     measured: dict[str, tuple[str, Array]] = {}
     for j, c in enumerate(spec.coordinates):
         measured[c.name] = (c.unit, log.positions[kept, j])
@@ -301,7 +313,7 @@ def _envelope(log: Log, spec: Spec, motion: Motion, kept: Kept) -> Iterator[Find
 
 
 def _on_steady(steady: list[Steady], spec: Spec) -> Iterator[Finding]:
-    """The finding on each such coordinate."""
+    """Findings on coordinates that run at constant speed."""
     for one in steady:
         c = spec.coordinates[one.coordinate]
         unit = f"{c.unit}/s"
@@ -318,7 +330,7 @@ def _on_steady(steady: list[Steady], spec: Spec) -> Iterator[Finding]:
 
 
 def _on_input(log: Log, spec: Spec, kept: Kept) -> Iterator[Finding]:
-    """Findings on each input: constant, zero, at its limits."""
+    """Findings on each input: zero, constant, or at its limits."""
     for j, i in enumerate(spec.inputs):
         values, topic = log.inputs[kept, j], f"input {i.name}"
         low, high = float(values.min()), float(values.max())
@@ -337,4 +349,4 @@ def _on_input(log: Log, spec: Spec, kept: Kept) -> Iterator[Finding]:
             words += " It switches between these two levels."
         if held:
             words += f" It is at its extreme for {at_low + at_high:.1%} of the time, as if limited."
-        yield Finding(_decide(held), topic, words, figures)
+        yield Finding(_warning_if(held), topic, words, figures)

@@ -1,1 +1,1 @@
-"""A file a log format: names of columns, then the numbers of those that are wanted; ``source.py`` is their base."""
+"""Log formats, one file each: classes that name the columns and load some of them; ``source.py`` has their base."""

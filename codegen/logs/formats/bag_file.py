@@ -41,12 +41,12 @@ DEFINITIONS = {
 }
 """Type of a message → its definition, for bags older than ROS 2 Iron, which hold none.
 
-The commonest types, from ros2/common_interfaces, branch humble, without comments. A definition in the bag goes before.
+The commonest types, from ros2/common_interfaces, branch humble, without comments. Definitions in the bag come first.
 """
 
 
 class Db3Storage(Storage):
-    """A bag in one SQLite file. Opening it reads its topics and definitions, and no message."""
+    """A bag in one SQLite file. Opening it reads topics and definitions only."""
 
     expected = "a ROS 2 bag in SQLite (.db3)"
 
@@ -77,7 +77,7 @@ class Db3Storage(Storage):
                 yield Message(self._ids[key], stamp, data)
 
     def _connection(self) -> sqlite3.Connection:
-        """The file, opened for reading only and with limits, since it may come from a stranger."""
+        """The file, opened read-only and with limits, since it is not trusted."""
         bag = sqlite3.connect(f"file:{quote(str(self.path.resolve()))}?mode=ro&immutable=1", uri=True)
         bag.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_MESSAGE)
         bag.setlimit(sqlite3.SQLITE_LIMIT_ATTACHED, 0)
@@ -86,7 +86,7 @@ class Db3Storage(Storage):
         return bag
 
     def _require_tables(self, bag: sqlite3.Connection) -> None:
-        """Refuse a file without these tables, or with views or computed columns in their place: those are programs."""
+        """Raise BadInput without these tables; views and computed columns do not count, since they are programs."""
         for table, wanted in TABLES.items():
             kinds = {kind for (kind,) in bag.execute("SELECT type FROM sqlite_master WHERE name = ?", [table])}
             columns = {row[1] for row in bag.execute(f"PRAGMA table_xinfo({table})") if row[6] == 0}
@@ -132,8 +132,8 @@ class BagFolder(Storage):
         """Open the files.
 
         Raises:
-            BadInput: for metadata without a list of files, a file that is in another folder, packed whole or of another
-                kind, or one that cannot be used.
+            BadInput: for metadata without a list of files, or a file in another folder, compressed, of another type, or
+                unusable.
         """
         super().__init__(path)
         metadata = path / METADATA
@@ -147,7 +147,7 @@ class BagFolder(Storage):
             found = "messages that are compressed one by one"
             raise self._metadata(found, " (`ros2 bag convert` decompresses them)", "LOG002")
         self._parts = []
-        if len(set(names)) < len(names):  # of one file, a short list could make a thousand
+        if len(set(names)) < len(names):  # else a short list could read one file a thousand times
             raise self._metadata(f"`{shown(Counter(names).most_common(1)[0][0])}` more than once")
         for name in names:
             if Path(name).name != name:

@@ -1,4 +1,4 @@
-"""Text logs: a table of numbers, with a preamble, a header line and a line of units, or without; comments after #.
+"""Text tables of numbers, perhaps with a preamble, a header line, a line of units, and comments after #.
 
 Also a long table: a row for each value, with its time and the name of its signal.
 """
@@ -17,8 +17,8 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
 from codegen.logs.binding import column_of, time_of
 from codegen.logs.description import LogDescription
-from codegen.logs.formats.row_forms import upright, whole_lines
-from codegen.logs.formats.series import Signal, joined, together
+from codegen.logs.formats.row_forms import transposed_rows, whole_lines
+from codegen.logs.formats.series import Signal, grouped_by_time, joined
 from codegen.logs.formats.source import Allowance, BlockFile, Columns, File, LogFile, NotStreamed, listing
 from codegen.logs.formats.table import (
     COMMENT,
@@ -31,24 +31,24 @@ from codegen.logs.formats.table import (
     Layout,
     fields,
     find_layout,
+    restart_period,
     stamp,
-    starts_anew,
     unwrapped,
 )
 from codegen.logs.formats.text_lines import EXPECTED, lines_of, text_of
 
 MOST_ROWS = 50_000_000
 _NUMBERS = frozenset("0123456789+-.")
-"""How a line begins that is no comment and no header."""
+"""First characters of a line that is no comment and no header."""
 _BEHIND = re.compile(r"(?:^|\s|(?<=\d))#(?!(n/a|nan|nv|value!|wert!|div/0!)).*", re.IGNORECASE)
-"""A comment behind a row."""
+"""A comment after a row."""
 _WITH_UNIT = re.compile(r"[+-]?[\d.,]+\s*[A-Za-z°µ%][\w°µ%/*^]*")
 _GROUPED = re.compile(r"[+-]?\d{1,3}([.,' \u00a0\u2009\u202f’]\d{3})+([.,]\d+)?", re.ASCII)
-"""A number whose thousands are grouped."""
+"""A number with separators between thousands."""
 
 
 class CsvSource(LogFile):
-    """An opened text table: its header is read, its body is text still.
+    """An opened text table, of which only the header has been read.
 
     Args:
         file: name of the file.
@@ -72,7 +72,7 @@ class CsvSource(LogFile):
     ) -> None:
         super().__init__(Path(file), None, description)
         self.file, self.layout, self.lines, self.first, self.before = file, layout, lines, first, before
-        self.names, self.units, self.said = layout.names, dict(layout.units), [*encoding, *layout.notes]
+        self.names, self.units, self.own_notes = layout.names, dict(layout.units), [*encoding, *layout.notes]
 
     @property
     def place(self) -> Place:
@@ -93,10 +93,10 @@ class CsvSource(LogFile):
         if again:
             more = f", {len(again)} such lines in all" if len(again) > 1 else ""
             behind.append(f"line {self.before + again[0] + 1} repeats the header and is left out{more}")
-        return (*self.said, *behind[:3])
+        return (*self.own_notes, *behind[:3])
 
     def load(self, wanted: Sequence[str]) -> Columns:
-        """The wanted columns: at the speed of numpy when all is well, row by row to find what is not.
+        """The wanted columns, by NumPy if all lines are regular, else row by row.
 
         Args:
             wanted: names, or numbers counted from 1 where a name appears twice.
@@ -113,7 +113,7 @@ class CsvSource(LogFile):
         return self._at_one_time(wanted, indices) if self.layout.times else self._columns(wanted, indices)
 
     def _at_one_time(self, wanted: Sequence[str], indices: list[int]) -> Columns:
-        """The wanted columns of channels with times of their own; the first column is their common time in s."""
+        """The wanted columns of channels that have their own times; the first column is the common time in s."""
         own = {name: k for name, k in zip(wanted, indices, strict=True) if k or len(indices) == 1}
         clock = next((name for name in wanted if name not in own), "")
         names = [str(j) for k in own.values() for j in (k, self.layout.times[k])]
@@ -124,7 +124,7 @@ class CsvSource(LogFile):
             time = read[str(self.layout.times[k])]
             there = np.isfinite(time)
             signals[name] = Signal(self.names[k], self.layout.tick * (time[there] - began), read[str(k)][there])
-        return joined(self, together(signals), wanted, clock)
+        return joined(self, grouped_by_time(signals), wanted, clock)
 
     def _columns(self, wanted: Sequence[str], indices: list[int]) -> Columns:
         body = self.lines[self.first :]
@@ -150,7 +150,7 @@ class CsvSource(LogFile):
         values = self._fast(body, indices)
         if values is None:
             values = self._careful(body, numbers, indices)
-        elif self.layout.decimal == "." and not self.layout.decimal_said:
+        elif self.layout.decimal == "." and not self.layout.decimal_stated:
             padded = any(".000" in line for line in body)
             for j in range(len(indices)):
                 if _may_be_grouped(values[:, j], padded):
@@ -158,7 +158,7 @@ class CsvSource(LogFile):
         return Columns(self.file, tuple(wanted), values, numbers)
 
     def _fast(self, body: list[str], indices: list[int]) -> NDArray[np.float64] | None:
-        """The (N, c) numbers, or None where anything needs a closer look."""
+        """The (N, c) numbers by NumPy, or None if a line is not regular."""
         delimiter, width = self.layout.delimiter, len(self.names)
         if not delimiter:
             if any(len(line.split()) != width for line in body):
@@ -177,7 +177,7 @@ class CsvSource(LogFile):
             return None
 
     def _refuse_grouped(self, body: list[str], numbers: NDArray[np.int64], index: int) -> None:
-        """Refuse a column of whole numbers below 1000 beside such as 1.234, which is 1234 in half of Europe."""
+        """Raise BadInput for a column of whole numbers and numbers such as 1.234, which may mean 1234."""
         texts = [fields(line, self.layout.delimiter, self.place)[index].strip() for line in body]
         grouped = [k for k, text in enumerate(texts) if "." in text]
         if 0 < len(grouped) < len(texts) and all(_GROUPED.fullmatch(texts[k]) for k in grouped):
@@ -187,6 +187,7 @@ class CsvSource(LogFile):
             raise BadInput(Place(self.file, int(numbers[k]), shown(self.names[index])), found, expected, code="LOG005")
 
     def _careful(self, body: list[str], numbers: NDArray[np.int64], indices: list[int]) -> NDArray[np.float64]:
+        """The (N, c) numbers row by row, with comments, missing values, and an error for the first bad value."""
         width = len(self.names)
         values = np.empty((len(body), len(indices)))
         for k, text in enumerate(body):
@@ -220,12 +221,12 @@ class CsvSource(LogFile):
         at = None if begun is None else stamp(text)
         if begun is not None and at is not None:
             passed = (at - begun).total_seconds()
-            return passed + starts_anew(text) if passed < 0 else passed  # a time of day after midnight
+            return passed + restart_period(text) if passed < 0 else passed  # a time of day after midnight
         place = Place(self.file, line, shown(self.names[index]))
         raise BadInput(place, f"`{shown(text)}`", *self._wanted(text), code="LOG005")
 
     def _wanted(self, text: str) -> tuple[str, str | None]:
-        """What to write in place of a text that is no number, and the number that it may be."""
+        """What is expected in place of a text that is no number, and the number that it may be."""
         sign = self.layout.decimal
         if ":" in text or text.count("/") == 2 or (text.count(".") == 2 and len(text) == 10):
             dates = "2026-03-04 23:59:58.002 (ISO 8601); or `sample_time: SECONDS` in meta.yaml beside the log"
@@ -249,12 +250,13 @@ class CsvSource(LogFile):
 
 
 def _may_be_grouped(values: NDArray[np.float64], padded: bool) -> bool:
-    """Whether all numbers are whole and below 1000, or have three decimals and are at least 1, some of each.
+    """Whether the points of a column may be separators between thousands.
 
-    A column that rises, as of time does, is none: 998, 999, 1.000 would fall.
+    They may be if some numbers are whole and below 1000, and all others have three decimals and are at least 1. An
+    increasing column, such as time, has decimal points: 998, 999, 1.000 would decrease.
 
     Args:
-        padded: whether some may end in ``.000``, and so be whole as numbers.
+        padded: whether some numbers end in ``.000``, so that they look whole.
     """
     size = np.abs(values[np.isfinite(values)])
     whole = size == np.floor(size)
@@ -278,20 +280,20 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
         raise file.fault(f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
     text, said = text_of(str(path), data)
     lines = whole_lines(text.split("\n"))
-    turned = upright(lines) if description.header is None else None
+    turned = transposed_rows(lines) if description.header is None else None
     if turned is not None:
         said = (*said, "each line is a signal: the table is turned, and its rows are counted as lines")
     return _without_cut_off(open_lines(str(path), turned or lines, description, said))
 
 
 def _without_cut_off(source: CsvSource) -> CsvSource:
-    """Without a last line that neither ends nor has all fields, as a loss of power leaves it."""
+    """The table without an incomplete last line, as a loss of power leaves it."""
     last, layout = len(source.lines) - 1, source.layout
     if last > source.first and layout.is_row(source.lines[last]) and not layout.wrapped and not layout.times:
         line = source.lines[last] if layout.plain is None else layout.plain(source.lines[last])
         if line.count('"') % 2 or len(fields(line, layout.delimiter, Place(""))) < len(source.names):
             source.lines = source.lines[:last]
-            source.said.append(f"line {last + 1}, the last one, is cut off and not read")
+            source.own_notes.append(f"line {last + 1}, the last one, is cut off and not read")
     return source
 
 
@@ -312,7 +314,7 @@ class LongTable(LogFile):
 
     Args:
         table: with a row for each value.
-        description: whose ``long`` names the columns of names and values.
+        description: its ``long`` names the columns with the signals' names and values.
 
     Raises:
         BadInput: for a column that is not there, or rows that cannot be split.
@@ -334,7 +336,7 @@ class LongTable(LogFile):
                 self._rows.setdefault(texts[index].strip() if index < len(texts) else "", []).append(i)
         self.names = (self._time, *self._rows)
         self.units = {self._time: table.units.get(self._time, "")}
-        self.said = list(table.notes)
+        self.own_notes = list(table.notes)
 
     @property
     def place(self) -> Place:
@@ -342,10 +344,10 @@ class LongTable(LogFile):
 
     def load(self, wanted: Sequence[str]) -> Columns:
         signals = {name: self._signal(name) for name in wanted if name != self._time}
-        return joined(self, together(signals), wanted, self._time, in_seconds=False)
+        return joined(self, grouped_by_time(signals), wanted, self._time, in_seconds=False)
 
     def _signal(self, name: str) -> Signal:
-        """The rows of a signal; the other lines are blank, so that an error names the right line."""
+        """A signal from its own rows; other lines are set blank, so that an error names the right line."""
         lines = [""] * len(self.table.lines)
         for i in self._rows[name]:
             lines[i] = self.table.lines[i]
@@ -355,7 +357,7 @@ class LongTable(LogFile):
 
 
 PIECE = 1 << 22
-"""Bytes that are read at once."""
+"""Bytes of a block."""
 
 
 class CsvStream(BlockFile):
@@ -370,13 +372,13 @@ class CsvStream(BlockFile):
 
     def find(self) -> None:
         lines = next(self._lines(), [])
-        if self.description.long or not any(map(str.strip, lines)) or upright(lines):
+        if self.description.long or not any(map(str.strip, lines)) or transposed_rows(lines):
             raise NotStreamed
         self._head = open_lines(str(self.path), lines, self.description)
         if self._head.layout.times:
             raise NotStreamed
         self.names, self.units = self._head.names, self._head.units
-        self.said += self._head.layout.notes
+        self.own_notes += self._head.layout.notes
 
     @property
     def place(self) -> Place:
@@ -393,6 +395,6 @@ class CsvStream(BlockFile):
     def _lines(self) -> Iterator[list[str]]:
         try:
             with self.opened() as stream:
-                yield from lines_of(iter(partial(stream.read, PIECE), b""), str(self.path), self.said)
+                yield from lines_of(iter(partial(stream.read, PIECE), b""), str(self.path), self.own_notes)
         except (BadInput, OSError):
             raise NotStreamed from None

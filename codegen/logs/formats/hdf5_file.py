@@ -1,4 +1,4 @@
-"""HDF5 logs, and MATLAB's format 7.3, which is HDF5: a dataset a column, or a table whose columns go by number."""
+"""HDF5 logs, and MATLAB's format 7.3, which is HDF5: a column for each dataset, field or column of a dataset."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MAGIC = b"\x89HDF\r\n\x1a\n"
 
 @dataclass(frozen=True)
 class _Column:
-    """A column: a field of a dataset, or its numbers along the axis of its rows, None in ``at``."""
+    """A column: a field of a dataset, or its numbers along one axis, which is None in ``at``."""
 
     dataset: str
     rows: int
@@ -26,7 +26,7 @@ class _Column:
     at: tuple[int | None, ...] = (None,)
 
     def chunk(self, file: Any) -> int:
-        """Rows of a chunk, which HDF5 unpacks whole for each reading of a part of it; 0 where there are none."""
+        """Rows of a chunk, which HDF5 always unpacks whole; 0 for a dataset without chunks."""
         chunks = file[self.dataset].chunks or (0,)
         return int(chunks[self.at.index(None) if len(self.at) == len(chunks) else 0])
 
@@ -40,7 +40,7 @@ class _Column:
 class Hdf5File(BlockFile):
     """An opened file; a dataset in groups is named by its path, ``data/demo_0/obs/joint_pos[2]``.
 
-    Links to other files are not followed, and objects are not made.
+    Links to other files are not followed, and no objects are created.
     """
 
     expected = "an HDF5 log: a dataset of numbers for each column, or tables N × columns"
@@ -81,7 +81,7 @@ class Hdf5File(BlockFile):
                 yield Columns(str(self.path), tuple(wanted), values)
 
     def _datasets(self, group: Any, path: str, seen: set[int]) -> Iterator[tuple[str, Any]]:
-        """(path, dataset) of a group and those in it, each group once, along links within the file."""
+        """(path, dataset) of a group and its subgroups; each group once, also with links within the file."""
         h5py = self._h5py
         address = h5py.h5o.get_info(group.id).addr
         if address in seen or path.count("/") > MOST_DEEP:
@@ -100,7 +100,7 @@ class Hdf5File(BlockFile):
 
 
 def _columns(name: str, dataset: Any) -> dict[str, _Column] | str:
-    """The columns of a dataset, or why it has none."""
+    """The columns of a dataset, or in words why it has none."""
     if dataset.external or dataset.is_virtual:
         return "its numbers lie in other files"
     kind, shape = dataset.dtype, dataset.shape

@@ -1,7 +1,8 @@
-"""JSON logs: a list of records, a record a line, or an object of lists, at the top or under a key beside scalars.
+"""JSON logs: a list of records, one record per line, or an object of lists, at the top level or under a key.
 
-A value inside a record or object is named by its path: ``motor.position``, ``q[0]``. Rows that are lists are named by a
-list of texts beside them, as pandas writes ``{"columns": ["t", "q"], "data": [[0, 1], …]}``; else by numbers from 1.
+A value inside a record or object is named by its path: ``motor.position``, ``q[0]``. If rows are lists, the columns are
+named by a list of texts in the same object, as pandas writes ``{"columns": ["t", "q"], "data": [[0, 1], …]}``, else by
+numbers from 1.
 """
 
 from __future__ import annotations
@@ -17,20 +18,20 @@ from codegen.base.user_text import shown
 from codegen.logs.formats.source import Columns, LogFile, listing
 
 COST = {b",": 100, b"[": 100, b"{": 300, b'"': 25}
-"""Bytes of memory that each of these may cost when parsed, beside the text."""
+"""Bytes of memory that each of these characters may need when parsed, in addition to the text."""
 COPIES, COPIES_WIDE = 3, 9
-"""Times its bytes that the text costs: as read, decoded and in strings; with up to four bytes a character."""
+"""Memory of the text over its size: read, decoded and in strings; of wide characters, up to four bytes each."""
 MOST_COLUMNS = 4096
 DEEPEST = 8
-"""Keys and indices that a path has at most."""
+"""Most keys and indices of a path."""
 
 
 Inner = tuple[str | int, ...]
-"""Keys and indices from a value to one inside."""
+"""Path from a value to one inside: keys and indices."""
 
 
 class JsonFile(LogFile):
-    """A parsed file; what it may cost in memory is counted before it is parsed."""
+    """A parsed file; the memory that it may need is checked before it is parsed."""
 
     expected = 'a JSON log: a list of records such as [{"t": 0, "q": 1}, …], or an object of lists, perhaps under a key'
 
@@ -54,7 +55,7 @@ class JsonFile(LogFile):
         self.names = tuple(self._paths)
 
     def _parsed(self, text: str) -> Any:
-        """The value of a text, or the list of those of its lines; the last one may be cut off."""
+        """The value of a text, or the list of the values of its lines, of which the last one may be cut off."""
         try:
             return json.loads(text)
         except json.JSONDecodeError as error:
@@ -69,7 +70,7 @@ class JsonFile(LogFile):
             except json.JSONDecodeError as error:
                 if n != rows[-1]:
                     raise json.JSONDecodeError(error.msg, text, sum(len(line) + 1 for line in lines[:n])) from None
-                self.said.append(f"line {n + 1}, the last one, is cut off and not read")
+                self.own_notes.append(f"line {n + 1}, the last one, is cut off and not read")
         return records
 
     @property
@@ -86,7 +87,7 @@ class JsonFile(LogFile):
         return Columns(str(self.path), tuple(wanted), values)
 
     def _values(self, name: str) -> list[Any]:
-        """A column's values as they stand."""
+        """A column's values as parsed."""
         path, inside = self._paths[name]
         rows = self._content
         for key in path:
@@ -105,7 +106,7 @@ class JsonFile(LogFile):
             return np.inf
 
     def _table(self, content: Any) -> tuple[str, Any]:
-        """The key of the list or object that holds the rows, and that."""
+        """The list or object that holds the rows, with its key; "" for the whole file."""
         entries = content if isinstance(content, dict) else {}
         key = self.description.records
         if key:
@@ -127,7 +128,7 @@ class JsonFile(LogFile):
         raise self.fault("no list of records")
 
     def _found(self) -> dict[str, tuple[tuple[str, ...], Inner]]:
-        """Name → keys to the list of its rows, and the path in a row."""
+        """Column → keys of the list that holds it, and the path within a row."""
         table = self._content
         if isinstance(table, dict):
             return _lists(table)
@@ -149,7 +150,7 @@ class JsonFile(LogFile):
 
 
 def _headings(content: Any, table: Any) -> list[str]:
-    """Names for rows that are lists: the one list of as many different texts beside them, else numbers from 1."""
+    """Names of the columns if rows are lists: the one list of as many distinct texts, else numbers from 1."""
     count = len(table[0]) if isinstance(table, list) else 0
     beside = content.values() if isinstance(content, dict) else []
     texts = [v for v in beside if isinstance(v, list) and len(v) == count and all(isinstance(n, str) for n in v)]
@@ -158,7 +159,7 @@ def _headings(content: Any, table: Any) -> list[str]:
 
 
 def _inside(value: Any, name: str = "", path: Inner = ()) -> Iterator[tuple[str, Inner]]:
-    """The single values inside of an object or list, by names such as ``motor.q[0]``."""
+    """(name, path) of each scalar inside an object or list, with names such as ``motor.q[0]``."""
     if not isinstance(value, (dict, list)) or not value or len(path) == DEEPEST:
         yield name, path
         return
@@ -168,7 +169,7 @@ def _inside(value: Any, name: str = "", path: Inner = ()) -> Iterator[tuple[str,
 
 
 def _at(value: Any, path: Inner) -> Any:
-    """The value at a path; None where it is not there."""
+    """The value at a path; None if there is none."""
     for key in path:
         try:
             value = value[key]
@@ -187,19 +188,19 @@ def _is_table(value: Any) -> bool:
 
 
 def _plain(value: Mapping[str, Any]) -> dict[str, list[Any]]:
-    """The entries of an object that are lists of single values."""
+    """The entries of an object that are lists of scalars."""
     return {k: v for k, v in value.items() if isinstance(v, list) and v and not isinstance(v[0], (dict, list))}
 
 
 def _besides(entries: Mapping[str, Any]) -> list[Any]:
-    """The entries of an object but for lists of lists that are as long as one of its lists of single values."""
+    """The values of an object without lists of lists that are as long as one of its lists of scalars."""
     lengths = {len(v) for v in _plain(entries).values()}
     rows = [isinstance(v, list) and len(v) in lengths and isinstance(v[0], list) for v in entries.values()]
     return [v for v, columns in zip(entries.values(), rows, strict=True) if not columns]
 
 
 def _lists(table: Mapping[str, Any]) -> dict[str, tuple[tuple[str, ...], Inner]]:
-    """The lists of an object, and those further inside that are as long as one of them."""
+    """The lists of scalars of an object, and all inner lists that are as long as one of them."""
     plain = _plain(table)
     lengths = {len(v) for v in plain.values()}
     found: dict[str, tuple[tuple[str, ...], Inner]] = {name: ((name,), ()) for name in plain}

@@ -1,4 +1,4 @@
-"""Around calls of a library on a stranger's file: bounded in memory, silent, and nothing left behind by its errors."""
+"""Calls of libraries on untrusted files: limited in memory, without output, and cleaned up after errors."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 MOST_MEMORY = 2_000_000_000
-"""Bytes that a library may take at once for a file, whatever the file states of itself."""
+"""Most memory of a library for a file, in bytes."""
 
 
 def release(error: BaseException | None) -> None:
-    """Let go of what a library left half made while its complaints about that are not shown."""
+    """Free the objects that a failed call of a library left, while its warnings about them are suppressed."""
     while error is not None:
         traceback.clear_frames(error.__traceback__)
         error = error.__context__
@@ -26,9 +26,9 @@ def release(error: BaseException | None) -> None:
 
 @contextlib.contextmanager
 def bounded() -> Iterator[None]:
-    """A limit of the address space: compressed data that swell beyond it end in MemoryError.
+    """Limit the address space, so that compressed data that become too large raise MemoryError.
 
-    None without /proc, as outside Linux: the lengths that a file states are checked all the same.
+    There is no limit without /proc, as outside Linux; the lengths that a file states are checked in any case.
     """
     pages = _pages()
     if pages is None:
@@ -56,7 +56,7 @@ def _pages() -> int | None:
 
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
-    """Nothing on the screen of what the library prints, logs or warns of."""
+    """Suppress what the library prints, logs or warns of."""
     before, hook = logging.root.manager.disable, sys.unraisablehook
     logging.disable(logging.CRITICAL)
     sys.unraisablehook = lambda _: None

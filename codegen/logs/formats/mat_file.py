@@ -1,4 +1,4 @@
-"""MATLAB logs up to format 7 (7.3 is HDF5): vectors as columns of a log, alone, in a struct or in a matrix.
+"""MATLAB logs up to format 7 (7.3 is HDF5): a column for each vector, field of a struct or column of a matrix.
 
 The bytes of formats 4 and 5 to 7 are read here, with every length checked. SciPy's reader is compiled and trusts the
 lengths and types that stand in the file: a damaged one can end the process. A log needs plain numeric arrays only.
@@ -35,9 +35,9 @@ _HEADER = 128
 _EMPTY = memoryview(b"")
 MOST_VARIABLES = 10_000
 MOST_LINES = 200
-"""Columns of a matrix that are columns of a log."""
+"""Most columns of a matrix that are taken as columns of a log."""
 DEEPEST = 8
-"""Structs within structs."""
+"""Most levels of nested structs."""
 Item = TypeVar("Item")
 
 
@@ -46,10 +46,10 @@ class Variable:
     """One variable of the file.
 
     Attributes:
-        kind: MATLAB's class, or what else it is.
+        kind: MATLAB's class, or another description.
         numeric: whether it is a full array of real numbers.
         data, stored: its numbers in the file's own type; empty unless ``numeric``.
-        part: which of the numbers are this variable's: the first, the end and the step.
+        part: start, end and step of this variable's numbers in the data.
     """
 
     name: str
@@ -86,7 +86,7 @@ def variables(data: bytes, count: Callable[[int], None]) -> list[Variable]:
     """Every variable of a file.
 
     Args:
-        count: takes the bytes of all variables when unpacked, before the first is, and raises where they are too many.
+        count: called with the bytes of all variables when unpacked, before unpacking; raises if there are too many.
 
     Raises:
         ValueError: saying what is damaged.
@@ -113,7 +113,7 @@ def variables(data: bytes, count: Callable[[int], None]) -> list[Variable]:
 
 
 def _unpacked_size(payload: memoryview, order: str) -> int:
-    """The bytes of a compressed element as its own first bytes tell them; ``_inflated`` holds it to them."""
+    """The size of a compressed element by its first bytes; ``_inflated`` checks it."""
     head = _inflated_at_most(payload, 8)[0]
     if len(head) < 8:
         raise ValueError("a compressed variable that is cut off")
@@ -148,7 +148,7 @@ def _limited(items: Iterator[Item]) -> Iterator[Item]:
 
 
 def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
-    """Type and payload of each element one after the other."""
+    """Type and payload of each element."""
     at = 0
     while at + 8 <= len(data):
         word, size = struct.unpack_from(f"{order}II", data, at)
@@ -168,10 +168,10 @@ def _elements(data: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
 def _matrices(
     payload: memoryview, order: str, left: Iterator[int], name: str = "", depth: int = 0
 ) -> Iterator[Variable]:
-    """A variable, and behind a struct the numbers in its fields as ``NAME.FIELD``; ``NAME(2).FIELD`` in an array.
+    """A variable, and after a struct the numbers in its fields as ``NAME.FIELD``, in an array ``NAME(2).FIELD``.
 
     Args:
-        left: an item for each matrix that may still be read, those inside of structs included.
+        left: an item for each matrix that may still be read, also inside structs.
     """
     if next(left, None) is None:
         raise ValueError(f"more than {MOST_VARIABLES} variables")
@@ -203,7 +203,7 @@ def _matrix(payload: memoryview, order: str) -> Variable:
     head = [next(parts, (0, _EMPTY)) for _ in range(3)]
     (_, flags), (_, dimensions), (_, name) = head
     (word,) = struct.unpack_from(f"{order}I", flags) if len(flags) == 8 else (0,)
-    if word & 0xFF == _OPAQUE:  # its name stands in place of the dimensions, and its class behind MCOS
+    if word & 0xFF == _OPAQUE:  # the name is in place of the dimensions, and the class follows MCOS
         _, made_of = next(parts, (0, _EMPTY))
         return Variable(bytes(dimensions).decode("latin-1"), (), f"{OBJECT} {bytes(made_of).decode('latin-1')}")
     if len(flags) != 8 or len(dimensions) % 4:
@@ -252,7 +252,7 @@ UNPACKED = "in MATLAB, of a timeseries `t = ts.Time; q = ts.Data; save log t q`"
 
 
 class MatFile(LogFile):
-    """An opened .mat file: its variables, fields of structs and columns of matrices; vectors can be loaded."""
+    """An opened .mat file; its columns are vectors among its variables, fields of structs and columns of matrices."""
 
     expected = "a MATLAB file (.mat) with one vector a column"
 

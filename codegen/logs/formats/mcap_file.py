@@ -1,4 +1,4 @@
-"""MCAP files: messages of some topics, chunk by chunk, so that a file may be longer than memory."""
+"""MCAP files: messages of some topics, read chunk by chunk, so that a file may be larger than memory."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from codegen.logs.formats.ros_log import Message, Storage, Topic
 
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST_CHUNK = 256_000_000
-"""Bytes of a chunk, packed and unpacked; recorders write some megabytes at a time."""
+"""Most bytes of a chunk, packed and unpacked; recorders write some megabytes."""
 
 
 class McapStorage(Storage):
-    """An MCAP file whose channels are known: by its summary, or where there is none by reading it once."""
+    """An MCAP file whose channels are known, by its summary or, if it has none, by reading it once."""
 
     expected = "an MCAP log of ROS 2 messages (a file that a recorder left unfinished: `mcap recover`)"
 
@@ -30,7 +30,7 @@ class McapStorage(Storage):
         self.topics = {c.topic: self._topic(c) for c in self._channels.values()}
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """In the order of the file; chunks without these topics are passed over where the file has an index."""
+        """In the order of the file; with an index, chunks without these topics are skipped."""
         with self.opened() as stream:
             for record in self._records(stream, topics):
                 if type(record).__name__ == "Message" and (topic := self._channels[record.channel_id].topic) in topics:
@@ -71,7 +71,7 @@ class McapStorage(Storage):
             return
         read = 0
         for offset, channels in self._offsets:
-            if offset < read:  # of one chunk, a short file could have a thousand
+            if offset < read:  # else a short file could read one chunk a thousand times
                 raise self.fault(f"an index with a chunk at {offset}, within the one before")
             if topics is not None and channels and not any(self._channels[c].topic in topics for c in channels):
                 continue
@@ -82,7 +82,7 @@ class McapStorage(Storage):
             yield from self._inside(record)
 
     def _inside(self, record: Any) -> Iterator[Any]:
-        """A record, or those of a chunk, unpacked to the size that it states and not further."""
+        """A record, or the records of a chunk, unpacked to at most the size that it states."""
         from mcap.stream_reader import breakup_chunk
 
         if type(record).__name__ != "Chunk":
@@ -108,7 +108,7 @@ class McapStorage(Storage):
 
 
 def _unpacked(compression: str, data: bytes, most: int) -> bytes:
-    """At most so many bytes of what was packed."""
+    """At most so many bytes of unpacked data."""
     if compression == "zstd":
         import io
 

@@ -1,4 +1,4 @@
-"""MDF 4, the measurement format of ASAM: channels of groups, each group with a time of its own."""
+"""MDF 4, the measurement format of ASAM: channels in groups, each group with its own time."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from codegen.base.user_text import shown
 from codegen.logs.formats.series import ChannelFile, Signal
 
 PLAIN = {0: "none", 1: "linear", 2: "rational"}
-"""Conversions that are numbers; the others are tables, or formulas of the file, which nothing evaluates here."""
+"""Conversions by numbers; the others are tables, or formulas in the file, which are not evaluated."""
 
 
 class MdfFile(ChannelFile):
-    """An opened .mf4 file; a channel whose name stands in several groups is called NAME@GROUP, counted from 0."""
+    """An opened .mf4 file; a channel whose name occurs in several groups is called NAME@GROUP, counted from 0."""
 
     expected = "an MDF 4 log (.mf4)"
 

@@ -1,6 +1,6 @@
-"""NumPy logs: an .npy file with a field a column or a table of numbers, or an .npz archive of arrays.
+"""NumPy logs: an .npy file, a structured array or a table of numbers, or an .npz archive of arrays.
 
-NumPy's own reader would build any type that a header names and read a header however long it says it is.
+Headers are read here, since NumPy's own reader creates any type that a header names and accepts headers of any length.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ ROWS = 1 << 16
 MOST_COLUMNS = 4096
 LONGEST_HEADER = 1 << 16
 LARGEST_DIRECTORY = 1_000_000
-"""Bytes of an archive's list of members; each costs some hundred in memory."""
+"""Most bytes of an archive's list of members; each member needs some hundred in memory."""
 _END = struct.Struct("<4s4H2LH")
 _NUMBERS = re.compile(r"[<>|=]([iu][1248]|f(2|4|8|16)|b1)")
 
 
 @dataclass(frozen=True)
 class Member:
-    """What an array says of itself: numbers, or fields of numbers; at most two dimensions; where its data begin."""
+    """The header of an array of at most two dimensions, of numbers or fields of numbers; ``offset``: of its data."""
 
     dtype: np.dtype[Any]
     shape: tuple[int, ...]
@@ -44,7 +44,7 @@ class Member:
 
     @property
     def rows(self) -> int:
-        """N, also of a row vector, (1, N)."""
+        """N; also for a row vector, (1, N)."""
         return max(self.shape) if self.shape and 1 in self.shape else (self.shape or (1,))[0]
 
     @property
@@ -102,7 +102,7 @@ def read_member(stream: IO[bytes]) -> Member:
 
 
 def _literal(text: str) -> dict[str, Any]:
-    """A mapping of Python literals; ``ast.literal_eval`` makes numbers, texts and containers, and calls nothing."""
+    """The mapping in a header, by ``ast.literal_eval``, which creates literals and calls nothing."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -137,7 +137,7 @@ def _numbers(descr: Any) -> np.dtype[Any]:
 
 
 class NpyFile(BlockFile):
-    """An array whose header is read."""
+    """An .npy file whose header has been read."""
 
     expected = "an .npy log: a structured array with a field of numbers for each column, or an array N × columns"
 
@@ -173,14 +173,14 @@ class NpyFile(BlockFile):
 
 @dataclass(frozen=True)
 class _Column:
-    """A column of a member: the whole of it, a field, or one of its columns."""
+    """A column of an array: the whole array, a field, or one of its columns."""
 
     member: str
     part: str | int | None = None
 
 
 class NpzFile(LogFile):
-    """An opened archive: the headers of its arrays are read, their numbers are packed still."""
+    """An opened archive, of whose arrays the headers have been read."""
 
     expected = "an .npz log: an archive of NumPy arrays, one for each column"
 
@@ -204,7 +204,7 @@ class NpzFile(LogFile):
         self.names = (*self._columns, *(name for name in self._others if name not in self._columns))
 
     def _add(self, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> None:
-        """Take a member: its header, and what its columns are called."""
+        """Read the header of a member and name its columns."""
         if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             found = f"an array with compression method {info.compress_type}"
             raise self.fault(found, "numpy.savez_compressed", code="LOG002")
@@ -263,7 +263,7 @@ class NpzFile(LogFile):
         return array.reshape(member.shape, order="F" if member.fortran else "C")
 
     def _refuse_large_directory(self) -> None:
-        """Refuse an archive whose list of members would fill the memory: ``zipfile`` reads it whole."""
+        """Raise BadInput for an archive whose list of members is too large, since ``zipfile`` reads it whole."""
         data = self._data
         at = len(data) - _END.size
         if at < 0 or data[at : at + 4] != b"PK\5\6" or data[-2:] != b"\0\0":

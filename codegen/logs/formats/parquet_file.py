@@ -1,6 +1,6 @@
-"""Parquet logs, those of LeRobot among them.
+"""Parquet logs, for example of LeRobot.
 
-A column of numbers is a column of the log; of a column of lists each entry is one, called ``observation.state[2]``.
+A column of numbers is a column of the log. Each entry of a column of lists is one, called ``observation.state[2]``.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from codegen.base.user_text import shown
 from codegen.logs.formats.source import BlockFile, Columns, listing
 
 ROWS = 1 << 16
-"""Rows that are read at a time."""
+"""Rows of a block."""
 LONGEST_LIST = 256
-"""Most entries of a list whose entries are offered as columns."""
+"""Most entries of a list that are taken as columns."""
 TICKS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 """Arrow's unit of a time → its ticks in a second."""
 COMMAND, STATE = "action", "observation.state"
@@ -25,7 +25,7 @@ COMMAND, STATE = "action", "observation.state"
 
 
 class ParquetFile(BlockFile):
-    """An opened file, whose names stand for its columns or for entries of the lists in a column."""
+    """An opened file, with its columns and the entries of columns of lists."""
 
     expected = "a Parquet log with a row a sample: columns of numbers, or of lists of equally many"
 
@@ -48,10 +48,10 @@ class ParquetFile(BlockFile):
         self.names = tuple(self._columns)
         commands = [name for name, (whole, _) in self._columns.items() if whole == COMMAND]
         states = {name: name.replace(COMMAND, STATE, 1) for name in commands}
-        self.asked = {name: state for name, state in states.items() if state in self._columns}
+        self.commands = {name: state for name, state in states.items() if state in self._columns}
 
     def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
-        """The wanted columns, some rows at a time; no other column is decoded."""
+        """The wanted columns in blocks; other columns are not decoded."""
         used = list(dict.fromkeys(self._columns[name][0] for name in wanted))
         with self.opened() as stream:
             with self.reading():
@@ -73,7 +73,7 @@ class ParquetFile(BlockFile):
             return next(batches, None)
 
     def _entry(self, lists: Any, entry: int, name: str, before: int) -> Array:
-        """(N,): the entry of each list of a batch.
+        """An entry of each list of a batch, (N,).
 
         Args:
             before: rows of the file before the batch, for messages.
@@ -93,7 +93,7 @@ class ParquetFile(BlockFile):
 
 
 def _parquet(stream: Any) -> Any:
-    """A reader that holds one page at a time, in memory to which the limit of the process applies."""
+    """A reader that loads one page at a time, from the memory pool to which the limit of the process applies."""
     import pyarrow
     from pyarrow import parquet
 
@@ -124,12 +124,12 @@ def _length(file: Any, column: Any) -> int:
 
 
 def _from_first(column: Any, origins: dict[str, int], name: str) -> Any:
-    """Times as seconds from the file's first one, and numbers as they are.
+    """A column with times as seconds after the file's first one; numbers unchanged.
 
     Nanoseconds since 1970 have more digits than a double, so the first time is subtracted in integers.
 
     Args:
-        origins: name of a column → its first time in ticks; this one is added.
+        origins: column → its first time in ticks; the entry of this column is added.
     """
     import pyarrow
     from pyarrow import compute, types
@@ -143,7 +143,7 @@ def _from_first(column: Any, origins: dict[str, int], name: str) -> Any:
 
 
 def _floats(column: Any) -> Array:
-    """(N,) of a column's numbers; NaN where a value is missing."""
+    """A column's numbers, (N,); NaN for a missing value."""
     import pyarrow
 
     return np.asarray(column.cast(pyarrow.float64(), safe=False).to_numpy(zero_copy_only=False), dtype=np.float64)

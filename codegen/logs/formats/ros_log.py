@@ -1,4 +1,4 @@
-"""Logs of ROS 2 messages: the numeric fields of topics as columns, at the stamps of the messages' own headers."""
+"""Logs of ROS 2 messages: a column for each numeric field of a topic, at the stamps of the messages' headers."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from codegen.logs.formats.series import Signal, SignalFile
 from codegen.logs.formats.source import Allowance, File
 
 LOOKED_AT = 20
-"""Messages of each topic that tell which fields it has: several nodes may publish one topic."""
+"""Messages of each topic by which its fields are found; several, since several nodes may publish one topic."""
 LARGEST_SIGNAL = 65_536
-"""Bytes of a message beyond which it is a picture or a cloud."""
+"""Most bytes of a message of signals; a larger one is an image or a point cloud."""
 LONGEST_LIST = 256
-"""Entries of a list beyond which it is a picture or a cloud."""
+"""Most entries of a list of signals."""
 LOOKED_THROUGH = 100_000
 COUNTED_EVERY = 4096
 MOST_COLUMNS = 20_000
@@ -31,7 +31,7 @@ Decoder = Callable[[bytes], Any]
 
 
 class Message(NamedTuple):
-    """A message as it was stored: when it was published or else recorded, ns, and its bytes (CDR)."""
+    """A stored message: the time at which it was published or else recorded, ns, and its bytes (CDR)."""
 
     topic: str
     stamp: int
@@ -43,9 +43,10 @@ class Topic:
     """A topic.
 
     Attributes:
-        name: such as /joint_states. kind: its messages' type, such as sensor_msgs/msg/JointState.
-        definition: of the type and those it is made of, in ROS's format ros2msg.
-        unread: why its messages cannot be read; empty where they can.
+        name: such as /joint_states.
+        kind: the messages' type, such as sensor_msgs/msg/JointState.
+        definition: of the type and its parts, in the format ros2msg.
+        unread: why its messages cannot be read; empty if they can.
     """
 
     name: str
@@ -55,21 +56,21 @@ class Topic:
 
 
 class Storage(File, ABC):
-    """An opened file or folder of messages; a subclass is a format, and its constructor finds the topics, by name."""
+    """An opened file or folder of messages; a subclass for each format, whose constructor finds the topics by name."""
 
     topics: Mapping[str, Topic]
 
     @abstractmethod
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Those of some topics, in the order in which they were stored.
+        """The messages of some topics, in the order in which they were stored.
 
         Args:
-            topics: may become fewer on the way; then the rest is passed over where that saves reading.
+            topics: may become fewer meanwhile; the messages of the others may then be skipped.
         """
 
 
 class _Numbers:
-    """Numbers of one column: (N,) stamps of the header and of the recorder in ns, and values."""
+    """One column while it is read: (N,) stamps of the headers and of the recorder in ns, and values."""
 
     def __init__(self) -> None:
         self.stamps, self.recorded, self.values = array("q"), array("q"), array("d")
@@ -81,7 +82,7 @@ class _Numbers:
 
 
 class RosFile(SignalFile):
-    """A storage whose topics' fields are known, from the first messages of each topic."""
+    """A storage of messages, with the fields of its topics by the first messages of each."""
 
     expected = "a log of ROS 2 messages"
     joints_in_brackets = True
@@ -128,7 +129,7 @@ class RosFile(SignalFile):
             if count % COUNTED_EVERY == 0:
                 self._count(numbers)
         self._count(numbers)
-        self.said += [f"`{shown(topic)}`: {n} messages of no bytes left out" for topic, n in sorted(empty.items())]
+        self.own_notes += [f"`{shown(topic)}`: {n} messages of no bytes left out" for topic, n in sorted(empty.items())]
         timed = {topic: self._by_header(topic, numbers) for topic in sorted(topics)}
         stamps = {
             n: np.frombuffer(s.stamps if timed[self._topic_of[n]] else s.recorded, "i8") for n, s in numbers.items()
@@ -143,14 +144,16 @@ class RosFile(SignalFile):
         self.take(24 * sum(len(s.values) for s in numbers.values()))
 
     def _by_header(self, topic: str, numbers: Mapping[str, _Numbers]) -> bool:
-        """Whether a topic's messages have stamps of their own."""
+        """Whether a topic's messages have stamps in their headers."""
         stamped = any(any(s.stamps) for name, s in numbers.items() if self._topic_of[name] == topic)
         if not stamped:
-            self.said.append(f"`{shown(topic)}`: no stamps in its messages' headers; those of the recorder are taken")
+            self.own_notes.append(
+                f"`{shown(topic)}`: no stamps in its messages' headers; those of the recorder are taken"
+            )
         return stamped
 
     def _decoder(self, topic: Topic) -> Decoder:
-        """Made from the definition, which is parsed as data: no code is generated from it, as other libraries do."""
+        """The decoder of a topic, by a library that parses the definition as data and generates no code from it."""
         factory = self.library("mcap_ros2.decoder", "mcap").DecoderFactory()
         from mcap.records import Schema
 
@@ -170,7 +173,7 @@ class RosFile(SignalFile):
             raise self.fault(found, "a message of its topic's type", message.topic) from None
 
     def _first(self) -> list[Message]:
-        """The first messages of each topic, as far as they are signals; found among the first hundred thousand."""
+        """The first messages of each topic of signals, among the first hundred thousand of the file."""
         found: list[Message] = []
         left = dict.fromkeys(set(self._decoders), LOOKED_AT)
         for message in islice(self._storage.messages(left), LOOKED_THROUGH):
@@ -189,13 +192,13 @@ class RosFile(SignalFile):
 def numeric_fields(value: Any, path: str, labels: Sequence[list[str]] = ()) -> Iterator[tuple[str, float]]:
     """(path, value) of each number in a decoded message: ``effort[shoulder]``, ``header.stamp.sec``.
 
-    An entry of a list has its name, where a list of as many names stands beside the list or around it (``name``,
+    An entry of a list is called by its name if the message, or one around it, has a list of as many names (``name``,
     ``joint_names`` …), else by its number counted from 0.
 
     Args:
-        value: a message, with its fields in ``__slots__``, or what one of them holds.
-        path: of it, such as a topic.
-        labels: lists of names that stand around it.
+        value: a message, with its fields in ``__slots__``, or the value of a field.
+        path: of the value, such as a topic.
+        labels: the lists of names of the messages around it.
     """
     if isinstance(value, (bool, int, float)):
         yield path, float(value)
@@ -209,7 +212,7 @@ def numeric_fields(value: Any, path: str, labels: Sequence[list[str]] = ()) -> I
         fields = {slot: getattr(value, slot) for slot in value.__slots__}
         own = [inner for slot, inner in fields.items() if slot.endswith(("name", "names")) and _are_names(inner)]
         for slot, inner in fields.items():
-            if slot != "header" or header_stamp(value) is None:  # the header's is the time of the others
+            if slot != "header" or header_stamp(value) is None:  # a header's stamp is the time of the other fields
                 yield from numeric_fields(inner, f"{path}.{slot}", (*own, *labels))
 
 

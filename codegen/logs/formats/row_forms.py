@@ -1,7 +1,6 @@
-"""Tables of text that are more than fields between separators: a name before each number, lists in a field, or a line
-for each signal.
+"""Special forms of text tables: a name before each number, lists in a field, or a line for each signal.
 
-Each is brought to plain rows, so that what reads a table need not know of it.
+Each form is converted to plain rows before the table is read.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from string import ascii_letters
 
 ROWS = 3
 MOST_SIGNALS, FEWEST_VALUES = 64, 200
-"""Lines that may be a signal each, and values that each then has at least."""
+"""Most lines of a transposed table, and least number of values in each."""
 LINES_SEARCHED = 1000
 _NUMBER = (
     r"[+-]?(?:\d++,\d++(?=\s|$)|\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?(?=[\s,;})\]]|$)"
@@ -22,13 +21,13 @@ _NUMBER = (
 )
 _NAME = r"[A-Za-z_][\w.\-/]*(?:\[\d+\])?"
 _NAMED = re.compile(rf"\s*({_NAME})(?:\s*[:=]\s*|\s+)({_NUMBER})[\s,;]*", re.ASCII | re.IGNORECASE)
-"""``name:0.1``, ``name = 0.1`` or ``name 0,1``, and what separates it from the next."""
+"""``name:0.1``, ``name = 0.1`` or ``name 0,1``, with the separator after it."""
 _PAIR = re.compile(rf"""(?<![\w.\-/])({_NAME})["']?\s*[:=]\s*({_NUMBER})""", re.ASCII | re.IGNORECASE)
-"""``name: 0.1`` among other text."""
+"""``name: 0.1`` within other text."""
 _BEGUN = re.compile(r"\W*(?:[A-Z]+\W+)?(\d{4}-\d\d-\d\d[T ][\d:.,]+|\d\d?:\d\d:\d\d[\d.,]*|\d{9,}\.\d+)\W+", re.ASCII)
-"""How a line of a logger begins: a level, and a time."""
+"""Beginning of a logger's line: a level, and a time."""
 _ARROW = re.compile(r"(\d\d?:\d\d:\d\d[.,]\d+) -> ")
-"""How the monitor of a serial port marks its lines."""
+"""Beginning of a line of a serial monitor."""
 STAMP = "stamp"
 """The column of the times with which lines begin."""
 _LIST = re.compile(r'"?[\[(]([^][()"]*)[\])]"?')
@@ -42,7 +41,7 @@ class NamedRows:
     """Rows such as ``angle:0.1,torque:0.2``.
 
     Attributes:
-        names: before the numbers, in their order.
+        names: of the numbers, in their order.
         index: of the first row among the lines.
     """
 
@@ -50,13 +49,13 @@ class NamedRows:
     index: int
 
     def plain(self, line: str) -> str:
-        """The numbers of a row with a tab between; empty for a line that is no such row."""
+        """The numbers of a row with tabs between them; empty for a line that is no such row."""
         pairs = _pairs(line)
         return "\t".join(n.replace(",", ".") for _, n in pairs) if self.names == tuple(a for a, _ in pairs) else ""
 
 
 def named_rows(lines: Sequence[str]) -> NamedRows | None:
-    """The first rows that name each of at least two numbers; None where the first lines have none."""
+    """The first rows in which at least two numbers have names; None if the first lines have none."""
     alike, names = 0, tuple[str, ...]()
     for i, line in enumerate(islice(lines, LINES_SEARCHED)):
         found = tuple(name for name, _ in _pairs(line))
@@ -71,7 +70,7 @@ def named_rows(lines: Sequence[str]) -> NamedRows | None:
 
 
 def _pairs(line: str) -> list[tuple[str, str]]:
-    """The names and numbers of a line, the time with which it begins among them; empty where it has other numbers."""
+    """(name, number) pairs of a line, with the time at its beginning; empty if it has other numbers."""
     pairs, at = [], 0
     while at < len(line):
         found = _NAMED.match(line, at)
@@ -90,7 +89,7 @@ def _pairs(line: str) -> list[tuple[str, str]]:
 
 
 def after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Callable[[str], str] | None:
-    """What brings lines such as ``12:00:00.002 -> 0.1,0.2`` to plain fields; None for other lines."""
+    """The conversion of lines such as ``12:00:00.002 -> 0.1,0.2`` to plain fields; None for other lines."""
     first = list(islice((line for line in lines if line.strip()), ROWS))
     if len(first) < ROWS or not all(map(_ARROW.match, first)):
         return None
@@ -101,7 +100,7 @@ def after_arrows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> Ca
 
 
 def whole_lines(lines: list[str]) -> list[str]:
-    """The lines, and of a name in quotes that goes over several the whole in the last of them."""
+    """The lines, with a quoted name that spans several lines joined in the last of them."""
     made, held = lines, ""
     for i, line in enumerate(islice(lines, LINES_SEARCHED)):
         if not held and (line.count('"') % 2 == 0 or not line.lstrip().startswith(('"', *ascii_letters))):
@@ -120,7 +119,7 @@ class ListRows:
 
     Attributes:
         header: index of the line with the names, and that line with a name for each element, ``q[0]``, ``q[1]``; None
-            where no line has a name for each field.
+            if no line has a name for each field.
         delimiter: between the fields.
     """
 
@@ -133,7 +132,7 @@ class ListRows:
 
 
 def list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> ListRows | None:
-    """The first rows with lists of numbers in some fields; None where the first lines have none."""
+    """The first rows with lists of numbers in some fields; None if the first lines have none."""
     places = [i for i, line in enumerate(islice(lines, LINES_SEARCHED)) if line.strip()]
     run: list[int] = []
     for i in places:
@@ -162,11 +161,11 @@ def list_rows(lines: Sequence[str], delimiter_of: Callable[[str], str]) -> ListR
     return ListRows((above[-1], (delimiter or " ").join(name for part in given for name in part)), delimiter)
 
 
-def upright(lines: Sequence[str]) -> list[str] | None:
-    """The rows of a transposed table: a line for each signal, its name before the numbers, in a comment, or nowhere.
+def transposed_rows(lines: Sequence[str]) -> list[str] | None:
+    """The rows of a transposed table, which has a line for each signal; names are before the numbers or in a comment.
 
     Returns:
-        a header, if there are names, and the rows, with tabs between; None for a table with a line for each row.
+        A header, if there are names, and the rows, with tabs between fields; None if the table is not transposed.
     """
     rows = list(islice((line for line in lines if line.strip()), 2 * MOST_SIGNALS))
     comments = [line.strip().lstrip("#%/") for line in rows if line.lstrip().startswith(("#", "%", "//"))]

@@ -1,4 +1,4 @@
-"""Signals that were sampled at times of their own → rows at common times, by an interpolation that is stated."""
+"""Signals with different sample times, joined to rows at common times by interpolation."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from codegen.logs.description import LogDescription
 from codegen.logs.formats.source import Columns, LogFile, listing
 
 GAP_STEPS = 5.0
-"""Times its median step, beyond which nothing is interpolated between two samples of a series."""
+"""Median steps of a series beyond which nothing is interpolated between two samples."""
 TIME = "t"
 """The column of the rows' time."""
 
 
 class Signal(NamedTuple):
-    """One column: the name of what it is from (a topic, a group), (N,) times in s, (N,) values."""
+    """One column: its source (a topic, a group), (N,) times in s, (N,) values."""
 
     source: str
     time: Array
@@ -31,7 +31,7 @@ class Signal(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Columns, (N, c), that share their times.
+    """Columns, (N, c), with the same times.
 
     Attributes:
         name: of the topic, group or channel.
@@ -45,23 +45,23 @@ class Series:
 
 
 class SignalFile(LogFile):
-    """A log of signals with times of their own.
+    """A log of signals with different sample times.
 
     Attributes:
-        lengths: column → how many values it has, where that is known before they are read.
+        lengths: column → number of its values, if that is known before they are read, else 0.
     """
 
     lengths: Mapping[str, int]
 
     @abstractmethod
     def signals(self, wanted: Sequence[str]) -> dict[str, Signal]:
-        """The signals of some columns; what it raises is a damaged file's."""
+        """The signals of some columns; an exception means a damaged file."""
 
     def found(self, lengths: Mapping[str, int]) -> None:
-        """Take the columns that there are.
+        """Set the columns of the log.
 
         Raises:
-            BadInput: for none, or a name under ``hold`` of the description that is none of them.
+            BadInput: for no column, or a name under ``hold`` of the description that is no column or topic.
         """
         if not lengths:
             raise self.fault("no signal of numbers")
@@ -78,7 +78,7 @@ class SignalFile(LogFile):
         self.take(16 * sum(self.lengths[name] for name in names))
         with self.reading():
             signals = self.signals(names)
-        return joined(self, together(signals), wanted, TIME, from_first=True)
+        return joined(self, grouped_by_time(signals), wanted, TIME, from_first=True)
 
 
 class ChannelFile(SignalFile):
@@ -100,13 +100,14 @@ def joined(
     in_seconds: bool = True,
     from_first: bool = False,
 ) -> Columns:
-    """The wanted columns of a log at common times, which is said in its notes; see ``at_common_times``.
+    """The wanted columns of a log at common times, with a note of how; see ``at_common_times``.
 
     Args:
-        clock: the column of the time; from the first row on, with ``from_first``.
+        clock: the column of the time; "" for none.
+        from_first: whether time is counted from the first row.
     """
     time, columns, notes = at_common_times(str(log.path), series, log.description, in_seconds)
-    log.said += [note for note in notes if note not in log.said]
+    log.own_notes += [note for note in notes if note not in log.own_notes]
     if clock:
         columns[clock] = time - time[0] if from_first else time
     return Columns(str(log.path), tuple(wanted), np.column_stack([columns[name] for name in wanted]))
@@ -115,20 +116,20 @@ def joined(
 def at_common_times(
     file: str, series: Sequence[Series], description: LogDescription, in_seconds: bool = True
 ) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
-    """One row for each time of the series with the most samples in the span that all have.
+    """Interpolate series to the times of the one with the most samples in the common span.
 
-    The others stand at these times by the line between their neighbours, or, under ``hold`` of the description, by the
-    sample before. Rows in a gap of one of them are left out.
+    The others are interpolated linearly or, under ``hold`` of the description, by the sample before. Rows in a gap of
+    one of them are left out.
 
     Args:
         series: no column twice.
-        in_seconds: whether times are known to be in s; else rates are told by the number of samples.
+        in_seconds: whether times are known to be in s; else the notes state numbers of samples and not rates.
 
     Returns:
-        (N,) the times, column → (N,), and what was done in plain words.
+        (N,) times, column → (N,) values, and notes in words.
 
     Raises:
-        BadInput: for a series without samples, whose time runs backwards or is not finite, or no common span.
+        BadInput: for a series without samples or with times that decrease or are not finite, or no common span.
     """
     for one in series:
         _require_rising(file, one)
@@ -160,14 +161,14 @@ def at_common_times(
     return time[kept], {name: values[kept] for name, values in columns.items()}, tuple(notes)
 
 
-def at_rates_of_their_own(
+def join_columns_by_time(
     raw: Columns, time: Array, of_time: Sequence[str], description: LogDescription
 ) -> tuple[Columns, tuple[str, ...]]:
-    """A table whose rows hold some of the columns each, with the others at the times of the one with most values.
+    """Fill a table in which each row has values of some columns only, by joining the columns at common times.
 
     Args:
         time: (N,) s, of the rows.
-        of_time: the columns that it was computed from.
+        of_time: the columns from which ``time`` was computed.
 
     Raises:
         BadInput: as ``at_common_times``.
@@ -179,7 +180,7 @@ def at_rates_of_their_own(
     for j in others:
         own = order[there[order, j]]
         signals[raw.names[j]] = Signal(raw.names[j], time[own], raw.values[own, j])
-    common, columns, notes = at_common_times(raw.file, together(signals), description)
+    common, columns, notes = at_common_times(raw.file, grouped_by_time(signals), description)
     rows = order[np.searchsorted(time[order], common)]
     values = raw.values[rows]
     for j in others:
@@ -187,8 +188,8 @@ def at_rates_of_their_own(
     return Columns(raw.file, raw.names, values, None if raw.lines is None else raw.lines[rows]), notes
 
 
-def together(signals: Mapping[str, Signal]) -> list[Series]:
-    """Signals grouped by times that are the same."""
+def grouped_by_time(signals: Mapping[str, Signal]) -> list[Series]:
+    """Series of the signals that have the same times."""
     groups: list[dict[str, Signal]] = []
     for column, signal in signals.items():
         for group in groups:
@@ -206,6 +207,7 @@ def together(signals: Mapping[str, Signal]) -> list[Series]:
 
 
 def _of(column: str, name: str) -> bool:
+    """Whether a column is, or is part of, the column or topic of this name."""
     return column == name or column.startswith((f"{name}.", f"{name}["))
 
 
@@ -224,7 +226,7 @@ def _require_rising(file: str, one: Series) -> None:
 
 
 def _in_gap(one: Series, time: Array, before: Array) -> Flags:
-    """(N,) whether a time lies between two samples that are too far apart to say anything of it."""
+    """(N,) whether a time lies between two samples that are too far apart to interpolate."""
     steps = np.diff(one.time)
     if not len(steps):
         return np.zeros(len(time), dtype=bool)

@@ -1,4 +1,4 @@
-"""What every log format gives: names of columns, then the numbers of the columns that are wanted."""
+"""Base classes of log formats: a file gives the names of its columns, and loads some of them."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 from codegen.base import input_files
 from codegen.base.errors import BadInput, Place
 from codegen.base.user_text import shown
-from codegen.logs.description import SAYS_NOTHING, LogDescription
+from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
 from codegen.logs.formats.library import MOST_MEMORY, bounded, quiet, release
 
 LARGEST = 1_000_000_000
-"""Bytes of a log that is read whole, and of all logs of one call when unpacked."""
+"""Most bytes of a log that is read whole, and of all logs of one call when unpacked."""
 LARGEST_STREAM = 100_000_000_000
-"""Bytes of a log that is read in blocks."""
+"""Most bytes of a log that is read in blocks."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Columns:
 
     Attributes:
         file: the file's name.
-        names: (c) columns as the file calls them.
-        values: (N, c), as they stand in the file; NaN where a value is missing.
+        names: (c) names of the columns in the file.
+        values: (N, c), as in the file; NaN for a missing value.
         lines: (N,) line numbers of the rows counted from 1, or None where the format has none.
     """
 
@@ -54,16 +54,16 @@ class Columns:
 
 
 class Allowance:
-    """The bytes that the logs of one call may hold once they are unpacked: ``LARGEST`` in all."""
+    """Limit of the unpacked bytes of all logs of one call: ``LARGEST``."""
 
     def __init__(self) -> None:
         self._taken: dict[Path, int] = {}
 
     def take(self, path: Path, size: int, expected: str) -> None:
-        """Count what a file holds, in place of what was counted of it before.
+        """Count the bytes of a file, in place of an earlier count of it.
 
         Raises:
-            BadInput: if that is too much, for itself or with the other logs.
+            BadInput: if the file, or all logs together, are too large.
         """
         self._taken[path] = size
         total = sum(self._taken.values())
@@ -74,7 +74,7 @@ class Allowance:
 
 
 class File:
-    """A file or folder that is read; ``expected`` says what one of its format is, for messages."""
+    """A file or folder that is read; ``expected`` describes its format, for messages."""
 
     expected = "a log file"
 
@@ -86,7 +86,7 @@ class File:
         return Place(str(self.path))
 
     def fault(self, found: str, expected: str = "", column: str = "", code: str = "LOG001") -> BadInput:
-        """The error for what cannot be used, of the file or of a column of it."""
+        """The error for a fault of the file, or of a column of it."""
         place = Place(str(self.path), None, shown(column, 80)) if column else self.place
         return BadInput(place, found, expected or self.expected, code=code)
 
@@ -106,7 +106,7 @@ class File:
         return data
 
     def library(self, module: str, extra: str) -> Any:
-        """A module of an extra.
+        """A module of an optional dependency.
 
         Raises:
             BadInput: where it is not installed.
@@ -119,12 +119,12 @@ class File:
 
     @contextmanager
     def reading(self, expected: str = "") -> Iterator[None]:
-        """Around calls of a library on the file: at most so much memory, nothing on the screen, one error.
+        """Call a library on the file with limited memory and no output; every exception becomes a BadInput.
 
-        A library meets a damaged file with whatever exception its next line raises; all of them mean the same here.
+        A library raises any exception for a damaged file; all of them mean the same here.
 
         Args:
-            expected: what the file should hold there, for a message; the file's own word for itself by default.
+            expected: what the file should hold, for a message; ``self.expected`` by default.
 
         Raises:
             BadInput: for every exception but BadInput itself.
@@ -144,14 +144,15 @@ class File:
 
 
 class LogFile(File, ABC):
-    """An opened log, whose columns are found by ``find``; a subclass is a format.
+    """An opened log, whose columns are found by ``find``; a subclass for each format.
 
     Attributes:
-        names: of the columns; reading may refuse one that holds no numbers.
-        units: column → the unit that the file itself states; empty where it states none.
+        names: of the columns; loading refuses one that holds no numbers.
+        units: column → the unit that the file itself states; empty if it states none.
+        own_notes: on how the file was read, so far.
         unread: part of the file → why it is no column.
-        asked: column of commanded positions whose name does not say so → column of the measured ones.
-        joints_in_brackets: whether what stands in the brackets of a name is a joint, and no unit.
+        commands: column of commanded positions → column of the measured ones, if its name does not say so.
+        joints_in_brackets: whether the brackets of a name hold a joint, and no unit.
     """
 
     joints_in_brackets = False
@@ -160,16 +161,16 @@ class LogFile(File, ABC):
         self, path: Path, allowance: Allowance | None = None, description: LogDescription | None = None
     ) -> None:
         super().__init__(path)
-        self.allowance, self.description = allowance or Allowance(), description or SAYS_NOTHING
+        self.allowance, self.description = allowance or Allowance(), description or EMPTY_DESCRIPTION
         self.names: tuple[str, ...] = ()
         self.units: Mapping[str, str] = {}
-        self.said: list[str] = []
+        self.own_notes: list[str] = []
         self.unread: dict[str, str] = {}
-        self.asked: Mapping[str, str] = {}
+        self.commands: Mapping[str, str] = {}
         self.find()
 
     def find(self) -> None:
-        """Find the columns, as ``names``, and what else the attributes say.
+        """Find the columns: set ``names`` and the other attributes.
 
         Raises:
             BadInput: for a file that cannot be used.
@@ -177,19 +178,19 @@ class LogFile(File, ABC):
 
     @property
     def notes(self) -> Sequence[str]:
-        """Notes on how the file was read; complete once it has been."""
-        return self.said
+        """Notes on how the file was read; complete after loading."""
+        return self.own_notes
 
     @abstractmethod
     def load(self, wanted: Sequence[str]) -> Columns:
-        """All rows of the wanted columns, each a member of ``names``.
+        """All rows of the wanted columns, which are members of ``names``.
 
         Raises:
             BadInput: for the first value that is not a number, columns of different length, or too many numbers.
         """
 
     def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
-        """The same some rows at a time, where the format can be read so."""
+        """As ``load``, in blocks of rows if the format allows it."""
         yield self.load(wanted)
 
     def take(self, size: int) -> None:
@@ -197,7 +198,7 @@ class LogFile(File, ABC):
         self.allowance.take(self.path, size, self.expected)
 
     def require_equal(self, lengths: Mapping[str, int]) -> None:
-        """Raise BadInput for a column that has not as many values as the first one."""
+        """Raise BadInput for a column of another length than the first one."""
         first, rows = next(iter(lengths.items()))
         for name, count in lengths.items():
             if count != rows:
@@ -205,11 +206,11 @@ class LogFile(File, ABC):
 
 
 class NotStreamed(Exception):
-    """The log must be read whole, which also finds the words for what is wrong with it."""
+    """The log cannot be read in blocks; reading it whole also reports its faults."""
 
 
 class BlockFile(LogFile):
-    """A log that is read by its ``blocks``; ``rows`` says how many rows there are."""
+    """A log that is read by its ``blocks``; ``rows`` is the number of rows."""
 
     rows = 0
 

@@ -1,7 +1,7 @@
-"""How a text file holds its table: separator, header line, line of units, first row; found, or as a description says.
+"""Layout of the table in a text file: separator, header line, line of units and first row.
 
-The rows are found first: the first lines of numbers that have equally many fields. The header is the line above them,
-or the one above a line of units. What stands before the header is left alone.
+The first rows are found first: lines of numbers with equally many fields. The header is the line above them, or above a
+line of units. Lines before the header are ignored.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LONGEST_UNIT = 24
 COMMENT = re.compile(
     r"\s*(#(?!(n/a|nan|nv|value!|wert!|div/0!))|%|//|(?=[^|+]*[|+])(?=.*---)[\s|+:=-]++$)", re.IGNORECASE
 )
-"""How a line begins that is a comment, and no row whose first value is missing; or a rule such as ``|---|---|``."""
+"""Beginning of a comment, but not of a row whose first value is missing; or a rule such as ``|---|---|``."""
 END = "EOF"
 """A line that ends a table."""
 MINUS = "\N{MINUS SIGN}"
@@ -40,9 +40,9 @@ NUMBER = re.compile(
 HEX = re.compile(r"0[xX][0-9a-fA-F]+\Z", re.ASCII)
 WORDS = {"true": 1.0, "false": 0.0}
 _DIGITS = re.compile(r"[+-]?(\d+|[.,]\d+)([.,]\d+)*(e[+-]?\d+)?\Z", re.ASCII | re.IGNORECASE)
-"""A number in whichever way decimals and thousands are written."""
+"""A number with any separators of decimals and thousands."""
 _DECIMAL_COMMA = r"(\d*,(\d{1,2}|\d{4,})|0?,\d{3}|\d{4,},\d{3}|\d+,\d+[eE][+-]?\d+)"
-"""A comma that cannot group thousands."""
+"""A number whose comma cannot separate thousands."""
 _STAMP = re.compile(
     r"(?:(?P<day>\d{4}-\d\d-\d\d)[T ]|(?:\d\d?[./-]\d\d?[./-]\d{4}|\d{4}/\d\d?/\d\d?),?[ ])?"
     r"(?:(?P<hour>\d\d?):)?(?P<minute>\d\d?):(?P<second>\d\d)(?:[.,;:](?P<part>\d+))?[ ]?(?P<half>[AP]M)?"
@@ -54,24 +54,24 @@ _STAMP = re.compile(
 
 @dataclass(frozen=True)
 class Layout:
-    """Where a table is in a text file.
+    """The layout of a table in a text file.
 
     Attributes:
         names: of the columns; a column without a name is called by its number, counted from 1.
-        line: of the header, or of the first row where there is no header; counted from 1.
-        first: index of the first line behind header and units.
+        line: of the header, or of the first row if there is no header; counted from 1.
+        first: index of the first line after header and units.
         delimiter: one character, or empty for white space.
-        wrapped: whether each line is the first field of a comma-separated one, as a spreadsheet writes a file that it
+        wrapped: whether each line is the first field of a comma-separated line, as a spreadsheet writes a file that it
             has not split.
-        units: name → what the line of units says.
-        notes: what was found where the header is not the first line, in plain words.
-        decimal: the sign before the decimals, empty where a comma may be that or group thousands.
-        decimal_said: whether a description says so.
+        units: name → its text in the line of units.
+        notes: in words, for example on the lines before the header.
+        decimal: the decimal separator; empty if a comma may be that or separate thousands.
+        decimal_stated: whether a description states it.
         head: the header and the lines between it and the rows.
         started: column, counted from 0, that holds dates or times of day → that of the first row.
-        plain: brings a line to plain fields, empty for none; None where lines hold them already.
-        times: column → column of its time, both counted from 0; empty where one column of time is all columns'.
-        tick: s that one stands for in ``times``; brought to s they are the first column.
+        plain: converts a line to plain fields, empty for no row; None if lines are plain.
+        times: column → column of its time, both counted from 0; empty if all columns have the same time.
+        tick: unit of ``times`` in s. The times in s are the first column.
     """
 
     names: tuple[str, ...]
@@ -82,7 +82,7 @@ class Layout:
     units: tuple[tuple[str, str], ...] = ()
     notes: tuple[str, ...] = ()
     decimal: str = "."
-    decimal_said: bool = False
+    decimal_stated: bool = False
     head: frozenset[str] = frozenset()
     started: tuple[tuple[int, datetime], ...] = ()
     plain: Callable[[str], str] | None = None
@@ -90,15 +90,19 @@ class Layout:
     tick: float = 1.0
 
     def is_row(self, line: str) -> bool:
-        """Whether a line can be a row: no blank one, no comment, and not one that ``plain`` leaves nothing of."""
+        """Whether a line can be a row: not blank, no comment, and not empty after ``plain``."""
         return bool(line.strip() and not COMMENT.match(line) and (self.plain is None or self.plain(line)))
 
 
 @dataclass(frozen=True)
 class _Rows:
-    """The first rows of numbers: index of the first one, how lines are split, and whether they are numbered.
+    """The first rows of numbers.
 
-    ``width`` counts the fields up to the last one that is not empty, ``most`` the empty ones behind it too.
+    Attributes:
+        index: of the first one.
+        width: number of fields up to the last one that is not empty.
+        most: number of fields with the empty ones at the end.
+        numbered: whether the first field is a row number.
     """
 
     index: int
@@ -117,14 +121,14 @@ def find_layout(
     decimal: str = "",
     asked: Collection[str] = (),
 ) -> Layout:
-    """Find the table, and how its numbers are written.
+    """Find the layout of the table, and the decimal separator.
 
     Args:
         lines: of the file, or of its beginning.
-        header: line of the header counted from 1, 0 for a file without one; None if nobody said.
-        named: names for the columns of a file without a header, in their order; empty if nobody said.
-        decimal: the sign before the decimals; empty if nobody said.
-        asked: names of columns that a description asks for; of two lines that may be the header, the one with them is.
+        header: line of the header counted from 1, 0 for a file without one; None if not stated.
+        named: names of the columns of a file without a header, in their order; empty if not stated.
+        decimal: the decimal separator; empty if not stated.
+        asked: columns that a description names; of two possible headers, the one with more of them is taken.
 
     Raises:
         BadInput: for no header and no numbers, two lines that may be the header, or a header that is not there.
@@ -134,7 +138,7 @@ def find_layout(
     form = named_rows(lines) if header is None and not named else None
     if form is not None:
         words = f"each row names its numbers ({listing(form.names)})"
-        found = Layout(form.names, form.index + 1, form.index, "\t", notes=(words,), decimal_said=True)
+        found = Layout(form.names, form.index + 1, form.index, "\t", notes=(words,), decimal_stated=True)
         plain = form.plain
         made = [form.plain(line) for line in lines[: form.index + ROWS_ALIKE]]
     else:
@@ -157,14 +161,14 @@ def find_layout(
         at = stamp(text)
         if at is not None and k < len(found.names):
             started.append((k, at))
-            what = "time of day" if starts_anew(text) else "date and time of day"
+            what = "time of day" if restart_period(text) else "date and time of day"
             notes.append(f"column `{shown(found.names[k])}` is {what}: read as seconds from the first row")
     head = frozenset(line for line in lines[found.line - 1 : found.first] if line.strip()) | {END}
     return replace(
         found,
         notes=tuple(notes),
         decimal=sign,
-        decimal_said=bool(decimal) or found.decimal_said,
+        decimal_stated=bool(decimal) or found.decimal_stated,
         head=head,
         started=tuple(started),
         plain=plain,
@@ -172,8 +176,10 @@ def find_layout(
 
 
 def stamp(text: str) -> datetime | None:
-    """A date and time of day by ISO 8601 (UTC where no zone is said), or a time of day on a fixed day; None for
-    another text. Of a date in another order only the time of day is taken, since 03/04 is two days."""
+    """A date and time of day by ISO 8601, UTC by default, or a time of day on a fixed day; None for another text.
+
+    Of a date in another order only the time of day is taken, since 03/04 is ambiguous.
+    """
     found = _STAMP.match(text.strip())
     if found is None or (found["hour"] is None and not found["part"]):
         return None
@@ -188,8 +194,8 @@ def stamp(text: str) -> datetime | None:
     return at if at.tzinfo else at.replace(tzinfo=UTC)
 
 
-def starts_anew(text: str) -> float:
-    """Seconds after which a stamp begins again: a day, an hour without hours, 0 with a date by ISO 8601."""
+def restart_period(text: str) -> float:
+    """Seconds after which a stamp repeats: a day, or an hour if it has no hours; 0 with a date by ISO 8601."""
     found = _STAMP.match(text.strip())
     if found is None or found["day"]:
         return 0.0
@@ -197,9 +203,9 @@ def starts_anew(text: str) -> float:
 
 
 def _decimal(lines: Sequence[str], delimiter: str) -> str:
-    """``,`` where some number has a comma that can be nothing else, empty where all may group thousands, else ``.``.
+    """The decimal separator: a comma, a point, or empty if all commas may separate thousands.
 
-    Between commas only a number in quotes can have one.
+    It is a comma if some comma cannot separate thousands. In a comma-separated file only quoted numbers count.
     """
     edge = re.escape(delimiter) if delimiter else r"\s"
     before, behind = rf'(?:^|[{edge}"])\s*[+-]?', rf'\s*(?=$|[{edge}"])'
@@ -219,7 +225,7 @@ def _decimal(lines: Sequence[str], delimiter: str) -> str:
 
 
 def _or_a_spec(file: str, expected: str) -> str:
-    """What is expected of a text without a table; of YAML with the order in which a command takes spec and log."""
+    """What is expected in place of a text without a table, with a hint if it may be the spec."""
     yaml = file.lower().endswith((".yaml", ".yml"))
     return f"{expected}; is this the spec? A command takes the spec first, then the log" if yaml else expected
 
@@ -227,12 +233,12 @@ def _or_a_spec(file: str, expected: str) -> str:
 def _table(
     file: str, lines: Sequence[str], header: int | None, named: Sequence[str], asked: Collection[str] = ()
 ) -> Layout:
-    """Where the table is; as ``find_layout``."""
+    """The layout of the table in plain lines; see ``find_layout``."""
     start = next(iter(_significant(lines)), None)
     if start is None and header is None:
         raise BadInput(Place(file), "comments and no header", EXPECTED, code="LOG001")
     if header:
-        return _at(file, lines, header)
+        return _at_line(file, lines, header)
     plain = None if start is None or header == 0 else _first_line(file, lines, start)
     if plain is not None and _is_table(lines, plain):
         return plain
@@ -258,7 +264,7 @@ def _table(
 
 
 def unwrapped(line: str) -> tuple[str, str]:
-    """A line of a wrapped file: the line that was meant, and what follows it."""
+    """A line of a wrapped file: the original line, and the text after it."""
     try:
         first, *rest = next(csv.reader([line]), [""]) or [""]
     except csv.Error:
@@ -297,14 +303,14 @@ def _is_row(texts: Sequence[str]) -> bool:
 
 
 def _is_another(texts: Sequence[str], row: Sequence[str]) -> bool:
-    """Whether a line is a row as well: it has a number, or a missing one, wherever a row has a number."""
+    """Whether a line has numbers, or missing values, in the fields in which a row has numbers."""
     pairs = [t for t, r in zip(texts, row, strict=False) if _is_number(r)]
     missing = all(_is_number(t) or t.strip().lower() in MISSING for t in pairs)
     return len(texts) == len(row) and any(map(_is_number, pairs)) and missing
 
 
 def _all_of(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
-    """The fields of a line that may be anything; empty where it cannot be split."""
+    """The fields of any line; empty if it cannot be split."""
     if len(line) > LONGEST_LINE:
         return []
     try:
@@ -326,7 +332,7 @@ def _named(texts: Sequence[str]) -> tuple[str, ...]:
 
 
 def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
-    """The first line as the header, or the comment above numbers; None where it holds numbers and has no names."""
+    """The layout with the first line, or a comment above it, as the header; None if neither has names."""
     line, place = lines[index], Place(file, index + 1)
     if len(line) > LONGEST_LINE:
         expected = f"{EXPECTED}; at most {LONGEST_LINE} a line"
@@ -350,7 +356,7 @@ def delimiter_of(header: str) -> str:
 
 
 def _is_table(lines: Sequence[str], layout: Layout) -> bool:
-    """Whether the two lines behind a header have a number each and as many fields; true for no line."""
+    """Whether the two lines after a header each have a number and as many fields; true if there are none."""
     for i in islice(_significant(lines[layout.first :]), 2):
         texts = _split(lines[layout.first + i], layout.delimiter)
         if len(layout.names) == 1 or len(texts) != len(layout.names) or not any(map(_is_number, texts)):
@@ -359,7 +365,7 @@ def _is_table(lines: Sequence[str], layout: Layout) -> bool:
 
 
 def _find_rows(lines: Sequence[str]) -> _Rows | None:
-    """The first rows: of numbers, times and missing values alone; else of numbers and texts in the same columns."""
+    """The first rows of numbers, times and missing values only; else of numbers and texts in the same columns."""
     places = list(islice(_significant(lines), LINES_SEARCHED))
     for texts_too, wrapped, delimiter in product((False, True), (False, True), (*SEPARATORS, "")):
         alike: list[int] = []
@@ -377,16 +383,16 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
                 above = [_split(lines[k], delimiter, wrapped) for k in places[: places.index(alike[0])]]
                 most = max(len(last), len(_all_of(lines[i], delimiter, wrapped)))
                 while above and len(above[-1]) <= most and _is_another(above[-1][: len(last)], last):
-                    above.pop()  # rows with a text beside them, as oscilloscopes begin, or with a remark at their end
+                    above.pop()  # rows with a text, as oscilloscopes write first, or with a remark
                 begun = [t for k in places[len(above) :][:2] for t in _split(lines[k], delimiter, wrapped)[:1]]
                 return _Rows(places[len(above)], delimiter, wrapped, len(last), most, begun in (["1", "2"], ["0", "1"]))
     return None
 
 
 def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str]) -> Layout | None:
-    """The header above the first rows, or above a line of units; None where no line has a name for each column.
+    """The layout with the header above the first rows or a line of units; None if no line names each column.
 
-    A line of units may have a word that is none, such as the `Inkr` of a drive's increments.
+    One word of a line of units may be no known unit, such as the `Inkr` of a drive's increments.
     """
     split = {i: _names_of(line, rows) for i, line in enumerate(lines[: rows.index]) if line.strip()}
     above = [i for i, texts in split.items() if texts or not COMMENT.match(lines[i])][-2:]
@@ -399,12 +405,12 @@ def _above(file: str, lines: Sequence[str], rows: _Rows, asked: Collection[str])
         lower, upper = split[near[0]], split[near[1]]
         sought = [sum(name.strip() in asked for name in line) for line in (lower, upper)]
         if _are_units(lower) or sought[1] > sought[0] or (sought[0] == sought[1] and _are_units(lower, but=1)):
-            at, units = near[1], tuple(zip(_named(upper), map(_bare, lower), strict=False))
+            at, units = near[1], tuple(zip(_named(upper), map(_plain_unit, lower), strict=False))
         elif sought[0] == sought[1] and not COMMENT.match(lines[near[1]]):
             found = f"two lines that may be the header, this one and line {near[1] + 1} (`{shown(lines[near[1]])}`)"
             expected = f"`header: {near[0] + 1}` or `header: {near[1] + 1}` in meta.yaml beside the log"
             raise BadInput(Place(file, near[0] + 1), found, expected, code="LOG001")
-    return _told(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, rows.wrapped, units))
+    return _with_notes(lines, Layout(_named(split[at]), at + 1, rows.index, rows.delimiter, rows.wrapped, units))
 
 
 _SAMPLE_TIME = "sampletime[ms]"
@@ -412,9 +418,9 @@ _NAME = ("name", "channel name", "channel")
 
 
 def _scope(lines: Sequence[str], rows: _Rows) -> Layout | None:
-    """The export of a scope: lines ``KEY;value;value;KEY;value`` with a KEY in each column of time.
+    """The layout of a scope's export: lines ``KEY;value;value;KEY;value`` with a KEY in each column of time.
 
-    That of TwinCAT has its times in ms, or as Windows' FILETIME; of another one the names must stand behind KEYs.
+    TwinCAT's has times in ms, or as Windows' FILETIME. In other exports the names must follow KEYs.
     """
     about: dict[str, tuple[int, list[str]]] = {}
     for i, line in enumerate(lines[: rows.index]):
@@ -438,18 +444,18 @@ def _scope(lines: Sequence[str], rows: _Rows) -> Layout | None:
     in_ms = _SAMPLE_TIME in about and len(first.split(",")[0].split(".")[0]) < 15
     units = {"Time": "ms"} if in_ms and not own else {}
     given = about.get("unit", (0, [""] * rows.width))[1]
-    bare = {name: _bare(u) for k, (name, u) in enumerate(zip(called, given, strict=True)) if k not in times}
+    bare = {name: _plain_unit(u) for k, (name, u) in enumerate(zip(called, given, strict=True)) if k not in times}
     units |= {name: unit for name, unit in bare.items() if unit.lower() not in ("", "none")}
     table = Layout(_named(called), at + 1, rows.index, rows.delimiter, rows.wrapped, tuple(units.items()))
     words = f"the file is a scope's export{', its times in ms' if in_ms else ''}"
-    said = _told(lines, table)
+    said = _with_notes(lines, table)
     before = tuple(max(j for j in times if j <= k) for k in range(rows.width)) if own else ()
     tick = (1e-3 if in_ms else 1e-7) if _SAMPLE_TIME in about else 1.0
     return replace(said, notes=(words, *said.notes), times=before, tick=tick)
 
 
 def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
-    """With the units that a comment before the rows states, ``# units: s, mm, N``, where no line of units does."""
+    """The layout with the units of a comment before the rows, ``# units: s, mm, N``, if there is no line of units."""
     if found.units:
         return found
     start = next((found.first + i for i in _significant(lines[found.first :])), found.first)
@@ -459,16 +465,16 @@ def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
             for delimiter in (*SEPARATORS, ""):
                 texts = _split(said[1], delimiter)
                 if len(texts) == len(found.names) and _are_units(texts):
-                    units = tuple(zip(found.names, map(_bare, texts), strict=True))
+                    units = tuple(zip(found.names, map(_plain_unit, texts), strict=True))
                     return replace(found, units=units, notes=(*found.notes, f"the units of a comment ({said[1]})"))
     return found
 
 
 def _names_of(line: str, rows: _Rows) -> list[str]:
-    """A line's fields if it can be the header of the rows: as many, one of them a text and none a number.
+    """A line's fields if it can be the header: as many as the rows have, with at least one text and no number.
 
-    The number of a row may have no name, as in tables of R; a comment may have one that no row has, as in LabVIEW's.
-    A comment may separate its names in another way than the rows are, with units in brackets or not.
+    Row numbers may have no name, as in tables of R; a comment may have an additional name, as in LabVIEW's files. In a
+    comment, names may have another separator than the rows, with units in brackets or without.
     """
     said = line.strip().lstrip("#%/")
     ways = [_split(said, rows.delimiter, rows.wrapped)]
@@ -480,7 +486,7 @@ def _names_of(line: str, rows: _Rows) -> list[str]:
 
 
 def _as_names(texts: list[str], rows: _Rows) -> list[str]:
-    """The texts if they can be names of the columns; else none."""
+    """The texts if they can be names of the columns; else []."""
     if rows.numbered and len(texts) == rows.width - 1:
         texts = ["", *texts]
     if len(texts) == rows.width + 1 and texts[-1].strip().lower() == "comment":
@@ -490,8 +496,8 @@ def _as_names(texts: list[str], rows: _Rows) -> list[str]:
     return texts
 
 
-def _told(lines: Sequence[str], layout: Layout) -> Layout:
-    """The layout with notes where its header is not the first line, or rows are wrapped."""
+def _with_notes(lines: Sequence[str], layout: Layout) -> Layout:
+    """The layout with notes on lines that are not read, units, and wrapped rows."""
     words = []
     if any(line.strip() for line in lines[: layout.line - 1]):
         before = "1 line" if layout.line == 2 else f"{layout.line - 1} lines"
@@ -507,21 +513,21 @@ def _told(lines: Sequence[str], layout: Layout) -> Layout:
 
 
 def _are_units(texts: Sequence[str], but: int = 0) -> bool:
-    """Whether all texts that are not empty are units, in brackets or not; with ``but`` two, and all but so many."""
-    given = [_bare(t) for t in texts if t.strip()]
+    """Whether all texts but ``but`` are units, in brackets or not; empty ones do not count."""
+    given = [_plain_unit(t) for t in texts if t.strip()]
     units = sum(text in ("-", "%", "1", "") or (len(text) <= LONGEST_UNIT and is_unit(text)) for text in given)
     return units >= max(1, 2 * but, len(given) - but)
 
 
-def _bare(text: str) -> str:
-    """A unit without brackets around it, or a word in brackets behind it, as in ``deg (Angle)``; ``Sec`` is ``sec``."""
+def _plain_unit(text: str) -> str:
+    """A unit without brackets around it or a remark after it, as in ``deg (Angle)``; ``Sec`` becomes ``sec``."""
     unit = re.sub(r"(?<=\S)\s+\([A-Za-z ]+\)$", "", text.strip()).strip("[](){}").strip()
     word = unit.lower()
     return word if 2 < len(word) <= LONGEST_UNIT and not is_unit(unit) and is_unit(word) else unit
 
 
-def _at(file: str, lines: Sequence[str], header: int) -> Layout:
-    """The header that a description names by its line."""
+def _at_line(file: str, lines: Sequence[str], header: int) -> Layout:
+    """The layout with the header on the line that a description states."""
     count = len(lines) - (not lines[-1])
     if header > count or not lines[header - 1].strip():
         found = "a blank line" if header <= count else f"{count} lines"
@@ -538,21 +544,26 @@ def _at(file: str, lines: Sequence[str], header: int) -> Layout:
     if not any(_is_number(t[0]) or stamp(t[0]) for t in texts.values() if t):
         first = header + rows.index if rows else header
         for given in texts.values():
-            if len(given) == len(names) and not any(map(_is_number, given)) and (len(texts) == 1 or _said_units(given)):
-                pairs = zip(names, map(_bare, given), strict=True)
+            if (
+                len(given) == len(names)
+                and not any(map(_is_number, given))
+                and (len(texts) == 1 or _is_line_of_units(given))
+            ):
+                pairs = zip(names, map(_plain_unit, given), strict=True)
                 units = tuple((name, unit) for name, unit in pairs if unit.lower() not in _UNIT)
-    return _told(lines, Layout(names, header, first, delimiter, wrapped, units))
+    return _with_notes(lines, Layout(names, header, first, delimiter, wrapped, units))
 
 
 _UNIT = ("unit", "units", "einheit")
 
 
-def _said_units(texts: Sequence[str]) -> bool:
+def _is_line_of_units(texts: Sequence[str]) -> bool:
     """Whether a line is ``Unit;mm;Unit;N``, or one of units alone."""
     return texts[0].strip().strip(":").lower() in _UNIT or _are_units(texts)
 
 
 def _without_header(file: str, rows: _Rows, named: Sequence[str]) -> Layout:
+    """The layout of a file without a header."""
     place = Place(file, rows.index + 1)
     if named and len(named) != rows.width:
         found = f"{rows.width} columns without a header line"

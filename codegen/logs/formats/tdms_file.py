@@ -1,4 +1,4 @@
-"""TDMS, the log of LabVIEW: channels ``GROUP.CHANNEL``, timed by their ``wf_increment``."""
+"""TDMS, the log format of LabVIEW: channels ``GROUP.CHANNEL``, with times from their ``wf_increment``."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ STEP, DELAY, BEGIN = "wf_increment", "wf_start_offset", "wf_start_time"
 class TdmsFile(ChannelFile):
     """An opened .tdms file.
 
-    A channel without ``wf_increment`` has the times of its group's first channel of times, or else of one that is
-    called time or t.
+    A channel without ``wf_increment`` has the times of its group's first channel of times, or of one called time or t.
     """
 
     expected = "a TDMS log (.tdms)"
@@ -51,7 +50,7 @@ class TdmsFile(ChannelFile):
         return Signal(name.partition(".")[0], time, np.asarray(channel[:], dtype=np.float64))
 
     def _times(self, channel: Any) -> Array:
-        """By the channel's own properties, from the earliest start of all channels."""
+        """The times by the channel's own properties, s, from the earliest start of all channels."""
         properties = channel.properties
         start = float(properties.get(DELAY, 0.0))
         if self._origin is not None and BEGIN in properties:

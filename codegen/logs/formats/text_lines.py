@@ -1,4 +1,4 @@
-"""Bytes of a text file → its lines: in UTF-8, UTF-16 with its mark, or Windows-1252; whole, or as they arrive."""
+"""Decoding of text files to lines: UTF-8, UTF-16 with a byte order mark, or Windows-1252; whole or in pieces."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ..
     """The text with every line end as \\n, and notes on how it was read.
 
     Args:
-        file: for messages; ``before``: its lines before these bytes.
+        file: its name, for messages.
+        before: number of lines before these bytes.
 
     Raises:
         BadInput: for bytes that are no text.
@@ -53,16 +54,17 @@ def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ..
 
 
 def is_windows_text(data: bytes) -> bool:
-    """Whether bytes that are no UTF-8 are letters and signs in Windows-1252, such as ° and µ, and all are defined."""
+    """Whether all bytes are printable in Windows-1252, which has letters such as ° and µ."""
     return re.search(rb"[\x00-\x08\x0e-\x1f\x7f\x81\x8d\x8f\x90\x9d]", data) is None
 
 
 def lines_of(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[list[str]]:
-    """The whole lines of each piece of a file; a last one without an end at the end.
+    """The whole lines of each piece of a file; at the end also an incomplete last line.
 
     Args:
-        given: the bytes, as they arrive. file: for messages.
-        said: list to which notes on how they are read are added, each once.
+        given: the bytes, as they arrive.
+        file: its name, for messages.
+        said: notes on how the bytes are read are added to this list, each once.
 
     Raises:
         BadInput: for bytes that are no text, or a line of more than ``LONGEST_LINE`` bytes.
@@ -90,7 +92,7 @@ def lines_of(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[lis
 
 
 def _in_utf8(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[bytes]:
-    """The pieces as they are, or in UTF-8 where they begin with the mark of UTF-16, which is then said."""
+    """The pieces as they are, or converted to UTF-8 if they begin with the mark of UTF-16, with a note."""
     head = b""
     while len(head) < len(BOM_UTF16_LE) and (piece := next(given, None)) is not None:
         head += piece

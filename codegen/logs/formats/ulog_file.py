@@ -1,4 +1,4 @@
-"""ULog, the log of PX4: the fields of topics, ``TOPIC.field`` or ``TOPIC[instance].field``; read whole."""
+"""ULog, the log format of PX4: columns ``TOPIC.field`` or ``TOPIC[instance].field``; read whole."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from codegen.logs.formats.series import ChannelFile, Signal
 from codegen.logs.formats.source import LARGEST
 
 COPIES = 3
-"""Times its bytes that a file takes while it is read."""
+"""Memory for reading a file over its size."""
 
 
 class UlogFile(ChannelFile):
-    """An opened .ulg file; the time of a topic is its ``timestamp``, when it was published."""
+    """An opened .ulg file; the time of a topic is its ``timestamp`` of publication."""
 
     expected = "a ULog file of PX4 (.ulg)"
 

@@ -1,11 +1,11 @@
-"""Preflight of signs: which coordinates, positions, velocities or inputs, turned, balance the forces of a log.
+"""Preflight of signs: the positions, velocities or inputs whose signs must be reversed for the forces to balance.
 
-With the position q = −x and the right force u, the machine M a + d v + U λ − g(x) = u is in the log
+With the position q = −x and the right force u, the machine M a + d v + U λ − g(x) = u appears in the log as
 
-    M a_q + d v_q + U λ + g(−q) = −u,
+    M a_q + d v_q + U λ + g(−q) = −u.
 
-which is the machine with the input turned where g is odd, as without gravity or with a spring about zero. There a log
-cannot tell a turned position from a turned input; a weight, or a spring with another zero, can.
+If g is odd, as without gravity or with a spring about zero, this is the machine with the input reversed, and a log
+cannot distinguish a flipped position from a flipped input. With a weight, or a spring about another position, it can.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from codegen.logs.audit.exchanged_columns import (
     FITS,
     NEARLY,
     UNSURE,
-    apart_from_slopes,
     forces_of,
     values_of,
+    velocity_mismatch,
     with_values,
 )
 from codegen.logs.audit.force_balance import Balance, Forces
@@ -34,18 +34,18 @@ from codegen.logs.motion import Motion
 from codegen.spec.model import Spec
 
 IN_PAIRS = 6
-"""Coordinates and inputs up to which two of them are turned together."""
+"""Most coordinates and inputs of which two are reversed together."""
 MOST_ALIKE = 4
-"""Explanations that are named together."""
-Turned = tuple[str, ...]
-"""Positions, velocities and inputs whose sign is turned."""
-STANDING: Turned = ("gravity and springs",)
-"""Forces of the spec that depend on positions alone. Their wrong sign is a mistake in the spec, not in the log."""
+"""Most explanations that are reported as alternatives."""
+Flipped = tuple[str, ...]
+"""Positions, velocities and inputs whose signs are reversed."""
+POSITION_FORCES: Flipped = ("gravity and springs",)
+"""The forces of the spec that depend on positions alone; their wrong sign is a mistake in the spec, not the log."""
 
 
-def turned_signs(log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces) -> Iterator[Finding]:
-    """A finding on the variables whose signs must be turned for the forces to balance; none where they do as read."""
-    slopes = apart_from_slopes(log, motion)
+def flipped_signs(log: Log, spec: Spec, balance: Balance, motion: Motion, forces: Forces) -> Iterator[Finding]:
+    """A finding on the variables whose signs must be reversed for the forces to balance; none if they do as read."""
+    slopes = velocity_mismatch(log, motion)
     now = max(forces.moving_misfit, slopes)
     if now <= NEARLY or log.intake.doubted:
         return
@@ -58,23 +58,23 @@ def turned_signs(log: Log, spec: Spec, balance: Balance, motion: Motion, forces:
             tried.append((max(found[0].moving_misfit, found[1]), count, group))
     if np.any(forces.standing):
         other = replace(forces, rest=forces.rest - 2 * forces.standing, standing=-forces.standing)
-        tried.append((max(other.moving_misfit, slopes), 1, STANDING))
+        tried.append((max(other.moving_misfit, slopes), 1, POSITION_FORCES))
     best = min((left for left, _, _ in tried), default=1.0)
     if best > (min(FITS, BETTER * now) if now > FITS else FAR_BETTER * now):
         return
     alike = [(count, group, left) for left, count, group in tried if left <= UNSURE * best]
     fewest = min(count for count, _, _ in alike)
     named = [(group, left) for count, group, left in alike if count == fewest]
-    if len(named) > MOST_ALIKE or (len(named) > 1 and STANDING in dict(named)):
-        return  # undecided with a force of the spec: the audit of the inputs says what shows
+    if len(named) > MOST_ALIKE or (len(named) > 1 and POSITION_FORCES in dict(named)):
+        return  # a force of the spec may be wrong: the audit of the inputs reports which forces show in the log
     others = [(left, group) for left, count, group in tried if count == fewest and left > UNSURE * best]
     yield _finding(log, spec, named, min(others, default=None), now)
 
 
-def _explanations(spec: Spec, velocities: bool, pairs: bool) -> list[tuple[int, Turned]]:
-    """What may be turned, with the number of mistakes that it takes; a coordinate is a position with its velocity."""
-    coordinates: list[Turned] = [(c.name, c.velocity) if velocities else (c.name,) for c in spec.coordinates]
-    inputs: list[Turned] = [(i.name,) for i in spec.inputs]
+def _explanations(spec: Spec, velocities: bool, pairs: bool) -> list[tuple[int, Flipped]]:
+    """The groups that may be flipped, each with the number of mistakes behind it; a coordinate is one mistake."""
+    coordinates: list[Flipped] = [(c.name, c.velocity) if velocities else (c.name,) for c in spec.coordinates]
+    inputs: list[Flipped] = [(i.name,) for i in spec.inputs]
     alone = [(name,) for names in coordinates for name in names] if velocities else []
     singles = [*inputs, *coordinates, *alone, *(sum(all_of, ()) for all_of in (inputs, coordinates) if len(all_of) > 1)]
     found = dict.fromkeys(singles, 1)
@@ -85,12 +85,18 @@ def _explanations(spec: Spec, velocities: bool, pairs: bool) -> list[tuple[int, 
 
 
 def _finding(
-    log: Log, spec: Spec, named: Sequence[tuple[Turned, float]], other: tuple[float, Turned] | None, now: float
+    log: Log, spec: Spec, named: Sequence[tuple[Flipped, float]], other: tuple[float, Flipped] | None, now: float
 ) -> Finding:
-    """The finding on explanations that leave as little, and on the best of those that leave more."""
+    """The finding.
+
+    Args:
+        named: the explanations with the least misfit, each with it.
+        other: the best of the other explanations.
+        now: the misfit as read.
+    """
     least = min(left for _, left in named)
     said = [_said(group, log, spec) for group, _ in named]
-    lines = " or ".join(f"`scale: {_entries(group, log, spec)}`" for group, _ in named if group != STANDING)
+    lines = " or ".join(f"`scale: {_entries(group, log, spec)}`" for group, _ in named if group != POSITION_FORCES)
     which = f"{said[0]} seems flipped" + "".join(f", or that of {one}" for one in said[1:])
     rival = f"; with {_said(other[1], log, spec)} turned, {in_percent(other[0])}" if other and len(named) == 1 else ""
     words = (
@@ -102,7 +108,7 @@ def _finding(
             "This log cannot tell which: the forces of the spec fit either. A push by hand in the direction that the "
             f"drawing calls positive tells the sign of {_positions(named, spec)}. "
         )
-    if named[0][0] == STANDING:
+    if named[0][0] == POSITION_FORCES:
         words += "Check them in the spec, or the zero of a position (a pendulum's may be half a turn off)."
     else:
         words += f"({lines} in meta.yaml beside the log)"
@@ -111,14 +117,14 @@ def _finding(
     return Finding("problem", topic, words, {"misfit": now, "misfit_mended": least})
 
 
-def _positions(named: Sequence[tuple[Turned, float]], spec: Spec) -> str:
+def _positions(named: Sequence[tuple[Flipped, float]], spec: Spec) -> str:
     """The positions of the explanations, in words."""
     return " and ".join(c.name for c in spec.coordinates if any(c.name in group for group, _ in named))
 
 
-def _said(group: Turned, log: Log, spec: Spec) -> str:
-    """The turned variables in words; a coordinate is a position with its velocity."""
-    if group == STANDING:
+def _said(group: Flipped, log: Log, spec: Spec) -> str:
+    """The flipped variables in words; a coordinate is a position with its velocity."""
+    if group == POSITION_FORCES:
         return "gravity and springs"
     inputs = [i.name for i in spec.inputs if i.name in group]
     both = [c.name for c in spec.coordinates if c.name in group and (c.velocity in group or log.velocities is None)]
@@ -130,6 +136,7 @@ def _said(group: Turned, log: Log, spec: Spec) -> str:
     )
 
 
-def _entries(group: Turned, log: Log, spec: Spec) -> str:
+def _entries(group: Flipped, log: Log, spec: Spec) -> str:
+    """The entries of ``scale`` that reverse the signs."""
     scales = [f"{name}: {-log.description.stated_scale(name, spec):.6g}" for name in group]
     return f"{{{', '.join(scales)}}}"

@@ -1,4 +1,4 @@
-"""A log in several files: a signal or a topic a file, by number of the row or by times of their own."""
+"""Logs in several files, for example one for each signal, joined by row number or by time."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from codegen.logs.formats.series import Series, joined
 from codegen.logs.formats.source import Columns, LogFile
 
 
-class SideBySide(LogFile):
-    """A log and the files beside it, whose rows belong to its rows by number, or by their times.
+class SeveralFiles(LogFile):
+    """A log with other files, joined to its rows by row number or by time.
 
-    A column of one of these is called NAME.COLUMN.
+    A column of another file is called NAME.COLUMN.
 
     Args:
         others: name → file.
-        times: name → columns of the log and of that file with the times of one clock; none for rows by number.
+        times: name → time columns of the log and of that file, by the same clock; files by row number are left out.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class SideBySide(LogFile):
     ) -> None:
         super().__init__(log.path, None, description)
         self.log, self.others, self.times = log, others, times
-        self.unread, self.asked = log.unread, log.asked
+        self.unread, self.commands = log.unread, log.commands
         self.names = (*log.names, *(f"{name}.{c}" for name, other in others.items() for c in other.names))
         beside = {f"{name}.{c}": u for name, other in others.items() for c, u in other.units.items()}
         self.units = {**beside, **log.units}
@@ -43,7 +43,7 @@ class SideBySide(LogFile):
     @property
     def notes(self) -> Sequence[str]:
         beside = [f"beside it as {name}: {note}" for name, other in self.others.items() for note in other.notes]
-        return (*self.log.notes, *beside, *self.said)
+        return (*self.log.notes, *beside, *self.own_notes)
 
     def load(self, wanted: Sequence[str]) -> Columns:
         owners = {column: self._owner(column) for column in wanted}
@@ -62,7 +62,7 @@ class SideBySide(LogFile):
         return joined(self, series, wanted, in_seconds=False)
 
     def _by_number(self, wanted: Sequence[str], owners: Mapping[str, str | None]) -> Columns:
-        """Columns of files whose rows belong together by number."""
+        """Columns of files that are joined by row number."""
         own = [column for column in wanted if owners.get(column) is None]
         parts = [self.log.load(own)] if own else []
         for name, other in self.others.items():
@@ -80,7 +80,7 @@ class SideBySide(LogFile):
         return Columns(first.file, tuple(wanted), np.column_stack([found[name] for name in wanted]), first.lines)
 
     def _owner(self, column: str) -> str | None:
-        """The name of the file beside the log that a column is from; None for the log's own."""
+        """The name of the other file that a column is from; None for the log itself."""
         if column in self.log.names:
             return None
         return next((name for name in self.others if column.startswith(f"{name}.")), None)
