@@ -23,12 +23,12 @@ drift: contacts may slide, stick, reverse or chatter. In the rows of this set th
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from fractions import Fraction
-from functools import cache, partial
-from math import isqrt
+from functools import cache
+from math import ceil, inf, isqrt
 from operator import mul
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING or __package__:
     from codegen.checker import frame, kernel, reversal
@@ -43,10 +43,10 @@ REVERSAL = ("sign", "samples", "turns", "change", "jump", "before", "after")
 SET, SET_OPTIONAL = ("matrix", "weights", "samples", "rows"), ("within", "after", FRICTION)
 DEPTH = {"samples": 0, "weights": 1, "within": 1, "row": 1, "start": 1, "matrix": 2, "rows": 2, "bounds": 2}  # of lists
 GRID, LARGEST, MOST_SAMPLES, MOST_ROWS = 1 << 60, 84, 10_000, 1000
-MOST_KEPT = 1 << 22  # entries of rows at all samples that are asked for, of some 30 bytes each
+LEVELS = 6  # up to 2^LEVELS - 1 samples are shown at once
+MOST_ENTRIES = 1 << 22  # of rows, at all samples that are asked for
 Polys = list[list[Any]]
 Row = tuple[Fraction, ...]
-Propagated = Callable[[int], tuple[list[int], Fraction]]
 
 
 @cache  # a claim repeats its numbers, the start at every bound
@@ -137,7 +137,7 @@ def disturbance_columns(push: Polys, most: list[Fraction]) -> list[list[Fraction
 
 
 class PackedIntegers:
-    """Vectors of integers, each packed into one long integer, so that one operation acts on all entries.
+    """Vectors of ``count`` integers, each packed into one long integer, so that one operation acts on all entries.
 
     LEMMA C. The entries x_k, |x_k| < 2^(width - 1), are packed as the sum of x_k 2^(width k). Sums and multiples of
     packed vectors are the packed sums and multiples, as long as these entries are below the same limit. Adding
@@ -147,11 +147,14 @@ class PackedIntegers:
     - with 2^t added in place of 2^(width - 1), the bits above the last t + 1 are all 0 exactly if -2^t <= x_k < 2^t.
 
     Args:
-        s, t: what ``shifted`` divides by is 2^s, and what ``within`` compares with 2^t.
+        width: bits of a digit, rounded up to whole bytes.
+        s, t: ``shifted`` divides by 2^s, and ``within`` compares with 2^t.
     """
 
     def __init__(self, width: int, count: int, s: int, t: int) -> None:
-        self.width, self.ones, self.s = width, sum(1 << width * k for k in range(count)), s
+        self.bytes, self.count, self.s = (width + 7) // 8, count, s
+        self.width = width = 8 * self.bytes
+        self.ones = sum(1 << width * k for k in range(count))
         self.half = self.ones << width - 1
         self.without, self.halved = (self.ones << width - s) - self.ones, self.half >> s
         self.limit, self.above = self.ones << t, (self.ones << width) - (self.ones << t + 1)
@@ -159,9 +162,9 @@ class PackedIntegers:
     def pack(self, numbers: Sequence[int]) -> int:
         return sum(x << self.width * k for k, x in enumerate(numbers))
 
-    def entry(self, bundle: int, k: int) -> int:
-        digit = (bundle + self.half) >> self.width * k & (1 << self.width) - 1
-        return digit - (1 << self.width - 1)
+    def unpack(self, bundle: int, places: Iterable[int]) -> list[int]:
+        middle, digits = 1 << self.width - 1, (bundle + self.half).to_bytes(self.bytes * self.count, "little")
+        return [int.from_bytes(digits[k * self.bytes : (k + 1) * self.bytes], "little") - middle for k in places]
 
     def magnitudes(self, bundle: int) -> int:
         """The packed |x_k|: twice the positive entries, minus all entries."""
@@ -178,8 +181,10 @@ class PackedIntegers:
         return not bundle + self.limit & self.above
 
 
-def propagated(counts: dict[Row, set[int]], step: Any, columns: Any, Q: Any) -> dict[Row, Propagated]:
-    """Of each row c' a function of N: GRID times a rounded row c'Phi^N, an upper bound of |c'e[k+N]| - |row e[k]|.
+def propagated(
+    rows: Sequence[Row], asked: Callable[[int], Collection[int]], last: int, step: Any, columns: Any, unit: int, Q: Any
+) -> Iterator[tuple[int, dict[int, tuple[tuple[int, ...], int]]]]:
+    """For N = 0, ..., last samples: N, and of the rows c' that are asked for a bound of |c'e[k+N]| - |row e[k]|.
 
     LEMMA D. Let r_0 be c' and r_i+1 be r_i Phi, all rounded to multiples of 1/GRID. Then c'e[k+N] is the sum of
     r_N e[k]; of r_i push w[k+N-1-i] over i < N; and of the rounding error of each r_i times the e of some sample. That
@@ -189,34 +194,32 @@ def propagated(counts: dict[Row, set[int]], step: Any, columns: Any, Q: Any) -> 
     So the rounding error of an entry of r_i is at most 2/GRID.
 
     Args:
-        counts: row c' -> the numbers of samples N.
-        step: Phi. columns: those of push times the size of their disturbance. Q: matrix of the set.
+        rows: the rows c'. asked: N -> the places of those that are asked for.
+        step: Phi. columns, unit: integers, over this number they are the columns of push times the size of their
+            disturbance. Q: matrix of the set.
+
+    Yields:
+        N, and place of c' -> (the row times GRID, the bound times unit * GRID, rounded up).
     """
-    size, (across, by), (entering, unit) = len(step), kernel.integers(zip(*step, strict=True)), kernel.integers(columns)
-    s = LARGEST + max(sum(map(abs, column)) for column in [*across, *entering]).bit_length()
+    size, (across, by) = len(step), kernel.integers(zip(*step, strict=True))
+    s = LARGEST + max(sum(map(abs, column)) for column in [*across, *columns]).bit_length()
     R, most = (1 << s) // by, MOST_SAMPLES * (len(columns) + 1)
-    packed = PackedIntegers(s + max(R, most).bit_length() + 1, len(counts), s, LARGEST)
-    starts = [[int(x * GRID) for x in c] for c in counts]
+    packed = PackedIntegers(s + max(R, most).bit_length() + 1, len(rows), s, LARGEST)
+    starts = [[int(x * GRID) for x in c] for c in rows]
     of_all = all(len(c) == size and max(map(abs, c)) < 1 << LARGEST for c in starts)
     kernel.demand(starts and of_all, "no row of every error")
-    sparse = [[(i, a) for i, a in enumerate(column) if a] for column in [*across, *entering]]
-    left_out = 2 * sum((root_above(Q[i][i]) for i in range(size)), Fraction(0)) / GRID
-    rows, total, kept = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0, {}
-    asked = set().union(*counts.values())
-    for n in range(max(asked) + 1):
-        kernel.demand(all(map(packed.within, rows)), "a row is too large")
-        if n in asked:
-            kept[n] = rows, total
-        moved = [sum([a * rows[i] for i, a in column]) for column in sparse]
+    sparse = [[(i, a) for i, a in enumerate(column) if a] for column in [*across, *columns]]
+    left_out = ceil(2 * unit * sum((root_above(Q[i][i]) for i in range(size)), Fraction(0)))
+    bundles, total = [packed.pack(entries) for entries in zip(*starts, strict=True)], 0
+    for n in range(last + 1):
+        kernel.demand(all(map(packed.within, bundles)), "a row is too large")
+        if places := asked(n):
+            sums = [x + (n + 1) * left_out for x in packed.unpack(total, places)]
+            entries = zip(*[packed.unpack(bundle, places) for bundle in bundles], strict=True)
+            yield n, dict(zip(places, zip(entries, sums, strict=True), strict=True))
+        moved = [sum([a * bundles[i] for i, a in column]) for column in sparse]
         total += sum(map(packed.magnitudes, moved[size:]))
-        rows = [packed.shifted(m * R) for m in moved[:size]]
-
-    def at(k: int, n: int) -> tuple[list[int], Fraction]:
-        rows, total = kept[n]
-        row = [packed.entry(entries, k) for entries in rows]
-        return row, Fraction(packed.entry(total, k), unit * GRID) + (n + 1) * left_out
-
-    return {c: partial(at, k) for k, c in enumerate(counts)}
+        bundles = [packed.shifted(m * R) for m in moved[:size]]
 
 
 def largest(shift: Any, most: dict[str, Fraction], proof: dict[str, Any]) -> Fraction:
@@ -258,16 +261,16 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         nested_lists(claim["shifts"], 1) and nested_lists(claim["push"], 2) and {*map(type, parts)} == {list},
         "not lists of numbers",
     )
-    step, push, shift = dynamics(proof, claim, shown)
-    sizes = disturbance_sizes(claim)
+    known = dynamics(proof, claim, shown)
+    step, push, shift, sizes, _ = known
     result = []
     for set_ in claim["sets"]:
         # LEMMA F. In a set with any friction these truths are taken to be 0 without drift, and `friction` acts as a
         # disturbance. So a row bounds the sum with 0 in place of such a truth_i; truth_i itself, which is at most its
         # size, adds at most |c_i| times that size.
         any_friction = FRICTION in set_
-        known = set_.get(FRICTION) == "any" and claim.get(FRICTION) and "after" not in set_ and not proof["signs"]
-        kernel.demand(known or not any_friction, "friction")
+        may = set_.get(FRICTION) == "any" and claim.get(FRICTION) and "after" not in set_ and not proof["signs"]
+        kernel.demand(may or not any_friction, "friction")
         still = {f"{'drift' if any_friction else FRICTION}.{x}" for x in claim.get(FRICTION, {})}
         most = {x: Fraction(0) if x in still else d for x, d in sizes.items()}
         kernel.demand({*set_, *SET_OPTIONAL} == {*SET, *SET_OPTIONAL}, "other fields than those of a set")
@@ -278,7 +281,8 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
         kernel.demand(all(b == sorted(b, reverse=True) for b in falling), "a later bound of `after` is larger")
         Q = [[number(x) for x in row] for row in set_["matrix"]]
         require_invariant(Q, [*map(number, set_["weights"])], [*most.values()], step, push, proof, shown)
-        found = require_bounds(set_, Q, step, disturbance_columns(push, [*most.values()]), shift, most, proof)
+        columns = disturbance_columns(push, [*most.values()]) if any_friction else known.columns
+        found = require_bounds(set_, Q, step, columns, shift, most, proof)
         own = [sizes.get(f"{FRICTION}.{e['truth']}", Fraction(0)) * any_friction for e in proof["errors"]]
         rows = (zip(row[:-1], own, strict=True) for row, *_ in claimed_rows(set_))
         more = [sum(abs(number(c)) * d for c, d in row if d) for row in rows]
@@ -286,18 +290,42 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     kernel.demand(result and all(result), "it states no bound")
     kernel.demand(type(claim.get(REVERSALS, [])) is list, "no list of reversals")
     for entry in claim.get(REVERSALS, []):
-        left = left_by(entry, proof, claim, shown, (step, push, shift))
+        left = left_by(entry, proof, claim, shown, known)
         within = zip(left, map(number, entry["after"]), strict=True)
         kernel.demand(all(a <= b for a, b in within), "a reversal leaves more than its `after`")
     return result
 
 
+class Dynamics(NamedTuple):
+    """How the errors move: e[k+1] = step e[k] + push w[k].
+
+    Attributes:
+        shift: sign * shift of each error, a sum of noises.
+        sizes: disturbance -> the most that it is, in the order of the columns of push.
+        columns: those of noise and drift, times their sizes.
+    """
+
+    step: list[list[Fraction]]
+    push: Polys
+    shift: list[Any]
+    sizes: dict[str, Fraction]
+    columns: list[list[Fraction]]
+
+
+def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> Dynamics:
+    """Those that ``error_dynamics`` proves, with the sizes that the claim states."""
+    matrix, push, shift = error_dynamics(proof, claim, shown)
+    sizes = disturbance_sizes(claim)
+    most = [Fraction(0) if x.startswith(FRICTION) else d for x, d in sizes.items()]
+    step = [[x.constant() for x in row] for row in matrix]
+    return Dynamics(step, push, shift, sizes, disturbance_columns(push, most))
+
+
 def left_by(
-    entry: dict[str, Any], proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any], known: Any = None
+    entry: dict[str, Any], proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any], known: Dynamics
 ) -> list[Fraction]:
     """Bounds on each |truth - estimate| after a reversal of the claim; ValueError where it is no such entry."""
-    step, push, shift = known or dynamics(proof, claim, shown)
-    sizes = disturbance_sizes(claim)
+    step, push, shift, sizes, columns = known
     lists = all(nested_lists(entry[x], 1) and len(entry[x]) == len(step) for x in ("before", "after"))
     kernel.demand({*entry} == {*REVERSAL} and lists, f"other fields than {REVERSAL} of a reversal")
     own = [i for i, e in enumerate(proof["errors"]) if e["sign"] == entry["sign"] != ""]
@@ -311,16 +339,8 @@ def left_by(
     turn = reversal.Reversal(
         entry["sign"], own[0], samples, turns, number(entry["change"]), number(entry["jump"]), sizes[friction], column
     )
-    most = {x: Fraction(0) if x.startswith(FRICTION) else d for x, d in sizes.items()}
-    noise = [largest(p, most, proof) for p in shift]
-    before, columns = [*map(number, entry["before"])], disturbance_columns(push, [*most.values()])
-    return reversal.left(turn, before, noise, proof, shown, step, columns)
-
-
-def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> Any:
-    """Those of ``error_dynamics``, the matrix in numbers."""
-    matrix, push, shift = error_dynamics(proof, claim, shown)
-    return [[x.constant() for x in row] for row in matrix], push, shift
+    noise = [largest(p, sizes, proof) for p in shift]
+    return reversal.left(turn, [*map(number, entry["before"])], noise, proof, shown, step, columns)
 
 
 def disturbance_sizes(claim: dict[str, Any]) -> dict[str, Fraction]:
@@ -361,6 +381,39 @@ def require_invariant(
     kernel.semidefinite(gap, shown["box"], proof["cover"], shown["known"])
 
 
+def grown(start: list[Fraction], step: Any, columns: Any) -> list[tuple[int, list[int]]]:
+    """Pairs (m, bounds of each error for the first m samples after ``start``, times GRID, rounded up), m rising.
+
+    A sample later |e_i| is at most the sum of |step_ij| |e_j| and of the disturbances' |columns_ij|.
+    """
+    (rows, by), pushed = kernel.integers(step), [sum(abs(c[i]) for c in columns if c[i]) for i in range(len(start))]
+    sparse = [[(j, abs(a)) for j, a in enumerate(row) if a] for row in rows]
+    more, now = ([ceil(x * GRID) for x in each] for each in (pushed, start))
+    most, found = now, [(0, now)]
+    for m in range(1, 2**LEVELS):
+        now = [p - (-sum([a * now[j] for j, a in row]) // by) for row, p in zip(sparse, more, strict=True)]
+        most = [*map(max, most, now)]
+        if m & (m + 1) == 0:
+            found.append((m, most))
+    return found
+
+
+class Line(NamedTuple):
+    """A bound that is to be shown: |c'e| <= bound at each number of ``samples``, or from the first on if not ``ends``.
+
+    Attributes:
+        place: among all lines. row: place of c among the rows. start: the errors' bounds at the start, None for any.
+    """
+
+    place: int
+    row: int
+    c: Row
+    bound: Fraction
+    samples: range
+    start: tuple[str, ...] | None
+    ends: bool
+
+
 def require_bounds(
     set_: dict[str, Any], Q: Any, step: Any, columns: Any, shift: list[Any], most: dict[str, Fraction], proof: Any
 ) -> list[Fraction]:
@@ -370,7 +423,8 @@ def require_bounds(
     every |e_i[0]| <= s_i, then e[0] is in E(r), since (c'e)^2 <= n sum (c_i s_i)^2 by Cauchy's inequality, and e stays
     in it by lemma B. So lemma D holds with r Q in place of Q, and two ways show a bound of `after` from its n on: for
     every N >= n by lemma D from the sample N - n, which is in E(r); or by the s_i, sample by sample until the n of the
-    next bound, which is not larger.
+    next bound, which is not larger. In the m samples after the start the errors are within larger s_i (``grown``): what
+    lemma D shows of these at a sample N holds at N, N + 1, ..., N + m, each time counted from a later sample.
     """
     r, *within = map(number, set_.get("within", ["1"]))
     limits = [len(Q) * s * s for s in within] or [Fraction(0)] * len(Q)
@@ -381,48 +435,62 @@ def require_bounds(
         r >= 1 and kernel.positive(kernel.integers(inside)[0]),
         "the box of `within` is not inside the set: not positive semidefinite",
     )
-    counts: dict[Row, set[int]] = {}
-    lines: list[tuple[Row, Fraction, range, list[str] | None, str | None]] = []
-    for row, count, begun, end in claimed_rows(set_):
-        for n in (count, end or "0"):
-            kernel.demand(re.fullmatch("0|[1-9][0-9]{0,6}", str(n)), f"{str(n)[:20]!r} is not a number of samples")
-            kernel.demand(int(n) <= MOST_SAMPLES, "too many samples")
+    rows: dict[Row, int] = {}  # row c -> its place among them
+    lines: list[Line] = []
+    at: dict[int, list[Line]] = {}  # number of samples -> what is to be shown there
+    for row, count, start, end in claimed_rows(set_):
+        for text in (count, end or "0"):
+            good = re.fullmatch("0|[1-9][0-9]{0,6}", str(text))
+            kernel.demand(good, f"{str(text)[:20]!r} is not a number of samples")
+            kernel.demand(int(text) <= MOST_SAMPLES, "too many samples")
         *c, bound = map(number, row)
         kernel.demand(any(c), "a bound of 0 times every error")
         samples = range(int(count), int(end) if end else int(count) + 1)
         kernel.demand(samples, "the samples of `after` do not rise")
-        lines.append((tuple(c), bound, samples, begun, end))
-        asked = counts.setdefault(tuple(c), set())
-        asked.update(samples)
-        kernel.demand(len(counts) * len(asked) * len(Q) <= MOST_KEPT, "too many rows at too many samples")
-    kernel.demand(len(counts) <= MOST_ROWS, "too many rows")
-    known: dict[Row, Propagated] = {}
-    for last in {max(n) for n in counts.values()}:
-        alike = {c: n for c, n in counts.items() if max(n) == last}
-        kept = len(alike) * len(set().union(*alike.values())) * len(Q)
-        kernel.demand(kept <= MOST_KEPT, "too many rows at too many samples")
-        known |= propagated(alike, step, columns, larger)
-    bounds, (squares, by) = [], kernel.integers(Q)
+        row_start, where = None if start is None else tuple(start), rows.setdefault(tuple(c), len(rows))
+        lines.append(Line(len(lines), where, tuple(c), bound, samples, row_start, bool(end)))
+        for n in samples:
+            at.setdefault(n, []).append(lines[-1])
+        kernel.demand(len(rows) * len(at) * len(Q) <= MOST_ENTRIES, "too many rows at too many samples")
+    kernel.demand(len(rows) <= MOST_ROWS, "too many rows")
     noise = [largest(p, most, proof) for p in shift]
-    for of, bound, samples, begun, end in lines:
-        propagated_to = known[of]  # by this name: a hash of its row's fractions takes longer than the rest
-        entries, summed = propagated_to(samples[0])
-        square = sum(a * sum(map(mul, qs, entries)) for a, qs in zip(entries, squares, strict=True))
-        square *= 1 if begun is None else r
-        holds = bound >= summed and square <= (bound - summed) ** 2 * by * GRID**2
-        if begun is not None:  # e is the error with the noise of that sample
-            start = [number(s) + x for s, x in zip(begun, noise, strict=True)]
-            kernel.demand(
-                min(map(number, begun)) >= 0 and all(s <= x for s, x in zip(start, within, strict=True)),
-                "`start` is not inside the box of `within`",
-            )
-            (sizes,), parts = kernel.integers([start])
-        if end and not holds:
-            at = map(propagated_to, samples)
-            holds = all((bound - s) * parts * GRID >= sum(map(mul, map(abs, each), sizes)) for each, s in at)
-        kernel.demand(holds, "a bound of the claim is smaller than the proved one")
-        direct = sum((kernel.term(a) * d for a, d in zip(of, shift, strict=True)), kernel.Poly())
-        bounds.append(bound + largest(direct, most, proof))
+    (entering, unit), (squares, by) = kernel.integers(columns), kernel.integers(Q)
+    starts: dict[Any, list[tuple[int, list[int]]]] = {}
+    for begun in {line.start for line in lines if line.start is not None}:
+        whole = [number(s) + x for s, x in zip(begun, noise, strict=True)]  # with the noise of that sample
+        within_box = min(map(number, begun)) >= 0 and all(s <= x for s, x in zip(whole, within, strict=True))
+        kernel.demand(within_box, "`start` is not inside the box of `within`")
+        starts[begun] = grown(whole, step, columns)
+    if not lines:
+        return []
+    due: list[float] = [line.samples.start for line in lines]  # what is shown of a line is shown before this sample
+    level = [0] * len(lines)
+
+    def asked(n: int) -> set[int]:
+        return {line.row for line in at.get(n, ()) if due[line.place] <= n}
+
+    for n, moved in propagated([*rows], asked, max(at), step, entering, unit, larger):
+        for line in (line for line in at[n] if due[line.place] <= n):
+            (entries, summed), (a, b) = moved[line.row], line.bound.as_integer_ratio()
+            scale = b * unit * GRID
+            gap = a * unit * GRID - b * summed  # what the bound leaves to the row of e, times scale
+            if n == line.samples.start:
+                square = sum(x * sum(map(mul, q, entries)) for x, q in zip(entries, squares, strict=True))
+                square *= 1 if line.start is None else r
+                if gap >= 0 and square * scale**2 <= gap**2 * by * GRID**2:
+                    due[line.place] = inf
+                    continue
+                kernel.demand(line.ends, "a bound of the claim is smaller than the proved one")
+            magnitudes, sizes = [*map(abs, entries)], starts[line.start]
+            most_, k = gap * GRID * GRID // scale, min(level[line.place] + 1, len(sizes) - 1)
+            while k >= 0 and sum(map(mul, magnitudes, sizes[k][1])) > most_:
+                k -= 1
+            kernel.demand(k >= 0, "a bound of the claim is smaller than the proved one")
+            level[line.place], due[line.place] = k, n + sizes[k][0] + 1
+    bounds = []
+    for line in lines:
+        direct = sum((kernel.term(a) * d for a, d in zip(line.c, shift, strict=True) if a), kernel.Poly())
+        bounds.append(line.bound + largest(direct, most, proof))
     return bounds
 
 

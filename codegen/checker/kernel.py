@@ -66,10 +66,16 @@ NUMBER = f"-?{frame.WHOLE}(/{frame.WHOLE})?"  # most of a matrix; as an expressi
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//|\b[0-9][0-9.]*+(?:e[+-]?[0-9]++)?+[A-Za-z_]))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
 
 
-@lru_cache(8)  # the size of one is read after its value, and a row of zeros is one; many would fill the memory
-def parsed(text: str) -> ast.expr:
+def tree(text: str) -> ast.expr:
     demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
     return ast.parse(text, mode="eval").body
+
+
+short, long = lru_cache(500)(tree), lru_cache(8)(tree)  # each is read several times; many long ones fill the memory
+
+
+def parsed(text: str) -> ast.expr:
+    return short(text) if len(text) < 200 else long(text)
 
 
 class Text:  # expressions over `names`, and assignments to them

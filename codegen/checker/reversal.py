@@ -68,7 +68,8 @@ class Moves(NamedTuple):
     drive: list[Fraction]  # 2a q, of y and z
     columns: list[list[Fraction]]  # of noise and drift, times their sizes: y and z
     places: tuple[int, int]  # of y and z
-    others: dict[int, tuple[int, list[Any]]]  # GRID times how far noise, drift and friction push it, and |its row|
+    others: dict[int, tuple[int, list[Any], int]]  # GRID times how far noise, drift and friction push it; |its row|,
+    # and what that is over
     units: tuple[Fraction, Fraction]  # of y and z: what they are at most before
 
 
@@ -96,9 +97,8 @@ def left(
     for _ in range(of.samples):
         following: dict[int, Shape] = {}
         for turns, shape in shapes.items():
-            for k, after in enumerate(moved(shape, m, weights, edges)):
-                if turns + k <= of.turns:
-                    following[turns + k] = wider(following.get(turns + k, after), after)
+            for k, after in enumerate(moved(shape, m, weights, edges, 1 + (turns < of.turns))):
+                following[turns + k] = wider(following.get(turns + k, after), after)
         shapes = following
     last, *more = shapes.values()
     for shape in more:
@@ -120,15 +120,21 @@ def estimated_slip(of: Reversal, proof: dict[str, Any], shown: dict[str, Any]) -
     names = shown["names"] | {x: kernel.term(1, x) for e in errors for x in (e["truth"], e["estimate"])}
     here = kernel.Text(names, known)
     p, truth, estimate = here.value(proof["signs"][of.sign]), *(errors[of.level][x] for x in ("truth", "estimate"))
+
+    def other(formulas: dict[str, str], there: Any, *changed: str) -> list[str]:
+        """The formulas that have another value there; one that names nothing of what is changed has the same."""
+        with_these = {x: text for x, text in formulas.items() if any(name in text for name in changed)}
+        return [x for x, text in with_these.items() if here.value(text) != there.value(text)]
+
     velocities = {e["estimate"]: i for i, e in enumerate(errors) if e["truth"] in proof["acceleration"]}
     known_slip = p and all(len(m) == 1 and m[0] in velocities and not errors[velocities[m[0]]]["sign"] for m in p)
     kernel.demand(known_slip, "the slip is no sum of estimated velocities")
     minus = kernel.term(-1, of.sign)
     there = kernel.Text(names | {of.sign: minus, estimate: names[estimate] + kernel.term(of.jump, of.sign) * p}, known)
-    wrong = [z for z, text in proof["states"].items() if here.value(text) != there.value(text)]
+    wrong = other(proof["states"], there, of.sign, estimate)
     kernel.demand(not wrong, f"where {of.sign} turns, {wrong[:3]} show other estimates than by `jump`")
     there = kernel.Text(names | {of.sign: minus, truth: kernel.term(-1, truth)}, known)
-    wrong = [v for v, text in proof["acceleration"].items() if here.value(text) != there.value(text)]
+    wrong = other(proof["acceleration"], there, of.sign, truth)
     kernel.demand(not wrong, f"{of.sign} is in more than the friction of {wrong[:3]}")
     return {velocities[x]: Fraction(a) for (x,), a in p.items()}
 
@@ -155,35 +161,46 @@ def moves(of: Reversal, slip: dict[int, Fraction], begun: list[Fraction], step: 
     others = {}
     for i in {*range(len(rows))} - {*places}:
         pushed = sum((abs(c[i]) for c in pushes if c[i]), abs(drive[i]))
-        others[i] = times_grid(pushed), [(j, abs(x)) for j, x in enumerate(rows[i]) if x]
+        (row,), by = kernel.integers([rows[i]])
+        others[i] = times_grid(pushed), [(j, abs(x)) for j, x in enumerate(row) if x], by
     columns = [c for c in ([c[i] for i in places] for c in pushes) if any(c)]
     return Moves(slip, [rows[i] for i in places], [drive[i] for i in places], columns, places, others, units)
 
 
 def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> list[list[Any]]:
-    """For each direction, where s stays and where it turns, sums of which the largest counts: what (y, z, d) and the
-    others are weighed with, and a number."""
-    first, level = m.places
-    seen = [j for j in m.others if m.rows[0][j] or m.rows[1][j]]
+    """For each direction, where s stays and where it turns, sums of which the largest counts.
 
-    def sum_of(y: Fraction, z: Fraction, before: Fraction, more: Fraction) -> Any:
-        """y and z of the next sample and y of this one so often, and a number."""
-        of_first, of_level, *rest = (y * m.rows[0][j] + z * m.rows[1][j] for j in (first, level, *seen))
-        drive = y * m.drive[0] + z * m.drive[1]
-        (whole,), by = kernel.integers([[(of_first + before) * m.units[0], of_level * m.units[1], drive]])
-        more += sum((abs(y * c + z * d) for c, d in m.columns), Fraction(sum(map(abs, whole)), by * GRID))
-        return whole, by, times_grid(more), [(j, abs(x)) for j, x in zip(seen, rest, strict=True)]
+    A sum is its weights of (y, z, d), a number, the weights of the other errors, and what all of these are over.
+    """
+    (first, level), (of_y, of_z) = m.places, m.units
+    seen = [j for j in m.others if m.rows[0][j] or m.rows[1][j]]
+    pushed = [[column[k] for column in m.columns] for k in (0, 1)]
+    of_one = (
+        [x / unit for x in (row[first] * of_y, row[level] * of_z, d, *(row[j] for j in seen), *pushes)]
+        for row, d, pushes, unit in zip(m.rows, m.drive, pushed, m.units, strict=True)
+    )
+    y, z = of_one
+    added = [of.jump * of_y / of_z * x for x in y]  # what `jump` times y adds to z
+    numbers = [of.jump * of_y / of_z, 2 * noise / of_z, of.jump * (of.change + 2 * unseen) / of_z]
+    (of_next, of_level, jumping, (now, doubled, lift)), by = kernel.integers([y, z, added, numbers])
+
+    def sum_of(row: list[int], number: int) -> Any:
+        whole, rest, pushes = row[:3], row[3 : 3 + len(seen)], row[3 + len(seen) :]
+        number += sum(map(abs, pushes))
+        return whole, number * GRID + sum(map(abs, whole)), [*zip(seen, map(abs, rest), strict=True)], by
 
     found = []
-    for y, z in ((a / m.units[0], b / m.units[1]) for a, b in DIRECTIONS):
-        jump, more = z * of.jump, 2 * noise * abs(z)
-        largest = sum_of(jump - y, z, -jump, more + jump * (of.change + 2 * unseen))
-        found.append([[sum_of(y, z, ZERO, ZERO)], [sum_of(-y, z, ZERO, more), largest]])
+    for a, b in DIRECTIONS:
+        stays, turns = ([k * p + b * q for p, q in zip(of_next, of_level, strict=True)] for k in (a, -a))
+        largest = [p + b * q for p, q in zip(turns, jumping, strict=True)]
+        largest[0] -= b * now
+        more = abs(b) * doubled
+        found.append([[sum_of(stays, 0)], [sum_of(turns, more), sum_of(largest, more + b * lift)]])
     return found
 
 
-def moved(shape: Shape, m: Moves, weights: Any, edges: list[int]) -> list[Shape]:
-    """The shapes a sample later: where s stays, and where it turns. `edges`: n and `change`, as y."""
+def moved(shape: Shape, m: Moves, weights: Any, edges: list[int], ways: int) -> list[Shape]:
+    """The shapes a sample later: where s stays, and of 2 ``ways`` where it turns. `edges`: n and `change`, as y."""
     kernel.demand(True, "")  # that there is time left
     corners, radii, (start, width) = polygon(shape[0]), shape[1], edges
     points = {(x // w, y // w, 0) for x, y, w in corners} | {
@@ -194,18 +211,18 @@ def moved(shape: Shape, m: Moves, weights: Any, edges: list[int]) -> list[Shape]
 
     def largest(sums: Any) -> int:
         most: list[int] = []
-        for (a, b, c), by, more, others in sums:
-            corner = max(a * x + b * y + c * d for x, y, d in points)
-            most.append(-(-corner // by) + more + added(others, radii))
+        for (a, b, c), number, others, by in sums:
+            corner = max([a * x + b * y + c * d for x, y, d in points])
+            most.append(-(-(corner + number + dot(others, radii)) // by))
         return max(most)
 
     every = reached(shape, m)
-    later = {i: pushed + added(row, every) for i, (pushed, row) in m.others.items()}
-    return [([largest(each[k]) for each in weights], later) for k in (0, 1)]
+    later = {i: pushed - (-dot(row, every) // by) for i, (pushed, row, by) in m.others.items()}
+    return [([largest(each[k]) for each in weights], later) for k in range(ways)]
 
 
-def added(row: list[tuple[int, Fraction]], most: dict[int, int]) -> int:
-    return sum(above(x, most[j]) for j, x in row)
+def dot(row: list[tuple[int, int]], most: dict[int, int]) -> int:
+    return sum([x * most[j] for j, x in row])
 
 
 def reached(shape: Shape, m: Moves) -> dict[int, Any]:

@@ -528,7 +528,7 @@ def test_packed_integers_are_the_numbers_in_them(seed: int) -> None:
     packed = ellipsoid.PackedIntegers(width, len(numbers), 0, 20)
 
     def held(one: int) -> list[int]:
-        return [packed.entry(one, k) for k in range(len(numbers))]
+        return packed.unpack(one, range(len(numbers)))
 
     one = packed.pack(numbers)
     assert held(one) == numbers
@@ -559,16 +559,18 @@ def test_rows_are_carried_as_in_exact_numbers(seed: int) -> None:
     columns = [[entry(9) for _ in range(n)] for _ in range(3)] + [[Fraction(0)] * n]
     rows = [tuple(entry(5) for _ in range(n)) for _ in range(3)]
     Q = [[Fraction(10**6 * (i == j)) for j in range(n)] for i in range(n)]
-    found = ellipsoid.propagated({row: {0, 7, samples} for row in rows}, step, columns, Q)
+    entering, unit = kernel.integers(columns)
+    at = (0, 7, samples)
+    found = dict(ellipsoid.propagated(rows, lambda n: range(3 * (n in at)), samples, step, entering, unit, Q))
     start, grid = [entry(100) for _ in range(n)], ellipsoid.GRID
-    for c in rows:
+    for k, c in enumerate(rows):
         exact, total = [*c], Fraction(0)
-        for at in range(samples + 1):
-            if at in (0, 7, samples):
-                row, most = found[c](at)
+        for sample in range(samples + 1):
+            if sample in at:
+                row, most = found[sample][k]
                 worst = total + abs(sum(a * b for a, b in zip(exact, start, strict=True)))
-                told = most + abs(sum(a * b for a, b in zip(row, start, strict=True))) / grid
-                assert worst <= told <= worst + Fraction((at + 1) * 5 * n * 1000, grid)
+                told = Fraction(most, unit * grid) + abs(sum(a * b for a, b in zip(row, start, strict=True))) / grid
+                assert worst <= told <= worst + Fraction((sample + 1) * 5 * n * 1000, grid)
             total += sum(abs(sum(a * b for a, b in zip(exact, column, strict=True))) for column in columns)
             exact = [sum(a * b for a, b in zip(exact, column, strict=True)) for column in zip(*step, strict=True)]
 
@@ -610,12 +612,12 @@ def test_many_rows_at_every_sample_are_refused_before_they_fill_the_memory(last:
 
 def test_rows_too_large_for_the_grid_are_refused() -> None:
     one, most = [[Fraction(2)]], Fraction(2) ** (ellipsoid.LARGEST - 60)
-    ellipsoid.propagated({(Fraction(1),): {ellipsoid.LARGEST - 61}}, one, [], one)
+    assert [*ellipsoid.propagated([(Fraction(1),)], lambda _: [0], ellipsoid.LARGEST - 61, one, [], 1, one)]
     for c, samples in ((Fraction(1), ellipsoid.LARGEST - 60), (most, 0)):
         with pytest.raises(ValueError, match=r"a row is too large|no row of every error"):
-            ellipsoid.propagated({(c,): {samples}}, one, [], one)
+            [*ellipsoid.propagated([(c,)], lambda _: [0], samples, one, [], 1, one)]
     with pytest.raises(ValueError, match="no row of every error"):
-        ellipsoid.propagated({(Fraction(1), Fraction(1)): {0}}, one, [], one)
+        [*ellipsoid.propagated([(Fraction(1), Fraction(1))], lambda _: [0], 0, one, [], 1, one)]
 
 
 @pytest.mark.parametrize("path", sorted(GENERATED.glob("*/ellipsoid.json")), ids=lambda path: path.parent.name)

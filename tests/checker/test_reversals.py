@@ -92,7 +92,7 @@ def test_a_reversal_where_the_machine_has_the_sign_in_another_force_is_refused()
         of = reversal.Reversal("sign.rail", 1, 3, 1, Fraction(1), Fraction(20), Fraction(50), [])
         with pytest.raises(ValueError, match="is in more than the friction"):
             reversal.estimated_slip(of, other, shown)
-    assert ellipsoid.left_by(turn(claim), proof, claim, shown)
+    assert ellipsoid.left_by(turn(claim), proof, claim, shown, ellipsoid.dynamics(proof, claim, shown))
 
 
 def test_a_claim_about_less_is_accepted() -> None:

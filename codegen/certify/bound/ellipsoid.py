@@ -265,6 +265,10 @@ def _reversals(
     text = kernel.Text(shown["names"] | own, {})
     estimates, entries = [e["estimate"] for e in proof["errors"]], list[dict[str, Any]]()
     before = [upwards(x * (1 + NEAR), START_DIGITS) for x in most]
+    try:
+        known = ellipsoid.dynamics(proof, claim, shown)
+    except ValueError:
+        return []
     for error in proof["errors"][len(observer.system.positions) :]:
         slip = text.value(proof["signs"][error["sign"]])
         state = next(p for z in proof["states"].values() if (error["estimate"],) in (p := text.value(z)))
@@ -276,7 +280,7 @@ def _reversals(
         entry = {"sign": error["sign"], "samples": str(2 * math.ceil(reach / change) + 1), "turns": "1"}
         entry |= {"change": str(change), "jump": str(jump), "before": [rational_text(b) for b in before]}
         try:
-            left = ellipsoid.left_by(entry | {"after": entry["before"]}, proof, claim, shown)
+            left = ellipsoid.left_by(entry | {"after": entry["before"]}, proof, claim, shown, known)
         except ValueError:
             return []
         entries.append(entry | {"after": [rational_text(upwards(float(b) * (1 + NEAR), START_DIGITS)) for b in left]})
