@@ -76,7 +76,7 @@ def errors(
 
 
 def _known(name: str, known: Mapping[str, object], argument: str, out: Path | None) -> str:
-    """The name; BadInput where it is none, or a page is asked for too."""
+    """The name; raises BadInput for an unknown one, or together with ``out``."""
     if out is not None:
         raise BadInput("-o", f"a folder for the page, and `{name}` alone", "one of the two", code="CALL002")
     refuse_unknown(name, known, argument, "", "one of those that the command lists without it", code="CALL001")
@@ -84,9 +84,7 @@ def _known(name: str, known: Mapping[str, object], argument: str, out: Path | No
 
 
 def _page(out: Path | None, name: str, write: Callable[[Path], Path]) -> Path | None:
-    """Write a page and its pictures, where a folder is given; one that cannot hold them is refused before they are
-    drawn.
-    """
+    """Write a page and its pictures if a folder is given; an unusable folder is refused before they are drawn."""
     if out is None:
         return None
     refuse_target(out / f"{name}.md")
@@ -97,7 +95,7 @@ def _page(out: Path | None, name: str, write: Callable[[Path], Path]) -> Path | 
 def _print(
     kind: str, content: Mapping[str, Any], template: str, view: Mapping[str, Any], as_json: bool, page: object = None
 ) -> None:
-    """Print JSON, or the path of the page that was written, or else a text."""
+    """Print JSON, or the path of the written page, or else a text."""
     from codegen.base.text import render
 
     if as_json:
@@ -117,7 +115,7 @@ def audit(
     from codegen.thesis.audit.output import audit_json, audit_summary, write_audit
 
     with progress() as tell:
-        findings = run_audit(progress=lambda share: tell("audit", share))
+        findings = run_audit(lambda share: tell("audit", share))
     written = None if out is None else write_audit(findings, out)
     if as_json:
         print_json({"format": "stiction-audit/1", "findings": audit_json(findings)})

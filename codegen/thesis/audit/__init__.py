@@ -1,1 +1,1 @@
-"""The printed formulas of the thesis against our own derivation: what holds, what does not."""
+"""Audit of the thesis: its printed formulas compared with our own derivations."""

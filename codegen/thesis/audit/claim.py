@@ -1,7 +1,7 @@
-"""A claim, which is what the thesis prints under one equation number, and the finding on it.
+"""Claims, which are formulas that the thesis prints under an equation number, and findings on them.
 
-Claims are data (``claims/``, a YAML file a chapter). Each names the quantity of an own derivation (``worlds/``) with
-which ``judge.py`` compares the printed formula.
+Claims are data (``claims/``, a YAML file for each chapter). Each names the quantity of our own derivation
+(``derivations/``) with which ``judge.py`` compares the printed formula.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from codegen.spec.yaml_text import load_plain
 
 CLAIMS = Path(__file__).parent / "claims"
 Test = Literal["equal", "hurwitz", "negative_definite", "inequality", "implies", "definition"]
-"""What is claimed: the formula equals the derived quantity; the conditions are necessary and sufficient for a derived
-matrix to be Hurwitz, or negative definite; the inequalities hold; they follow from those in ``given``. A definition
-has nothing to be compared with."""
+"""Kind of a claim: the formula equals the derived quantity; the conditions are necessary and sufficient for a derived
+matrix to be Hurwitz, or negative definite; the inequalities hold; they follow from those in ``given``. A definition is
+compared with nothing."""
 
 
 class ClaimEntry(BaseModel):
     """One entry of a claims file.
 
     Attributes:
-        equation: the number, such as "6.22", or a section where there is no number.
+        equation: the number, such as "6.22", or a section if there is none.
         part: which of several formulas under that number.
         printed: the formula; rows of a matrix as lists; conditions as a list of inequalities.
-        against: ``world.quantity`` of ``worlds/``; a world alone for inequalities; nothing for definitions.
-        test: how it is judged; without ``against`` it is a definition whatever is said here.
-        given: inequalities that the thesis, or the meaning of the symbols, presupposes.
+        against: ``ours.quantity`` of ``worlds/``; a ours alone for inequalities; nothing for definitions.
+        test: how it is judged; without ``against`` it is always a definition.
+        given: inequalities that the thesis or the meaning of the symbols implies.
         constant_U: whether the thesis prints the formula for a U that does not depend on x.
-        scan: how a garbled place of the scan was read.
-        note: what else a reader should know.
+        scan: how an illegible part of the scan was read.
+        note: a remark for the reader.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -89,7 +89,7 @@ def _claims_of(path: Path) -> Iterator[Claim]:
 
 
 Verdict = Literal["holds", "wrong", "insufficient", "unnecessary"]
-"""The last two are about conditions: they hold at an unstable point, or fail at a stable one."""
+"""``insufficient``: conditions hold at an unstable point; ``unnecessary``: they fail at a stable one."""
 
 
 @dataclass(frozen=True)
@@ -98,8 +98,8 @@ class Finding:
 
     Attributes:
         derived: the correct formula; empty for a definition.
-        counterexample: numbers by name, with ``eigenvalue`` (real part; None where no eigenvalue is in question).
-        evidence: a remark on what was found, such as "holds where U is constant"; mostly empty.
+        counterexample: numbers by name, with ``eigenvalue``, the largest real part, or None.
+        evidence: a remark, such as "holds where U is constant"; mostly empty.
     """
 
     claim: Claim

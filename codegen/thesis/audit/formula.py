@@ -1,8 +1,8 @@
-"""A formula of the thesis to SymPy: the safe expression parser's tree, with names that may denote matrices.
+"""Evaluation of the thesis' formulas in SymPy, with names that may be matrices.
 
-The parser (``codegen.spec.expression``) reads the text and runs nothing; here its tree gets values. Beyond what a spec
-may say, a product may be one of matrices, a power may have a symbol as exponent, and ``sgn`` and ``abs`` of a vector
-are taken element by element, as the thesis writes sgn(U'v).
+The parser of specs (``codegen.spec.expression``) parses the text and evaluates nothing; here its tree gets values. In
+addition to the syntax of specs, products of matrices and symbols as exponents are allowed, and ``sgn`` and ``abs`` of a
+vector are taken element by element, as in sgn(U'v).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def evaluate(formula: Any, names: Mapping[str, Any], place: Place) -> Any:
         names: name → expression or matrix.
 
     Raises:
-        BadInput: for text that is no expression, an unknown name, or matrices that do not fit.
+        BadInput: for text that is no expression, an unknown name, or matrices whose shapes do not match.
     """
     if isinstance(formula, list):
         rows = [row if isinstance(row, list) else [row] for row in formula]
@@ -51,7 +51,7 @@ def evaluate(formula: Any, names: Mapping[str, Any], place: Place) -> Any:
 
 
 def inequalities(text: str, names: Mapping[str, Any], place: Place) -> list[tuple[Any, bool]]:
-    """``a < b < c`` as [(b − a, strict), (c − b, strict)]: each expression is to be positive (or not negative)."""
+    """``a < b < c`` as [(b − a, strict), (c − b, strict)]: expressions that must be positive, or not negative."""
     parts = _RELATION.split(text)
     if len(parts) < 3:
         raise BadInput(place, f"`{text}`", "an inequality such as `k_v > 0`", code="SPEC010")
@@ -70,6 +70,7 @@ def as_text(formula: Any) -> str:
 
 
 def as_matrix(value: Any) -> Any:
+    """A scalar as a 1 by 1 matrix; a matrix unchanged."""
     return value if isinstance(value, sympy.MatrixBase) else sympy.Matrix([[value]])
 
 

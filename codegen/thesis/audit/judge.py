@@ -1,4 +1,4 @@
-"""Verdicts: printed formulas and conditions compared with our own derivation, at random rational points."""
+"""Verdicts on printed formulas and conditions, by comparison with our derivations at random rational points."""
 
 from __future__ import annotations
 
@@ -15,59 +15,62 @@ from codegen.analysis.polynomials import characteristic_polynomial, routh_hurwit
 from codegen.base.errors import Place, refuse_unknown
 from codegen.spec.functions import Magnitude, Sgn
 from codegen.thesis.audit.claim import Claim, Finding, Verdict, read_claims
+from codegen.thesis.audit.derivation import Derivations, Derived, readable, tidy
+from codegen.thesis.audit.derivations import DERIVATIONS
 from codegen.thesis.audit.formula import Misfit, as_matrix, as_text, evaluate, inequalities
-from codegen.thesis.audit.world import Derived, World, readable, tidy
-from codegen.thesis.audit.worlds import WORLDS
 
 DENOMINATORS = (1, 1, 2, 5, 10, 20, 100)  # decimals with few digits, so that a point can be printed as it is
 PATIENCE = 200
-POINTS = 3
-TRIALS = 2000
+"""Points that are drawn for each that is wanted, of which some violate the given conditions."""
+POINTS, TRIALS = 3, 2000
+"""Points at which equalities, and conditions, are compared."""
 PRINTABLE = 14
+"""Most numbers of a counterexample that is printed."""
 NEGLIGIBLE = sympy.Rational(1, 10**35)
+"""Relative difference of numbers that are equal."""
 CLEAR = 1e-3
+"""Least distance of an eigenvalue or an inequality from zero at which its sign is tested exactly."""
 NOT_SO = "not so at the counterexample"
 VIOLATED: dict[str, Verdict] = {"inequality": "wrong", "implies": "insufficient"}
 Condition = tuple[Any, bool]
-"""An expression that is to be positive, strictly or not."""
+"""An expression that must be positive, and whether strictly."""
 
 
-def run_audit(claims: Sequence[Claim] | None = None, progress: Callable[[float], None] | None = None) -> list[Finding]:
-    """Judge all shipped claims, or the given ones."""
-    chosen, tell = read_claims() if claims is None else claims, progress or (lambda share: None)
-    findings = []
-    for claim in chosen:
+def run_audit(progress: Callable[[float], None]) -> list[Finding]:
+    """Judge all shipped claims; ``progress`` is called with the share that is done."""
+    claims, findings = read_claims(), []
+    for claim in claims:
         findings.append(judge(claim))
-        tell(len(findings) / len(chosen))
+        progress(len(findings) / len(claims))
     return findings
 
 
 def judge(claim: Claim) -> Finding:
-    """The verdict on one claim, from computation.
+    """The computed verdict on one claim.
 
-    Raises BadInput for a derivation that does not exist, or a printed formula with unknown names.
+    Raises BadInput for an unknown derivation, or a printed formula with unknown names.
     """
     if claim.test == "definition":
         return Finding(claim, "holds")
     name, _, quantity = claim.entry.against.partition(".")
-    refuse_unknown(name, WORLDS, claim.place, "no derivation", ", ".join(WORLDS), code="CALL001")
-    world = _world(name)
+    refuse_unknown(name, DERIVATIONS, claim.place, "no derivation", ", ".join(DERIVATIONS), code="CALL001")
+    ours = _derivations(name)
     if claim.test in ("inequality", "implies"):
-        return judge_inequality(claim, world)
-    refuse_unknown(quantity, world.derived, claim.place, f"`{name}` derives no", code="CALL001")
-    derived = world.derived[quantity]
+        return judge_inequality(claim, ours)
+    refuse_unknown(quantity, ours.derived, claim.place, f"`{name}` derives no", code="CALL001")
+    derived = ours.derived[quantity]
     if claim.test == "equal":
-        return judge_equality(claim, world, derived)
-    return judge_conditions(claim, world, derived)
+        return judge_equality(claim, ours, derived)
+    return judge_conditions(claim, ours, derived)
 
 
 @cache
-def _world(name: str) -> World:
-    world = WORLDS[name]()
-    for derived in world.derived.values():
+def _derivations(name: str) -> Derivations:
+    ours = DERIVATIONS[name]()
+    for derived in ours.derived.values():
         if derived.form:
-            prove_form(derived, world)
-    return world
+            prove_form(derived, ours)
+    return ours
 
 
 def order(symbols: Iterable[Any]) -> list[Any]:
@@ -75,26 +78,26 @@ def order(symbols: Iterable[Any]) -> list[Any]:
     return sorted(symbols, key=lambda s: s.name)
 
 
-def draw(symbols: Sequence[Any], world: World, generator: random.Random) -> dict[Any, Any]:
-    """One point: a nonzero rational for each symbol, within what the symbol can be."""
+def draw(symbols: Sequence[Any], ours: Derivations, generator: random.Random) -> dict[Any, Any]:
+    """One point: a nonzero rational for each symbol, in its range."""
     point = {}
     for s in symbols:
-        if s in world.ranges:
-            point[s] = sympy.sympify(generator.choice(world.ranges[s]))
+        if s in ours.ranges:
+            point[s] = sympy.sympify(generator.choice(ours.ranges[s]))
             continue
         value = sympy.Rational(generator.randint(1, 50), generator.choice(DENOMINATORS))
-        point[s] = value if s in world.positive or generator.random() < 0.5 else -value
+        point[s] = value if s in ours.positive or generator.random() < 0.5 else -value
     return point
 
 
 def points(
-    symbols: Iterable[Any], world: World, given: Sequence[Condition], seed: int, count: int
+    symbols: Iterable[Any], ours: Derivations, given: Sequence[Condition], seed: int, count: int
 ) -> Iterator[dict[Any, Any]]:
     """Up to ``count`` points at which every expression of ``given`` is positive (or not negative, where not strict)."""
     ordered, generator, found = order(symbols), random.Random(seed), 0
     tests = [(numeric(expression, ordered), strict) for expression, strict in given]
     for _ in range(count * PATIENCE):
-        point = draw(ordered, world, generator)
+        point = draw(ordered, ours, generator)
         values = [float(x) for x in point.values()]
         if all(test(*values) > 0 or (not strict and test(*values) == 0) for test, strict in tests):
             found += 1
@@ -109,7 +112,7 @@ def numeric(expression: Any, symbols: Sequence[Any]) -> Any:
 
 
 def exactly(expression: Any, point: Mapping[Any, Any]) -> Any:
-    """The value at a point: a rational where the expression is rational, else 50 digits."""
+    """The value at a point: rational if possible, else with 50 digits."""
     value = expression.xreplace(dict(point))
     if value.is_Rational:
         return value
@@ -120,13 +123,13 @@ def _sgn(x: float) -> float:
     return (x > 0) - (x < 0)
 
 
-def judge_equality(claim: Claim, world: World, derived: Derived) -> Finding:
+def judge_equality(claim: Claim, ours: Derivations, derived: Derived) -> Finding:
     """``holds`` if the printed formula equals the derived value at every point, else ``wrong`` with a point."""
-    steady = dict.fromkeys(world.steady, sympy.S.Zero) if claim.entry.constant_U else {}
+    steady = dict.fromkeys(ours.steady, sympy.S.Zero) if claim.entry.constant_U else {}
     value = derived.value.xreplace(steady) if steady else derived.value
     right = as_text(readable(Derived(value, derived.form)))
     try:
-        printed = as_matrix(evaluate(claim.entry.printed, world.names, claim.place)).xreplace(steady)
+        printed = as_matrix(evaluate(claim.entry.printed, ours.names, claim.place)).xreplace(steady)
     except Misfit:
         return Finding(claim, "wrong", right, None, "the shapes of its matrices do not fit")
     if printed.has(sympy.zoo, sympy.nan):
@@ -134,22 +137,22 @@ def judge_equality(claim: Claim, world: World, derived: Derived) -> Finding:
     if printed.shape != value.shape:
         evidence = f"shape {printed.shape[0]} by {printed.shape[1]}, derived {value.shape[0]} by {value.shape[1]}"
         return Finding(claim, "wrong", right, None, evidence)
-    given = _conditions(claim, claim.entry.given, world)
-    point = difference_point(printed, value, world, given)
+    given = _conditions(claim, claim.entry.given, ours)
+    point = difference_point(printed, value, ours, given)
     if point is None:
         return Finding(claim, "holds", right)
     evidence = ""
-    if world.steady and not steady:
-        zero = dict.fromkeys(world.steady, sympy.S.Zero)
-        same = difference_point(printed.xreplace(zero), value.xreplace(zero), world, given) is None
+    if ours.steady and not steady:
+        zero = dict.fromkeys(ours.steady, sympy.S.Zero)
+        same = difference_point(printed.xreplace(zero), value.xreplace(zero), ours, given) is None
         evidence = "holds where U is constant" if same else "differs where U is constant, too"
     return Finding(claim, "wrong", right, _numbers(printed, value, point), evidence)
 
 
-def difference_point(printed: Any, value: Any, world: World, given: Any) -> dict[Any, Any] | None:
+def difference_point(printed: Any, value: Any, ours: Derivations, given: Any) -> dict[Any, Any] | None:
     """A point at which the two differ, or None."""
     symbols = printed.free_symbols | value.free_symbols | {s for e, _ in given for s in e.free_symbols}
-    for point in points(symbols, world, given, seed=1, count=POINTS):
+    for point in points(symbols, ours, given, seed=1, count=POINTS):
         for a, b in zip(printed, value, strict=True):
             if a != b and not same_number(exactly(a, point), exactly(b, point)):
                 return point
@@ -172,11 +175,12 @@ def _plain(point: Mapping[Any, Any]) -> dict[str, Any]:
     return {s.name: plain_number(x) for s, x in point.items()}
 
 
-def _conditions(claim: Claim, texts: Sequence[str], world: World) -> list[Condition]:
-    return [pair for text in texts for pair in inequalities(text, world.names, claim.place)]
+def _conditions(claim: Claim, texts: Sequence[str], ours: Derivations) -> list[Condition]:
+    return [pair for text in texts for pair in inequalities(text, ours.names, claim.place)]
 
 
 def _numbers(printed: Any, value: Any, point: dict[Any, Any]) -> dict[str, Any] | None:
+    """The counterexample at the first entry that differs; None if it has too many symbols to be printed."""
     for a, b in zip(printed, value, strict=True):
         ours, theirs = exactly(b, point), exactly(a, point)
         if not same_number(ours, theirs):
@@ -187,24 +191,21 @@ def _numbers(printed: Any, value: Any, point: dict[Any, Any]) -> dict[str, Any] 
     return None
 
 
-def prove_form(derived: Derived, world: World) -> None:
-    """Raise ArithmeticError unless the form that is shown equals the value that was derived.
-
-    Such an error is a fault of our derivation and not of the thesis.
-    """
-    form = as_matrix(evaluate(derived.form, world.names, Place("the form of a derivation")))
-    if form.shape != derived.value.shape or difference_point(form, derived.value, world, []) is not None:
+def prove_form(derived: Derived, ours: Derivations) -> None:
+    """Raise ArithmeticError unless the shown form equals the derived value, which would be our own mistake."""
+    form = as_matrix(evaluate(derived.form, ours.names, Place("the form of a derivation")))
+    if form.shape != derived.value.shape or difference_point(form, derived.value, ours, []) is not None:
         raise ArithmeticError(f"the form `{as_text(derived.form)}` is not what was derived")
 
 
-def judge_conditions(claim: Claim, world: World, derived: Derived) -> Finding:
+def judge_conditions(claim: Claim, ours: Derivations, derived: Derived) -> Finding:
     """``insufficient`` with an unstable point that satisfies them, ``unnecessary`` with a stable one that does not."""
     matrix = derived.value
     if claim.test == "negative_definite":
         matrix = (matrix + matrix.T) / 2
-    printed, given = _conditions(claim, claim.entry.printed, world), _conditions(claim, claim.entry.given, world)
+    printed, given = _conditions(claim, claim.entry.printed, ours), _conditions(claim, claim.entry.given, ours)
     symbols = order({s for e in [matrix, *(e for e, _ in printed + given)] for s in e.free_symbols})
-    right = "; ".join(_right_conditions(matrix, world, given))
+    right = "; ".join(_right_conditions(matrix, ours, given))
     growth = numeric(matrix, symbols)
 
     def numbers(point: Mapping[Any, Any]) -> dict[str, Any]:
@@ -214,23 +215,25 @@ def judge_conditions(claim: Claim, world: World, derived: Derived) -> Finding:
         """Coefficients and Hurwitz determinants: a negative one proves a root with positive real part."""
         return [value for _, value in routh_hurwitz(characteristic_polynomial(matrix.xreplace(point)))]
 
-    for point in points(symbols, world, given + printed, seed=2, count=TRIALS):
+    for point in points(symbols, ours, given + printed, seed=2, count=TRIALS):
         if _largest(growth, point) > CLEAR and any(value < 0 for value in exact(point)):
             return Finding(claim, "insufficient", right, numbers(point))
-    for point in points(symbols, world, given, seed=3, count=TRIALS):
+    for point in points(symbols, ours, given, seed=3, count=TRIALS):
         stable = not _met(printed, point) and _largest(growth, point) < -CLEAR
         if stable and all(value > 0 for value in exact(point)):
             return Finding(claim, "unnecessary", right, numbers(point))
     return Finding(claim, "holds", right)
 
 
-def judge_inequality(claim: Claim, world: World) -> Finding:
-    """A point at which a printed inequality is violated though what is given holds: ``wrong``, or ``insufficient``
-    where the claim is that the given conditions imply it."""
-    printed, given = _conditions(claim, claim.entry.printed, world), _conditions(claim, claim.entry.given, world)
+def judge_inequality(claim: Claim, ours: Derivations) -> Finding:
+    """``wrong`` with a point at which the given conditions hold and a printed inequality does not, else ``holds``.
+
+    If the claim is that the given conditions imply it, the verdict is ``insufficient``.
+    """
+    printed, given = _conditions(claim, claim.entry.printed, ours), _conditions(claim, claim.entry.given, ours)
     symbols = order({s for e, _ in printed + given for s in e.free_symbols})
     quick = numeric([e for e, _ in printed], symbols)
-    for point in points(symbols, world, given, seed=4, count=TRIALS // 4):
+    for point in points(symbols, ours, given, seed=4, count=TRIALS // 4):
         sizes = quick(*[float(x) for x in point.values()])
         for (expression, strict), size in zip(printed, sizes, strict=True):
             if size > CLEAR:
@@ -251,10 +254,10 @@ def _largest(growth: Any, point: Mapping[Any, Any]) -> float:
     return float(np.linalg.eigvals(np.array(values, dtype=float)).real.max())
 
 
-def _right_conditions(matrix: Any, world: World, given: list[Condition]) -> list[str]:
+def _right_conditions(matrix: Any, ours: Derivations, given: list[Condition]) -> list[str]:
     if matrix.shape == (1, 1):
         return [f"{tidy(-matrix[0])} > 0"]
     raw = routh_hurwitz(characteristic_polynomial(matrix))
-    known = {e for e, strict in given if strict and e.is_Symbol} | set(world.positive)
+    known = {e for e, strict in given if strict and e.is_Symbol} | set(ours.positive)
     reduced = [e for _, e in reduce_conditions(raw, known)]
     return ["never"] if any(e.is_number for e in reduced) else [f"{sympy.factor(e)} > 0" for e in reduced]

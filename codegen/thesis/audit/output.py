@@ -23,7 +23,7 @@ def write_audit(findings: Sequence[Finding], document: Path) -> Path:
 
 
 def audit_json(findings: Sequence[Finding]) -> list[dict[str, Any]]:
-    """One object a claim."""
+    """An object for each claim."""
     return [
         {
             **named(f.claim.entry, "equation part given scan note"),

@@ -1,1 +1,1 @@
-"""Every figure of the thesis that can be computed, from a spec each, and what its text says of it, checked."""
+"""The figures of the thesis that can be computed, and checks of the thesis' statements about them."""

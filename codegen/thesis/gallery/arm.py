@@ -1,4 +1,4 @@
-"""Figure 4.7: the two-link arm, and how stable its observer is along the motion."""
+"""Figure 4.7: the two-link arm, and the stability of its observer along the motion."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ from codegen.thesis.gallery.setting import Setting
 SETTLED = 5.0
 """s, half of the run."""
 STRIDE = 10
+"""Samples between those at which Ψ is evaluated."""
 JOINTS = ("F₁ at the shoulder", "F₂ at the elbow")
 
 
 def watched(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """The arm with its observer, as a."""
+    """The arm with its observer, as run ``a``."""
     return Runs(specs, setting, watch(specs[0], setting, {"a": specs[0]}))
 
 
@@ -49,6 +50,7 @@ def growth_rates(spec: Spec, run: LoopRun) -> Array:
 
 
 def finds_friction(runs: Runs) -> Reading:
+    """RMS error of the friction estimate over the RMS friction, the larger of both joints."""
     run = runs["a"]
     late = after(run, SETTLED)
     shares = [ratio(rms(friction_error(run, k)[late]), rms(run.friction[late, k])) for k in range(2)]
@@ -56,12 +58,14 @@ def finds_friction(runs: Runs) -> Reading:
 
 
 def unstable_share(runs: Runs) -> Reading:
+    """Share of the time in which the frozen Ψ has an eigenvalue with positive real part."""
     rates = growth_rates(runs.specs[0], runs["a"])
     share = float(np.mean(rates > 0))
     return Reading(share, (("share of the time", share), ("fastest growth in 1/s", float(rates.max()))))
 
 
 def top_speed(runs: Runs) -> Reading:
+    """The highest speed of a joint, rad/s."""
     speeds = np.max(np.abs(runs["a"].true_velocities), axis=0)
     return Reading(float(speeds.max()), tuple(zip(("ω₁", "ω₂"), speeds.tolist(), strict=True)), "rad/s")
 

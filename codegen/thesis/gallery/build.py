@@ -1,4 +1,4 @@
-"""Figures → pictures and verdicts, each figure in a process of its own."""
+"""Production of figures: pictures and verdicts, with a process for each figure."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MODULES = {m.__name__.rpartition(".")[2]: m for m in (arm, cancelling, hysteresi
 
 @dataclass(frozen=True)
 class Verdict:
-    """One statement in every setting; the first is the one as drawn."""
+    """A statement's number in every setting; the first setting is the one as drawn."""
 
     statement: Statement
     settings: tuple[Setting, ...]
@@ -32,29 +32,24 @@ class Verdict:
 
     @property
     def holds(self) -> bool:
-        """As drawn."""
+        """Whether the statement holds in the setting as drawn."""
         return self.statement.is_met(self.readings[0].value)
 
     @property
     def others(self) -> tuple[tuple[Setting, Reading], ...]:
-        """Settings in which the verdict is another one than as drawn, with the number there."""
+        """Settings in which the verdict differs from that as drawn, each with its number."""
         pairs = zip(self.settings, self.readings, strict=True)
         return tuple((s, r) for s, r in pairs if self.statement.is_met(r.value) != self.holds)
 
 
 @dataclass(frozen=True)
 class GalleryResult:
-    """A figure: its entry, its picture, the PID for comparison and its verdicts."""
+    """A figure: its entry, picture, gains of the PID for comparison, and verdicts."""
 
     figure: Figure
     picture: bytes
     pid: Gains | None
     verdicts: tuple[Verdict, ...]
-
-
-def figure_numbers() -> tuple[str, ...]:
-    """Of all figures that can be made, in the order of the thesis."""
-    return tuple(read_figures())
 
 
 def run_gallery(only: Sequence[str] = (), progress: Callable[[float], None] | None = None) -> tuple[GalleryResult, ...]:
@@ -64,13 +59,13 @@ def run_gallery(only: Sequence[str] = (), progress: Callable[[float], None] | No
         only: numbers such as "4.3"; all if none is given.
 
     Raises:
-        BadInput: for a number that is no figure here.
+        BadInput: for an unknown number.
     """
-    numbers = only or figure_numbers()
-    for number in numbers:
-        refuse_unknown(number, figure_numbers(), "--only", "", "a figure's number", code="CALL001")
-    # The slow ones first, so that none is left alone at the end.
     made = {number: figure.made for number, figure in read_figures().items()}
+    numbers = only or tuple(made)
+    for number in numbers:
+        refuse_unknown(number, made, "--only", "", "a figure's number", code="CALL001")
+    # The slow ones first, so that no process works alone at the end.
     order = sorted(numbers, key=lambda n: -made[n].cost)
     found: dict[str, GalleryResult] = {}
     count, tell = os.cpu_count() or 1, progress or (lambda share: None)
@@ -97,7 +92,7 @@ def make_figure(number: str, pid: Gains | None = None) -> GalleryResult:
     """One figure with its picture and verdicts.
 
     Args:
-        pid: gains that are tuned already for its machine, servo and sensors.
+        pid: gains tuned for the same machine, servo and sensors; None: they are tuned here.
     """
     entry = read_figures()[number]
     made, specs = entry.made, figure_specs(entry)

@@ -22,13 +22,13 @@ from codegen.thesis.gallery.runs import Gains, Runs, closed_loop, sample_count
 from codegen.thesis.gallery.setting import Setting, from_zero, without_friction
 
 PUSHED = (np.array([0.0, 0.0]), np.array([0.0, 1.0]))
-"""A start in motion, m and m/s: the text does not say how the masses start."""
+"""Positions in m and velocities in m/s of a start in motion, since the thesis does not state the start."""
 
 
 def with_and_without(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """cancelled, none and ideal from rest, and pushed_cancelled, … after a push.
+    """Runs ``cancelled``, ``none`` and ``ideal`` from rest, and ``pushed_cancelled``, … after a push.
 
-    The ideal machine keeps the friction between the masses, which the input cannot reach, as in section 5.4.
+    The ideal machine has the friction between the masses, which the input cannot cancel, as in section 5.4.
     """
     spec = setting.applied(specs[0])
     free = replace(spec, contacts=(spec.contacts[0], without_friction(spec).contacts[1]))
@@ -52,6 +52,7 @@ def _run(spec: Spec, setting: Setting, observer: Any = None, cancellation: Any =
 
 
 def _closeness(runs: Runs, prefix: str) -> Reading:
+    """RMS distance from the ideal motion with cancellation, over that without."""
     ideal = runs[f"{prefix}ideal"].true_positions
     left, without = (rms((runs[prefix + name].true_positions - ideal).ravel()) for name in ("cancelled", "none"))
     return Reading(ratio(left, without), (("cancelled", left), ("not", without)), "m")

@@ -1,4 +1,4 @@
-"""The gallery's panels in one style: what is true dark, what is estimated blue, what is compared orange or green."""
+"""Style of the gallery's panels: true values dark, estimates blue, comparisons orange or green."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def frame(axes: Any, x: str, y: str, title: str = "") -> None:
 
 
 def limit(axes: Any, values: Array, room: float = 1.3) -> None:
-    """Vertical limits that show ``values`` whole, whatever else is drawn."""
+    """Vertical limits by ``values`` alone."""
     top = room * float(np.max(np.abs(values)))
     axes.set_ylim(-top, top)
 

@@ -1,4 +1,4 @@
-"""Figure 6.1: three observers on a servo whose friction has hysteresis, the reset integrator."""
+"""Figure 6.1: three observers on a servo whose friction has hysteresis, by the reset integrator law."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from codegen.thesis.gallery.setting import Setting
 
 NAMES = ("CFO", "TO", "DFO")
 HOLD = 1e-3
-"""s for which a value of the noise is held: the same noise for observers of different sample times."""
+"""s for which a value of the noise is held, so that observers of different sample times get the same noise."""
 WINDOW = 0.01
 FULL = 0.98
 """Share of the level above which the contact counts as sliding."""
@@ -27,7 +27,7 @@ RIG_SAMPLE_TIME = 0.01
 
 
 def three_observers(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """Every observer's servo by its name; ideal, none and pid beside them, at the sample time of the first spec."""
+    """The servo with each observer by its name; and ``ideal``, ``none`` and ``pid`` at the first spec's sample time."""
     held = replace(setting, hold=setting.hold or HOLD)
     quick = replace(held, step=None)
     ideal = ideal_run(specs[0], quick)
@@ -39,16 +39,19 @@ def three_observers(specs: Sequence[Spec], setting: Setting, pid: Gains | None =
 
 
 def _hysteresis_missed(run: LoopRun, level: float) -> float:
+    """RMS error in presliding over the RMS friction there: near 1 if the estimate has no hysteresis."""
     presliding = (np.abs(run.friction[:, 0]) < FULL * level) & after(run, 1.0)
     return ratio(rms(friction_error(run)[presliding]), rms(run.friction[presliding, 0]))
 
 
 def dfo_is_best(runs: Runs) -> Reading:
+    """RMS error of the DFO's estimate over the least of the other two, N."""
     errors = [rms(friction_error(runs[name])[after(runs[name], 1.0)]) for name in NAMES]
     return Reading(ratio(errors[2], min(errors[:2])), tuple(zip(NAMES, errors, strict=True)), "N")
 
 
 def _missed(runs: Runs, observer: str) -> Reading:
+    """``_hysteresis_missed`` of an observer."""
     missed = {name: _hysteresis_missed(runs[name], runs.numbers["level"]) for name in NAMES}
     return Reading(missed[observer], tuple(missed.items()))
 
@@ -58,11 +61,13 @@ cfo_misses_hysteresis = partial(_missed, observer="CFO")
 
 
 def cfo_is_noisiest(runs: Runs) -> Reading:
+    """Ripple of the CFO's estimate over the largest of the other two, N."""
     noise = [ripple(runs[name].friction_estimate[after(runs[name], 1.0), 0], runs[name], WINDOW) for name in NAMES]
     return Reading(ratio(noise[0], max(noise[1:])), tuple(zip(NAMES, noise, strict=True)), "N")
 
 
 def cfo_finds_level(runs: Runs) -> Reading:
+    """Relative error of the CFO's mean estimate during sliding."""
     run, level = runs["CFO"], runs.numbers["level"]
     slides = (np.abs(run.friction[:, 0]) >= FULL * level) & after(run, 1.0)
     found = float(np.mean(np.abs(run.friction_estimate[slides, 0])))
@@ -70,13 +75,14 @@ def cfo_finds_level(runs: Runs) -> Reading:
 
 
 def better_than_pid(runs: Runs) -> Reading:
+    """RMS distance from the ideal motion of the best observer, over that of the PID, m."""
     errors = {name: rms(position_error(runs[name], runs["ideal"])) for name in (*NAMES, "pid")}
     best = min(NAMES, key=lambda name: errors[name])
     return Reading(ratio(errors[best], errors["pid"]), ((best, errors[best]), ("PID", errors["pid"])), "m")
 
 
 def dfo_runs_on_the_rig(runs: Runs) -> Reading:
-    """2/(c D₁): up to there explicit Euler of f' = c(v − φ⁻¹(f)) is stable where φ⁻¹ has its slope D₁."""
+    """2/(c D₁), s: stability limit of explicit Euler for f' = c(v − φ⁻¹(f)), where φ⁻¹ has the slope D₁."""
     p = runs.specs[2].contacts[0].parameters
     longest = 2 / float(p["c"] * p["D1"])
     return Reading(longest, (("longest", longest), ("rig", RIG_SAMPLE_TIME)), "s")

@@ -18,15 +18,16 @@ from codegen.thesis.gallery.setting import Setting
 SPEEDS = np.linspace(0.0, 10.0, 401)
 TITLES = ("Coulomb", "static and viscous", "static, viscous and Stribeck")
 SETTLED = 1.0
+"""s from which on the motion counts as periodic."""
 
 
 def levels_of(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """No run: the laws are read from the spec."""
+    """No run; the laws are read from the spec."""
     return Runs(specs, setting)
 
 
 def level(spec: Spec, contact: int) -> Array:
-    """Force of steady sliding at ``SPEEDS``; at speed 0 what the contact can hold."""
+    """Friction in steady sliding at ``SPEEDS``, N; at speed 0 the breakaway force."""
     system = system_of(spec)
     law = system.contacts[contact]
     moving = [float(law.law_level.subs({**system.values, law.slip: float(s)})) for s in SPEEDS[1:]]
@@ -35,22 +36,26 @@ def level(spec: Spec, contact: int) -> Array:
 
 
 def coulomb_is_constant(runs: Runs) -> Reading:
+    """Range of Coulomb friction over speed, relative to its mean."""
     force = level(runs.specs[0], 0)
     spread = float(np.ptp(force) / force.mean())
     return Reading(spread, (("lowest", float(force.min())), ("highest", float(force.max()))), "N")
 
 
 def breakaway_is_higher(runs: Runs) -> Reading:
+    """Breakaway force over the force just after."""
     force = level(runs.specs[0], 1)
     return Reading(ratio(force[0], force[1]), (("at rest", force[0]), ("just sliding", force[1])), "N")
 
 
 def viscous_part_rises(runs: Runs) -> Reading:
+    """Least increase of the force between neighbouring speeds, N."""
     force = level(runs.specs[0], 1)
     return Reading(float(np.min(np.diff(force[1:]))), (("just sliding", force[1]), ("at 10 m/s", force[-1])), "N")
 
 
 def stribeck_dips(runs: Runs) -> Reading:
+    """Depth of the minimum of the Stribeck curve below both its ends, N."""
     force = level(runs.specs[0], 2)
     at = int(np.argmin(force))
     parts = (("at rest", force[0]), (f"at {SPEEDS[at]:.3g} m/s", force[at]), ("at 10 m/s", force[-1]))
@@ -58,12 +63,12 @@ def stribeck_dips(runs: Runs) -> Reading:
 
 
 def driven(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """The driven mass."""
+    """The open-loop motion of the driven mass, as run ``motion``."""
     return Runs(specs, setting, watch(specs[0], setting, {}))
 
 
 def hysteresis_width(runs: Runs) -> Reading:
-    """Velocity at which the force changes its sign: zero for a law of zero memory."""
+    """Velocity at which the force changes its sign, over the top speed; zero for a law of zero memory."""
     run = runs["motion"]
     force, v = run.friction[:, 0], run.true_velocities[:, 0]
     crossing = np.flatnonzero((force[1:] * force[:-1] < 0) & after(run, SETTLED)[1:])

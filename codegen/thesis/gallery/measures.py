@@ -1,4 +1,4 @@
-"""Numbers from runs: distances, errors at rest, overshoot, noise; all in SI."""
+"""Measures of runs: distances, errors at rest, overshoot and noise, in SI."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Reading:
-    """A number, and the numbers that it is made of as (name, value) in ``unit``."""
+    """A measured number, with the numbers that it is computed from as (name, value) in ``unit``."""
 
     value: float
     parts: tuple[tuple[str, float], ...] = ()
@@ -25,7 +25,7 @@ class Reading:
 
 
 def rms(values: Array) -> float:
-    """Root mean square; infinite where a value is not finite, NaN of nothing."""
+    """Root mean square; infinite if a value is not finite, NaN for no values."""
     if not len(values):
         return float("nan")
     if not np.isfinite(values).all():
@@ -40,7 +40,7 @@ def after(run: LoopRun, start: float) -> Mask:
 
 
 def position_error(run: LoopRun, ideal: LoopRun) -> Array:
-    """How far the first coordinate is from where it would be without friction, (N,)."""
+    """Distance of the first coordinate from the ideal motion, (N,)."""
     path = np.interp(run.time, ideal.time, ideal.true_positions[:, 0])
     return np.asarray(run.true_positions[:, 0] - path)
 
@@ -69,12 +69,12 @@ def hang_off(run: LoopRun, target: Array, half_period: float, start: float, end:
 
 
 def overshoot(estimate: Array, truth: Array) -> float:
-    """How far the estimate's largest magnitude exceeds that of the truth, as a share of the latter."""
+    """Largest magnitude of the estimate over that of the true values, minus 1."""
     return float(np.max(np.abs(estimate)) / np.max(np.abs(truth)) - 1)
 
 
 def falling(values: Sequence[float], labels: Sequence[str], unit: str) -> Reading:
-    """The largest ratio of a number to the one before it: below 1 where each is smaller."""
+    """The largest ratio of a number to the one before it: below 1 if the numbers decrease."""
     return Reading(max(ratio(b, a) for a, b in pairwise(values)), tuple(zip(labels, values, strict=True)), unit)
 
 

@@ -1,7 +1,7 @@
-"""docs/gallery: the page, a table of statements with verdicts, and readings.json, what each figure's last run gave.
+"""docs/gallery: the page with a table of statements and verdicts, and readings.json with each figure's last results.
 
-Numbers are kept as the page prints them. Words of the page come from ``claims/`` when it is written, so that a text can
-be mended without a run; a figure whose statements, conditions or settings have changed since counts as not run.
+Numbers are stored as the page prints them. The texts of the page are read from ``claims/`` when it is written, so that
+they can be corrected without a run. A figure whose statements, conditions or settings have changed counts as not run.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from codegen.thesis.gallery.statement import Figure, Statement, read_figures
 KEPT = "readings.json"
 DIGITS = 3
 ROUNDING = 1e-12
-"""What rounding may leave where nothing moves; shown as 0."""
+"""Size below which a number is rounding error, and printed as 0."""
 Kept = dict[str, Any]
 
 
 def kept_of(result: GalleryResult) -> Kept:
-    """What is kept of a figure's run."""
+    """The stored results of a figure."""
     return {
         "pid": [number(g, DIGITS) for g in result.pid or ()],
         "settings": _setting_names(result.figure),
@@ -36,7 +36,7 @@ def kept_of(result: GalleryResult) -> Kept:
 
 
 def read_kept(folder: Path) -> dict[str, Kept]:
-    """Figure → what was kept, nothing where there is no such file. Raises BadInput for a file that is no JSON."""
+    """Figure → its stored results; {} without a file. Raises BadInput for a file that is no JSON."""
     path = folder / KEPT
     if not path.is_file():
         return {}
@@ -47,7 +47,7 @@ def read_kept(folder: Path) -> dict[str, Kept]:
 
 
 def is_of(kept: Kept, figure: Figure) -> bool:
-    """Whether what is kept answers the figure's statements as they are now, in the settings that it has now."""
+    """Whether stored results are of the figure's present statements and settings."""
     asked = [[s.measure, s.holds] for s in figure.statements]
     answered = [[row["measure"], row["condition"]] for row in kept["rows"]]
     return asked == answered and kept["settings"] == _setting_names(figure)
@@ -79,12 +79,12 @@ PAGE = "README.md"
 
 
 def write_gallery(results: Sequence[GalleryResult], folder: Path) -> tuple[Path, ...]:
-    """Write pictures and readings, and the page where every figure has been run; the paths written.
+    """Write pictures and readings, and the page if every figure has been run; returns the paths.
 
-    Figures that are not among the results keep the readings of their last run.
+    Other figures keep the readings of their last run.
 
     Raises:
-        BadInput: if the folder cannot be written, or its readings not be read.
+        BadInput: if the folder cannot be written, or its readings cannot be read.
     """
     figures = read_figures()
     kept = read_kept(folder) | {r.figure.figure: kept_of(r) for r in results}
@@ -98,7 +98,7 @@ def write_gallery(results: Sequence[GalleryResult], folder: Path) -> tuple[Path,
 
 
 def gallery_page(kept: Mapping[str, Kept]) -> str:
-    """The text of docs/gallery/README.md, from what is kept of every figure."""
+    """The text of docs/gallery/README.md, from the stored results of every figure."""
     return render("text/gallery.md.j2", **_view(kept))
 
 

@@ -1,4 +1,4 @@
-"""Figures 8.3 to 8.6: the experimental rig simulated, with four observers, without and with cancellation."""
+"""Figures 8.3 to 8.6: simulation of the experimental rig with four observers, without and with cancellation."""
 
 from __future__ import annotations
 
@@ -29,8 +29,9 @@ RAISED = "plates"
 HALF_PERIOD = 2.0
 AMPLITUDE = 0.8727
 SUBSTEP = 1e-3
-"""s: against steps of a tenth of it, the position differs by 0.05° RMS."""
+"""s; with a tenth of it, the position differs by 0.05° RMS."""
 CHAPTER_3 = {"K_1": 0, "K_2": -100, "K_v": 100}
+"""Gains of figure 3.4."""
 DEGREES = 180 / np.pi
 
 
@@ -74,10 +75,10 @@ def draw(figure: Any, runs: Runs) -> None:
 
 
 def rig_runs(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """NAME and NAME_off, with and without cancellation, of each observer; servo without any; pid and ideal.
+    """Runs NAME and NAME_off of each observer, with and without cancellation; ``servo`` without one; pid and ideal.
 
-    The first spec is the rig, the others are observers in the order of ``NAMES``, or one of them alone. The second one
-    is the figure's own.
+    The first spec is the rig; the others are observers in the order of ``NAMES``, or one alone. The second spec is the
+    figure's own.
     """
     rig = setting.applied(specs[0])
     machine, simulation = raised_half_way(rig, setting.levels), rig.required_simulation
@@ -104,7 +105,7 @@ def name_of(spec: Spec) -> str:
 
 
 def raised_half_way(rig: Spec, factor: float = 1.0) -> System:
-    """The rig with its plates brought together half-way through its simulation, every level times ``factor``."""
+    """The rig, whose plates touch from half of its simulation on; every friction level is scaled by ``factor``."""
     system = system_of(rig)
     half = sympy.Rational(repr(rig.required_simulation.duration)) / 2
     touching = (1 + Sgn(symbol("t") - half)) / 2
@@ -116,7 +117,7 @@ def raised_half_way(rig: Spec, factor: float = 1.0) -> System:
 
 
 def hang_offs(runs: Runs, name: str) -> tuple[float, float]:
-    """Before and after the plates touch, rad; the first cycle of each, in which the estimate rises, is left out."""
+    """``hang_off`` before and after the plates touch, rad, without each first cycle, in which the estimate rises."""
     run, half, period = runs[name], runs.numbers["half"], runs.setting.slower * HALF_PERIOD
     target = target_of(runs)
     before = hang_off(run, target, period, 2 * period, half)
@@ -124,25 +125,28 @@ def hang_offs(runs: Runs, name: str) -> tuple[float, float]:
 
 
 def _halves(runs: Runs, run: LoopRun) -> tuple[Mask, Mask]:
-    """Before and after the plates touch, without the first cycle of each, in which the estimate rises."""
+    """Samples before and after the plates touch, each without the first cycle."""
     half, cycle = runs.numbers["half"], 2 * runs.setting.slower * HALF_PERIOD
     later = run.time >= half
     return ~later & (run.time >= cycle), later & (run.time >= half + cycle)
 
 
 def _force_error(runs: Runs, name: str) -> float:
+    """RMS error of the friction estimate during sliding, N·m."""
     run = runs[name]
     before, late = _halves(runs, run)
     return rms((run.friction - run.friction_estimate)[sliding(run) & (before | late), 0])
 
 
 def grows_with_friction(runs: Runs) -> Reading:
+    """Hang-off without cancellation after the plates touch, over that before."""
     name = name_of(runs.specs[1])
     before, after = hang_offs(runs, f"{name}_off")
     return Reading(ratio(after, before), (("before", before * DEGREES), ("after", after * DEGREES)), "°")
 
 
 def eliminated(runs: Runs) -> Reading:
+    """Hang-off with cancellation over that without, the larger of before and after the plates touch."""
     name = name_of(runs.specs[1])
     without, left = hang_offs(runs, f"{name}_off"), hang_offs(runs, name)
     parts = (
@@ -156,6 +160,7 @@ def eliminated(runs: Runs) -> Reading:
 
 
 def no_worse_than_pid(runs: Runs) -> Reading:
+    """RMS distance from the ideal motion over that of the PID."""
     name = name_of(runs.specs[1])
     errors = list(_distances(runs, (name, "pid")).values())
     left = [max(hang_offs(runs, key)) * DEGREES for key in (name, "pid")]
@@ -170,7 +175,7 @@ def _distances(runs: Runs, names: Sequence[str] = NAMES) -> dict[str, float]:
 
 
 def proportional(runs: Runs) -> Reading:
-    """The servo without an observer, compared with those whose velocity comes from one."""
+    """Relative difference between the growth of the hang-off and of the friction, for the servo without observer."""
     hangs = {name: hang_offs(runs, name) for name in ("servo", *(f"{name}_off" for name in NAMES))}
     ratios = {name: ratio(late, before) for name, (before, late) in hangs.items()}
     levels = [float(c.parameters["a"]) for c in runs.specs[0].contacts]
@@ -180,17 +185,19 @@ def proportional(runs: Runs) -> Reading:
 
 
 def cfo_estimates_best(runs: Runs) -> Reading:
+    """RMS error of the CFO's friction estimate over the least of the others, N·m."""
     errors = {name: _force_error(runs, name) for name in NAMES}
     return Reading(ratio(errors["CFO"], min(errors[n] for n in NAMES[1:])), tuple(errors.items()), "N·m")
 
 
 def cfo_compensates_best(runs: Runs) -> Reading:
+    """RMS distance from the ideal motion with the CFO over the least of the others, °."""
     errors = _distances(runs)
     return Reading(ratio(errors["CFO"], min(errors[n] for n in NAMES[1:])), tuple(errors.items()), "°")
 
 
 def to_overcompensates(runs: Runs) -> Reading:
-    """How far the estimate exceeds the friction while the plate slides: Σ F̂ sgn F over Σ |F|."""
+    """Σ F̂ sgn F over Σ |F| during sliding, minus 1, of the TO."""
     parts = []
     for name in NAMES:
         run = runs[name]
@@ -201,7 +208,7 @@ def to_overcompensates(runs: Runs) -> Reading:
 
 
 def to_lies_between(runs: Runs) -> Reading:
-    """How far the TO's distance from the ideal is from the middle between the CFO's and the DFOs', in half widths."""
+    """Deviation of the TO's distance from the ideal from the mean of CFO and DFOs, over half their difference."""
     errors = _distances(runs)
     ends = errors["CFO"], (errors["DFOa"] + errors["DFOb"]) / 2
     off = abs(errors["TO"] - sum(ends) / 2)
@@ -209,7 +216,7 @@ def to_lies_between(runs: Runs) -> Reading:
 
 
 def loop_stays(runs: Runs) -> Reading:
-    """Change of the area that F̂ encloses over the velocity, for which a level that only jumps with it has no part."""
+    """Relative change of the area of F̂ over velocity when the plates touch, the largest of all observers."""
     parts = []
     for name in NAMES:
         run = runs[f"{name}_off"]
@@ -220,6 +227,7 @@ def loop_stays(runs: Runs) -> Reading:
 
 
 def _similar(runs: Runs, names: Sequence[str]) -> Reading:
+    """Largest RMS distance between the motions of two runs, over the amplitude."""
     motions = [runs[name].true_positions for name in names]
     apart = max(rms((a - b).ravel()) for a, b in combinations(motions, 2))
     return Reading(apart / AMPLITUDE, (("RMS apart", apart * DEGREES),), "°")
@@ -231,16 +239,16 @@ to_like_dfos_off = partial(_similar, names=("TO_off", "DFOa_off", "DFOb_off"))
 
 
 def on_the_boundary(runs: Runs) -> Reading:
-    """Spectral radius of the sampled error of a TO with the gains of figure 3.4, at the rig's 100 Hz."""
+    """Distance from 1 of the spectral radius of the sampled error of a TO with the gains of figure 3.4, at 100 Hz."""
     spec = with_observer(_tracking(runs), "to", CHAPTER_3)
     radius = analyse(spec, build_observer(spec, system_of(spec))).spectral_radius
     return Reading(abs(radius - 1), (("spectral radius", radius),))
 
 
 def grows_at_chapter_3_gains(runs: Runs) -> Reading:
-    """The same gains watching the rig, whose servo gets their velocity estimate: growth of the estimate in a sample.
+    """Growth of the friction estimate per sample of a TO with the gains of figure 3.4 on the rig.
 
-    It is at 100 Hz in every setting, and with these gains: the statement is about both.
+    The servo uses its velocity estimate. Gains and sample rate, 100 Hz, are the same in every setting.
     """
     spec = with_observer(_tracking(runs), "to", CHAPTER_3)
     setting = replace(runs.setting, step=None, factors={k: v for k, v in runs.setting.factors.items() if k == "J"})

@@ -1,4 +1,4 @@
-"""Runs of a figure's machine: an observer that only watches, or one whose estimate is cancelled in the closed loop."""
+"""Runs of a figure's machine, with observers in open loop, or with one whose estimate is cancelled in closed loop."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from codegen.thesis.gallery.measures import rms
 from codegen.thesis.gallery.setting import Setting, from_zero, without_friction
 
 Gains = tuple[float, float, float]
-"""Of position, velocity and integral."""
+"""PID gains of position, velocity and integral."""
 STIFFNESSES = (1.0, 2.0, 4.0, 8.0)
-"""Where the PID's tuning starts: natural frequency over that of the printed g₁ and g₂."""
+"""Starting values of the PID's tuning: natural frequency over that of the printed g₁ and g₂."""
 DAMPINGS = (0.5, 1.0)
-"""The same, damping over the printed one."""
+"""Starting values: damping over the printed one."""
 INTEGRAL_SHARE = 0.3
-"""The same, integral gain over the one at which a servo of unit mass is no longer stable."""
+"""Starting value: integral gain over the stability limit of a servo of unit mass."""
 SPREAD = np.log(1.25)
-"""Of the gains, on a log scale: an optimum has worse neighbours this far on either side of each."""
+"""Step on the log scale of the gains at which an optimum has worse neighbours on either side."""
 TUNING_ROUNDS = 10
 RUNAWAY = 1e6
-"""m or rad."""
+"""Distance in m or rad that a diverging loop counts as."""
 TUNING_SEED = 1001
 
 
@@ -49,10 +49,10 @@ class Servo:
     velocity: int | None
 
     def start(self) -> None:
-        """Nothing is kept between samples."""
+        """Do nothing; the law has no state."""
 
     def command(self, now: Sample) -> Array:
-        """u, (1,); v̂ is the observer's output number ``velocity``, or what the sensors give."""
+        """u, (1,); v̂ is the observer's output number ``velocity``, or the measured velocity."""
         known = self.velocity is not None and bool(np.isfinite(now.estimates[self.velocity]))
         v = now.estimates[self.velocity] if known else now.velocities[0]
         x_r = self.reference[round(now.time / self.period)]
@@ -68,14 +68,14 @@ def servo_run(
     delay: int = 0,
     substeps: int | None = None,
 ) -> LoopRun:
-    """A position servo on one coordinate, as its spec's simulation section says.
+    """Run a position servo on one coordinate, by its spec's ``simulation:``.
 
     Args:
-        cancel: share of the friction estimate that is added to the command; None where no observer runs.
-        observed: what the observer is made from; the spec itself, with levels of zero, if not given.
-        plant: the machine, where it is not the spec's.
-        delay: samples between estimate and use.
-        substeps: of the plant in a sample, where the simulator's choice is finer than needed.
+        cancel: share of the friction estimate that is added to the command; None: no observer.
+        observed: spec of the observer; by default the spec with levels of zero.
+        plant: the machine; by default the spec's.
+        delay: samples between an estimate and its use.
+        substeps: of the plant in a sample; by default the simulator's choice.
     """
     spec = setting.applied(spec)
     simulation = spec.required_simulation
@@ -100,10 +100,10 @@ def closed_loop(
     plant: System | None = None,
     **more: Any,
 ) -> LoopRun:
-    """A run of an applied spec's machine, or of ``plant``, with the sensors and the noise of a setting.
+    """Run the machine of an applied spec, or ``plant``, with the sensors and the noise of a setting.
 
     Args:
-        more: of ``run_loop``.
+        more: further arguments of ``run_loop``.
     """
     simulation = spec.required_simulation
     given: dict[str, Any] = {"sensors": setting.sensors(spec, velocity_measured(spec)), **more}
@@ -113,7 +113,7 @@ def closed_loop(
 
 
 def sample_count(spec: Spec) -> int:
-    """Samples of a spec's simulation."""
+    """Number of samples of a spec's simulation."""
     simulation = spec.required_simulation
     return round(simulation.duration / simulation.sample_time)
 
@@ -124,7 +124,7 @@ def observer_of(spec: Spec) -> ObserverInLoop:
 
 
 def velocity_measured(spec: Spec) -> bool:
-    """Whether the machine has a tachometer: where its observer takes one, or its simulation gives it a noise."""
+    """Whether the velocity is measured: by the observer, or else if the simulation states its noise."""
     if spec.observer is not None:
         return spec.observer.velocity == "measured"
     return bool(spec.required_simulation.velocity_noise)
@@ -153,10 +153,10 @@ def pid_run(
     seed: int | None = None,
     substeps: int | None = None,
 ) -> LoopRun:
-    """The servo under the rival: the command of the ideal motion, plus PID on the distance to it.
+    """Run the servo with the command of the ideal motion plus a PID on the distance from it.
 
-    It is the strongest form of a PID here, since no step of the reference winds up its integral. Velocity is what the
-    sensors give.
+    This is the best form of a PID here, since steps of the reference do not wind up its integral. The velocity is
+    measured.
     """
     spec = setting.applied(spec)
     feed, position, velocity = (
@@ -171,14 +171,14 @@ def pid_run(
 def tuned_pid(
     spec: Spec, setting: Setting, ideal: LoopRun, plant: System | None = None, substeps: int | None = None
 ) -> Gains:
-    """The PID with the least RMS distance to the ideal: the best of a few starts, then Nelder and Mead's simplex.
+    """The PID gains with the least RMS distance from the ideal motion, by the simplex of Nelder and Mead.
 
-    The distance is the larger of those with friction and without: else gains win that are unstable without friction,
-    which damps them. The gains have no bounds and the command no limit; noise and sample time alone keep them finite.
-    It is tuned under another noise than it is measured with.
+    The distance is the larger of those with and without friction, since friction stabilises gains that are unstable
+    without it. Gains and command have no limits; noise and sample time keep the gains finite. The noise is another one
+    than that of the measures.
 
     Raises:
-        ValueError: if no optimum is found that has worse neighbours on either side of each gain.
+        ValueError: if no optimum is found with worse neighbours on either side of each gain.
     """
     simulation = spec.required_simulation
     g_1, g_2 = (next(iter(g.values())) for g in (simulation.position_gain, simulation.velocity_gain))
@@ -191,7 +191,7 @@ def tuned_pid(
 
     def distance(logs: Array) -> float:
         runs = [pid_run(spec, setting, ideal, gains(logs), machine, TUNING_SEED, substeps) for machine in machines]
-        # A loop that runs away is as bad as a distance of 10⁶; its square may not overflow.
+        # A diverging loop counts as a distance of 10⁶, so that the square does not overflow.
         errors = [np.nan_to_num(np.abs(run.true_positions - ideal.true_positions), nan=RUNAWAY) for run in runs]
         return max(rms(np.minimum(error, RUNAWAY).ravel()) for error in errors)
 
@@ -211,7 +211,7 @@ def tuned_pid(
 
 
 def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[str, LoopRun]:
-    """One open-loop motion with its noise as ``motion``, and what each observer estimates from it."""
+    """One open-loop motion with its noise as run ``motion``, and each observer's estimates of it."""
     spec = setting.applied(spec)
     seen = closed_loop(spec, setting, declared_controller(spec, spec.required_simulation, sample_count(spec)))
     runs = {"motion": seen}
@@ -226,14 +226,14 @@ def watch(spec: Spec, setting: Setting, observers: Mapping[str, Spec]) -> dict[s
 
 @dataclass(frozen=True)
 class Runs:
-    """What a figure is drawn from and measured on.
+    """The runs of a figure, from which it is drawn and measured.
 
     Attributes:
         specs: of the figure, in the order of its claims entry.
-        setting: what was taken of that which the text leaves open.
+        setting: of the runs.
         loops: name → run.
-        pid: gains of the tuned PID, where there is one; tuned once, as drawn.
-        numbers: what else a measure needs.
+        pid: gains of the tuned PID, if there is one; they are tuned once, in the setting as drawn.
+        numbers: further numbers for the measures.
     """
 
     specs: Sequence[Spec]

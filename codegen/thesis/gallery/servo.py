@@ -1,4 +1,4 @@
-"""Figures of chapters 2 and 3: the position servo with friction, its estimate cancelled."""
+"""Figures of chapters 2 and 3: the position servo with friction, and cancellation of its estimate."""
 
 from __future__ import annotations
 
@@ -29,14 +29,15 @@ from codegen.thesis.gallery.setting import Setting, with_observer
 
 LETTERS = "abcd"
 PRINTED_NOISE = 0.1
+"""m."""
 HALF_PERIOD = 1.0
 """s between jumps of the reference."""
 TRANSIENT, SETTLED = 0.4, 0.7
-"""s after a jump: end of the transient, and from when on the mass should be at rest."""
+"""s after a jump: end of the transient, and time from which on the mass should be at rest."""
 
 
 def cancelled(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """Every spec's servo as a, b, …; without cancellation as none_a, …; by one PID as pid_a, …."""
+    """Runs a, b, … of each spec's servo; none_a, … without cancellation; pid_a, … with one PID."""
     ideal = ideal_run(specs[0], setting)
     gains = pid or tuned_pid(specs[0], setting, ideal)
     loops, known = {"ideal": ideal}, dict[str, str]()
@@ -49,7 +50,7 @@ def cancelled(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None)
 
 
 def without_tachometer(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """As ``cancelled``, with each observer fed the measured velocity as measured_a, …."""
+    """As ``cancelled``, with runs measured_a, … in which the observers use the measured velocity."""
     runs = cancelled(specs, setting, pid)
     loops = dict(runs.loops)
     for letter, spec in zip(LETTERS, specs, strict=False):
@@ -60,28 +61,30 @@ def without_tachometer(specs: Sequence[Spec], setting: Setting, pid: Gains | Non
 
 
 def uncancelled(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """Every spec's servo without an observer as a, b, …."""
+    """Runs a, b, … of each spec's servo without an observer."""
     loops = {letter: servo_run(spec, setting, cancel=None) for letter, spec in zip(LETTERS, specs, strict=False)}
     return Runs(specs, setting, {"ideal": ideal_run(specs[0], setting), **loops})
 
 
 def _errors(runs: Runs, names: str | Sequence[str]) -> list[float]:
+    """RMS distance of runs from the ideal motion, m."""
     return [rms(position_error(runs[name], runs["ideal"])) for name in names]
 
 
 def _unrest(run: LoopRun) -> float:
-    """RMS of the position about its mean in each time of rest."""
+    """RMS of the position about its mean in each interval of rest, m."""
     still = since_reversal(run, HALF_PERIOD) > SETTLED
     x = run.true_positions[still, 0].reshape(-1, int(np.sum(still & (run.time < HALF_PERIOD))))
     return rms((x - x.mean(axis=1, keepdims=True)).ravel())
 
 
 def _force_error(run: LoopRun) -> float:
+    """RMS error of the friction estimate during sliding, N."""
     return rms(friction_error(run)[sliding(run) & after(run, 1.0)])
 
 
 def hang_off_without(runs: Runs) -> Reading:
-    """Distance to the reference that friction leaves."""
+    """Largest distance from the ideal motion at rest, m."""
     run, ideal = runs["a"], runs["ideal"]
     still = since_reversal(run, HALF_PERIOD) > 0.95 * HALF_PERIOD
     left = float(np.max(np.abs(position_error(run, ideal)[still])))
@@ -89,40 +92,48 @@ def hang_off_without(runs: Runs) -> Reading:
 
 
 def improves_with_k_F(runs: Runs) -> Reading:
+    """RMS distance from the ideal motion over that with the next lower k_F, the larger ratio."""
     return falling(_errors(runs, "abc"), ("k_F = 1", "10", "100"), "m")
 
 
 def mu_helps(runs: Runs) -> Reading:
+    """RMS friction error with μ = 2 over that with μ = 1."""
     return falling([_force_error(runs[name]) for name in "bd"], ("μ = 1", "2"), "N")
 
 
 def gain_shortens_transient(runs: Runs) -> Reading:
+    """RMS distance from the ideal motion in transients with k_F = 100 over that with 10."""
     moving = since_reversal(runs["b"], HALF_PERIOD) < TRANSIENT
     errors = [rms(position_error(runs[name], runs["ideal"])[moving]) for name in "bc"]
     return falling(errors, ("k_F = 10", "100"), "m")
 
 
 def gain_costs_rest(runs: Runs) -> Reading:
+    """Increase of the RMS motion at rest from k_F = 10 to 100, m."""
     unrest = [_unrest(runs[name]) for name in "bc"]
     return Reading(unrest[1] - unrest[0], tuple(zip(("k_F = 10", "100"), unrest, strict=True)), "m")
 
 
 def improves_with_k_2(runs: Runs) -> Reading:
+    """RMS distance from the ideal motion with k₂ = −100 over that with −10."""
     return falling(_errors(runs, "ab"), ("k₂ = −10", "−100"), "m")
 
 
 def both_satisfy(runs: Runs) -> Reading:
+    """RMS distance from the ideal motion over that without cancellation, the larger of CFO and TO."""
     errors, without = _errors(runs, "cb"), _errors(runs, ["none_c", "none_b"])
     worst = max(ratio(*pair) for pair in zip(errors, without, strict=True))
     return Reading(worst, (("CFO", errors[0]), ("TO", errors[1]), ("not cancelled", without[0])), "m")
 
 
 def cfo_shows_more_detail(runs: Runs) -> Reading:
+    """RMS friction error of the CFO over that of the TO."""
     errors = [_force_error(runs["c"]), _force_error(runs["b"])]
     return Reading(ratio(errors[0], errors[1]), tuple(zip(("CFO", "TO"), errors, strict=True)), "N")
 
 
 def better_than_pid(runs: Runs) -> Reading:
+    """RMS distance from the ideal motion of the best observer over that of the PID."""
     letters = [letter for letter in LETTERS if letter in runs.loops]
     errors = dict(zip(letters, _errors(runs, letters), strict=True))
     best = min(errors, key=lambda name: errors[name])
@@ -142,7 +153,7 @@ velocity_observer_is_free = partial(_against, others="measured_", words=("estima
 
 
 def law_is_met(runs: Runs) -> Reading:
-    """(3.4) and (3.5) written out, against the friction in the motion."""
+    """RMS difference between the friction in the motion and (3.4) or (3.5), over the RMS friction."""
     parts = []
     for letter, spec in zip(LETTERS, runs.specs, strict=False):
         p = {name: float(value) for name, value in spec.contacts[0].parameters.items()}
@@ -156,7 +167,10 @@ def law_is_met(runs: Runs) -> Reading:
 
 
 def noise_passed(runs: Runs) -> Reading:
-    """RMS of the estimate's answer to one sample of noise: gain · k_v · noise, from F̂ = … + gain v̂, v̂ = z + k_v x."""
+    """Response of the estimate to one sample of noise, gain · k_v · noise, over the RMS friction.
+
+    It follows from F̂ = … + gain v̂ and v̂ = z + k_v x.
+    """
     level = rms(runs["none_a"].friction[sliding(runs["none_a"]), 0])
     choice = runs.specs[0].required_observer
     gain = abs(float(choice.gains["K_2" if choice.kind == "to" else "K_F"]) * float(choice.gains["K_v"]))
@@ -179,7 +193,7 @@ def draw_responses(figure: Any, runs: Runs) -> None:
 
 
 def draw_cancelled(figure: Any, runs: Runs) -> None:
-    """Figures 2.4, 2.5, 3.3 and 3.4: a row for each observer, beside the servo without cancellation and the PID."""
+    """Figures 2.4, 2.5, 3.3 and 3.4: a row for each observer, with the servo without cancellation and the PID."""
     letters = [letter for letter, spec in zip(LETTERS, runs.specs, strict=False) if _drawn(spec, runs)]
     grid = figure.subplots(len(letters), 3, squeeze=False, sharex="col")
     for row, letter, spec in zip(grid, letters, runs.specs, strict=False):
@@ -197,7 +211,7 @@ def draw_cancelled(figure: Any, runs: Runs) -> None:
 
 
 def draw_motions(response: Any, error: Any, runs: Runs, names: tuple[str, str, str]) -> None:
-    """The ideal motion and those not cancelled, under the PID and cancelled; and their distances from the ideal."""
+    """The ideal motion, the motions without cancellation, with PID and with cancellation, and their distances."""
     ideal = runs["ideal"]
     d.line(response, ideal.time, ideal.true_positions[:, 0], d.IDEAL, "without friction", dashes=(0, (5, 2)))
     labels = ("not cancelled", "PID", "estimated and cancelled")
@@ -210,7 +224,7 @@ def draw_motions(response: Any, error: Any, runs: Runs, names: tuple[str, str, s
 
 
 def draw_friction(figure: Any, runs: Runs) -> None:
-    """Figure 3.2: friction against velocity as it was in the motion."""
+    """Figure 3.2: friction against velocity in the motion."""
     panels = figure.subplots(1, 2)
     for axes, letter, spec, words in zip(panels, "ab", runs.specs, ("Coulomb", "“extended” Coulomb"), strict=True):
         run = runs[letter]
@@ -221,7 +235,7 @@ def draw_friction(figure: Any, runs: Runs) -> None:
 
 
 def _drawn(spec: Spec, runs: Runs) -> bool:
-    """Whether a spec belongs to this figure, and is not there for a comparison only."""
+    """Whether a spec belongs to this figure, and not only to a comparison."""
     return spec.source.split(",")[-1][:-1] == runs.specs[0].source.split(",")[-1][:-1]
 
 
@@ -235,7 +249,7 @@ def _gains(spec: Spec) -> str:
 
 
 def _friction(axes: Any, spec: Spec, run: LoopRun) -> None:
-    """The law of the spec's first contact over the velocities of a run, joined at standstill."""
+    """Draw the law of the spec's first contact over the velocities of a run."""
     system = system_of(spec)
     contact = system.contacts[0]
     speed = np.linspace(0, float(np.max(np.abs(run.true_velocities))), 100)

@@ -1,4 +1,4 @@
-"""Settings of a figure: choices of what the thesis does not state, such as noise, sample time, drive and gains.
+"""Settings of a figure: choices that the thesis does not state, such as noise, sample time, drive and gains.
 
 The statements about a figure are checked in several settings, so that a verdict does not depend on one choice.
 """
@@ -24,7 +24,7 @@ LEVELS = ("a", "a1", "a2", "a4", "F_c", "F_s")
 
 @dataclass(frozen=True)
 class Setting:
-    """One choice of what the text does not state.
+    """A choice of the conditions that the thesis does not state.
 
     Attributes:
         name: in words, for the table.
@@ -34,8 +34,8 @@ class Setting:
         step: sample time of observer and controller, s; None for that of the spec.
         inputs: input → expression of t that drives an open loop, in place of the spec's; None for the spec's own.
         seed: of the noise.
-        levels: factor on the machine's friction, where a figure takes one.
-        delay: samples between an estimate and its use, where a figure takes one.
+        levels: factor on the machine's friction, in figures that use it.
+        delay: samples between an estimate and its use, in figures that use it.
         slower: factor on the time of the reference and on the duration.
         factors: name of a machine's parameter, of an observer's gain or of a parameter of the law that the observer
             assumes → factor on it.
@@ -55,8 +55,8 @@ class Setting:
     def applied(self, spec: Spec) -> Spec:
         """The spec with this setting's sample time, drive and factors.
 
-        Simulation and observer get the same sample time. Factors on a law's parameters change what the observer
-        assumes, so a spec without an observer keeps its laws.
+        Simulation and observer get the same sample time. Factors on a law's parameters are of the observer's law, so
+        that a spec without an observer keeps its laws.
         """
         simulation, there = spec.required_simulation, Place(self.name)
         given = {k: parse_expression(v, there).symbolic({"t": symbol("t")}) for k, v in (self.inputs or {}).items()}
@@ -107,7 +107,7 @@ AS_DRAWN = Setting("as drawn")
 
 @dataclass(frozen=True)
 class HeldNoise(Sensors):
-    """Sensors whose noise keeps its value for ``held`` samples: the same RMS with less bandwidth."""
+    """Sensors whose noise is held for ``held`` samples: the same RMS with less bandwidth."""
 
     held: int = 1
 
@@ -131,7 +131,7 @@ def without_friction(spec: Spec) -> Spec:
 
 
 def from_zero(spec: Spec) -> Spec:
-    """The spec with every level at zero and its laws kept: an observer made from it starts without friction."""
+    """The spec with every friction level at zero, so that an observer made from it starts without friction."""
     zero = dict.fromkeys(LEVELS, exact_number("0", Place("level")))
     levels = [{name: zero.get(name, value) for name, value in c.parameters.items()} for c in spec.contacts]
     contacts = zip(spec.contacts, levels, strict=True)

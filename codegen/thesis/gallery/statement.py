@@ -27,13 +27,13 @@ class Statement(BaseModel):
 
     Attributes:
         says: the statement, in our words or as a short quotation.
-        where: section and page, or "ours" for a statement that is not in the text.
+        where: section and page, or "ours" for a statement that is not in the thesis.
         measure: name of the function that computes a number from the runs.
-        number: what that number is, in words.
+        number: meaning of that number, in words.
         holds: the condition on the number, such as "< 1" or "> 0.5".
         unit: of the number.
-        note: why the verdict is as it is, where that is known.
-        closed_form: whether the number follows from the spec alone, so that it is the same in every setting.
+        note: the reason for the verdict, if it is known.
+        closed_form: whether the number follows from the spec alone and is the same in every setting.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -47,7 +47,7 @@ class Statement(BaseModel):
     closed_form: bool = False
 
     def is_met(self, value: float) -> bool:
-        """Whether the number meets the condition; one that is not finite never does."""
+        """Whether the number is finite and satisfies the condition."""
         sign, limit = self.holds.split()
         return math.isfinite(value) and bool(value < float(limit) if sign == "<" else value > float(limit))
 
@@ -59,7 +59,7 @@ class Making(BaseModel):
         module: of the gallery, with the functions named below and the figure's measures.
         runs: function (specs, setting, gains of a tuned PID or None) → Runs.
         draws: function that draws the runs of the setting "as drawn" on a matplotlib figure.
-        rows: number of rows of panels, from which the height follows.
+        rows: number of rows of panels, which gives the height.
         cost: approximate computing time relative to the other figures.
         pid_of: number of another figure with the same machine, servo and sensors, whose tuned PID is used.
     """
@@ -78,9 +78,9 @@ class Figure(BaseModel):
 
     Attributes:
         figure: its number, such as "2.4".
-        specs: files in specs/gallery/; those that are drawn come first.
+        specs: files in specs/gallery/, first those that are drawn.
         settings: names in settings.yaml of further settings in which the statements are checked.
-        open: what the text does not state, or states inconsistently, and what we assume.
+        open: what the thesis does not state, or states inconsistently, and our assumption.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True)

@@ -1,4 +1,4 @@
-"""Figures of sections 4.7 and 7.7: two masses, and two observers that estimate their friction.
+"""Figures of sections 4.7 and 7.7: two masses, and two observers of their friction.
 
 Run ``a`` is the observer of the model, a GCFO or GDFO; ``b`` the GTO with the gains as printed; ``low`` the GTO with a
 tenth of them. The functions that return a ``Reading`` are the measures that ``claims/`` names.
@@ -21,18 +21,18 @@ from codegen.thesis.gallery.runs import Gains, Runs, watch
 from codegen.thesis.gallery.setting import Setting, with_observer
 
 TRANSIENT = 2.0
-"""s: from then on an estimate counts as settled."""
+"""s from which on an estimate counts as settled."""
 PRINTED_NOISE = 0.1
 """Amplitude of the noise that the thesis prints, m."""
 HOLD = 1e-3
-"""s for which a value of the noise is held, where a setting does not state it."""
+"""s for which a value of the noise is held, unless a setting states it."""
 FORCES = ("F₁", "F₁ + F₂")
 PRESLIDING = 0.98
 """Share of its largest friction below which a contact counts as not sliding."""
 
 
 def watched(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """The machine with its observers: of each spec as ``a`` and ``b``, and ``b`` with a tenth of K_2 as ``low``."""
+    """The machine with the observers of the specs as ``a`` and ``b``, and ``b`` with a tenth of K_2 as ``low``."""
     choice = specs[-1].observer
     observers = dict(zip("ab", specs, strict=False))
     if choice is not None and choice.kind == "gto":
@@ -59,7 +59,7 @@ def _errors(run: LoopRun, start: float = TRANSIENT) -> list[float]:
 
 
 def _compared(one: LoopRun, other: LoopRun, label: str, names: Sequence[str]) -> Reading:
-    """Errors of a run's estimates over those of another one, the worse of both forces."""
+    """RMS errors of a run's estimates over those of another run, the larger of both forces."""
     pairs = list(zip(_errors(one), _errors(other), strict=True))
     labels = [label.format(who=who, force=force) for force in FORCES for who in names]
     parts = zip(labels, [e for pair in pairs for e in pair], strict=True)
@@ -67,7 +67,7 @@ def _compared(one: LoopRun, other: LoopRun, label: str, names: Sequence[str]) ->
 
 
 def model_is_better(runs: Runs) -> Reading:
-    """Error with the model of the friction over the error of the GTO, which has none."""
+    """RMS error with the model of the friction over that of the GTO, which has none."""
     names = [spec.required_observer.kind.upper() for spec in runs.specs]
     return _compared(runs["a"], runs["b"], "{who} {force}", names)
 
@@ -105,7 +105,7 @@ def noise_passed(runs: Runs) -> Reading:
 
 
 def _missed(run: LoopRun) -> list[float]:
-    """RMS error in presliding over the RMS friction there, of each force: near 1 where hysteresis is missed."""
+    """RMS error in presliding over the RMS friction there, of each force: near 1 if the estimate has no hysteresis."""
     truth, estimate = contact_forces(run)
     late, levels = after(run, TRANSIENT / 2), np.max(np.abs(truth), axis=0)
     chosen = [(np.abs(truth[:, k]) < PRESLIDING * levels[k]) & late for k in range(2)]
@@ -140,7 +140,7 @@ def gto_finds_levels(runs: Runs) -> Reading:
 
 
 def motion(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """The machine alone as a."""
+    """The open-loop motion of the machine, as run ``motion``."""
     return Runs(specs, setting, watch(specs[0], setting, {}))
 
 

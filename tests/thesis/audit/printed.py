@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.thesis.audit.claim import Claim, Finding, read_claims
-from codegen.thesis.audit.judge import judge, run_audit
+from codegen.thesis.audit.judge import judge
 
 ROOT = Path(__file__).parents[3]
 THESIS = ROOT.parent / "shared" / "thesis.txt"
@@ -28,7 +28,7 @@ def _judged() -> dict[int, Finding]:
 
 def _finding(at: int) -> Finding:
     if at not in _judged():
-        (_judged()[at],) = run_audit([claims()[at]])
+        _judged()[at] = judge(claims()[at])
     return _judged()[at]
 
 

@@ -11,7 +11,7 @@ from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.mechanics import build_system
 from codegen.observers import build_observer
 from codegen.spec import parse_spec
-from codegen.thesis.audit.worlds.one import one_dynamic, one_dynamic_estimated
+from codegen.thesis.audit.derivations.one import one_dynamic, one_dynamic_estimated
 
 SPEC = """
 name: one

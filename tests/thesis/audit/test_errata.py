@@ -118,11 +118,11 @@ def test_the_errata_point_of_6_22():
     """k_a = 10, k_f2 = 0.1, a = 50, f = v = 1, ξ_f = −0.01 meets the printed conditions and has an eigenvalue +16."""
     import numpy as np
 
-    from codegen.thesis.audit.worlds.one import one_dynamic
+    from codegen.thesis.audit.derivations.one import one_dynamic
 
-    world = one_dynamic()
+    ours = one_dynamic()
     point = {"k_a": 10, "k_f2": 0.1, "a": 50, "f": 1, "v": 1, "xi_f": -0.01}
-    psi = world.derived["jacobian"].value.subs({world.names[k]: v for k, v in point.items()})
+    psi = ours.derived["jacobian"].value.subs({ours.names[k]: v for k, v in point.items()})
     assert max(np.linalg.eigvals(np.array(psi, dtype=float)).real) == pytest.approx(16, abs=0.1)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from codegen.base.errors import BadInput, Place
 from codegen.thesis.audit.formula import evaluate, inequalities
-from codegen.thesis.audit.judge import _world
+from codegen.thesis.audit.judge import _derivations
 from tests.thesis.audit.printed import claim, claims, findings, reprinted
 
 MUTATIONS = [
@@ -70,17 +70,17 @@ def test_counterexamples_by_numpy():
     for finding in counterexamples():
         entry = finding.claim.entry
         name, _, quantity = entry.against.partition(".")
-        world = _world(name)
+        ours = _derivations(name)
         numbers = {k: v for k, v in finding.counterexample.items() if k != "eigenvalue"}
-        symbols = {s.name: s for s in world.derived[quantity].value.free_symbols}
-        matrix = world.derived[quantity].value.subs({symbols[k]: v for k, v in numbers.items() if k in symbols})
+        symbols = {s.name: s for s in ours.derived[quantity].value.free_symbols}
+        matrix = ours.derived[quantity].value.subs({symbols[k]: v for k, v in numbers.items() if k in symbols})
         matrix = np.array(matrix.evalf().tolist(), dtype=float) if not matrix.atoms(abs) else None
         if finding.kind == "negative_definite":
             matrix = (matrix + matrix.T) / 2
         largest = max(np.linalg.eigvals(matrix).real)
         assert largest == pytest.approx(finding.counterexample["eigenvalue"], rel=1e-4)
         assert (largest > 0) == (finding.verdict == "insufficient")
-        printed = [pair for text in entry.printed for pair in inequalities(text, world.names, finding.claim.place)]
+        printed = [pair for text in entry.printed for pair in inequalities(text, ours.names, finding.claim.place)]
         values = [float(e.subs({s: numbers[s.name] for s in e.free_symbols})) for e, _ in printed]
         assert all(v > 0 for v in values) == (finding.verdict == "insufficient")
 

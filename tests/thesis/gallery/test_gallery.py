@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 from codegen.simulate.loop_run import LoopRun
 from codegen.thesis.gallery import rig, runs, servo
-from codegen.thesis.gallery.build import MODULES, figure_numbers, figure_specs, make_figure, run_gallery
+from codegen.thesis.gallery.build import MODULES, figure_specs, make_figure, run_gallery
 from codegen.thesis.gallery.measures import hang_off
 from codegen.thesis.gallery.page import KEPT, PAGE, gallery_page, is_of, read_kept, write_gallery
 from codegen.thesis.gallery.rig import CHAPTER_3, NAMES
@@ -41,7 +41,7 @@ def ideal_response(t):
 
 
 def test_every_figure_has_specs_a_picture_and_a_measure_for_each_statement():
-    assert list(figure_numbers()) == WANTED
+    assert list(read_figures()) == WANTED
     folder = ROOT / "docs" / "gallery"
     for number, text in read_figures().items():
         assert specs_of(number)

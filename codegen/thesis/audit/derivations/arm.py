@@ -1,15 +1,15 @@
-"""The two-link arm of section 4.8 by Lagrange: θ₁ is from the horizontal, θ₂ relative to the first link."""
+"""The two-link arm of section 4.8 by Lagrange; θ₁ is measured from the horizontal, θ₂ relative to the first link."""
 
 from __future__ import annotations
 
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.world import World, column, full, moving, named, rate, real
+from codegen.thesis.audit.derivation import Derivations, column, full, moving, named, rate, real
 
 
-def two_link_arm() -> World:
-    """M, Coriolis and centrifugal forces, gravity; the GCFO with h(|ω|) = |ω| on it, and the velocity observer."""
+def two_link_arm() -> Derivations:
+    """M, Coriolis and centrifugal forces and gravity, the GCFO with h(|ω|) = |ω|, and the velocity observer."""
     m_1, m_2, l_1, b_1, b_2, I_1, I_2, gravity = real("m_1", "m_2", "l_1", "b_1", "b_2", "I_1", "I_2", "gravity")
     theta, omega, omega_dot = column("theta_", 2), column("omega_", 2), column("omega_dot_", 2)
     flows = moving(theta, omega) | moving(omega, omega_dot)
@@ -52,4 +52,4 @@ def two_link_arm() -> World:
     names |= {"F_c": F_c, "F_g": F_g, "w": w, "u": u, "F_hat": F_hat, "M_inv": M_inv, "K_F": K_F, "K_omega": K_omega}
     names |= {"S_hat": S_hat, "a_hat": a_hat, "M": M, "omega_dot": omega_dot}
     names |= {"coriolis": coriolis, "gravity_force": gravity_force}
-    return World(names, derived)
+    return Derivations(names, derived)

@@ -1,4 +1,4 @@
-"""The symbols that a group of printed formulas uses, and our own derivations in these symbols."""
+"""Derivations: the symbols of a group of printed formulas, and quantities derived in these symbols."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from codegen.thesis.audit.formula import as_matrix
 
 
 class Derived(NamedTuple):
-    """One thing that was derived.
+    """A derived quantity.
 
     Attributes:
-        value: over the world's symbols, as a matrix (1 by 1 for a scalar).
-        form: the same in the thesis' notation, proven equal to ``value`` before it is shown; empty where SymPy's own
-            writing is short enough.
+        value: in the symbols of its ``Derivations``, as a matrix (1 by 1 for a scalar).
+        form: the same in the thesis' notation, proven equal to ``value`` before it is shown; empty if SymPy's form is
+            short enough.
     """
 
     value: Any
@@ -26,15 +26,15 @@ class Derived(NamedTuple):
 
 
 @dataclass(frozen=True)
-class World:
-    """Names and derivations.
+class Derivations:
+    """Symbols and derived quantities of a group of formulas.
 
     Attributes:
-        names: what a printed formula may call; expressions and matrices over free symbols.
-        derived: by name; given as (value, form) or as a value alone.
-        steady: symbols that are zero where U does not depend on x (the elements of dU/dt), if there are any.
+        names: name in a printed formula → expression or matrix in free symbols.
+        derived: name → quantity, given as (value, form) or as a value alone.
+        steady: symbols that are zero if U does not depend on x: the elements of dU/dt.
         positive: free symbols that are positive by their meaning.
-        ranges: free symbols that have a meaning only for some values.
+        ranges: free symbol → its allowed values, if these are few.
     """
 
     names: Mapping[str, Any]
@@ -44,7 +44,7 @@ class World:
     ranges: Mapping[Any, tuple[Any, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Make every derivation a ``Derived`` with a matrix."""
+        """Convert every quantity to a ``Derived`` with a matrix."""
         given = {name: one if isinstance(one, tuple) else (one,) for name, one in self.derived.items()}
         made = {name: Derived(as_matrix(value), *form) for name, (value, *form) in given.items()}
         object.__setattr__(self, "derived", made)
@@ -76,24 +76,24 @@ def diagonal(entries: Any) -> Any:
 
 
 def named(symbols: Iterable[Any]) -> dict[str, Any]:
-    """Symbols by their names."""
+    """Name → symbol."""
     return {s.name: s for s in symbols}
 
 
 def rate(expression: Any, flows: Mapping[Any, Any]) -> Any:
-    """d/dt by the chain rule: the sum of ∂/∂s times ds/dt over the symbols s that move."""
+    """Time derivative by the chain rule: Σ ∂/∂s · ds/dt over the symbols s of ``flows``."""
     if isinstance(expression, sympy.MatrixBase):
         return expression.applyfunc(lambda entry: rate(entry, flows))
     return sum((expression.diff(s) * flows[s] for s in expression.free_symbols if s in flows), sympy.S.Zero)
 
 
 def moving(symbols: Any, rates: Any) -> dict[Any, Any]:
-    """The flows of a matrix of symbols."""
+    """Symbol → its replacement or time derivative, for the elements of two matrices."""
     return dict(zip(symbols, rates, strict=True))
 
 
 def jacobian_at_zero(rates: Any, errors: Any, first_order: Mapping[Any, Any]) -> Any:
-    """∂rates/∂errors at zero error, with what depends on the estimate given to first order in the error."""
+    """∂rates/∂errors at zero error; ``first_order``: symbol → its expansion to first order in the errors."""
     expanded = rates.xreplace(dict(first_order))
     return expanded.jacobian(errors).xreplace(dict.fromkeys(errors, sympy.S.Zero))
 
@@ -109,7 +109,7 @@ def tidy(expression: Any) -> Any:
 
 
 def readable(derived: Derived) -> Any:
-    """What to show for a derivation: its form if it has one, else the expressions that SymPy gives."""
+    """The shown form of a quantity: its own form, else SymPy's expressions."""
     if derived.form:
         return derived.form
     value = derived.value

@@ -1,14 +1,14 @@
-"""Our own derivations, by subject. Adding one: a file with its builder, and a line here."""
+"""Our own derivations, by subject. To add one, write a file with its builder and a line here."""
 
 from collections.abc import Callable
 
-from codegen.thesis.audit.world import World
-from codegen.thesis.audit.worlds import appendix_a, inputs, laws, many, one
-from codegen.thesis.audit.worlds.arm import two_link_arm
-from codegen.thesis.audit.worlds.shipped import shipped_one_mass, shipped_two_mass
-from codegen.thesis.audit.worlds.two_mass import two_mass
+from codegen.thesis.audit.derivation import Derivations
+from codegen.thesis.audit.derivations import appendix_a, inputs, laws, many, one
+from codegen.thesis.audit.derivations.arm import two_link_arm
+from codegen.thesis.audit.derivations.shipped import shipped_one_mass, shipped_two_mass
+from codegen.thesis.audit.derivations.two_mass import two_mass
 
-WORLDS: dict[str, Callable[[], World]] = {
+DERIVATIONS: dict[str, Callable[[], Derivations]] = {
     "laws": laws.friction_laws,
     "piecewise": laws.piecewise_inverse,
     "one": one.one_equations,

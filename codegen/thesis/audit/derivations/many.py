@@ -1,8 +1,8 @@
 """Several coordinates and contacts, chapters 4, 5 and 7: state equations, error dynamics by the chain rule, and Ψ.
 
-The symbols are of two coordinates and three contacts. U's elements move (``U_dot``), since U may depend on x; M⁻¹ is
-any symmetric matrix; g, h and ξ are symbols, with their derivatives g_v, D and ξ_u, ξ_f as further symbols. An identity
-in all of them holds for the formula. State equations are derived by the principle of ``one``, matrix by matrix.
+The symbols are of two coordinates and three contacts. U may depend on x, so that its elements have time derivatives
+(``U_dot``). M⁻¹ is any symmetric matrix; g, h and ξ are symbols, and so are their derivatives g_v, D and ξ_u, ξ_f. A
+formula holds if it is an identity in all of them. State equations are derived as in ``one``, with matrices.
 """
 
 from __future__ import annotations
@@ -12,7 +12,16 @@ from typing import Any
 
 import sympy
 
-from codegen.thesis.audit.world import World, column, diagonal, full, jacobian_at_zero, moving, rate, symmetric
+from codegen.thesis.audit.derivation import (
+    Derivations,
+    column,
+    diagonal,
+    full,
+    jacobian_at_zero,
+    moving,
+    rate,
+    symmetric,
+)
 
 n, nu = 2, 3
 COLUMNS = {
@@ -28,7 +37,7 @@ MATRICES = {
 _columns = {name: column(name, size) for size, names in COLUMNS.items() for name in names.split()}
 _matrices = {name: full(name, *shape) for shape, names in MATRICES.items() for name in names.split()}
 m = SimpleNamespace(**_columns, **_matrices, M_inv=symmetric("W", n))
-"""All of them as attributes."""
+"""All symbols, as attributes."""
 NAMES: dict[str, Any] = vars(m) | {
     "U_T": m.U.T,
     "U_dot_T": m.U_dot.T,
@@ -49,16 +58,16 @@ SIGNS = dict.fromkeys((*m.s, *m.s_hat), (-1, 1))
 
 
 def plant_flows(force: Any) -> dict[Any, Any]:
-    """x, v and U move as the plant does: M v̇ = g − F."""
+    """Time derivatives of x, v and U in the plant M v̇ = g − F."""
     return moving(m.x, m.v) | moving(m.v, m.M_inv * (m.g - force)) | moving(m.U, m.U_dot)
 
 
 def level_rate(velocity: Any, flows: dict[Any, Any], slope: Any, sign: Any) -> Any:
-    """d h(|U'v|)/dt = D S d(U'v)/dt, by the chain rule over U and v both."""
+    """d h(|U'v|)/dt = D S d(U'v)/dt, by the chain rule over U and v."""
     return diagonal(slope) * diagonal(sign) * rate(m.U.T * velocity, flows)
 
 
-def many_equations() -> World:
+def many_equations() -> Derivations:
     """(4.10)–(4.17), (4.25)–(4.28), (4.33), (5.14)–(5.15), (7.10)–(7.14), (7.24)–(7.25)."""
     derived: dict[str, Any] = {}
     for prefix, velocity, g, hat in (("", m.v, m.g, ""), ("estimated_", m.v_hat, m.g_hat, "_hat")):
@@ -103,13 +112,13 @@ def many_equations() -> World:
         "diag_slip_hat": diagonal(m.U.T * m.v_hat),
         "F_bar_hat": m.f_hat,  # any vector of contact forces
     }
-    return World(names, derived, steady=STEADY, ranges=SIGNS)
+    return Derivations(names, derived, steady=STEADY, ranges=SIGNS)
 
 
 F = column("F", n)
 
 
-def many_static() -> World:
+def many_static() -> Derivations:
     """(4.18)–(4.24), (7.20)–(7.23): GCFO and GTO with measured velocity; dF/dt by the product rule."""
     S = diagonal(m.s)
     force = m.U * S * m.a
@@ -130,10 +139,10 @@ def many_static() -> World:
         "dynamic_rate": (rate(dynamic, moved), "U_dot*diag_a*f + U*diag_a_dot*f + U*diag_a*xi"),
     }
     names = {**NAMES, "diag_a_dot": diagonal(m.a_dot), "sgn_slip": m.s, "O_S": sympy.zeros(nu, nu)}
-    return World(names, derived, steady=STEADY, ranges=SIGNS)
+    return Derivations(names, derived, steady=STEADY, ranges=SIGNS)
 
 
-def many_static_estimated() -> World:
+def many_static_estimated() -> Derivations:
     """(4.29)–(4.36), (7.29)–(7.31): GCFO and GTO with the velocity observer."""
     S, S_hat, D_hat = diagonal(m.s), diagonal(m.s_hat), diagonal(m.d_hat)
     v_hat, a_hat = m.v - m.e_v, m.a - m.e_a
@@ -160,11 +169,11 @@ def many_static_estimated() -> World:
         "tracked_F": (t_F, "-(K_1 + K_2*K_v)*e_v + F_dot"),
         "gto": (gto, [["-K_v + M_inv*g_v", "-M_inv"], ["-(K_1 + K_2*K_v)", "O_F"]]),
     }
-    return World(NAMES, derived, steady=STEADY, ranges=SIGNS)
+    return Derivations(NAMES, derived, steady=STEADY, ranges=SIGNS)
 
 
-def many_dynamic() -> World:
-    """(7.15)–(7.19): GDFO with measured velocity, observer and plant of one model, as chapter 7 has it."""
+def many_dynamic() -> Derivations:
+    """(7.15)–(7.19): GDFO with measured velocity, with the same model in observer and plant, as in chapter 7."""
     f_hat = m.f - m.e_f
     true, model = _dynamic_forces(m.g)
     flows = plant_flows(true)
@@ -187,10 +196,10 @@ def many_dynamic() -> World:
         "e_a_dot": (e_a_dot, f"K_a*(diag_slip*K_f2 + diag_f_hat*U_T)*{error} - K_a*diag_f_hat*U_dot_T*v"),
         "jacobian": (psi, psi_form),
     }
-    return World(_dynamic_names(), derived, steady=STEADY, ranges=SIGNS)
+    return Derivations(_dynamic_names(), derived, steady=STEADY, ranges=SIGNS)
 
 
-def many_dynamic_estimated() -> World:
+def many_dynamic_estimated() -> Derivations:
     """(7.26)–(7.28): GDFO with the velocity observer."""
     v_hat, f_hat = m.v - m.e_v, m.f - m.e_f
     true, model = _dynamic_forces(m.g_hat)
@@ -218,11 +227,11 @@ def many_dynamic_estimated() -> World:
         "q_f": (q_f, "-(K_f1 + K_f2*K_v)*e_v + xi - xi_hat"),
         "jacobian": (psi, psi_form),
     }
-    return World({**_dynamic_names(), "xi_v": slope_v}, derived, steady=STEADY, ranges=SIGNS)
+    return Derivations({**_dynamic_names(), "xi_v": slope_v}, derived, steady=STEADY, ranges=SIGNS)
 
 
 def _to_first_order() -> dict[Any, Any]:
-    """ĝ to first order in the velocity error, where U is constant."""
+    """ĝ to first order in the velocity error, for constant U."""
     return moving(m.g_hat, m.g - m.g_v * m.e_v) | dict.fromkeys(STEADY, sympy.S.Zero)
 
 

@@ -1,6 +1,7 @@
 """The two-mass system of sections 4.7, 5.4 and 7.7: from its springs by Lagrange, its contacts by Newton's third law.
 
-Spring η₁ ties the lower mass to the wall, η₂ the upper mass, η₃ the two; contact 1 is between the masses, 2 below.
+Spring η₁ connects the lower mass with the wall, η₂ the upper mass, η₃ both masses; contact 1 is between the masses,
+contact 2 below.
 """
 
 from __future__ import annotations
@@ -10,12 +11,12 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.world import World, column, diagonal, moving, named, rate, real
-from codegen.thesis.audit.worlds.shipped import shipped_two_mass
+from codegen.thesis.audit.derivation import Derivations, column, diagonal, moving, named, rate, real
+from codegen.thesis.audit.derivations.shipped import shipped_two_mass
 
 
-def two_mass() -> World:
-    """Equations of motion, M, U, g, and every observer of the two sections, specialised from its definition."""
+def two_mass() -> Derivations:
+    """Equations of motion, M, U, g, and every observer of these sections, specialised from its definition."""
     m_1, m_2, w = real("m_1", "m_2", "w")
     eta = real("eta_1", "eta_2", "eta_3")
     x, v, v_hat, F, F_hat = column("x", 2), column("v", 2), column("v_hat", 2), column("F", 2), column("F_hat", 2)
@@ -50,7 +51,7 @@ def two_mass() -> World:
     }
     symbols = (m_1, m_2, w, *eta, *x, *v, *v_hat, *F, *F_hat, *a, *f, *c, *phi_inv)
     names |= named(symbols) | {"O": sympy.S.Zero}
-    return World(names, derived, positive=frozenset({m_1, m_2}))
+    return Derivations(names, derived, positive=frozenset({m_1, m_2}))
 
 
 def _slope(level: Any, u: Any) -> Any:

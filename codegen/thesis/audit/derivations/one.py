@@ -1,10 +1,9 @@
 """One mass, chapters 2, 3, 6 and 8: state equations and error dynamics of its observers, and chapters 4 and 7 at n = 1.
 
-An observer estimates a quantity p as p̂ = z + φ, with a state z and a function φ of what is measured. From the wanted
-rate of p̂, which the model gives, follows the rate of the state: ż = (dp̂/dt by the model) − dφ/dt. Every unknown in it
-is replaced by its estimate.
+An observer estimates a quantity p as p̂ = z + φ, with a state z and a function φ of measured quantities. The model
+gives dp̂/dt, and the state has the rate ż = dp̂/dt − dφ/dt, with every unknown replaced by its estimate.
 
-Error dynamics are derived by the chain rule; errors are truth less estimate. CFO and TO: v̇ = w − F with
+Error dynamics are derived by the chain rule; errors are true value minus estimate. CFO and TO: v̇ = w − F with
 F = a(v) sgn(v). DFO: F = a f, ḟ = ξ(v, f); its model is ξ₁, and ``xi_1_hat`` is ξ₁ at the estimates, which to first
 order is ξ₁ − ξ₁v e_v − ξ₁f e_f. ``v_dot`` is v̇, so that w = v̇ + F.
 """
@@ -17,29 +16,29 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.world import World, jacobian_at_zero, named, rate, real, tidy
-from codegen.thesis.audit.worlds.shipped import one_mass_jacobian
+from codegen.thesis.audit.derivation import Derivations, jacobian_at_zero, named, rate, real, tidy
+from codegen.thesis.audit.derivations.shipped import one_mass_jacobian
 
 
-def one_equations() -> World:
+def one_equations() -> Derivations:
     """Equations of chapters 2, 3 and 6. ``w`` is the input; u = w − F̂ by (2.11) and (6.7)."""
     v, v_hat, x, w, F_hat = real("v", "v_hat", "x", "w", "F_hat")
     names, derived = _equations(x, v, v_hat, w, F_hat)
-    return World(names | {"u": w - F_hat}, derived, positive=frozenset({names["mu"]}))
+    return Derivations(names | {"u": w - F_hat}, derived, positive=frozenset({names["mu"]}))
 
 
-def compensated() -> World:
-    """Equations (2.11), (6.7), (8.14): the input w for which v̇ = u if the friction estimate is right."""
+def compensated() -> Derivations:
+    """(2.11), (6.7), (8.14): the input w for which v̇ = u if the friction estimate is right."""
     u, w, F_hat, x, x_r, v, g_1, g_2 = real("u", "w", "F_hat", "x", "x_r", "v", "g_1", "g_2")
     plant = w - F_hat  # v̇ at F = F̂
-    return World(named((u, F_hat, x, x_r, v, g_1, g_2)), {"input": sympy.solve(plant - u, w)[0]})
+    return Derivations(named((u, F_hat, x, x_r, v, g_1, g_2)), {"input": sympy.solve(plant - u, w)[0]})
 
 
-def rig_equations() -> World:
+def rig_equations() -> Derivations:
     """Equations of chapter 8: angle θ in place of x, ω in place of v, unit inertia as in (8.2); u = w − F̂ by (8.14).
 
-    The thesis names the gains of the Dahl observer k_d, k_d1, k_d2 in place of k_a, k_f1, k_f2, and all velocity gains
-    of this chapter k_ω in place of k_v. Each equation is derived with the names of the other chapters and renamed.
+    Chapter 8 calls the gains of the Dahl observer k_d, k_d1, k_d2 and not k_a, k_f1, k_f2, and velocity gains k_ω and
+    not k_v. Each equation is derived with the names of the other chapters and renamed.
     """
     omega, omega_hat, theta, w, F_hat = real("omega", "omega_hat", "theta", "w", "F_hat")
     names, derived = _equations(theta, omega, omega_hat, w, F_hat)
@@ -58,14 +57,11 @@ def rig_equations() -> World:
     names |= named(dahl_gains.values()) | {"k_omega": k_omega, "k_v": k_omega}
     derived["printed_coulomb"] = _printed_coulomb(names)
     positive = frozenset({names["mu"], c, i})
-    return World(names, derived, positive=positive, ranges={i: (1, 2)})
+    return Derivations(names, derived, positive=positive, ranges={i: (1, 2)})
 
 
 def _printed_coulomb(names: Mapping[str, Any]) -> Any:
-    """Ψ of the errors (e_v, e_F) for plant (8.1)–(8.2) and observer (8.4)–(8.5) as printed, with their signs.
-
-    The slip has one sign s.
-    """
+    """Ψ of the errors (e_v, e_F) for plant (8.1)–(8.2) and observer (8.4)–(8.5) as printed; the slip's sign is s."""
     e_v, e_F, omega_dot, s = real("e_v", "e_F", "omega_dot", "s")
     k_F, k_v = names["k_F"], names["k_v"]
     modelled = omega_dot + e_F  # w − F̂, since ω̇ = w − F
@@ -76,9 +72,9 @@ def _printed_coulomb(names: Mapping[str, Any]) -> Any:
 
 
 def _equations(x: Any, v: Any, v_hat: Any, w: Any, F_hat: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Symbols by name, and formula of each estimate NAME with the rate of its state, NAME_rate.
+    """Symbols by name, and the formula of each estimate NAME with the rate of its state, NAME_rate.
 
-    Those with the prefix ``estimated_`` use v̂ in place of a measured velocity.
+    Formulas with the prefix ``estimated_`` use v̂ in place of a measured velocity.
     """
     k_F, mu, k_1, k_2, k_v, k_a, k_f1, k_f2 = real("k_F", "mu", "k_1", "k_2", "k_v", "k_a", "k_f1", "k_f2")
     z_F, z, z_v, z_a, z_f, f_hat, a_hat = real("z_F", "z", "z_v", "z_a", "z_f", "f_hat", "a_hat")
@@ -118,7 +114,7 @@ DYNAMIC = named((x, v, v_dot, a, f, k_a, k_f1, k_f2, k_v, e_v, e_a, e_f, xi, xi_
 DYNAMIC |= {"a_hat": a - e_a, "f_hat": f - e_f}
 
 
-def one_coulomb() -> World:
+def one_coulomb() -> Derivations:
     """(2.12)–(2.13), (6.17): CFO with measured velocity."""
     estimate = z_F - k_F * Magnitude(v) ** mu
     F_estimate = (a - e_a) * Sgn(v)
@@ -131,7 +127,7 @@ def one_coulomb() -> World:
     (zdot,) = real("zdot_F")
     step = F_dot - rate(estimate_F, {v: v_dot, z_F: zdot})
     names = {**STATIC, "F": a * Sgn(v), "F_hat": F_estimate, "w": w, "zdot_F": zdot}
-    names["e_rest"] = sympy.solve(e_a_dot, e_a)[0]  # where the level error settles while (∂a/∂v) v̇ lasts
+    names["e_rest"] = sympy.solve(e_a_dot, e_a)[0]  # the level error in steady state under (∂a/∂v) v̇
     derived = {
         "e_a_dot": e_a_dot,
         "e_F_dot": tidy(F_dot - F_rate),
@@ -139,19 +135,19 @@ def one_coulomb() -> World:
         "jacobian": e_a_dot.coeff(e_a),
     }
     halves = tuple(sympy.Rational(k, 2) for k in (-4, -2, -1, 1, 2, 3, 4, 6))
-    return World(names, derived, ranges={mu: halves})
+    return Derivations(names, derived, ranges={mu: halves})
 
 
-def one_tracking() -> World:
+def one_tracking() -> Derivations:
     """(2.17)–(2.18), (6.18): TO with measured velocity."""
     w = v_dot + F
     z_rate = -k_1 * v - k_2 * (w - (F - e_F))
     estimate_rate = rate(z + k_1 * x + k_2 * v, {z: z_rate, x: v, v: v_dot})
     e_F_dot = sympy.expand(F_dot - estimate_rate)
-    return World({**STATIC, "F": F, "w": w}, {"e_F_dot": e_F_dot, "jacobian": e_F_dot.diff(e_F)})
+    return Derivations({**STATIC, "F": F, "w": w}, {"e_F_dot": e_F_dot, "jacobian": e_F_dot.diff(e_F)})
 
 
-def one_coulomb_estimated() -> World:
+def one_coulomb_estimated() -> Derivations:
     """(3.13)–(3.21), (6.26)–(6.28): CFO with μ = 1 and the velocity observer; the sign of slip is s = ±1."""
     v_hat_rate = v_dot + e_F + k_v * e_v
     level_rate = k_F * (v_dot + e_F) * s - k_F * s * v_hat_rate  # d|v̂|/dt = sgn(v̂) dv̂/dt
@@ -161,20 +157,20 @@ def one_coulomb_estimated() -> World:
     constant = rates.subs(a_v, 0)
     names = {**STATIC, "s": s, "q_2": constant[1], "q_1": constant[0], "sgn_v": s, "v_hat": v - e_v}
     names["lambda_"] = lambda_
-    return World(names, _estimated(rates, constant, "cfo"), ranges={s: (-1, 1)})
+    return Derivations(names, _estimated(rates, constant, "cfo"), ranges={s: (-1, 1)})
 
 
-def one_tracking_estimated() -> World:
+def one_tracking_estimated() -> Derivations:
     """(3.22)–(3.26), (6.29): TO with the velocity observer."""
     v_hat_rate = v_dot + e_F + k_v * e_v
     z_rate = -k_1 * (v - e_v) - k_2 * (v_dot + e_F)
     estimate_rate = rate(z + k_1 * x + k_2 * v_hat, {z: z_rate, x: v, v_hat: v_hat_rate})
     rates = sympy.Matrix([v_dot - v_hat_rate, F_dot - estimate_rate]).expand()
-    return World({**STATIC, "F": F}, _estimated(rates, rates.subs(F_dot, 0), "to"))
+    return Derivations({**STATIC, "F": F}, _estimated(rates, rates.subs(F_dot, 0), "to"))
 
 
 def _estimated(rates: Any, constant: Any, kind: str) -> dict[str, Any]:
-    """The rates with their Jacobian, which the project's own routine must give, too."""
+    """The rates with their Jacobian, which must equal that of ``derive_error_dynamics``."""
     jacobian = jacobian_at_zero(rates, sympy.Matrix([e_v, e_F]), {})
     theirs = one_mass_jacobian(kind)
     if (jacobian - theirs).expand() != sympy.zeros(2, 2):
@@ -190,17 +186,17 @@ def _estimated(rates: Any, constant: Any, kind: str) -> dict[str, Any]:
     }
 
 
-def one_dynamic() -> World:
+def one_dynamic() -> Derivations:
     """The DFO (6.13)–(6.15) with measured velocity; its error dynamics are (6.19)–(6.23) of the thesis."""
     w, F_hat = v_dot + a * f, (a - e_a) * (f - e_f)
     z_a_rate, z_f_rate = _dynamic_states(v, w - F_hat)
     f_hat_rate = rate(z_f + k_f1 * x + k_f2 * v, {z_f: z_f_rate, x: v, v: v_dot})
     a_hat_rate = rate(z_a + k_a * f_hat * v, {z_a: z_a_rate, f_hat: f_hat_rate, v: v_dot}).subs(f_hat, f - e_f)
     derived = _dynamic({"e_f_dot": xi - f_hat_rate, "e_a_dot": -a_hat_rate}, (e_f, e_a), {xi_1_hat: xi_1 - xi_f * e_f})
-    return World({**DYNAMIC, "F": a * f, "F_hat": F_hat, "w": w}, derived)
+    return Derivations({**DYNAMIC, "F": a * f, "F_hat": F_hat, "w": w}, derived)
 
 
-def one_dynamic_estimated() -> World:
+def one_dynamic_estimated() -> Derivations:
     """The DFO with the velocity observer (6.24)–(6.25); its error dynamics are (6.30)–(6.32), with their Jacobian Ψ."""
     w, F_hat = v_dot + a * f, (a - e_a) * (f - e_f)
     v_hat_rate = (w - F_hat) + k_v * e_v
@@ -210,11 +206,11 @@ def one_dynamic_estimated() -> World:
     a_hat_rate = rate(z_a + k_a * f_hat * v_hat, flows).subs({f_hat: f - e_f, v_hat: v - e_v})
     rates = {"e_v_dot": v_dot - v_hat_rate, "e_a_dot": -a_hat_rate, "e_f_dot": xi - f_hat_rate}
     derived = _dynamic(rates, (e_v, e_a, e_f), {xi_1_hat: xi_1 - xi_v * e_v - xi_f * e_f})
-    return World({**DYNAMIC, "F_hat": F_hat, "e_F": a * f - F_hat, "w": w}, derived)
+    return Derivations({**DYNAMIC, "F_hat": F_hat, "e_F": a * f - F_hat, "w": w}, derived)
 
 
 def _dynamic_states(speed: Any, modelled: Any) -> tuple[Any, Any]:
-    """ż_a and ż_f, at the velocity and the acceleration that the observer takes."""
+    """ż_a and ż_f, with the velocity and the acceleration that the observer uses."""
     z_a_rate = -k_a * speed * xi_1_hat - k_a * (f - e_f) * modelled
     return z_a_rate, -k_f1 * speed - k_f2 * modelled + xi_1_hat
 
@@ -228,11 +224,11 @@ def _dynamic(rates: Mapping[str, Any], errors: Sequence[Any], first_order: Mappi
 
 GAINS = {"K_F": "k_F", "K_1": "k_1", "K_2": "k_2", "K_v": "k_v", "K_a": "k_a", "K_f1": "k_f1", "K_f2": "k_f2"}
 PAIRS = {"level": "level", "tracked": "force", "coefficient": "a", "normalised": "f"}
-"""What many_equations calls it → what one_equations calls it."""
+"""Name in ``many_equations`` → name in ``one_equations``."""
 
 
-def single_equations() -> World:
-    """State equations: the general names, as 1 by 1 matrices of the one mass' symbols."""
+def single_equations() -> Derivations:
+    """State equations with the names of ``many_equations``, as 1 by 1 matrices in the symbols of one mass."""
     one = one_equations()
     v, v_hat, mu, w, F_hat, a_hat, f_hat = (one.names[k] for k in ("v", "v_hat", "mu", "w", "F_hat", "a_hat", "f_hat"))
     derived = {key: one.derived[key].value for key in ("velocity", "velocity_rate", "product")}
@@ -246,11 +242,11 @@ def single_equations() -> World:
     names |= {"M_inv": 1, "U": 1, "U_T": 1, "g": w, "g_hat": w, "xi_hat": names["xi_1_hat"], "diag_f_hat": f_hat}
     names |= {"diag_a_hat": a_hat, "diag_slip": v, "diag_slip_hat": v_hat, "S": Sgn(v), "S_hat": Sgn(v_hat)}
     names |= {"h": Magnitude(v) ** mu, "D": mu * Magnitude(v) ** (mu - 1), "h_hat": Magnitude(v_hat), "D_hat": 1}
-    return World(_matrices(names), derived, positive=one.positive)
+    return Derivations(_matrices(names), derived, positive=one.positive)
 
 
-def single_errors() -> World:
-    """Error dynamics and Ψ."""
+def single_errors() -> Derivations:
+    """Error dynamics and Ψ with the names of ``many``, for one mass."""
     coulomb, tracking, dynamic, estimated = one_coulomb(), one_tracking(), one_dynamic(), one_dynamic_estimated()
     symbols = {**estimated.names, **coulomb.names}
     v, a, f, mu = (symbols[k] for k in ("v", "a", "f", "mu"))
@@ -265,7 +261,7 @@ def single_errors() -> World:
     names |= {"M_inv": 1, "U": 1, "U_T": 1, "S": Sgn(v), "D": mu * Magnitude(v) ** (mu - 1), "g_v": 0, "O": 0}
     names |= {"diag_a": a, "diag_f": f, "diag_slip": v, "xi_v": xi_v, "xi_f": xi_f, "K_inv": k_inv}
     names["a_dot"] = symbols["a_v"] * symbols["v_dot"]
-    return World(_matrices(names), derived, ranges=coulomb.ranges)
+    return Derivations(_matrices(names), derived, ranges=coulomb.ranges)
 
 
 def _gains(names: Any) -> dict[str, Any]:

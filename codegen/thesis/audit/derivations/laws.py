@@ -1,4 +1,4 @@
-"""Friction laws: what each formula must give, from what its author says it describes."""
+"""Friction laws, derived from the properties that their authors state."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.world import World, named, real, tidy
+from codegen.thesis.audit.derivation import Derivations, named, real, tidy
 
 
-def friction_laws() -> World:
+def friction_laws() -> Derivations:
     """The laws of chapter 1 and (2.4)–(2.5).
 
-    A zero-memory friction force is odd in v: the level is a function of |v|. The reset integrator's f rests where
-    f = φ(v): the second velocity is the one that belongs to the f that there is, φ⁻¹(f). Dahl's law with φ = sgn.
+    A zero-memory friction force is odd in v: its level is a function of |v|. The reset integrator's f is at rest for
+    f = φ(v), so that the velocity of a given f is φ⁻¹(f). Dahl's law is taken with φ = sgn.
     """
     v, f, c, a, i, n = real("v", "f", "c", "a", "i", "n")
     F_k, F_s, v_c, alpha, phi_inv_f, phi_inv_v = real("F_k", "F_s", "v_c", "alpha", "phi_inv_f", "phi_inv_v")
@@ -45,10 +45,10 @@ def friction_laws() -> World:
     }
     positive = frozenset({c, a, i, n, F_k, F_s, v_c, alpha, a_1, a_2, a_3, a_4})
     tries = tuple(sympy.Rational(k, 4) for k in (-4, -3, -2, -1, 1, 2, 3, 4))
-    return World(names, derived, positive=positive, ranges={i: (1, 2, 3), n: (1, 2), f: tries})
+    return Derivations(names, derived, positive=positive, ranges={i: (1, 2, 3), n: (1, 2), f: tries})
 
 
-def piecewise_inverse() -> World:
+def piecewise_inverse() -> Derivations:
     """(6.33): the three pieces meet, and the whole is odd, as φ is."""
     f, c, D_1, D_2 = real("f", "c", "D_1", "D_2")
     middle = D_2 * f
@@ -57,4 +57,4 @@ def piecewise_inverse() -> World:
     pieces = sympy.Matrix([above, middle, below])
     slopes = pieces.diff(f)
     names = named((f, c, D_1, D_2)) | {f"slope_{k + 1}": slopes[k] for k in range(3)}
-    return World(names, {"pieces": pieces, "slopes": slopes}, positive=frozenset({c, D_1, D_2}))
+    return Derivations(names, {"pieces": pieces, "slopes": slopes}, positive=frozenset({c, D_1, D_2}))

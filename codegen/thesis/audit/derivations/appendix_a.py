@@ -1,5 +1,5 @@
-"""Appendix A: friction of masses in contact by Newton's third law, mass by mass, here for four masses (A.1–A.2); and
-holonomic constraints by Lagrange (A.1.5), on three positions that are polynomials of two coordinates.
+"""Appendix A: friction of masses in contact by Newton's third law, for four masses (A.1–A.2), and holonomic constraints
+by Lagrange (A.1.5), for three positions that are polynomials of two coordinates.
 """
 
 from __future__ import annotations
@@ -9,13 +9,13 @@ from typing import Any
 import sympy
 
 from codegen.spec.functions import Magnitude, Sgn
-from codegen.thesis.audit.world import World, column, diagonal, full, moving, named, rate, real
+from codegen.thesis.audit.derivation import Derivations, column, diagonal, full, moving, named, rate, real
 
 N = 4
 
 
-def contacts_of_masses() -> World:
-    """Lemma A.1 and its proof. Contact (i, j) presses on mass i with a_ij sgn(v_i − v_j), on j with the opposite."""
+def contacts_of_masses() -> Derivations:
+    """Lemma A.1 and its proof: contact (i, j) acts on mass i with a_ij sgn(v_i − v_j), and on j with the opposite."""
     v = column("v", N)
     level = {(i, j): real(f"a{i + 1}{j + 1}")[0] for i in range(N) for j in range(i + 1, N)}
     ground = [real(f"a{i + 1}0")[0] for i in range(N)]
@@ -34,7 +34,7 @@ def contacts_of_masses() -> World:
         group = sympy.Matrix([a * Sgn(u) for a, u in pairs])
         symbols = column(f"d{i + 1}_", len(pairs))
         known = force.subs(dict(zip(group, symbols, strict=True)), simultaneous=True)
-        block = known.expand().jacobian(symbols)  # W_i: what a unit of each of the contacts i presses on every mass
+        block = known.expand().jacobian(symbols)  # W_i: force of unit contacts i on every mass
         slip = sympy.Matrix([u for _, u in pairs])
         blocks.append(block)
         levels += [a for a, _ in pairs]
@@ -58,11 +58,11 @@ def contacts_of_masses() -> World:
     names |= {"U": U_o[:, kept], "U_T": U_o[:, kept].T, "A": diagonal([levels[k] for k in kept])}
     dropped = dict.fromkeys((level[0, 2], level[1, 3], ground[0]), sympy.S.Zero)
     derived["sparse_force"] = force.subs(dropped)
-    return World(names, derived)
+    return Derivations(names, derived)
 
 
-def rotated_coordinates() -> World:
-    """(A.37): x = T x̄ with T unitary (a rotation with half-angle tangent t); energy and power do not depend on it."""
+def rotated_coordinates() -> Derivations:
+    """(A.37): x = T x̄ with T unitary, a rotation with half-angle tangent t, by invariance of energy and power."""
     (t,) = real("t")
     T = sympy.Matrix([[1 - t**2, -2 * t], [2 * t, 1 - t**2]]) / (1 + t**2)
     v = column("v", 2)
@@ -78,11 +78,11 @@ def rotated_coordinates() -> World:
         "force_bar": (sympy.Matrix([power[0]]).jacobian(u_bar).T, "T_T*g"),
         "friction_bar": (sympy.Matrix([power[1]]).jacobian(u_bar).T, "T_T*F"),
     }
-    return World({"T": T, "T_T": T.T, "M_bar": M_bar, "U_bar": U_bar, "g": g, "F": F, "v": v}, derived)
+    return Derivations({"T": T, "T_T": T.T, "M_bar": M_bar, "U_bar": U_bar, "g": g, "F": F, "v": v}, derived)
 
 
-def directions() -> World:
-    """(A.38)–(A.44): three directions stacked; each vector has one entry a mass and direction, here two masses."""
+def directions() -> Derivations:
+    """(A.38)–(A.44): three directions stacked, for two masses; each vector has an entry for each mass and direction."""
     g = [column(f"g_{axis}", 2) for axis in "xyz"]
     F = [full(f"U_{axis}", 2, 2) * column(f"f_{axis}", 2) for axis in "xyz"]
     M_bar = sympy.diag(*real("m_1", "m_2"))
@@ -96,10 +96,10 @@ def directions() -> World:
     }
     names = {f"g_{axis}": value for axis, value in zip("xyz", g, strict=True)}
     names |= {f"F_{axis}": value for axis, value in zip("xyz", F, strict=True)}
-    return World({**names, "M_bar": M_bar, "O": sympy.zeros(2, 2), "o": sympy.zeros(2, 1)}, derived)
+    return Derivations({**names, "M_bar": M_bar, "O": sympy.zeros(2, 2), "o": sympy.zeros(2, 1)}, derived)
 
 
-def extended_friction() -> World:
+def extended_friction() -> Derivations:
     """(4.7)–(4.9), (A.68)–(A.76): extended Coulomb and extended dynamic friction, for three contacts."""
     nu = 3
     U, v, f = full("U", 2, nu), column("v", 2), column("f", nu)
@@ -124,33 +124,34 @@ def extended_friction() -> World:
     names |= {"A_4_abs": A[3] * abs_slip, "A_3_abs": A[2] * abs_slip}
     u_dot = column("u_dot", nu)
     names |= {f"u_dot_{i + 1}": u_dot[i] for i in range(nu)}
-    return World(names, derived, positive=frozenset(a))
+    return Derivations(names, derived, positive=frozenset(a))
 
 
 def _by_chain_rule(slip: Any, v: Any, a: Any) -> Any:
-    """da_1/dt over the first contact's slip acceleration."""
+    """da_1/dt by the chain rule, with the first contact's slip acceleration."""
     u = real("u")[0]
     level = a[0, 0] + a[0, 1] * sympy.exp(-a[0, 2] * Magnitude(u)) + a[0, 3] * Magnitude(u)
     (u_dot,) = real("u_dot1")
     return sympy.Matrix([rate(level, moving([u], [u_dot])).subs(u, slip[0])])
 
 
-def generalised_coordinates() -> World:
-    """(A.49)–(A.66), with M_x constant, as it is for masses (A.5), and no time in the constraints."""
-    return _world((0, 0, 0))
+def generalised_coordinates() -> Derivations:
+    """(A.49)–(A.66), with M_x constant, as for masses (A.5), and constraints that do not depend on time."""
+    return _derivations((0, 0, 0))
 
 
-def time_dependent_constraints() -> World:
-    """The same where the constraints ψ(x, t) of (A.47) depend on time, as they are written there."""
+def time_dependent_constraints() -> Derivations:
+    """The same with constraints ψ(x, t) that depend on time, as in (A.47)."""
     (t,) = real("t")
-    return _world((3 * t, t**2, -2 * t))
+    return _derivations((3 * t, t**2, -2 * t))
 
 
-def _world(driven: tuple[Any, ...]) -> World:
+def _derivations(driven: tuple[Any, ...]) -> Derivations:
+    """Three positions as polynomials of two coordinates; ``driven``: what each depends on time by."""
     q, q_dot, q_ddot = column("q", 2), column("q_dot", 2), column("q_ddot", 2)
     (t,) = real("t")
-    bent = [2 * q[0] - q[1] + q[0] * q[1], q[0] ** 2 + 3 * q[1], q[1] ** 2 - q[0] + 2 * q[0] * q[1]]
-    x = sympy.Matrix([b + d * (1 + q[0]) for b, d in zip(bent, driven, strict=True)])
+    curves = [2 * q[0] - q[1] + q[0] * q[1], q[0] ** 2 + 3 * q[1], q[1] ** 2 - q[0] + 2 * q[0] * q[1]]
+    x = sympy.Matrix([b + d * (1 + q[0]) for b, d in zip(curves, driven, strict=True)])
     M, U_x, A = sympy.diag(*real("m_1", "m_2", "m_3")), full("U_x", 3, 2), diagonal(column("a", 2))
     g_x = column("g_x", 3)
     flows = moving(q, q_dot) | moving(q_dot, q_ddot) | {t: sympy.S.One}
@@ -206,4 +207,4 @@ def _world(driven: tuple[Any, ...]) -> World:
         derived["x_dot"] = x_dot, "T_q*q_dot + x_t"
     derived["motion"] = inertia
     names["balance_force"] = inertia
-    return World(names, derived)
+    return Derivations(names, derived)

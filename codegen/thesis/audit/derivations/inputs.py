@@ -1,4 +1,4 @@
-"""Chapter 5 and Appendix B: which input cancels the friction, by solving B ū = U F̄ for the sizes in question."""
+"""Chapter 5 and Appendix B: the input that cancels the friction, by solving B ū = U F̄ for several sizes of B."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Any
 
 import sympy
 
-from codegen.thesis.audit.world import World, column, full, named, real
-from codegen.thesis.audit.worlds.two_mass import two_mass
+from codegen.thesis.audit.derivation import Derivations, column, full, named, real
+from codegen.thesis.audit.derivations.two_mass import two_mass
 
 
-def cancellation() -> World:
+def cancellation() -> Derivations:
     """(5.8)–(5.16), Appendix B: square, tall and wide B."""
     names: dict[str, Any] = {}
     derived: dict[str, Any] = {}
@@ -21,7 +21,7 @@ def cancellation() -> World:
     derived["square"] = (_cleared(square.LUsolve(U * F)), "B_inv*U*F_bar")
     names |= {"B": square, "B_inv": square.inv(), "U": U, "F_bar": F}
     u_bar = column("u_bar", 2)
-    derived["cancelled"] = U * F  # what B ū must be, so that M v̇ = g + B u is left
+    derived["cancelled"] = U * F  # B ū, so that M v̇ = g + B u
     names["u_bar"] = u_bar
 
     tall, K_upper = full("Bt", 3, 2), full("K", 2, 3)
@@ -57,11 +57,11 @@ def cancellation() -> World:
     b, c = real("b_1", "b_2"), real("c_1", "c_2")
     rank_one = sympy.Matrix(b) * sympy.Matrix([c])
     names |= named((*b, *c)) | {"det_D": sympy.expand(rank_one.det())}
-    return World(names, derived)
+    return Derivations(names, derived)
 
 
 def _one_input() -> dict[str, Any]:
-    """(5.12) for one input on two coordinates: the squares of the remaining friction force and of the force itself."""
+    """(5.12) for one input on two coordinates: the squares of the remaining and of the whole friction force."""
     B, k, force = (sympy.Matrix(real(*names)) for names in (("B_1", "B_2"), ("k_1", "k_2"), ("f_1", "f_2")))
     left = B * k.dot(force) / k.dot(B) - force
     return named((*k, *force)) | {"left": left.dot(left), "friction": force.dot(force)}
@@ -80,8 +80,8 @@ def _cleared(matrix: Any) -> Any:
     return matrix.applyfunc(sympy.cancel)
 
 
-def two_mass_cancellation() -> World:
-    """Section 5.4 by note 2: rows without input go, and with them the contacts that act there."""
+def two_mass_cancellation() -> Derivations:
+    """Section 5.4 by note 2: without the rows that no input drives, and the contacts that act there."""
     machine = two_mass()
     F = column("F_bar", 2)
     U, B = sympy.Matrix([[1, 0], [-1, 1]]), sympy.Matrix([machine.derived["force"].value.diff(machine.names["w"])])
@@ -95,4 +95,4 @@ def two_mass_cancellation() -> World:
         "reduced": sympy.Matrix.hstack(B_bar, U_bar, F_n),
         "totals": U * F,
     }
-    return World(named(F) | dict(machine.names), derived | dict(machine.derived))
+    return Derivations(named(F) | dict(machine.names), derived | dict(machine.derived))
