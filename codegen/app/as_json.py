@@ -1,4 +1,4 @@
-"""The option ``--json`` and what it prints: one JSON object, whose ``format`` names its content and version."""
+"""The option ``--json``: one JSON object, whose ``format`` names its content and version."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 
 
 def written(what: str, help: str) -> Any:
-    """The option -o of a verb, which names the file or folder to write; ``what`` is its placeholder in the help."""
+    """The option -o of a verb, for the file or folder to write; ``what`` is its placeholder in the help."""
     return typer.Option("-o", "--output", parser=named_path, metavar=what, help=help)
 
 

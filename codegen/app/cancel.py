@@ -1,4 +1,4 @@
-"""``stiction cancel``: which friction the inputs can cancel, and the input that cancels it; as text and as JSON."""
+"""``stiction cancel``: the friction that the inputs can cancel, and the input that cancels it."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from codegen.spec.numerics import require_finite
 
 NUMBERS = "cancellation.json"
 NOTHING = 5e-7
-"""A coefficient below this counts as zero in the printed sums; one as near to 1 is not printed."""
+"""Size below which a coefficient is printed as zero, and distance from 1 within which it is left out."""
 
 
 @dataclass(frozen=True, repr=False)
 class CancelReport(Result):
-    """What ``cancel`` found.
+    """The result of ``cancel``.
 
     Attributes:
         choice: the spec's ``cancellation:``, or the default.
         reach: which friction can be cancelled, and why.
         plan: how the cancelling input is computed; None if no input acts on a coordinate, or with a refusal.
         left: the friction that remains with this input; None as for ``plan``.
-        refusal: why no input can be generated, where the rank of B falls in the envelope.
+        refusal: why no input can be generated: the rank of B falls in the envelope; else None.
         hunting: limit cycles of the closed loop, and the largest gain without one; None if not asked for.
     """
 
@@ -60,7 +60,7 @@ class CancelReport(Result):
 
     @property
     def view(self) -> dict[str, Any]:
-        """What the text template needs."""
+        """The variables of the text template."""
         found, plan, left, system = self.reach, self.plan, self.left, self.reach.system
         names = [c.name for c in system.contacts]
         inputs = [w.name for w in system.inputs]
@@ -149,16 +149,16 @@ def cancel(
     hunt: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> CancelReport:
-    """Which friction the inputs of a spec can cancel, and the cancelling input that the spec asks for.
+    """The friction that the inputs of a spec can cancel, and the cancelling input of the spec's ``cancellation:``.
 
     Args:
         out: folder for cancellation.json; None writes nothing.
         hunt: simulate the closed loop of controller, observer and cancelling input, and look for limit cycles.
-        progress: called with the share of this simulation that is done, from 0 to 1.
+        progress: called with the share of this simulation that is done, 0 to 1.
 
     Raises:
         BadInput: for a bad spec, a force that is not linear in the inputs, or a folder that cannot be written or has a
-            file of that name that we did not write.
+            file of that name that stiction did not write.
     """
     machine = derived_from(source)
     spec = machine.spec

@@ -1,4 +1,4 @@
-"""``stiction certify``: a certificate of the sampled observer, or a refusal, and how they are printed."""
+"""``stiction certify``: the certificate of the sampled observer, or the refusal."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from codegen.certify.remedies.sample_times import largest_sample_times
 from codegen.program.implicit_step import solved_by_one_step
 
 OF_BOUND = "name unit steady slip_speed of_code"
-"""What is printed of an ``ErrorBound``."""
+"""Attributes of an ``ErrorBound`` that are printed."""
 
 
 @dataclass(frozen=True, repr=False)
 class Certified(Shown):
-    """The certificate or refusal, and what ``certify`` computed in addition.
+    """The result of ``certify``.
 
     Attributes:
-        outcome: the certificate, or the refusal with what would be certified in its place.
-        bounds: on each friction error, or the words why there are none.
+        outcome: the certificate, or the refusal with proposals that would be certified.
+        bounds: on each friction error, or the reason why there are none.
         sample_times: integration → the largest sample time that was certified, s.
-        rounding: precision → what rounding adds to the bounds, or the words why that is not known.
+        rounding: precision → the increase of the bounds by rounding, or the reason why it is not known.
         solved: whether the code of an implicit step solves its equations, so that its sample time holds for the code.
     """
 
@@ -47,7 +47,7 @@ class Certified(Shown):
 
     @property
     def certificate(self) -> Certificate | None:
-        """The certificate, or None where it was refused."""
+        """The certificate, or None with a refusal."""
         return self.outcome if isinstance(self.outcome, Certificate) else None
 
     @property
@@ -60,16 +60,16 @@ class Certified(Shown):
 
 @verb
 def certify(source: Source, out: str | Path | None = None) -> Certified:
-    """The certificate or refusal, the bound on the error in the unit of the force, and the largest sample times.
+    """Certify the sampled observer: certificate or refusal, bounds on the error in newtons, and largest sample times.
 
-    The certificate is bound to the generated sources. A refusal proposes a sample time and gains that are certified, as
-    far as such were found.
+    The certificate is bound to the generated sources. A refusal proposes a sample time and gains that are certified, if
+    such are found.
 
     Args:
         out: a file for the certificate, .json; nothing is written with a refusal.
 
     Raises:
-        BadInput: for a bad spec, an envelope without a range that is needed, or a file that is not to be written.
+        BadInput: for a bad spec, an envelope without a needed range, or a file that cannot be written.
     """
     if out is not None:
         refuse_target(Path(out), {"the spec itself": Path(source)}, (".json",))
@@ -99,7 +99,7 @@ def write_certificate(certificate: Certificate, out: str | Path) -> Path:
 
 
 def certified_text(found: Certified, target: Path | None) -> str:
-    """What ``stiction certify`` prints; ``target`` is where the certificate was written."""
+    """The text of ``stiction certify``; ``target``: the file to which the certificate was written."""
     more = {"bounds": found.bounds, "sample_times": found.sample_times, "solved": found.solved}
     if isinstance(found.outcome, Refusal):
         return render("text/refused.txt.j2", refusal=found.outcome, **more)
@@ -107,7 +107,7 @@ def certified_text(found: Certified, target: Path | None) -> str:
 
 
 def certified_json(found: Certified) -> dict[str, Any]:
-    """What ``stiction certify --json`` prints; a sample time without limit is null."""
+    """The JSON object of ``stiction certify --json``; a sample time without limit is null."""
     outcome = found.outcome
     return {
         "format": "stiction-certification/1",

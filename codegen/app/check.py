@@ -24,10 +24,10 @@ from codegen.spec.places import placed
 
 @verb
 def check(source: Source) -> Derived:
-    """Read and validate a spec. It refuses whatever another verb would refuse, except what only a certificate decides.
+    """Read and validate a spec, for all verbs. Only a certificate can be refused later.
 
     Raises:
-        BadInput: for anything in it that cannot be used.
+        BadInput: for each fault of the spec.
     """
     machine = derived_from(source)
     machine.refuse_unknown_words()
@@ -45,7 +45,7 @@ def check_text(machine: Derived) -> str:
 
 
 def check_json(machine: Derived) -> dict[str, Any]:
-    """What ``stiction check --json`` prints: expressions as text, numbers with their units."""
+    """The JSON object of ``stiction check --json``: expressions as text, numbers with their units."""
     spec, system = machine.spec, machine.system
     observer = None if spec.observer is None else machine.nominal.observer
     coordinates = zip(system.positions, system.velocities, system.position_units, strict=True)
@@ -87,7 +87,7 @@ def _observer_json(machine: Derived, observer: Observer) -> dict[str, Any]:
 
 
 def _uncertifiable(machine: Derived) -> str:
-    """Why the spec alone rules out a certificate; "" where nothing does."""
+    """Why the spec alone rules out a certificate; else empty."""
     from codegen.analysis.operating_points import refuse_missing_ranges
 
     try:
@@ -112,7 +112,7 @@ def free_gains(machine: Derived) -> dict[str, dict[str, Any]]:
 
 
 def refuse_ungenerable(machine: Derived) -> None:
-    """Raise BadInput, at its line, for what ``generate`` would refuse before it seeks a certificate."""
+    """Raise BadInput, with its line, for what ``generate`` would refuse before it searches for a certificate."""
     program = machine.program
     assert machine.header
     _refuse_unprintable(machine.spec, program)

@@ -1,6 +1,6 @@
-"""The command ``stiction``: its verbs and their options. Parse, call, print.
+"""The command line ``stiction``: the verbs and their options.
 
-A verb imports its work when it runs: help, the version and a wrong word need none of the libraries.
+A verb imports its modules when it runs, since help, version and errors of usage need none of the libraries.
 """
 
 from __future__ import annotations
@@ -344,10 +344,13 @@ def diagnose(
 
     with progress("reading", lines=True) as tell:
         gc.disable()
-        from codegen.app.diagnose import diagnose, findings_text  # more than a second: the bar is there first
+        from codegen.app.diagnose import (  # more than a second, in which the progress bar is shown
+            diagnose,
+            findings_text,
+        )
         from codegen.base.parallel import allow_processes
 
-        gc.freeze()  # what the libraries made stays to the end; the collector need not search it again and again
+        gc.freeze()  # the objects of the libraries stay to the end; the collector need not search them again
         gc.enable()
         allow_processes()
 
@@ -355,11 +358,11 @@ def diagnose(
             if as_json:
                 return
             tell.above(lambda: output.print(findings_text(found), end=""))
-            sys.stdout.flush()  # a pipe shows them now, too
+            sys.stdout.flush()  # for a pipe
 
         given = description, _columns(column or []), tell, propose, material
         result = diagnose(spec, log, test, out, *given, print_findings, force)
-    _show(result, as_json, paths=True, told=True)
+    _show(result, as_json, paths=True, preflight_shown=True)
     raise typer.Exit(REFUSED if result.diagnosis.verdict == "unfit" else 0)
 
 
@@ -454,14 +457,14 @@ def _columns(pairs: list[str]) -> dict[str, str]:
 
 
 MOST_FAULTS = 20
-"""Of one file that are shown at once."""
+"""Faults of one file that are shown at once."""
 
 
 @without_library_warnings()
 def main() -> None:
-    """Run a verb; bad input is one message and exit code 2, a fault of the tool one and 70, never a traceback."""
+    """Run a verb. Bad input gives messages and exit status 2, a fault of stiction a message and 70; no traceback."""
     raw = getattr(sys.stdout, "buffer", None)
-    if isinstance(raw, io.RawIOBase):  # -u: what is not taken at once would be dropped
+    if isinstance(raw, io.RawIOBase):  # python -u, where a partial write would lose the rest
         sys.stdout = io.TextIOWrapper(io.BufferedWriter(raw), sys.stdout.encoding)
     for stream in (sys.stdout, sys.stderr):
         getattr(stream, "reconfigure", dict)(
@@ -472,16 +475,16 @@ def main() -> None:
         with noted():
             try:
                 _command()(prog_name="stiction")
-            except BadInput as error:  # here, as its JSON may not be written either
-                _tell(error)
+            except BadInput as error:  # handled here, since its JSON may meet a closed pipe too
+                _print_faults(error)
                 sys.exit(2)
             finally:
-                sys.stdout.flush()  # here, and not when Python ends, which prints of a reader that has gone
+                sys.stdout.flush()  # here; at its end Python would print an error for a closed pipe
     except BrokenPipeError:
         _drop_output()
         sys.exit(1)
     except SystemExit as end:
-        if end.code == INTERRUPTED:  # Typer ends so by itself
+        if end.code == INTERRUPTED:  # by Typer itself
             errors.print("interrupted")
         raise
     except KeyboardInterrupt:
@@ -489,7 +492,7 @@ def main() -> None:
     except Exception as error:
         if interrupted():
             _end_interrupted()
-        if isinstance(error, OSError) and error.filename is None:  # of a print: a verb's own border lets none through
+        if isinstance(error, OSError) and error.filename is None:  # by a print; errors of files are BadInput
             errors.print(f"error: standard output: cannot be written ({error.strerror}); expected room for a result")
             _drop_output()
             sys.exit(2)
@@ -500,27 +503,27 @@ def main() -> None:
         sys.exit(INTERNAL)
 
 
-def _tell(error: BadInput) -> None:
-    """A line for each fault of the input; with --json the object of them too."""
+def _print_faults(error: BadInput) -> None:
+    """Print a line for each fault of the input; with --json also the JSON object of all."""
     for each in error.all[:MOST_FAULTS]:
         code = f" [{each.code}]" if each.code else ""
         errors.print("error: " + " ".join(str(each).split()) + code, style="red")
     if len(error.all) > MOST_FAULTS:
         more = len(error.all) - MOST_FAULTS
-        errors.print(f"and {more} more, which are shown once these are mended", style="red")
+        errors.print(f"and {more} more, which are shown once these are corrected", style="red")
     if "--json" in sys.argv[1:]:
         print_json({"format": "stiction-errors/1", "errors": [each.parts for each in error.all]})
 
 
 def _drop_output() -> None:
-    """What could not be written is not tried again when Python ends."""
+    """Redirect the standard output to nothing, so that Python does not write to it again at its end."""
     with contextlib.suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @cache
 def _command() -> Any:
-    """All verbs with their options, made once: ``app()`` reads every signature anew, for 30 ms a call."""
+    """All verbs with their options, made once, since that takes 30 ms."""
     return get_command(app)
 
 

@@ -1,4 +1,4 @@
-"""``stiction demo``: the main job on the embedded default, station by station."""
+"""``stiction demo``: all steps of the main job on a shipped example."""
 
 from __future__ import annotations
 
@@ -20,7 +20,15 @@ PLANT = "plants/belt_axis.yaml"
 
 
 def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, float], None]) -> Diagnosed:
-    """Derive, certify and generate a belt-driven axis; simulate it with an effect that its spec lacks, and find it."""
+    """Derive, certify and generate the observer of a belt axis, simulate the axis, and diagnose the simulated log.
+
+    The simulated axis has an effect that its spec lacks.
+
+    Args:
+        folder: for the results.
+        say: prints a text.
+        tell: called with a station and the share of it that is done.
+    """
     specs = resource_folder("specs")
     spec = specs / SPEC
     say(render("text/demo_spec.txt.j2", file=SPEC, **check_json(check(spec))))

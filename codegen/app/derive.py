@@ -1,4 +1,4 @@
-"""``stiction derive``: the error dynamics of a spec's observer and the gain conditions, in words and as JSON."""
+"""``stiction derive``: the error dynamics of a spec's observer and the gain conditions."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from codegen.base.text import render
 from codegen.spec.functions import Magnitude
 
 LONGEST_ENTRY = 60
-"""Operations up to which an entry of a printed matrix is written out."""
+"""Most operations of an expression that is printed in full."""
 
 
 @verb
 def derive(source: Source) -> Analysis:
-    """Ψ, its characteristic polynomial, the gain conditions and margins of a spec's observer.
+    """Derive Ψ, its characteristic polynomial, the gain conditions and margins of a spec's observer.
 
-    Gains that the spec leaves free are at the middle of their ranges; only the numbers depend on that choice.
+    Free gains are at the middle of their ranges; only the numbers depend on that choice.
 
     Raises:
         BadInput: for a bad spec, or one without an observer.
@@ -42,7 +42,7 @@ def derive_text(analysis: Analysis, latex: bool = False) -> str:
 
 
 def analysis_view(analysis: Analysis) -> dict[str, Any]:
-    """What ``stiction derive`` prints."""
+    """The variables of the text of ``stiction derive``."""
     dynamics = analysis.dynamics
     return {
         "analysis": analysis,
@@ -63,7 +63,7 @@ def analysis_view(analysis: Analysis) -> dict[str, Any]:
 
 
 def analysis_json(analysis: Analysis) -> dict[str, Any]:
-    """What ``stiction derive --json`` prints: SymPy expressions as text."""
+    """The JSON object of ``stiction derive --json``: SymPy expressions as text."""
     dynamics = analysis.dynamics
     return {
         "format": "stiction-derivation/1",
@@ -94,7 +94,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
 
 
 def analysis_latex(analysis: Analysis) -> dict[str, Any]:
-    """What ``stiction derive --latex`` prints."""
+    """The variables of the text of ``stiction derive --latex``."""
     dynamics = analysis.dynamics
     s = sympy.Symbol("s")
     polynomial = None
@@ -116,7 +116,7 @@ def analysis_latex(analysis: Analysis) -> dict[str, Any]:
 
 
 def _free(analysis: Analysis) -> list[tuple[str, float, str]]:
-    """Name, number taken and unit of each gain that the spec leaves free."""
+    """Name, chosen value and unit of each free gain."""
     observer = analysis.dynamics.observer
     return [(s.name, float(v), observer.gain_units[s]) for s, v in observer.gains.items() if s.name in analysis.free]
 
@@ -139,7 +139,7 @@ def _polynomial_words(polynomial: tuple[Any, ...] | None) -> str:
 
 
 def _entry(expression: Any) -> str:
-    """An entry of a printed matrix: one that would fill lines is counted instead."""
+    """An entry of a printed matrix; of a long one, its number of operations."""
     operations = int(sympy.count_ops(expression))
     return str(expression) if operations <= LONGEST_ENTRY else f"({operations} operations; see --json)"
 
@@ -149,6 +149,7 @@ def _counted(expression: Any) -> str:
 
 
 def _written(expression: Any) -> str:
+    """A coefficient of a polynomial, factored; of a long one, its number of operations."""
     if int(sympy.count_ops(expression)) > LONGEST_ENTRY:
         return _counted(expression)
     return str(expression if expression.has(Magnitude) else sympy.factor(expression))

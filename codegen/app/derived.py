@@ -1,4 +1,4 @@
-"""A spec with all that is derived from it, each once and when it is first asked for.
+"""A spec and the objects derived from it, each computed once, when it is first used.
 
 spec → system → observer → analysis
                         ↘ program → sources → outcome (certificate or refusal) → files
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Overrides:
-    """Options of the command that override the spec; None and () for the spec's own or the default.
+    """Options of a command that override the spec; None and () for the spec's own choice or the default.
 
     Raises TypeError for values of other types.
     """
@@ -55,7 +55,7 @@ class Overrides:
 
     @property
     def printers(self) -> tuple[str, ...]:
-        """The names in PRINTERS that are asked for, in its order."""
+        """The requested names of PRINTERS, in its order."""
         from codegen.emit import ALWAYS, PRINTERS
 
         return tuple(PRINTERS) if "all" in self.targets else self.targets or ALWAYS
@@ -69,7 +69,7 @@ class Overrides:
     def applied(self, spec: Spec) -> Spec:
         """The spec with the command's choices.
 
-        Raises BadInput for a precision, a fault policy or a target that there is not.
+        Raises BadInput for an unknown precision, fault policy or target.
         """
         from codegen.emit import PRINTERS
         from codegen.program.model import FAULTS, PRECISIONS
@@ -85,17 +85,17 @@ class Overrides:
 
     @property
     def options(self) -> str:
-        """As in the command, a space before each."""
+        """The options as in the command, each after a space."""
         given = [*self.chosen.items(), *(("target", t) for t in self.targets)]
         return "".join(f" --{option} {value}" for option, value in given)
 
 
 class Derived(Shown):
-    """A spec, and all that follows from it.
+    """A spec, and all that is derived from it: system, observer, analysis, program, sources, certificate and files.
 
     Args:
         overrides: the command's own choices of precision, fault policy and targets.
-        origin: another machine, which differs in its observer and code alone; its system is taken.
+        origin: a machine that differs in observer and code only; its system is used.
 
     Raises:
         TypeError: for a path in place of a spec.
@@ -111,7 +111,7 @@ class Derived(Shown):
         self._origin = origin
 
     def __fspath__(self) -> str:
-        """Its file, by which errors name it."""
+        """The file of the spec, for messages."""
         return str(self.spec.path)
 
     @property
@@ -126,7 +126,7 @@ class Derived(Shown):
         }
 
     def with_spec(self, spec: Spec) -> Derived:
-        """The same mechanics with another observer section."""
+        """A machine of the same mechanics with another observer section."""
         return Derived(spec, self.overrides, self)
 
     def with_overrides(self, overrides: Overrides | None) -> Derived:
@@ -134,7 +134,7 @@ class Derived(Shown):
         return self if overrides is None else Derived(self.spec, overrides, self)
 
     def generated_observer(self, precision: str, cancelling: bool = False) -> GeneratedObserver:
-        """The generated observer for ``export``, also with a cancelling input that the spec does not ask for."""
+        """The generated observer for ``export``; with ``cancelling`` also its cancelling input."""
         from codegen.export.generated_observer import GeneratedObserver
 
         spec = self.spec
@@ -145,7 +145,7 @@ class Derived(Shown):
 
     @cached_property
     def nominal(self) -> Derived:
-        """The machine with its free gains at mid-range, for what does not depend on their numbers."""
+        """The machine with its free gains at mid-range, for results that do not depend on their values."""
         spec = at_middle(self.spec)
         return self if spec is self.spec else self.with_spec(spec)
 
@@ -155,7 +155,7 @@ class Derived(Shown):
         return system_of(self.spec) if self._origin is None else self._origin.system
 
     def refuse_unknown_words(self) -> None:
-        """Raise BadInput for all that is wrong in the system and in the names of the observer's section together."""
+        """Raise one BadInput for all faults of the system and all unknown names in the observer's section."""
         faults = Faults()
         with faults.noting():
             assert self.system
@@ -190,9 +190,9 @@ class Derived(Shown):
 
     @cached_property
     def header(self) -> Header:
-        """What generated files say of where they come from.
+        """The origin that generated files state: spec, hashes and command.
 
-        Raises BadInput for a file whose name generated files cannot print.
+        Raises BadInput for a file name that generated files cannot print.
         """
         from codegen.certify.prefix import rational_text
         from codegen.emit.header import make_header
@@ -203,14 +203,14 @@ class Derived(Shown):
 
     @cached_property
     def sources(self) -> Mapping[str, str]:
-        """File name → text of the C, the Python and what other targets give."""
+        """File name → text of the C, the Python and the other targets."""
         return _sources(self.spec, self)
 
     @cached_property
     def outcome(self) -> Certificate | Refusal:
-        """The stability certificate of the sampled observer, bound to its sources, or why there is none.
+        """The stability certificate of the sampled observer, bound to its sources, or the refusal.
 
-        Raises BadInput for an envelope without a range that is needed, or a domain without a bound.
+        Raises BadInput for an envelope without a needed range, or a domain without a bound.
         """
         from codegen.certify.bound.error_bound import with_bounds
         from codegen.certify.certify import Certificate, certify
@@ -226,18 +226,18 @@ class Derived(Shown):
 
     @cached_property
     def files(self) -> Mapping[str, str]:
-        """File name → text of all that generated/NAME/ holds."""
+        """File name → text of all files of generated/NAME/."""
         from codegen.certify.outcome import Certificate
         from codegen.checker.verify import PROOF, SETS
         from codegen.emit.package import emit_manifest, emit_readme
 
         outcome, sources = self.outcome, self.sources
-        said = outcome.content if isinstance(outcome, Certificate) else outcome.reason
+        result = outcome.content if isinstance(outcome, Certificate) else outcome.reason
         ellipsoid = outcome.ellipsoid if isinstance(outcome, Certificate) else None
         bounds = outcome.bounds if isinstance(outcome, Certificate) and ellipsoid is not None else ()
         files = {**sources, **outcome.proofs}
         files["README.md"] = emit_readme(
-            self.program, self.header, said, tuple(sources), outcome.proofs, outcome.kernel is not None, bounds
+            self.program, self.header, result, tuple(sources), outcome.proofs, outcome.kernel is not None, bounds
         )
         if outcome.kernel is not None:
             files[PROOF] = outcome.kernel
@@ -248,11 +248,11 @@ class Derived(Shown):
 
 
 Source = Derived | str | Path
-"""What a verb takes: a machine, or the file of its spec."""
+"""Argument of a verb: a machine, or the file of its spec."""
 
 
 def derived_from(given: Source) -> Derived:
-    """The machine that a verb was given, or that of the spec file it was given."""
+    """The machine of a verb's argument."""
     return given if isinstance(given, Derived) else Derived(read_spec(given))
 
 
@@ -280,7 +280,7 @@ def _sources(spec: Spec, machine: Derived) -> Mapping[str, str]:
 def _with_sliding_proof(
     refusal: Refusal, sliding: Mapping[str, Any], machine: Derived, sources: Mapping[str, bytes]
 ) -> Refusal:
-    """The refusal with the proof that the kernel accepts of what sliding.json says, or why there is none."""
+    """The refusal with a proof of sliding.json that the kernel accepts, or why there is none."""
     from codegen.certify.kernel_form import NotCovered
     from codegen.certify.sliding_form import sliding_proofs
     from codegen.checker import verify as checker
@@ -302,7 +302,7 @@ def _with_sliding_proof(
 def _with_kernel_proof(certificate: Certificate, machine: Derived, sources: Mapping[str, bytes]) -> Certificate:
     """The certificate with the kernel's proof for these sources, or why there is none.
 
-    With a proof and a known bound also the effect of noise and drift that the kernel proves.
+    With a proof and a known bound, also with the proved effect of noise and drift.
     """
     from codegen.certify.bound.ellipsoid import with_ellipsoid
     from codegen.certify.kernel_form import NotCovered, proof_text

@@ -1,4 +1,4 @@
-"""``stiction diagnose``: the effect that a model lacks, found in a measured log."""
+"""``stiction diagnose``: the effects that a model lacks, identified from a measured log."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, repr=False)
 class Diagnosed(Result):
-    """What ``diagnose`` found and where it is written.
+    """The result of ``diagnose``, and its files.
 
     Attributes:
-        notes: how each log was read, where that is not plain.
-        log_sha256: of the files of the training log, by which its results are known.
+        notes: on how each log was read.
+        log_sha256: of the files of the training log.
     """
 
     template = "diagnosed"
@@ -61,7 +61,7 @@ class Diagnosed(Result):
 
     @property
     def effects(self) -> tuple[FoundEffect, ...]:
-        """The effects that were found, with parameters in SI and their 95 % intervals; () where there is none."""
+        """The effects that were found, with parameters in SI and their 95 % intervals."""
         return self.diagnosis.effects
 
     @property
@@ -75,8 +75,8 @@ class Diagnosed(Result):
         return {**written, "folder": str(self.folder), "files": list(self.files)}
 
     def text(self, **options: object) -> str:
-        """In words; with ``told`` the preflight is left out, since it was printed before."""
-        return super().text(**{"told": False, **options})
+        """The result in words; ``preflight_shown``: whether the preflight is left out, since it was printed before."""
+        return super().text(**{"preflight_shown": False, **options})
 
 
 @verb
@@ -93,20 +93,21 @@ def diagnose(
     tell: Callable[[Findings], None] = lambda found: None,
     force: bool = False,
 ) -> Diagnosed:
-    """Find the effect that a model lacks, write the augmented spec and the report, and generate again.
+    """Find the effects that a model lacks; write the augmented spec, the report and the code generated from it.
 
     Args:
         log, test: measured logs, each one file or the several of one experiment; without ``test`` the last part of
             ``log`` is held out.
         out: folder for DIAGNOSIS_FILES and generated/NAME; by default named after the first log.
-        description, columns: how the logs name their columns. propose: terms for an unknown residual, by PySINDy.
+        description, columns: how the logs name their columns.
+        propose: whether PySINDy proposes terms for an unknown residual.
         material: share of the RMS drive force from which on a residual matters, 0.02 or "2 %"; 2 % by default.
-        tell: called with what the preflight found in each log, before anything is fitted.
-        force: whether the folder of the default name is replaced even where it has the diagnosis of another log.
+        tell: called with the findings of the preflight on each log, before the fits.
+        force: whether the default folder is replaced even if it has the diagnosis of another log.
 
     Raises:
-        BadInput: for a bad spec, log or share, or a folder where we would replace what is not ours, or by default
-            another log's; then nothing is written.
+        BadInput: for a bad spec, log or share, or a folder with files that stiction did not write or, by default, of
+            another log; then nothing is written.
     """
     matters = MATERIAL if material is None else read_part(str(material), Place("--material"))
     logs, tests = _files(log), _files(test)
@@ -125,7 +126,9 @@ def diagnose(
     for name, text in robot.items():
         refuse_other_robot(folder, name, text)
     if spec.observer is not None:
-        from codegen.app.check import refuse_ungenerable  # a third of a second that a plain spec need not pay
+        from codegen.app.check import (
+            refuse_ungenerable,  # imported here: a third of a second, which a spec without observer does not need
+        )
         from codegen.app.generate import listed_files, refuse_edited
 
         refuse_ungenerable(machine.nominal)
@@ -141,7 +144,7 @@ def diagnose(
         held_out = read_logs(tests, spec, description=description, columns=columns, allowance=allowance)
 
     def tell_and_load(found: Findings) -> None:
-        """Tell, and load the report's libraries: the compiler works on the first models meanwhile."""
+        """Report the findings, and load the report's libraries while the compiler works on the first models."""
         tell(found)
         from codegen.report.style import load_libraries
 
@@ -160,7 +163,7 @@ def diagnose(
         augmented = Derived(parse_spec(models.spec_text, spec.path.parent / "spec.yaml"))
         try:
             generated, change = augmented.files, certificate_change(machine.outcome, augmented.outcome)
-        except BadInput as error:  # of the augmented spec alone: what was diagnosed holds all the same
+        except BadInput as error:  # only of the augmented spec; the diagnosis remains valid
             why = f"no code was generated: {error.found}; expected {error.expected}"
             generated, change = {}, CertificateChange(_rate(machine.outcome), why)
         refuse_hand_written(folder / "generated" / augmented.spec.name, generated)
@@ -176,7 +179,7 @@ def diagnose(
 
 
 def _robot_files(spec: Spec) -> dict[str, str]:
-    """The robot file that the spec names, below its folder → its text: the augmented spec names it too."""
+    """Name → text of the spec's robot file, if it lies below the spec's folder; the augmented spec needs it too."""
     if spec.robot is None or {"..", "/"} & {*Path(spec.robot[0]).parts}:
         return {}
     name = spec.robot[0]
@@ -184,7 +187,7 @@ def _robot_files(spec: Spec) -> dict[str, str]:
 
 
 def findings_text(found: Findings) -> str:
-    """What the preflight found, as the command prints it first."""
+    """The findings of the preflight as text."""
     return render("text/preflight.j2", findings=found)
 
 

@@ -1,4 +1,4 @@
-"""The folder of a diagnosis: of which log its results are, and that those of another one are not replaced unasked."""
+"""The folder of a diagnosis: the hashes of its log, and checks that other files are not replaced."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def log_sha256(logs: Sequence[str | Path]) -> list[str]:
     """SHA-256 of each log; of a folder, that of the names and bytes of its files.
 
     Raises:
-        BadInput: for a file that cannot be read any more.
+        BadInput: for a file that can no longer be read.
     """
     return [_sha256(Path(log)) for log in logs]
 
@@ -37,20 +37,20 @@ def _sha256(log: Path) -> str:
 
 
 def refuse_not_ours(folder: Path) -> None:
-    """Raise BadInput where the folder has a file of the names that a diagnosis has, which stiction did not write."""
+    """Raise BadInput if the folder has a file with a name of ``DIAGNOSIS_FILES`` that stiction did not write."""
     for name in DIAGNOSIS_FILES:
         refuse_foreign(folder, name, (RESULT,))
     refuse_foreign_json(folder / RESULT, FORMAT)
 
 
 def refuse_other_robot(folder: Path, name: str, text: str) -> None:
-    """Raise BadInput where the folder has another file by the name of the robot file that is put beside the spec."""
+    """Raise BadInput if the folder has another file with the name of the robot file."""
     if read_or_none(folder / name) != text:
         refuse_foreign(folder, name, (RESULT,))
 
 
 def refuse_another_log(folder: Path, sha256: Sequence[str]) -> None:
-    """Raise BadInput where the folder has the diagnosis of other logs than those with these ``log_sha256``."""
+    """Raise BadInput if the folder has the diagnosis of logs with other hashes."""
     content = json_of(folder / RESULT, FORMAT)
     if content is None or content.get("log_sha256") == list(sha256):
         return

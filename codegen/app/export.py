@@ -25,10 +25,10 @@ MARK = "Written by stiction export"
 
 @dataclass(frozen=True, repr=False)
 class Exported(Result):
-    """What ``export`` wrote.
+    """The files of ``export``.
 
     Attributes:
-        files: names in a folder; () of a single file.
+        files: names in a folder; () for a single file.
         remarks: how the machine is represented, with the force errors.
     """
 
@@ -70,14 +70,14 @@ def export(
     Args:
         to: a name of ``TARGETS``.
         out: the file; for a format of several files the folder.
-        on: the coordinate of a map; not needed where only one has a force that repeats with the position.
-        counts: of a turn in a map; 3600 by default.
-        gear: turns of the motor a turn of the joint, for a map over the motor's turn; ``odrive`` asks for it.
-        into: a MuJoCo model of one's own: it is written with the friction that was found, all else kept.
+        on: the coordinate of a map; needed if several have a force that repeats with the position.
+        counts: rows of a turn in a map; 3600 by default.
+        gear: turns of the motor per turn of the joint, for a map over the motor's turn, as of ``odrive``.
+        into: a MuJoCo model that is written with the spec's friction, else unchanged.
 
     Raises:
-        BadInput: for a bad spec, an unknown format, a machine that the format cannot hold, or a file that stiction did
-            not write.
+        BadInput: for a bad spec, an unknown format, a machine that the format cannot represent, or a file that
+            stiction did not write.
     """
     target, path = target_of(to), Path(out)
     machine = derived_from(source)
@@ -111,7 +111,7 @@ def export(
 def _refuse_options_of_other_formats(
     to: str, target: Target, on: str | None, counts: int | None, gear: float | None
 ) -> None:
-    """Refuse what only a map can take, rather than leave it unused."""
+    """Raise BadInput for an option that the format does not use."""
     maps = " or ".join(f"--to {name}" for name, known in TARGETS.items() if known.is_map)
     if gear is not None and not target.is_map:
         raise BadInput("--gear", f"a ratio for a map over the motor's turn, and --to {to}", maps, code="CALL002")
@@ -122,16 +122,14 @@ def _refuse_options_of_other_formats(
 
 
 def _header(spec: Spec, to: str) -> list[str]:
-    """No date, so that the same spec gives the same bytes."""
+    """Comment lines with the origin of a file; without a date, so that the same spec gives the same bytes."""
     file = file_text(spec.path.name)
     robot = [] if spec.robot is None else [f"robot file {file_text(spec.robot[0])}, SHA-256 {spec.robot[1]}"]
     return [f"{MARK} {VERSION} from {file}, format {to}", f"spec SHA-256 {spec.sha256}", *robot]
 
 
 def _refuse_foreign(path: Path) -> None:
+    """Raise BadInput for a file that stiction did not write."""
     if is_there(path) and MARK not in read_text(path, "a file that stiction wrote", LARGEST_GENERATED)[:4096]:
         found = "a file that stiction did not write"
         raise BadInput(str(path), found, "another name; nothing was replaced", code="FILE004")
-
-
-__all__ = ["TARGETS", "Exported", "export"]

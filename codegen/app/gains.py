@@ -1,4 +1,4 @@
-"""``stiction gains``: a spec's feasibility report, the files that it writes, and how it is printed."""
+"""``stiction gains``: the stable gains of a spec's observer, their margins, and a suggestion."""
 
 from __future__ import annotations
 
@@ -27,15 +27,16 @@ from codegen.spec.numerics import require_finite
 MAP, NUMBERS, SPEC = "gains.png", "gains.json", "spec.yaml"
 FORMAT = "stiction-gains/1"
 NEAR = 1e-3
+"""Imaginary part up to which an eigenvalue on the unit circle is taken as real."""
 
 
 @dataclass(frozen=True, repr=False)
 class GainReport(Result):
-    """What ``gains`` found, and the files it wrote.
+    """The result of ``gains``, and its files.
 
     Attributes:
-        bounds: certified at the gains that the rule chose, and at the slower ones that are suggested where the first
-            bound is of little use; () where unknown.
+        bounds: certified at the gains that the rule chose, and at slower ones that are suggested if the first bound is
+            too large to be useful; () if unknown.
     """
 
     template = "gains"
@@ -53,12 +54,12 @@ class GainReport(Result):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """On free gains whose one number stands for gains in different units."""
+        """Notes on free gains that are one number for gains in different units."""
         return unit_notes(self.feasibility.axes, self.feasibility.observer)
 
     @property
     def view(self) -> dict[str, Any]:
-        """What the text template needs."""
+        """The variables of the text template."""
         report = self.feasibility
         return {
             "files": self.files,
@@ -74,7 +75,7 @@ class GainReport(Result):
             "noise_bound": NOISE_SHARE,
             "factor": GAIN_FACTOR,
             "decibel": decibel,
-            "leaves_as": leaves_as,
+            "limit_motion": limit_motion,
             "complex_text": _complex_text,
             "searched": SEARCHED,
         }
@@ -87,15 +88,15 @@ class GainReport(Result):
 
 @verb
 def gains(source: Source, out: str | Path | None = None, over: Sequence[str] = ()) -> GainReport:
-    """Which gains of a spec's observer are stable over its envelope, with what margin, and which to take.
+    """The gains of a spec's observer that are stable over its envelope, their margins, and suggested gains.
 
     Args:
-        out: folder for gains.json, gains.png and, where a gain set is suggested, spec.yaml with it; None for none.
+        out: folder for gains.json, gains.png and, if gains are suggested, spec.yaml with them; None for none.
         over: the two gains of the map (``h`` is the sample time).
 
     Raises:
-        BadInput: for a bad spec, gains that the observer does not have, or a folder that cannot be written or where
-            files of these names lie that we did not write.
+        BadInput: for a bad spec, gains that the observer does not have, or a folder that cannot be written or has files
+            of these names that stiction did not write.
     """
     machine = derived_from(source)
     spec = machine.spec
@@ -117,7 +118,7 @@ def gains(source: Source, out: str | Path | None = None, over: Sequence[str] = (
     require_finite(spec, gains_json(report), "what the gains do")
     if out is None:
         return GainReport(report, (), bounds)
-    from codegen.report.gain_map import gain_map_png  # matplotlib costs a second that the text need not pay
+    from codegen.report.gain_map import gain_map_png  # imported here: matplotlib takes a second
 
     files: dict[str, str | bytes] = {
         NUMBERS: json_text(gains_json(report, bounds)),
@@ -130,7 +131,7 @@ def gains(source: Source, out: str | Path | None = None, over: Sequence[str] = (
 
 
 def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[str, Any]:
-    """The report as ``stiction gains --json`` prints it: numbers, and None where there is none."""
+    """The JSON object of ``stiction gains --json``; None for a number that does not exist."""
     region, observer = report.region, report.observer
     return {
         "format": FORMAT,
@@ -166,14 +167,15 @@ def gains_json(report: Feasibility, bounds: Sequence[GainBound] = ()) -> dict[st
     }
 
 
-def leaves_as(z: complex, sample_time: float) -> tuple[str, float]:
-    """How an error on the unit circle moves: "alternates", "stays", or "oscillates" and its frequency in Hz."""
+def limit_motion(z: complex, sample_time: float) -> tuple[str, float]:
+    """Motion of an error with eigenvalue z, |z| = 1: "alternates", "stays", or "oscillates" and its frequency in Hz."""
     if abs(z.imag) < NEAR:
         return ("alternates" if z.real < 0 else "stays"), 0.0
     return "oscillates", abs(cmath.phase(z)) / (2 * math.pi * sample_time)
 
 
 def _axis_words(report: Feasibility, axis: GainAxis) -> dict[str, Any]:
+    """An axis for the text, with the sign of its gains."""
     sign = -1.0 if axis.negative else 1.0
     return {
         "name": f"{axis.name} (factor)" if axis.factor else axis.name,
@@ -189,6 +191,7 @@ def _ordered(low: float, high: float, sign: float) -> tuple[float, float]:
 
 
 def decibel(factor: float) -> float:
+    """20 log₁₀ of a factor, dB."""
     return 20 * math.log10(factor)
 
 

@@ -1,7 +1,7 @@
 """The certified bound on the friction error at suggested gains, and at the same gains divided by powers of two.
 
-Fast gains amplify what the machine moves within a sample: the bound can then be larger than the friction itself.
-``stiction gains`` therefore suggests the slower ones.
+With fast gains, the motion within a sample makes the bound larger than the friction itself. ``stiction gains`` then
+suggests slower gains.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from codegen.spec.free_gains import with_gains
 
 DIVISORS = (1, 2, 4, 8, 16, 32)
 USEFUL = 0.2
-"""Share of the friction up to which a bound on its error is useful, and no slower gains are suggested."""
+"""Ratio of the bound to the friction up to which no slower gains are suggested."""
 
 
 @dataclass(frozen=True)
 class GainBound:
-    """What is certified at one set of gains.
+    """The certified bound at one set of gains.
 
     Attributes:
-        divisor: of all gains that the rule chose.
-        gains: axis → number.
+        divisor: by which the gains that the rule chose are divided.
+        gains: axis → value.
         decay_rate: certified, 1/s.
-        bound: on the friction error, long after a reversal: of the contact for which it is the largest share.
+        bound: on the friction error long after a reversal, of the contact for which it is the largest share.
     """
 
     divisor: int
@@ -60,9 +60,9 @@ class GainBound:
 
 
 def bounds_at(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion) -> tuple[GainBound, ...]:
-    """The bound at the gains that the rule chose, and where it is not useful the first that is, or the least; or ().
+    """The bound at the gains that the rule chose; if it is not useful, also the first useful one, or the least; or ().
 
-    Bounds are known where the error dynamics are the same at every operating point and the envelope has the ranges.
+    Bounds are known if the error dynamics are the same at every operating point and the envelope has the ranges.
     """
     if isinstance(error_response(machine.nominal.observer), str):
         return ()
@@ -74,12 +74,13 @@ def bounds_at(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion
 
 
 def why_no_bound(report: Feasibility, bounds: Sequence[GainBound]) -> str:
-    """Why no bound in newtons is known of an observer, whatever its gains and its envelope; empty where one is."""
+    """Why no bound in newtons is known for an observer at any gains and envelope; empty if one is known."""
     found = "" if bounds else error_response(report.observer)
     return found if isinstance(found, str) else ""
 
 
 def _until_useful(machine: Derived, axes: Sequence[GainAxis], suggestion: Suggestion) -> Iterator[GainBound]:
+    """The bounds at gains divided by each divisor, up to the first useful one."""
     for divisor in DIVISORS:
         one = _bound(machine, axes, suggestion, divisor)
         if one is None:

@@ -1,4 +1,4 @@
-"""``stiction generate``: all files of generated/NAME/ or an FMU, and whether those on disk are current."""
+"""``stiction generate``: the files of generated/NAME/ or an FMU, and whether those on disk are current."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ from codegen.emit.package import proof_lines
 from codegen.spec import Spec
 
 CHOSEN = ("splits", "lyapunov_matrix", "cover", "decay_rate", "reversals", "along")
-"""Keys of a certificate whose values the solver chooses: another run may find other digits."""
+"""Keys of a certificate whose values the solver chooses; another processor may give other digits."""
 REGION = ("variables", "parameters", "matrix", "claim", "assumptions")
-"""The same in a region's proof: the solver also chooses how far the region goes."""
+"""The same for a region's proof, in which the solver also chooses the size of the region."""
 OF_SLIDING = ("lyapunov_matrix", "decay_rate", "box", "witness")
 """Keys of the kernel's proof that follow from the solver's choice in sliding.json."""
 KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
-WRITTEN_BEFORE = "bound.json"
-"""Written by earlier versions; ellipsoid.json has taken its place."""
-BESIDE = (*PROOFS, KERNEL_PROOF, ELLIPSOID, WRITTEN_BEFORE)
-"""Files that not every observer has: those of an earlier run are removed where this run has none."""
+OLD_BOUND = "bound.json"
+"""Written by earlier versions, in place of ellipsoid.json."""
+OPTIONAL = (*PROOFS, KERNEL_PROOF, ELLIPSOID, OLD_BOUND)
+"""Files that not every observer has; those of an earlier run are removed if this run has none."""
 MANIFEST = "manifest.json"
 HEADER = 1000
-"""Characters at the beginning of a file among which it states who made it."""
+"""Characters at the beginning of a file that contain its origin."""
 
 
 class Certifiable(Result):
-    """A result of ``generate``: files, and the certificate or the refusal that belongs to them."""
+    """A result of ``generate``: files, and their certificate or refusal."""
 
     outcome: Certificate | Refusal
 
@@ -61,7 +61,7 @@ class Certifiable(Result):
 
 @dataclass(frozen=True, repr=False)
 class Generated(Certifiable):
-    """What ``generate`` made.
+    """The files of ``generate``.
 
     Attributes:
         files: name → text.
@@ -92,7 +92,7 @@ class Generated(Certifiable):
 
 @dataclass(frozen=True, repr=False)
 class GeneratedFmu(Certifiable):
-    """What ``generate --target fmu`` made.
+    """The FMU of ``generate --target fmu``.
 
     Attributes:
         members: paths in the zip.
@@ -132,18 +132,18 @@ def generate(
     overrides: Overrides | None = None,
     force: bool = False,
 ) -> Generated:
-    """C, Python, certificate and README of a spec's observer.
+    """Write C, Python, certificate and README of a spec's observer.
 
     Args:
         out: folder to write to; ``generated/NAME`` by default.
-        check_only: write nothing; say what on disk is not current.
-        uncertified: write the code even where no certificate can be given.
+        check_only: write nothing; report the files on disk that are not current.
+        uncertified: write the code even without a certificate.
         overrides: the command's own choices of precision, fault policy and targets.
-        force: replace generated files that were edited, too.
+        force: also replace generated files that were edited.
 
     Raises:
-        BadInput: for a bad spec, or a folder that cannot be written or has files that we did not write or that were
-            edited.
+        BadInput: for a bad spec, or a folder that cannot be written or has files that were edited or that stiction did
+            not write.
     """
     machine = derived_from(source).with_overrides(overrides)
     spec = machine.spec
@@ -158,7 +158,7 @@ def generate(
         refuse_hand_written(target, files, spec.name)
         if not force:
             otherwise = "--force, which discards the edits"
-            refuse_edited(target, {**dict.fromkeys(BESIDE), **files}, otherwise, spec.name)
+            refuse_edited(target, {**dict.fromkeys(OPTIONAL), **files}, otherwise, spec.name)
         write_all(target, files, (MANIFEST,))
         _make_importable(target, out)
         _drop_old_proofs(target, spec, files)
@@ -180,14 +180,14 @@ def generate_fmu(
     Args:
         out: folder for NAME.fmu; ``generated/NAME`` by default.
         version: of FMI, ``3.0`` or ``2.0``.
-        check_only: write nothing; say whether the file on disk is current.
-        uncertified: write it even where no certificate can be given.
+        check_only: write nothing; report whether the file on disk is current.
+        uncertified: write it even without a certificate.
         overrides: the command's own choices of precision and fault policy.
-        force: write it where generated files in the folder were edited, too: it does not hold the edits.
+        force: write it even if generated files in the folder were edited; it does not contain the edits.
 
     Raises:
-        BadInput: for a bad spec, no C compiler, a folder that cannot be written or in which such files were edited, or
-            an FMU there that stiction did not write.
+        BadInput: for a bad spec, no C compiler, a folder that cannot be written or has edited files, or an FMU there
+            that stiction did not write.
     """
     if version not in VERSIONS:
         raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}", code="CALL001")
@@ -218,7 +218,7 @@ def _bytes_of(path: Path) -> bytes | None:
 
 
 def _refuse_folder_of_another(target: Path, name: str) -> None:
-    """Raise BadInput where another machine's code was generated: half of its files would be overwritten."""
+    """Raise BadInput for a folder with the code of another machine, whose common files would be overwritten."""
     own = (f"{name}.h", f"{name}_lanes.h")
     header = next((file for file in listed_files(target) if file.endswith(".h") and file not in own), None)
     if header is not None:
@@ -227,10 +227,10 @@ def _refuse_folder_of_another(target: Path, name: str) -> None:
 
 
 def refuse_hand_written(target: Path, files: Mapping[str, str], name: str = "") -> None:
-    """Raise BadInput where a folder has a file of these names with another text, which no manifest of ours lists.
+    """Raise BadInput for files of these names with another text that no manifest of stiction lists.
 
     Args:
-        name: of the machine; a file that says itself that it was generated for it passes. "" for none.
+        name: of the machine; files that state that they were generated for it are accepted. "" for none.
     """
     listed = listed_files(target)
     unlisted = [file for file, text in files.items() if file not in listed and _differs(target / file, text)]
@@ -246,34 +246,34 @@ def refuse_hand_written(target: Path, files: Mapping[str, str], name: str = "") 
 def refuse_edited(
     target: Path, files: Mapping[str, str | None] | Mapping[str, str], otherwise: str = "", name: str = ""
 ) -> None:
-    """Raise BadInput where a file that would be replaced or removed was edited after stiction wrote it.
+    """Raise BadInput if a file that would be replaced or removed was edited after stiction wrote it.
 
-    The manifest on disk has the SHA-256 of each file as it was written, so a file that an older version of stiction
-    wrote is no edit. If a file says that stiction made it, and no manifest lists it, an edit cannot be excluded.
+    The manifest on disk has the SHA-256 of each file as written, so that files of older versions are no edits. A file
+    that states that stiction made it, and that no manifest lists, may have been edited.
 
     Args:
-        files: name → its new text: a file that already has this text is not refused. None where the new text is not
-            known yet, or the file will be removed.
-        otherwise: what the user can do instead of moving the files away, in words; "" for nothing.
-        name: of the machine, for files that no manifest lists; "" leaves these out.
+        files: name → its new text, with which a file is not refused. None if the text is not known yet, or the file
+            will be removed.
+        otherwise: another way for the user, in words; "" for none.
+        name: of the machine, for files that no manifest lists; with "" these are not checked.
     """
     listed = listed_files(target)
     other = [file for file, text in files.items() if _differs(target / file, text)]
     edited = [f for f in other if listed.get(f) and sha256(_text(target / f) or "") != listed[f]]
     edited += [f for f in other if f == MANIFEST and f in listed and is_edited(_text(target / f) or "")]
     unlisted = [f for f in other if files[f] is not None and f not in listed and _says_generated(target / f, name)]
-    told = {
+    groups = {
         "edited after stiction wrote it (manifest.json has another SHA-256)": edited,
         "written by stiction, perhaps edited since (no manifest.json has the SHA-256)": unlisted,
     }
     if edited or unlisted:
-        found = "; ".join(f"{', '.join(names)}, {what}" for what, names in told.items() if names)
+        found = "; ".join(f"{', '.join(names)}, {what}" for what, names in groups.items() if names)
         ways = " or ".join(("the file as it was written, another folder", *([otherwise] if otherwise else ())))
         raise BadInput(str(target), found, ways, code="FILE008")
 
 
 def _says_generated(path: Path, name: str) -> bool:
-    """Whether a file says itself, in its header or as JSON, that it was generated for the machine of this name."""
+    """Whether a file states, in its header or as JSON, that it was generated for the machine of this name."""
     text = _text(path) if name else None
     if text is None:
         return False
@@ -294,18 +294,18 @@ def _subject(text: str) -> object:
 
 
 def _text(path: Path) -> str | None:
-    """A file's text with \\n as line ends: a version control system may have written \\r\\n."""
+    """A file's text with line ends \\n, which a version control system may have replaced by \\r\\n."""
     text = read_or_none(path)
     return None if text is None else text.replace("\r\n", "\n")
 
 
 def _differs(path: Path, text: str | None) -> bool:
-    """Whether a file is there, with another text."""
+    """Whether a file exists with another text."""
     return is_there(path) and _text(path) != text
 
 
 def listed_files(folder: Path) -> dict[str, object]:
-    """The files that a manifest of ours in a folder lists → SHA-256, and itself → None; {} without one."""
+    """File → SHA-256 by stiction's manifest in a folder, and the manifest itself → None; {} without one."""
     try:
         manifest = json.loads(read_text(folder / MANIFEST, "a manifest", LARGEST_GENERATED))
         ours = manifest["tool"]["name"] == "stiction"
@@ -315,15 +315,15 @@ def listed_files(folder: Path) -> dict[str, object]:
 
 
 def _make_importable(target: Path, out: str | Path | None) -> None:
-    """In the default place, let ``from generated import NAME`` find this folder and no other package of that name."""
+    """Write ``__init__.py`` in the default folder, so that ``from generated import NAME`` finds this package."""
     marker = target.parent / "__init__.py"
     if out is None and not is_there(marker):
         write_atomically(marker, render("text/generated_init.py.j2"))
 
 
 def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
-    """Remove proofs that an earlier run wrote for this machine and this one does not: they are about other code."""
-    for old in (target / name for name in BESIDE if name not in kept):
+    """Remove proofs of an earlier run that this run does not write; they are about other code."""
+    for old in (target / name for name in OPTIONAL if name not in kept):
         try:
             text = read_text(old, "a certificate", LARGEST_GENERATED)
         except BadInput:
@@ -333,7 +333,7 @@ def _drop_old_proofs(target: Path, spec: Spec, kept: Mapping[str, str]) -> None:
 
 
 def _is_claim(text: str) -> bool:
-    """Whether a JSON object that names a machine is one of the files BESIDE, by its format or the fields of a proof."""
+    """Whether a JSON object that names a machine is one of the files ``OPTIONAL``, by its format or fields."""
     content = json.loads(text)
     return (
         str(content.get("format", "")).startswith("stiction-")
@@ -343,14 +343,14 @@ def _is_claim(text: str) -> bool:
 
 
 def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
-    """Names of the files on disk that are missing, surplus, or differ from what would be written.
+    """Names of the files on disk that are missing, surplus, or different from what would be written.
 
-    Solvers find other digits on other processors. A certificate that differs in such digits alone is current if the
-    checker accepts it for these sources.
+    A certificate that differs only in the solver's digits, as from another processor, is current if the checker accepts
+    it for these sources.
     """
     on_disk = {name: read_or_none(folder / name) for name in files}
     different = tuple(name for name, text in files.items() if on_disk[name] != text)
-    different += tuple(n for n in BESIDE if n not in files and is_there(folder / n))
+    different += tuple(n for n in OPTIONAL if n not in files and is_there(folder / n))
     expected = dict(files)
     for name in PROOFS:
         text = on_disk.get(name)
@@ -366,7 +366,7 @@ def _stale(folder: Path, files: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def _with_sliding(files: dict[str, str], folder: Path, proof: str | None) -> dict[str, str]:
-    """The files with the solver's choices in ``proof``, the proof.json on disk, if the checker accepts that proof.
+    """The files with the solver's choices of the proof.json on disk, if the checker accepts it.
 
     For an observer whose proof.json follows from sliding.json.
     """
@@ -378,29 +378,29 @@ def _with_sliding(files: dict[str, str], folder: Path, proof: str | None) -> dic
         made = proof_json(json.loads(files[KERNEL_PROOF]) | {key: theirs[key] for key in OF_SLIDING})
     except (checker.Refused, OSError, ValueError, KeyError):
         return files
-    return _listed_anew(files, {**files, KERNEL_PROOF: made})
+    return _with_manifest(files, {**files, KERNEL_PROOF: made})
 
 
 def _with_solution(files: Mapping[str, str], name: str, proof: str) -> dict[str, str]:
-    """The files with the solver's choices in ``proof``, the text on disk of the certificate or proof called ``name``.
+    """The files with the solver's choices of ``proof``, the text on disk of the certificate or proof called ``name``.
 
-    The claim, the README, the kernel's proof and the manifest repeat these choices, and change with them.
+    The claim, the README, the kernel's proof and the manifest repeat these choices and change with them.
     """
     ours, theirs = json.loads(files[name]), json.loads(proof)
     rate, other = (f"alpha = {float(Fraction(c.get('decay_rate', 0))):.6g} 1/s" for c in (ours, theirs))
     chosen = (*CHOSEN, *(REGION if name in REGION_PROOFS else ()))
     content = ours | {"claim": ours["claim"].replace(rate, other)} | {key: theirs[key] for key in chosen if key in ours}
     result = {**files, name: json_text(content)}
-    said = proof_lines(name, files[name])
-    now = (said, proof_lines(name, proof)) if said else (rate, other)
+    lines = proof_lines(name, files[name])
+    now = (lines, proof_lines(name, proof)) if lines else (rate, other)
     result["README.md"] = files["README.md"].replace(*now)
     if name == PROOFS[0] and KERNEL_PROOF in files:
         result[KERNEL_PROOF] = with_solution(files[KERNEL_PROOF], content)
-    return _listed_anew(files, result)
+    return _with_manifest(files, result)
 
 
-def _listed_anew(files: Mapping[str, str], changed: dict[str, str]) -> dict[str, str]:
-    """The changed files with the manifest of these."""
+def _with_manifest(files: Mapping[str, str], changed: dict[str, str]) -> dict[str, str]:
+    """The changed files with a manifest of their hashes."""
     manifest = json.loads(files[MANIFEST])
     hashes = {name: sha256(changed[name]) for name in manifest["files"]}
     return {**changed, MANIFEST: manifest_text(manifest | {"files": hashes})}

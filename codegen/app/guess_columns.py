@@ -1,4 +1,4 @@
-"""Columns of a log ↔ coordinates, velocities and inputs of a robot, by the names that both have."""
+"""Recognition of a log's columns as coordinates, velocities and inputs of a robot, by names."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ class Guess:
     """Columns recognised by their names.
 
     Attributes:
-        columns: symbol → column. remarks: on variables without a column, and on columns that were not taken.
+        columns: symbol → column.
+        remarks: on variables without a column, and on columns that were not taken.
     """
 
     columns: Mapping[str, str]
@@ -34,11 +35,13 @@ class Guess:
 
 
 def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
-    """Match by name: the joint's, and a word for position, velocity or effort; of several columns that of the topic
-    which has the most.
+    """Match columns by the joint's name and a word for position, velocity or effort.
+
+    Of several columns, that of the topic with the most columns is taken.
 
     Args:
-        names: of the log's columns. joints: coordinate → the joint's own name.
+        names: of the log's columns.
+        joints: coordinate → the joint's own name.
     """
     found: dict[str, list[str]] = {}
     commanded: list[str] = []
@@ -91,22 +94,24 @@ def guess_columns(names: Sequence[str], joints: Mapping[str, str]) -> Guess:
 
 
 def _of_commands(commanded: Sequence[str], without: Sequence[str]) -> list[str]:
+    """Remarks on columns of commands; ``without``: the inputs without a column."""
     if not commanded:
         return []
-    said = [f"{listing([f'`{shown(name, 60)}`' for name in commanded], 4)}: commanded, not measured; not taken"]
+    remarks = [f"{listing([f'`{shown(name, 60)}`' for name in commanded], 4)}: commanded, not measured; not taken"]
     if without:
         law = f"{without[0]}: 25*({identifier(commanded[0])} - POSITION)"
-        said.append(f"a commanded position is no torque: the servo's own law makes one of it, such as `{law}`")
-    return said
+        remarks.append(f"a commanded position is no torque: the servo's own law makes one of it, such as `{law}`")
+    return remarks
 
 
 def _joint(words: Sequence[str], joints: Mapping[str, str]) -> str | None:
-    """The joint whose name is one of the words; the longest of several."""
+    """The joint whose name occurs in the words; of several, that with the longest name."""
     there = [joint for joint, label in joints.items() if _within(words_of(label), words)]
     return max(there, key=lambda joint: len(words_of(joints[joint])), default=None)
 
 
 def _within(part: Sequence[str], words: Sequence[str]) -> bool:
+    """Whether the words of ``part`` occur one after the other."""
     spots = range(len(words) - len(part) + 1)
     return bool(part) and any(list(words[k : k + len(part)]) == list(part) for k in spots)
 

@@ -33,17 +33,17 @@ def init(
     """Write NAME.yaml, a commented spec that ``check`` accepts.
 
     Args:
-        name: of the machine, and of the file; or a robot file, whose name it then has.
+        name: of the machine and of the file; or a robot file, by whose name the machine is called.
         source: a spec, a shipped one by its name (``specs/two_mass.yaml`` or ``two_mass``), a robot description (URDF)
             or a MuJoCo model (MJCF, .xml); None for a new machine of one mass.
         out: folder to write to.
-        log: of a robot: its columns are named in the spec where their names are recognised.
+        log: of a robot; its columns are named in the spec if their names are recognised.
 
     Returns:
-        The files: the spec, and the robot file that it names where that did not lie there.
+        The files: the spec, and the robot file that it names, if it was not there yet.
 
     Raises:
-        BadInput: for a name that none can have, a source that cannot be used, or a file that is there already.
+        BadInput: for an invalid name, an unusable source, or a file that exists already.
     """
     if source is None and Path(name).suffix.lower() in ENDINGS:
         name, source = identifier(Path(name).stem), name
@@ -71,7 +71,7 @@ def init(
 
 
 def _found(source: str | Path) -> Path:
-    """The file of a spec: one that is there, or a shipped one."""
+    """The file of a spec: an existing file, or a shipped spec."""
     if is_there(Path(source)):
         return Path(source)
     shipped = shipped_specs()

@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 STAGES = ("spec", "system", "observer", "analysis", "program", "outcome", "files")
-"""Properties of a machine that docs/how-to/python.md names."""
+"""Properties of a machine, as in docs/how-to/python.md."""
 
 
 class _Verb(Generic[Result]):
-    """A verb as a method: the function of that name in its module, which is imported when it is first asked for."""
+    """A verb as a method: the function of that name in its module, which is imported at the first access."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
@@ -42,7 +42,7 @@ class _Verb(Generic[Result]):
 
 
 class Machine(Derived):
-    """A spec, all that follows from it, and the verbs; each takes the arguments of the function of its name."""
+    """A spec, all that is derived from it, and the verbs, with the arguments of the functions of these names."""
 
     cancel: _Verb[CancelReport] = _Verb()
     certify: _Verb[Certified] = _Verb()
@@ -57,7 +57,7 @@ class Machine(Derived):
     watch: _Verb[Watched] = _Verb()
 
     def __dir__(self) -> list[str]:
-        """The verbs and the stages; what these use among themselves is left out."""
+        """The verbs and the stages, without internal methods."""
         verbs = [name for name, value in vars(Machine).items() if isinstance(value, _Verb)]
         return sorted([*verbs, "verify", *STAGES])
 
@@ -73,6 +73,6 @@ def load(path: str | Path) -> Machine:
     """The machine of a spec file.
 
     Raises:
-        BadInput: for a file that is no spec; what else is wrong with it is said by ``check`` and by the other verbs.
+        BadInput: for a file that is no spec; other faults are reported by ``check`` and the other verbs.
     """
     return Machine(read_spec(path))

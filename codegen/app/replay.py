@@ -1,4 +1,4 @@
-"""``stiction replay`` as a function: a spec's generated observer over a measured log."""
+"""``stiction replay``: a spec's generated observer over a measured log."""
 
 from __future__ import annotations
 
@@ -46,6 +46,3 @@ def replay(
     result = replay_log(spec, program, engine, samples, declared, target, only)
     against = contradictions(spec, Path(log), description, columns)
     return replace(result, warnings=(*result.warnings, *against))
-
-
-__all__ = ["Replayed", "replay"]

@@ -1,4 +1,4 @@
-"""A spec for a robot file: a URDF, or a MuJoCo model that becomes one, and a log of it whose columns are matched."""
+"""A spec for a robot file, a URDF or a MuJoCo model converted to one, and the columns of a log of the robot."""
 
 from __future__ import annotations
 
@@ -29,16 +29,20 @@ STANDARD = (0.0, 0.0, -9.81)
 DEFAULT_GAIN = 100.0
 """K_v in 1/s of a new spec."""
 MOST_TRAVEL = 1000.0
-"""m or rad: a joint with larger limits in the robot file has in fact none."""
+"""m or rad; larger limits of a joint in a robot file mean that it has none."""
 MARGIN = 1.2
-"""Range of a joint's velocity in a new spec, over its highest speed in the log."""
+"""Range of a joint's velocity in a new spec over its highest speed in the log."""
 GAIN_STEPS = 0.2
 """Largest K_v of a new spec times its sample time."""
 
 
 @dataclass(frozen=True)
 class _Robot:
-    """The robot file's name and text, whether it was made of a MuJoCo model, and what the spec says besides."""
+    """A robot file, and further content of its spec.
+
+    Attributes:
+        converted: whether the file was made from a MuJoCo model.
+    """
 
     file: str
     text: str
@@ -49,13 +53,14 @@ class _Robot:
 
 
 @dataclass(frozen=True)
-class _Seen:
-    """What a log shows of how a robot is run.
+class _Observed:
+    """Sample time, speeds and positions of the joints in a log.
 
     Attributes:
-        period: s, the median step of its times; None where it could not be read.
-        speeds: velocity → the highest speed, SI; positions: coordinate → lowest and highest. Of the joints in the log.
-        measured: whether the speeds are those that were logged, and not slopes of filtered positions.
+        period: s, the median step; None for a log that could not be read.
+        speeds: velocity → the highest speed, SI.
+        positions: coordinate → lowest and highest position, SI.
+        measured: whether the speeds were logged; else they are derivatives of filtered positions.
         remark: why nothing is known, or "".
     """
 
@@ -70,7 +75,9 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
     """File name → text of the spec and of its robot file.
 
     Args:
-        name: of the machine. path: a URDF or MJCF file. log: whose columns the spec is to name, or None.
+        name: of the machine.
+        path: a URDF or MJCF file.
+        log: the log whose columns the spec names, or None.
 
     Raises:
         BadInput: for a robot file or a log that cannot be used.
@@ -91,23 +98,23 @@ def robot_files(name: str, path: Path, log: Path | None) -> dict[str, str]:
 
 
 def _spec_text(name: str, robot: _Robot, path: Path, folder: Path, log: Path | None) -> str:
-    """The spec for the robot file in a folder, parsed once as a check; errors in it are reported for ``path``."""
+    """The spec for the robot file in a folder, which is parsed as a check; its errors are reported for ``path``."""
     bodies = read_kinematic_tree(folder / robot.file, Place(str(folder / robot.file))).bodies
     guess, target = _guess(log, bodies), folder / f"{name}.yaml"
 
-    def rendered(seen: _Seen) -> str:
+    def rendered(seen: _Observed) -> str:
         return render("text/new_robot_spec.j2", name=name, **_content(robot, bodies, guess, log, seen))
 
-    written = rendered(_Seen())
+    written = rendered(_Observed())
     try:
         spec = parse_spec(written, target)
         if log is not None:
-            written = rendered(_seen_in_log(spec, log))
+            written = rendered(_observed_in_log(spec, log))
             parse_spec(written, target)
     except BadInput as error:
         if error.place.file != str(target):
             raise
-        found = f"a robot of which no spec can be made: {error.found}"  # the spec is not there yet to be looked at
+        found = f"a robot of which no spec can be made: {error.found}"  # the spec is no file yet
         raise BadInput(str(path), found, error.expected, error.nearest, code=error.code) from None
     return written
 
@@ -127,22 +134,22 @@ def _guess(log: Path | None, bodies: Sequence[MovingBody]) -> Guess:
 
 
 def _content(
-    robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Path | None, seen: _Seen
+    robot: _Robot, bodies: Sequence[MovingBody], guess: Guess, log: Path | None, seen: _Observed
 ) -> Mapping[str, Any]:
     beyond = {joint.joint: joint for joint in robot.joints}
     ranges, assumed = {}, []
     for body in bodies:
-        limits = beyond[body.joint].limits if body.joint in beyond else _within(body.limits)
+        limits = beyond[body.joint].limits if body.joint in beyond else _real_limits(body.limits)
         ranges[body.joint] = (
             [float(f"{x:.6g}") for x in limits] if limits else [-3.1, 3.1] if body.kind == "revolute" else [-1, 1]
         )
         if limits is None and body.joint not in seen.positions:
             assumed.append(body.joint)
     for joint, ends in seen.positions.items():
-        ranges[joint] = [_out(min(ranges[joint][0], ends[0])), _out(max(ranges[joint][1], ends[1]))]
+        ranges[joint] = [_rounded_up(min(ranges[joint][0], ends[0])), _rounded_up(max(ranges[joint][1], ends[1]))]
     speeds = {
         body.joint: (
-            _out(MARGIN * seen.speeds[f"v_{body.joint}"]),
+            _rounded_up(MARGIN * seen.speeds[f"v_{body.joint}"]),
             f"{seen.speeds[f'v_{body.joint}']:.4g} {'rad' if body.kind == 'revolute' else 'm'}/s",
         )
         for body in bodies
@@ -169,20 +176,20 @@ def _content(
     }
 
 
-def _seen_in_log(spec: Spec, path: Path) -> _Seen:
-    """Read the positions and velocities that the spec's ``log:`` names; inputs that the log lacks are left out."""
+def _observed_in_log(spec: Spec, path: Path) -> _Observed:
+    """Read positions and velocities by the spec's ``log:``; joints and inputs that the log lacks are left out."""
     try:
         named = {*spec.log.columns, *log_description(path, None).columns}
         joints = tuple(c for c in spec.coordinates if c.name in named)
         if not joints:
-            return _Seen(remark="no joint's position was found in it")
+            return _Observed(remark="no joint's position was found in it")
         log = read_log(path, replace(spec, coordinates=joints, inputs=tuple(i for i in spec.inputs if i.name in named)))
     except BadInput as error:
-        return _Seen(remark=one_line(f"{error.found}; expected {error.expected}"))
+        return _Observed(remark=one_line(f"{error.found}; expected {error.expected}"))
     velocities = log.velocities if log.velocities is not None else measured_motion(log).velocities
     tops = np.abs(velocities).max(axis=0, initial=0.0).tolist()
     ends = zip(log.positions.min(axis=0).tolist(), log.positions.max(axis=0).tolist(), strict=True)
-    return _Seen(
+    return _Observed(
         float(np.float64(log.sample_time)),
         {c.velocity: top for c, top in zip(joints, tops, strict=True) if top > 0},
         {c.name: pair for c, pair in zip(joints, ends, strict=True)},
@@ -190,12 +197,12 @@ def _seen_in_log(spec: Spec, path: Path) -> _Seen:
     )
 
 
-def _within(limits: tuple[float, float] | None) -> tuple[float, float] | None:
-    """A robot file's limits of a joint; None where they are so large that they only stand for no limit."""
+def _real_limits(limits: tuple[float, float] | None) -> tuple[float, float] | None:
+    """A robot file's limits of a joint; None for limits above ``MOST_TRAVEL``."""
     return limits if limits is not None and max(map(abs, limits)) <= MOST_TRAVEL else None
 
 
-def _out(value: float) -> float:
+def _rounded_up(value: float) -> float:
     """Rounded to three digits, away from zero."""
     rounded = float(f"{value:.3g}")
     return rounded if abs(rounded) >= abs(value) else float(f"{value * 1.005:.3g}")
@@ -206,7 +213,7 @@ def _time(seconds: float) -> str:
 
 
 def _effects(joint: MjcfJoint) -> list[tuple[str, str, str]]:
-    """(kind, joint, parameters) of what acts on a joint and is in no robot description."""
+    """(kind, joint, parameters) of the effects on a joint that a URDF cannot describe."""
     found = []
     if joint.armature:
         found.append(("inertia_error", joint.joint, f"delta: {joint.armature:.12g}"))

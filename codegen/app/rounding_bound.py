@@ -1,4 +1,4 @@
-"""Bound on what floating-point rounding adds to the error bound, in newtons, in double and in single precision.
+"""Increase of the error bound by floating-point rounding, in newtons, in double and in single precision.
 
 It holds for an observer with a domain: one coordinate, one contact. The rounding errors of a step, which starts from
 the stored (already rounded) states, are disturbances of the next states and of the friction estimate. A rounding error
@@ -51,7 +51,7 @@ class Rounding:
 def rounding_bounds(
     spec: Spec, analysis: Analysis, certificate: Certificate, bound: ErrorBound
 ) -> dict[str, Rounding] | str:
-    """Precision → its ``Rounding``, the increase of ``bound``; or the reason why there is no such bound."""
+    """Precision → the ``Rounding`` that increases ``bound``; or the reason why there is no such bound."""
     observer = analysis.dynamics.observer
     system = observer.system
     if system.degrees_of_freedom > 1 or not isinstance(bound.domain, DomainBound) or bound.domain.inside is None:
@@ -65,7 +65,7 @@ def rounding_bounds(
     result = {}
     for precision in UNIT:
         try:
-            position, states, output = _of_a_step(spec, observer, bound.domain, precision)
+            position, states, output = _step_errors(spec, observer, bound.domain, precision)
         except Undecided as error:
             return f"no bound of them: {error}"
         more = (Fraction(position), [Fraction(e) for e in states.values()])
@@ -80,7 +80,7 @@ def rounding_bounds(
     return result
 
 
-def _of_a_step(
+def _step_errors(
     spec: Spec, observer: Observer, domain: DomainBound, precision: str
 ) -> tuple[float, dict[str, float], float]:
     """Largest rounding errors of x, of each state's update and of the friction estimate, over both slip directions."""

@@ -20,7 +20,7 @@ def write_schema(path: str | Path) -> Path:
     """Write the schema; a spec names it by ``# yaml-language-server: $schema=PATH`` in its first line.
 
     Raises:
-        BadInput: for a file that is not to be written.
+        BadInput: for a file that cannot be written.
     """
     target = Path(path)
     refuse_target(target, None, (".json",))

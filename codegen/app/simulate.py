@@ -21,13 +21,13 @@ PLANTS = ("own", "mujoco")
 
 @dataclass(frozen=True, repr=False)
 class Simulated(Result):
-    """A log that was written.
+    """The result of ``simulate``: a written log.
 
     Attributes:
-        excursions: where the motion leaves the spec's envelope, the worst first.
-        notes: what another simulator's plant holds by the nearest, or not at all.
-        gain, share: ``gain`` of ``cancellation:`` and ``cancel`` of ``simulation:``, whose product of the friction
-            estimate the input cancels; None where it cancels none.
+        excursions: of the motion from the spec's envelope, the largest first.
+        notes: on what another simulator's plant represents approximately, or not at all.
+        gain, share: ``gain`` of ``cancellation:`` and ``cancel`` of ``simulation:``; the input cancels their product
+            times the friction estimate. None if it cancels none.
     """
 
     template = "simulated_notes"
@@ -72,7 +72,7 @@ def simulate(
 
     Raises:
         BadInput: for a bad spec or one without ``simulation:``, another method or plant, a MuJoCo that
-            is not installed or cannot hold the machine, or a file that is not to be written.
+            is not installed or cannot represent the machine, or a file that cannot be written.
     """
     refuse_unknown(method, METHODS, "--method", "", " or ".join(METHODS), code="CALL001")
     refuse_unknown(plant, PLANTS, "--plant", "", " or ".join(PLANTS), code="CALL001")

@@ -1,6 +1,7 @@
 """``stiction verify --smt``: a certificate as a ground SMT-LIB 2 file, for a solver independent of the checker.
 
-What the checker finds by LDL' at the vertices is negated and left to the arithmetic of z3 or cvc5; ``unsat``: it holds.
+The file states the negation of the inequalities that the checker proves by LDLᵀ at the vertices. If z3 or cvc5 finds
+``unsat``, they hold.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from codegen.certify.prefix import rational_text
 from codegen.checker import verify
 
 LONGEST_DWELL = 30_000
+"""Samples."""
 
 
 def smt_text(content: Mapping[str, Any]) -> str:
@@ -45,11 +47,12 @@ def smt_text(content: Mapping[str, Any]) -> str:
 
 
 def _digits(whole: int) -> str:
+    """Binary digits of an exponent, empty for 0, for powers by repeated squaring."""
     return f"{whole:b}" if whole else ""
 
 
 def _vertices(content: Mapping[str, Any]) -> list[dict[str, str]]:
-    """Parameter → end of its interval, at every vertex of every cell, as the checker encloses them."""
+    """Parameter → end of its interval, for every vertex of every cell, enclosed as in the checker."""
     axes = {}
     for name, ends in content["variables"].items():
         at = [Fraction(x) for x in content["splits"].get(name, ends)]
@@ -66,10 +69,10 @@ def _vertices(content: Mapping[str, Any]) -> list[dict[str, str]]:
 
 @verb
 def write_smt(certificate: str | Path, out: str | Path) -> Path:
-    """Write what the checker finds in a certificate as SMT-LIB 2, negated, for another solver to find ``unsat``.
+    """Write the negated inequalities of a certificate as SMT-LIB 2, which another solver should find ``unsat``.
 
     Raises:
-        BadInput: for what is no certificate, if a dwell is too long for it, or for a file that is not to be written.
+        BadInput: for a file that is no certificate, a dwell time that is too long, or a file that cannot be written.
     """
     target = Path(out)
     refuse_target(target, {"the certificate itself": Path(certificate)}, (".smt2",))

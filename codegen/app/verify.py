@@ -24,7 +24,7 @@ REFUSED = 3
 
 @dataclass(frozen=True, repr=False)
 class Verified(Shown):
-    """What the checker found."""
+    """The report of the checker."""
 
     report: checker.Report
 
@@ -41,10 +41,10 @@ class Verified(Shown):
 
 
 def certificate_in(path: str | Path) -> Path:
-    """The certificate that a path names: a file, or certificate.json in a folder of generated code.
+    """The certificate of a path: the file itself, or certificate.json in a folder of generated code.
 
     Raises:
-        BadInput: for a folder of a machine whose certificate was refused; it names the claims that lie there.
+        BadInput: for a folder of a machine whose certificate was refused; it names the claims in the folder.
     """
     path = Path(path)
     if not (is_there(path) and path.is_dir()):
@@ -73,7 +73,7 @@ def verify(path: str | Path, spec: str | Path | None = None) -> Verified:
         return Verified(checker.check(read_text(path, CERTIFICATE, checker.MAX_TEXT), path.parent, spec))
     except json.JSONDecodeError as error:
         raise _no_json(path, error) from None
-    except OSError as error:  # of a file in its folder, or of the spec
+    except OSError as error:  # a file in its folder, or the spec
         found = f"unreadable ({error.strerror})"
         expected = "a file that the certificate names"
         raise BadInput(str(error.filename or path), found, expected, code="FILE001") from None
@@ -89,7 +89,7 @@ def readable(path: str | Path) -> None:
     except json.JSONDecodeError as error:
         raise _no_json(Path(path), error) from None
     except (ValueError, RecursionError):
-        pass  # the checker has words for these
+        pass  # the checker reports these
 
 
 def _no_json(path: Path, error: json.JSONDecodeError) -> BadInput:
@@ -100,7 +100,7 @@ def _no_json(path: Path, error: json.JSONDecodeError) -> BadInput:
 
 @verb
 def verification_json(path: str | Path, spec: str | Path | None = None) -> tuple[dict[str, Any], int]:
-    """What ``stiction verify --json`` prints, and the command's exit status.
+    """The JSON object of ``stiction verify --json``, and the command's exit status.
 
     Raises:
         BadInput: if the file cannot be read.
@@ -114,7 +114,7 @@ def verification_json(path: str | Path, spec: str | Path | None = None) -> tuple
 
 @verb_that_raises(checker.Refused)
 def verify_machine(machine: Derived) -> Verified:
-    """Check the certificate that ``generate`` would write for a machine, with the other files that it would write.
+    """Check the certificate that ``generate`` would write for a machine, together with its other files.
 
     Raises:
         BadInput: for a machine without a certificate.

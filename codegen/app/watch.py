@@ -24,18 +24,19 @@ from codegen.spec.quantity import read_quantity
 BOUNDED = "an observer that `stiction certify` bounds in newtons: noise and accelerations in the envelope"
 NOTHING = "no sample that can be compared with the bound"
 DWELL = 10
-"""An alarm begins after so many consecutive samples out of the bound."""
+"""Consecutive samples out of the bound after which an alarm begins."""
 
 
 @dataclass(frozen=True, repr=False)
 class Watched(Result):
-    """What ``watch`` saw.
+    """The result of ``watch``.
 
     Attributes:
-        limits: what was compared with which bound, from ``settle`` seconds after a reversal on.
-        alarms: when an estimate was out of its bound for longer than the dwell time.
-        fault: the error at the row at which reading ended, or None; useless: that nothing was compared, or None.
-        notes: how the log was read, where that is not plain; why nothing was compared, where nothing was.
+        limits: the signals and their bounds, which are compared from ``settle`` seconds after a reversal on.
+        alarms: times at which an estimate was out of its bound for longer than the dwell time.
+        fault: the error at the row at which reading ended, or None.
+        useless: the error that nothing could be compared, or None.
+        notes: on how the log was read, and why nothing was compared.
     """
 
     template = "watched"
@@ -90,14 +91,13 @@ def watch(
     Args:
         log: ``-`` for standard input or a CSV file, read as rows arrive; or a log of another format, read whole.
         columns: how the log names its columns.
-        dwell: s, or a text with a unit such as ``10ms``, for which an estimate must be out of its bound; 10 samples by
-            default.
+        dwell: time for which an estimate must be out of its bound, s or a text such as ``10ms``; 10 samples by default.
         follow: wait at the end of the file for more.
         tell: called with each alarm when it begins.
-        given: the bytes, in place of what ``log`` names.
+        given: the bytes of the log, in place of the file.
 
     Raises:
-        BadInput: for a bad spec, one without a certified bound, or a log of which no row can be used.
+        BadInput: for a bad spec, one without a certified bound, or a log without a usable row.
     """
     machine = derived_from(source)
     spec, system, program = machine.spec, machine.system, machine.program
@@ -162,7 +162,7 @@ def watch(
 
 
 def _seconds(dwell: float | str) -> float:
-    """A time that is zero or more, in s."""
+    """The dwell time, zero or more, s."""
     expected = "zero or a positive time, such as 0.01 or 10ms"
     try:
         time = float(read_quantity(dwell, "s", Place("--dwell"))) if isinstance(dwell, str) else float(dwell)
@@ -174,7 +174,7 @@ def _seconds(dwell: float | str) -> float:
 
 
 def _no_bound(outcome: Certificate | Refusal) -> str:
-    """Why there is no bound to compare the estimates with, in the words of ``certify``."""
+    """Why there is no bound to compare the estimates with, as by ``certify``."""
     if isinstance(outcome, Refusal):
         return f"no certificate: {outcome.reason}"
     return f"no bound in newtons: {outcome.bounds}"

@@ -95,7 +95,7 @@ def test_twenty_faults_at_most_are_shown_and_the_rest_counted(tmp_path: Path) ->
     path.write_text(ONE.replace("parameters:\n", "parameters:\n" + many, 1))
     told = stiction("check", path).err.splitlines()
     assert len(told) == 21 and all(line.startswith("error: ") for line in told[:20])
-    assert told[20] == "and 30 more, which are shown once these are mended"
+    assert told[20] == "and 30 more, which are shown once these are corrected"
 
 
 def test_unknown_words_of_every_section(tmp_path: Path) -> None:

@@ -116,7 +116,7 @@ def message(text: str, files: Collection[str]) -> Verdict:
     lines = text.split("\n")
     if len(lines) > MOST_LINES:
         return Verdict("message", f"{len(lines)} lines: {text[:300]!r}", "too many lines")
-    if len(lines) == MOST_LINES and lines[-1].endswith("which are shown once these are mended"):
+    if len(lines) == MOST_LINES and lines[-1].endswith("which are shown once these are corrected"):
         lines.pop()
     verdicts = [_line(line, files) for line in lines]
     return next((v for v in verdicts if v.failed), Verdict("error", text))
