@@ -1,7 +1,7 @@
-"""A log and a spec as a problem: what is diagnosed, with all that is known of it before anything is fitted.
+"""The case of a diagnosis: log and spec prepared for the fits.
 
-The preflight's findings, the inputs as they act between rows, the filtered motion, the part that is held out, and the
-parameters that a fit may change.
+It has the preflight's findings, the inputs as they act between rows, the filtered motion, the held-out part of the
+data, and the parameters that a fit may change.
 """
 
 from __future__ import annotations
@@ -39,18 +39,20 @@ from codegen.spec.motion import KinematicTree
 from codegen.spec.numerics import numerical
 
 HELD_OUT_SHARE = 0.3
+"""Share of a log at its end that is held out if there is no test log."""
 Findings = Mapping[str, tuple[str, ...]]
-"""Log, "train" or "test" → what the preflight found, in words."""
+"""Log, "train" or "test" → findings of the preflight, in words."""
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A log and a spec as a problem.
+    """Log and spec, prepared for the fits.
 
     Attributes:
-        log, test_log: with inputs as they act between rows. test_log: None where the end of the log is held out.
-        problem: the declared system on the part of the motion for training. test: on the motion with ``window``.
-        material: share of the RMS of the drive force from which on a force matters.
+        log, test_log: with inputs as they act between rows; test_log is None if the end of the log is held out.
+        problem: the declared system on the training part of the motion.
+        test: the declared system on the motion whose part ``window`` is held out.
+        material: share of the RMS drive force from which on a force matters.
     """
 
     spec: Spec
@@ -70,18 +72,18 @@ class Case:
 
     @property
     def faults(self) -> bool:
-        """Whether log and spec do not fit together, so that no effect is tried."""
+        """Whether the preflight found a problem, so that no effect is tried."""
         return any(f.severity == "problem" for f in self.findings["train"])
 
     @property
     def findings_in_words(self) -> Findings:
-        """Each finding with its severity before it."""
+        """Log → its findings in words, each after its severity."""
         return {name: tuple(f"{f.severity}: {f.words}" for f in some) for name, some in self.findings.items()}
 
 
 @numerical("the force balance on the log")
 def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material: float) -> Case:
-    """Log and spec as a problem."""
+    """Prepare log and spec; ``material`` as of ``Case``."""
     system, deviations = uncertain_values(spec, system, log)
     log, cut = excerpt(log)
     findings = {
@@ -117,12 +119,11 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
 
 
 def smoothed(log: Log, system: System) -> Motion:
-    """The motion of a log, by a faster cutoff where its inputs act mostly above the usual one.
+    """The smoothed motion of a log, with a higher cutoff if its inputs act mostly above the usual one.
 
-    At constant speed the current of a motor carries its cogging, and the acceleration, by which the usual cutoff is
-    chosen, is little more than noise. What counts then is that the noise of M a is at most ``NOISE_SHARE`` of the drive
-    force; of a coordinate without drive, as usual, that of the acceleration. The faster cutoff must keep most of the
-    input: else that is noise.
+    At constant speed a motor's current contains its cogging, while the acceleration, which sets the usual cutoff, is
+    mostly noise. With a higher cutoff, the noise of M a must be at most ``NOISE_SHARE`` of the drive force (without
+    drive, that of the acceleration), and most of the input must pass.
     """
     motion = smooth_motion(log)
     fast = _above(log, motion) > MOSTLY_FASTER
@@ -143,7 +144,7 @@ def _above(log: Log, motion: Motion) -> Array:
 
 
 def _is_quiet(system: System, motion: Motion) -> bool:
-    """Whether noise makes at most ``NOISE_SHARE`` of the drive force, or without drive of the acceleration."""
+    """Whether noise is at most ``NOISE_SHARE`` of the drive force, or without drive of the acceleration."""
     drive = np.mean(motion.low_pass(drive_force(system, motion))[motion.usable] ** 2, axis=0)
     noise = np.array([inertia_noise(system, motion, i) for i in range(len(drive))])
     acceleration = np.std(motion.low_pass(motion.accelerations)[motion.usable], axis=0)
@@ -152,6 +153,7 @@ def _is_quiet(system: System, motion: Motion) -> bool:
 
 
 def _is_steady(log: Log, motion: Motion) -> bool:
+    """Whether every coordinate runs at constant speed."""
     return len(steady_speeds(log, motion.velocities, motion.usable)) == len(motion.velocities[0])
 
 
@@ -187,7 +189,7 @@ def _steady_laws(system: System) -> tuple[Finding, ...]:
 
 
 def values_of_zero(spec: Spec) -> tuple[Finding, ...]:
-    """Warnings for values whose tolerance, a share of their value, is one of zero."""
+    """Warnings for values of zero, whose relative tolerance allows no change."""
     declared = [(p.name, p.value, p.tolerance) for p in spec.parameters]
     for e in spec.effects:
         declared += [(f"{name} of {e.kind} on {', '.join(e.on)}", v, e.tolerance) for name, v in e.parameters.items()]
@@ -204,7 +206,7 @@ def values_of_zero(spec: Spec) -> tuple[Finding, ...]:
 
 
 def unknown_starts(system: System, log: Log) -> tuple[Finding, ...]:
-    """Warnings for positions that are integrated from a speed, and so begin at zero, where a force depends on them."""
+    """Warnings for positions that are integrated from a speed, from zero, if a force depends on them."""
     integrated = log.intake.integrated or (False,) * len(system.positions)
     begins = "each of its records begins" if log.records else "the log begins"
     return tuple(

@@ -1,9 +1,10 @@
-"""Diagnosis of a log: which effect the model lacks, its errors before and after, and the augmented spec.
+"""Diagnosis of a log: the effects that the model lacks, its errors before and after, and the augmented spec.
 
-    log → problem → search → answer → diagnosis
+    log → case → search → answer → diagnosis
 
-The preflight and two filters make a problem of a log. A search fits effects to it, by free runs, or where each record
-runs at one steady speed by means of the records. The answer is what held-out data and the force residual leave of it.
+The preflight and two filters prepare the case. A search fits effects to it by free-run simulation; for records at one
+steady speed each, by the means of the records. The answer has the effects that held-out data and the force residual do
+not refuse.
 """
 
 from __future__ import annotations
@@ -58,18 +59,19 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import is_numerical, numerical
 
 HELD_OUT_EVERY = 3
-"""Of records at steady speed, every third one is held out: their order is by speed, not by time."""
+"""Every third record at steady speed is held out, since records are ordered by speed and not by time."""
 Progress = Callable[[str, float], None]
 """Called with (station, share done)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Models:
-    """The three models that are compared, and the data: problems, on the same motion when one log serves for both.
+    """The three compared models, and the data for training and test, which may be of the same motion.
 
     Attributes:
-        window: the held-out part of ``test``. restart_s: between restarts of free-run simulations there.
-        excitation: text of the file with the discriminating motion; None where there is none.
+        window: the held-out part of ``test``.
+        restart_s: seconds between restarts of free-run simulations there.
+        excitation: text of the file with the discriminating motion, or None.
     """
 
     declared: System
@@ -105,7 +107,7 @@ def diagnose_log(
         tell: called with what the preflight found, before anything is fitted.
 
     Raises:
-        BadInput: if a log is too short or moves too little to say anything; for a proposal without PySINDy.
+        BadInput: if a log is too short or has too little motion; for a proposal without PySINDy.
     """
     if propose:
         refuse_without_pysindy()
@@ -117,7 +119,7 @@ def diagnose_log(
         search = search_on(case.problem, lambda share: record_of(case.problem.motion, case.log, share))
         if not case.faults:  # of which no effect is tried
             start_compiling(search)
-        tell(case.findings_in_words)  # after what a short log is refused for
+        tell(case.findings_in_words)  # after the checks that refuse a short log
         diagnosis, models = _by_free_runs(case, search, report, propose)
     else:
         tell(case.findings_in_words)
@@ -129,7 +131,7 @@ def diagnose_log(
 
 @dataclass(frozen=True, eq=False)
 class _FreeRuns:
-    """Stages of a diagnosis by free runs, on segments so short that these follow the motion; ``base``: the refit."""
+    """Stages of a diagnosis by free-run simulation of short segments; ``base``: the refit."""
 
     case: Case
     search: Search
@@ -149,29 +151,29 @@ class _FreeRuns:
         return Problem(self.case.problem.system, only(self.case.test.motion, self.case.window), {})
 
     def examined(self, last: Search, found: Outcome) -> tuple[Answer, Outcome]:
-        """The answer from an outcome whose last fit is on the segments of ``last``."""
+        """The answer from an outcome, and the outcome that it belongs to; ``last``: the search of its last fit."""
         verdict = verdict_of(found, self.case.faults)
         search = replace(self.search, within=last.within)
         return examine(search, last, found, self.case.problem, verdict, self.measured, self.held_out)
 
     def left_by(self, answer: Answer) -> tuple[Remainder, ...]:
-        """The remainder of the model that an answer writes."""
+        """The remainder of the model that is written."""
         problem = self.case.problem
         return remainders(answer.adopted or answer.refit, problem.motion, problem.used)
 
     def without_tied(self, last: Search, outcome: Outcome, far: bool) -> tuple[Answer, Outcome] | None:
-        """The answer by the effects that all tied models have in common; None where these do not suffice."""
+        """The answer with the effects that all tied models have in common; None if they leave too much."""
         common = common_effects(last, outcome)
         if common is None:
             return None
         answer, found = self.examined(*common)
-        # Near the noise they must leave little.
+        # Near the noise, only an immaterial remainder may be left.
         if answer.verdict != "effect" or not (far or is_small(self.left_by(answer), self.case.material)):
             return None
         return replace(answer, remarks=(*answer.remarks, _left_out(outcome, answer))), found
 
     def remarks(self, outcome: Outcome, answer: Answer, in_place: Sequence[Part]) -> Iterator[Fact]:
-        """Further facts on an answer, with the effects in whose place parameters were found wrong."""
+        """Further facts on an answer; ``in_place``: effects that were replaced by wrong parameter values."""
         case, problem = self.case, self.case.problem
         lacks = answer.verdict == "effect"
         yield from answer.remarks
@@ -189,7 +191,7 @@ class _FreeRuns:
 
 
 def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -> tuple[Diagnosis, Models]:
-    """The diagnosis by free runs and force residual of a motion."""
+    """The diagnosis by free-run simulation and force residual."""
     problem, system = case.problem, case.problem.system
     report("refit", 0.05)
     search, base = _refit(case.spec, search, case)
@@ -346,7 +348,7 @@ def _result(
 
 
 def _left_out(outcome: Outcome, answer: Answer) -> Fact:
-    """What is said of the effects that tie, where the answer names those that all tied models have in common."""
+    """The fact on the tied effects, if the answer names those that all tied models have in common."""
     parts = (outcome.parts[0], *(r.found.part for r in outcome.rivals))
     tied = " or ".join(dict.fromkeys(f"{p.kind} on {p.on}" for p in parts))
     if answer.errors:
@@ -355,7 +357,7 @@ def _left_out(outcome: Outcome, answer: Answer) -> Fact:
 
 
 def _in_place(parts: Sequence[Part], answer: Answer) -> list[Fact]:
-    """Which effects, beside those of the answer, the log would name if wrong values were kept as declared."""
+    """The fact on effects that would be named if wrong parameter values were kept as declared."""
     found = {(e.kind, e.on) for e in answer.effects}
     named = " and ".join(f"{p.kind} on {p.on}" for p in parts if (p.kind, p.on) not in found)
     if not named or not answer.errors:
@@ -370,9 +372,9 @@ def _kept(answer: Answer) -> str:
 def _sought(
     search: Search, base: Fit, progress: Callable[[int, float], None], case: Case
 ) -> tuple[Search, Outcome, tuple[Part, ...]]:
-    """Search, outcome of forward selection, and the effects in whose place toleranced parameters were found wrong.
+    """Search, outcome of forward selection, and the effects that were replaced by wrong values of parameters.
 
-    At constant speed these keep their limits: inertia acts on noise and waves alone there, and trades with them.
+    At constant speed parameters keep their limits, since inertia acts only on noise and ripple there.
     """
     outcome = find_effects(search, base, progress, case.faults)
     free = None if case.faults or case.steady else wrong_values.released(search, base, outcome)
@@ -385,7 +387,7 @@ def _sought(
 
 @numerical("the fit of the model to the log")
 def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
-    """``within_reach``; where log and spec fit so little that it cannot be computed, what the preflight says."""
+    """``within_reach``; raises BadInput with the preflight's problem if the refit cannot be computed."""
     try:
         return within_reach(search)
     except (ArithmeticError, RuntimeError, ValueError) as error:
@@ -396,17 +398,17 @@ def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
 
 
 def _is_far_off(left: Remainder, case: Case) -> bool:
-    """Whether the motion predicts a force that the model lacks, of ``LEAST_SHARE`` of the squared drive force.
+    """Whether the remainder is predicted by the motion and at least ``LEAST_SHARE`` of the squared drive force.
 
-    Free runs near a large noise, as that of a measured speed, do not show it.
+    Free runs near a large noise, such as that of a measured speed, do not show it.
     """
     return left.nature(case.material) == "structured" and left.material**2 >= LEAST_SHARE
 
 
 def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
-    """Facts on single events, such as a push, that hold half of the squared residual force on held-out data.
+    """Facts on single events, such as a push, with half of the squared residual force on held-out data.
 
-    Not those at a reversal: friction whose sign changes one sample early or late leaves the same residual.
+    Events at a reversal are left out, since friction whose sign changes one sample early leaves the same residual.
     """
     if answer.adopted is None:
         return ()
@@ -436,6 +438,7 @@ def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:
 
 
 def _data(case: Case, problem: Problem, restart_s: float) -> dict[str, Any]:
+    """Figures on the logs, for diagnosis.json."""
     log, test, system = case.log, case.test_log, problem.system
     h = case.motion.sample_time if test is None else test.sample_time
     return {
@@ -455,6 +458,7 @@ def _data(case: Case, problem: Problem, restart_s: float) -> dict[str, Any]:
 
 
 def _search_data(search: Search, outcome: Outcome) -> dict[str, Any]:
+    """Figures on the record and on the fits, for diagnosis.json."""
     return {
         "segments": outcome.segments,
         "segment_s": round(search.record.length * search.record.sample_time, 6),

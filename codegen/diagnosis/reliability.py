@@ -1,4 +1,4 @@
-"""Measured reliability of a verdict: how often verdicts of its class were right on logs whose truth is known.
+"""Measured reliability of a verdict: the share of right verdicts of its class on logs with known truth.
 
 A class is a verdict together with whether the final model reaches the noise (``credit.NEAR_NOISE``). The counts lie in
 reliability.json beside this file, which `python -m benchmarks.reliability` writes.
@@ -20,13 +20,13 @@ from codegen.base.significant import in_percent
 FILE = Path(__file__).with_name("reliability.json")
 CONFIDENCE = 0.95
 FEWEST = 10
-"""Fewer judged logs say too little of how often a verdict is right."""
+"""Least number of judged logs of a class."""
 _COUNTS: TypeAdapter[dict[str, tuple[int, int]]] = TypeAdapter(dict[str, tuple[int, int]])
 
 
 @dataclass(frozen=True)
 class Reliability:
-    """Right verdicts among those of one class, on logs whose truth is known."""
+    """Number of right verdicts among all of one class, on logs with known truth."""
 
     right: int
     of: int
@@ -56,6 +56,7 @@ class Reliability:
         )
 
     def as_json(self) -> dict[str, Any]:
+        """The object of diagnosis.json."""
         return {
             "class": self.name,
             "right": self.right,
@@ -66,12 +67,12 @@ class Reliability:
 
 
 def class_of(verdict: str, near: bool) -> str | None:
-    """The class of a verdict, near the noise or not; None for those that claim nothing."""
+    """The class of a verdict, at or above the noise; None for verdicts that claim nothing."""
     return None if verdict in ("unknown", "unfit") else f"{verdict}, {'at' if near else 'above'} the noise"
 
 
 def reliability_of(verdict: str, near: bool) -> Reliability | None:
-    """Of a verdict's class; None where it claims nothing or fewer than ``FEWEST`` logs of its class were judged."""
+    """The reliability of a verdict's class; None if it claims nothing or fewer than ``FEWEST`` logs were judged."""
     name = class_of(verdict, near)
     right, of = (0, 0) if name is None else measured().get(name, (0, 0))
     return Reliability(right, of, name or "") if of >= FEWEST else None

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field, replace
 from math import sqrt
 from typing import Any, Literal, get_args
 
-from codegen.base.shown import Shown, plain
+from codegen.base.shown import Shown, named, plain
 from codegen.diagnosis.reliability import Reliability
 from codegen.effects.declare import written_place
 
@@ -18,17 +18,17 @@ Verdict = Literal["effect", "none", "ambiguous", "unknown", "unfit"]
 MATERIAL = 0.02
 """Share of the RMS drive force below which structure is only reported as a remainder, not called ``unknown``."""
 WORTH = 2.0
-"""A change of the machine is proposed where it separates this many times better than repeating the same motion."""
+"""Least separation by a change of the machine over that by repeating the motion, at which it is proposed."""
 Nature = Literal["immaterial", "noise", "structured"]
-"""Of a remainder: too small to matter, large but predicted by neither motion nor time, or predicted by these."""
+"""Nature of a remainder: too small to matter, predicted by neither motion nor time, or predicted by these."""
 Term = Literal["force", "friction level", "inertia", "viscous friction"]
 """A term of the force balance whose coefficient may change in time."""
 Topic = Literal[
     "log", "values", "evidence", "not credited", "declared value", "spec.yaml", "note", "unexplained", "next"
 ]
-"""What a fact of a verdict is about, and its label."""
+"""Topic of a fact of a verdict, which is also its label."""
 TOPICS: tuple[Topic, ...] = get_args(Topic)
-"""In the order in which they are shown."""
+"""All topics, in the order in which facts are shown."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class Fact:
     """One labelled sentence of a verdict.
 
     Attributes:
-        words: a sentence of at most about thirty words. detail: conditions and figures, for the report and JSON.
+        words: a sentence of at most about thirty words.
+        detail: conditions and figures, for the report and JSON.
     """
 
     topic: Topic
@@ -46,14 +47,14 @@ class Fact:
 
 @dataclass(frozen=True)
 class Statement:
-    """A verdict in words: a headline that answers what is missing, and labelled facts in the order of ``TOPICS``."""
+    """A verdict in words: a headline with the missing effects, and labelled facts in the order of ``TOPICS``."""
 
     headline: str
     facts: tuple[Fact, ...] = ()
 
     @property
     def text(self) -> str:
-        """All of it as plain text, a line a fact."""
+        """Headline and facts as plain text, one per line."""
         return "\n".join([self.headline, *(f"{f.topic}: {f.words} {f.detail}".rstrip() for f in self.facts)])
 
     def of(self, topic: Topic) -> tuple[str, ...]:
@@ -66,8 +67,9 @@ class FoundEffect:
     """An effect that the log shows and the spec lacks, its parameters in SI.
 
     Attributes:
-        also: twins, (kind, on): effects with the same motion once friction levels are refitted. intervals: 95 %.
-        at_limit: names of parameters at a bound or at the end of the fit's reach: their value is no estimate.
+        also: (kind, on) of twins, which are effects with the same motion after a refit of friction levels.
+        intervals: 95 %.
+        at_limit: parameters at a bound or at the largest step of the fit, whose values are no estimates.
     """
 
     kind: str
@@ -84,11 +86,13 @@ class ParameterError:
     """A declared value that differs from the log's estimate by more than its tolerance explains.
 
     Attributes:
-        tolerance: relative; nan where the declared value is zero. estimate: with it as prior. away: in tolerances.
-        interval: 95 %, the hull of that with the tolerance as prior and that without, since the prior pulls.
-        alike: other parameters that could move in its place; fixed together with it in the comparison.
-        force, free_run: cross-validated errors over those with the value as declared and all else fitted again, and on
-            how many of ``blocks`` held-out blocks the estimate is better.
+        tolerance: relative; NaN if the declared value is zero.
+        estimate: with the tolerance as prior.
+        interval: 95 %, the hull of those with and without the tolerance as prior, which biases the estimate.
+        away: deviation from the declared value in tolerances.
+        alike: other parameters that could change in its place; fixed together with it in the comparison.
+        force, free_run: cross-validated errors over those with the declared value and all else refitted.
+        blocks_by_force, blocks_by_free_run: number of the ``blocks`` held-out blocks on which the estimate is better.
     """
 
     name: str
@@ -117,10 +121,12 @@ class Candidate:
         free_run: median free-run error of a segment over the refit's. force: the same of the residual; None if not
             known.
         size: force, or change of the motion, over that of the whole drive force.
-        accepted: whether it passes every test. why_not: the test that it fails, or why it was not tried, in words.
-        own: whether it is a user's own effect. at_limit: parameters at a bound or at the end of the fit's reach.
+        accepted: whether it passes every test.
+        why_not: the test that it fails, or why it was not tried, in words.
+        own: whether it is a user's own effect.
+        at_limit: as of ``FoundEffect``.
         p: probability of such gains without an effect, for any candidate of the round.
-        form: the parameters that it has beyond those of the effect's simplest form.
+        form: the parameters in addition to those of the effect's simplest form.
     """
 
     kind: str
@@ -155,10 +161,11 @@ class ErrorFigures:
     """The error of one model on held-out data.
 
     Attributes:
-        force_rms: RMS of the low-passed force residual, all coordinates together (their units as they are).
+        force_rms: RMS of the low-passed force residual over all coordinates, without conversion of units.
         relative_force: residual over drive force, both low-passed, in the norm √mean(r' M⁻¹ r).
-        free_run_rmse: of the position in free run, restarted every so often; inf where it diverges. ``_rows``: of each.
-        free_run_parts: (parts, n) mean squares of the same in consecutive parts of the data; empty where not known.
+        free_run_rmse: RMS position error of a free-run simulation with restarts; inf if it diverges.
+        force_rms_rows, free_run_rmse_rows: of each coordinate.
+        free_run_parts: (parts, n) mean squared position errors in consecutive parts of the data; empty if unknown.
     """
 
     force_rms: float
@@ -169,7 +176,7 @@ class ErrorFigures:
     free_run_parts: tuple[tuple[float, ...], ...] = ()
 
     def on(self, coordinates: Sequence[int]) -> ErrorFigures:
-        """The errors of these coordinates, in this order; those of all together stay."""
+        """The errors of some coordinates, in this order; those over all coordinates are unchanged."""
         parts = tuple(tuple(part[i] for i in coordinates) for part in self.free_run_parts)
         force, run = (tuple(rows[i] for i in coordinates) for rows in (self.force_rms_rows, self.free_run_rmse_rows))
         return replace(self, force_rms_rows=force, free_run_rmse_rows=run, free_run_parts=parts)
@@ -195,10 +202,11 @@ class Remainder:
     """The force residual that a model leaves on one coordinate.
 
     Attributes:
-        rms: low-passed, in the coordinate's force unit. share: the same over the RMS drive force.
+        rms: low-passed, in the coordinate's force unit.
+        share: the same over the RMS drive force.
         structured: share of its square that a regression on all variables, or on one, explains on held-out parts.
         over: variable → share that it alone explains there beyond a constant's, which is reported as ``constant``.
-        changes: intervals of time in which the force balance differs: the main one first; they may overlap.
+        changes: intervals of time in which the force balance differs, the main one first; they may overlap.
         changed: share of its square that these explain, beyond what the motion predicts.
     """
 
@@ -227,13 +235,13 @@ class Remainder:
 
 @dataclass(frozen=True)
 class TiedPair:
-    """Two candidates, (kind, on) each, that the log does not tell apart.
+    """Two candidates, (kind, on) each, that the log does not distinguish.
 
     Attributes:
         angle_deg: between the parts of the refit's residual that the two explain on this log; 0: the same motion.
-        distance_on_this_log: how much better the first fits, in standard deviations of the noise. Negative where the
-            other does: the force residual or later rounds may prefer the first all the same.
-        catalogue: experiment that the catalogue names for telling the two apart; may be empty.
+        distance_on_this_log: by which the first fits better, in standard deviations of the noise; negative if the other
+            fits better, and the force residual or later rounds prefer the first.
+        catalogue: experiment of the catalogue that distinguishes the two; may be empty.
     """
 
     first: tuple[str, str]
@@ -273,9 +281,10 @@ class Separation:
     """Discriminating experiments for candidates that tie: the best one with each rival.
 
     Attributes:
-        tried: motions, in order. chosen: the cheapest that separates by ``needed``; None where none does.
+        tried: motions, in order.
+        chosen: the cheapest that separates by ``needed``; None if none does.
         references: of the chosen motion, coordinate → expression of t.
-        changes: of the machine, largest separation first; empty where a candidate has states of its own.
+        changes: of the machine, largest separation first; empty if a candidate has states of its own.
     """
 
     pairs: tuple[TiedPair, ...]
@@ -287,7 +296,7 @@ class Separation:
 
     @property
     def change(self) -> SetupTried | None:
-        """The change that separates most, where that is enough and clearly more than repeating the same motion."""
+        """The change that separates most, if that is enough and clearly more than repeating the same motion."""
         again = next((c.separation for c in self.changes if c.kind == "none"), 0.0)
         best = self.changes[0] if self.changes else None
         enough = best is not None and best.kind != "none" and best.separation >= max(self.needed, WORTH * again)
@@ -309,7 +318,7 @@ class Separation:
 
 @dataclass(frozen=True)
 class ProposedTerms:
-    """A sparse sum of terms, expression → weight in SI, and the share of a squared held-out residual it removes."""
+    """A sparse sum of terms, expression → weight in SI, and the share of the squared held-out residual it removes."""
 
     coordinate: str
     unit: str
@@ -346,13 +355,14 @@ class Diagnosis(Shown):
         statement: the verdict in words.
         candidates: of the first round, best first.
         refitted: friction level, or toleranced parameter → its value in the declared, refit and augmented model.
-        units: of these, SI. at_limit: names of those at a limit (a friction level at zero).
+        units: of these, SI.
+        at_limit: names of those at a limit (a friction level at zero).
         training: relative force error of these models on the training log, for comparison with published fits.
         findings: preflight of each log, in words.
         standing: effects of the verdict that were a candidate in no round, each compared with the fit without it.
-        rivals: of the first effect, which the log does not tell from it; on the verdict ``ambiguous``.
+        rivals: of the first effect, which the log does not distinguish from it; with the verdict ``ambiguous``.
         separation: discriminating experiments for candidates that tie, alone or in addition to an effect.
-        remainder: force residual of the written model on the training log, one a coordinate.
+        remainder: force residual of the written model on the training log, for each coordinate.
         material: share of the RMS drive force from which on a force matters.
     """
 
@@ -394,22 +404,22 @@ class Diagnosis(Shown):
 
     @property
     def is_refit_as_declared(self) -> bool:
-        """Whether no value of the refit differs from the declared one, although some may."""
+        """Whether values were refitted and none differs from the declared one."""
         return bool(self.refitted) and all(refit == declared for declared, refit, _ in self.refitted.values())
 
     @property
     def written(self) -> dict[str, tuple[float, float]]:
-        """Refitted value that the spec is written with → (declared, written), of those that change there."""
+        """Value that the augmented spec changes → (declared, written)."""
         return written_values(self.verdict, self.refitted)
 
     def not_named(self, candidate: Candidate) -> str:
         """Why a candidate of the first round that passes every test is not in the verdict; empty for another one."""
         place = (candidate.kind, candidate.on)
-        named = [(e.kind, e.on) for e in self.effects]
+        in_verdict = [(e.kind, e.on) for e in self.effects]
         if not candidate.accepted or self.verdict == "unfit":
             return ""
-        if place in named:
-            form = self.effects[named.index(place)].parameters
+        if place in in_verdict:
+            form = self.effects[in_verdict.index(place)].parameters
             return "" if form.keys() == candidate.parameters.keys() else f"the form with {', '.join(form)} is named"
         if self.verdict == "effect" and any(place in e.also for e in self.effects):
             return f"the same motion as {next(f'{e.kind} on {e.on}' for e in self.effects if place in e.also)}"
@@ -422,8 +432,8 @@ class Diagnosis(Shown):
             )
         if self.verdict != "effect":
             return "see the verdict"
-        best = next((c for c in self.candidates if (c.kind, c.on) in named), None)
-        words = " and ".join(f"{kind} on {on}" for kind, on in named)
+        best = next((c for c in self.candidates if (c.kind, c.on) in in_verdict), None)
+        words = " and ".join(f"{kind} on {on}" for kind, on in in_verdict)
         own = f"{candidate.gain:.3f}"
         if best is not None and f"{best.gain:.3f}" == own:
             first = f"explains no more than {best.kind} on {best.on}, which ranks before it"
@@ -520,10 +530,7 @@ def _effect(e: FoundEffect) -> dict[str, Any]:
     return {
         "kind": e.kind,
         "on": written_place(e.on),
-        "parameters": e.parameters,
-        "intervals": e.intervals,
-        "units": e.units,
-        "at_limit": e.at_limit,
+        **named(e, "parameters intervals units at_limit"),
         "also": _places(e.also),
     }
 
@@ -532,34 +539,22 @@ def _row(c: Candidate) -> dict[str, Any]:
     return {
         "kind": c.kind,
         "on": written_place(c.on),
-        "form": c.form,
-        "parameters": c.parameters,
-        "at_limit": c.at_limit,
+        **named(c, "form parameters at_limit"),
         "also": _places(c.also),
         "own": c.own,
         "evidence": {
             "held_out_gain": c.gain,
-            "t": c.t,
-            "p": c.p,
-            "blocks_won": c.blocks_won,
-            "blocks": c.blocks,
+            **named(c, "t p blocks_won blocks"),
             "free_run_ratio": c.free_run,
             "force_ratio": c.force,
-            "size": c.size,
-            "accepted": c.accepted,
-            "why_not": c.why_not,
+            **named(c, "size accepted why_not"),
         },
     }
 
 
 def _parameter_error(e: ParameterError) -> dict[str, Any]:
     return {
-        "name": e.name,
-        "unit": e.unit,
-        "declared": e.declared,
-        "tolerance": e.tolerance,
-        "estimate": e.estimate,
-        "interval": e.interval,
+        **named(e, "name unit declared tolerance estimate interval"),
         "tolerances_away": e.away,
         "alike": e.alike,
         "evidence": {

@@ -57,7 +57,7 @@ def test_a_rough_loss_gives_values_without_intervals(log: Log) -> None:
 
 
 @pytest.mark.parametrize(("least", "refused"), [(2e-3, True), (2e-2, False)])
-def test_a_bend_whose_interval_reaches_below_the_speeds_of_the_log_is_no_curve(
+def test_a_speed_whose_interval_reaches_below_those_of_the_log_is_refused(
     log: Log, least: float, refused: bool
 ) -> None:
     """Viscous friction that saturates at a hundredth of the top speed of 0.8 m/s is a friction level."""

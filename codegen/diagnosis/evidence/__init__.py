@@ -1,1 +1,1 @@
-"""Whether a fit with an effect explains more than one without, by free runs and by force residuals, and its errors."""
+"""Evidence for an effect: comparison of fits with and without it by free runs and force residuals, and intervals."""

@@ -1,7 +1,7 @@
-"""Acceleration error of free runs, in weak form: whether a load behind a spring moves as the log does.
+"""Acceleration error of free runs in weak form, a test of models with a load behind a spring.
 
-The motion of such a load is not measured, so it has no force residual that is not differentiated noise. Free runs
-compute that motion, and a wrong one shakes the coordinate where the log shows nothing.
+The motion of such a load is not measured, and its force residual is mostly differentiated noise. Free runs compute that
+motion; a wrong one accelerates the coordinate when the measured one does not.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from codegen.diagnosis.fit.credit import ALPHA, SIGNED, by_random_signs
 from codegen.diagnosis.fit.output_error import Fit
 
 WINDOW = 1.5
-"""Width of a window in periods of the cutoff: it keeps half of what lies at 0.8 times the cutoff."""
+"""Width of a window in periods of the cutoff; the window has the gain 1/2 at 0.8 times the cutoff."""
 LARGER = 1.5
 """Least factor on the squared acceleration error, as geometric mean over segments, at which a model is refused."""
 MOST = 20.0
@@ -27,7 +27,7 @@ def acceleration_errors(fit: Fit, coordinate: int, cutoff_hz: float) -> Array:
 
         T⁻¹ ∫ψ((t − t₀)/T) e'' dt = T⁻³ ∫ψ''((t − t₀)/T) e dt,   ψ(s) = (1 − s²)⁴ over its integral,
 
-    so that no noise is differentiated (weak form). Windows overlap by half. That of a constant acceleration a is a.
+    so that no noise is differentiated (weak form). Windows overlap by half. A constant acceleration a gives a.
     """
     record = fit.runner.record
     error = record.targets - fit.runner.run(fit.theta, fit.offsets)
@@ -49,8 +49,8 @@ def larger_acceleration_error(before: Fit, after: Fit, coordinate: int, cutoff_h
     that diverge with both models are left out.
     """
     one, other = (acceleration_errors(fit, coordinate, cutoff_hz) for fit in (after, before))
-    said = np.isfinite(one) | np.isfinite(other)
-    squares = [np.where(np.isfinite(squares), squares, np.inf)[said] + 1e-300 for squares in (one, other)]
+    known = np.isfinite(one) | np.isfinite(other)
+    squares = [np.where(np.isfinite(squares), squares, np.inf)[known] + 1e-300 for squares in (one, other)]
     more = np.clip(np.log(squares[0] / squares[1]), -MOST, MOST)
     blocks = np.array([block.sum() for block in np.array_split(more, min(SIGNED, max(1, len(more))))])
     times = float(np.exp(more.mean())) if len(more) else 1.0

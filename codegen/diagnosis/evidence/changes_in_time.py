@@ -1,11 +1,11 @@
 """Changes in time of the force balance: intervals in which a constant force, or another coefficient, explains more.
 
-Held-out pieces of the log cannot show what happens once; the scatter of the residual in the rest of the log can
-(epidemic changepoints). In each interval of blocks of the log the low-passed residual r is regressed on a constant (an
+Held-out pieces of the log cannot show a single event; comparison with the residual in the rest of the log can (epidemic
+changepoints). In each interval of blocks of the log the low-passed residual r is regressed on a constant (an
 external force), the sign of the slip (another friction level), the row of M a (another inertia) or the slip velocity
 (another viscous friction), with one coefficient inside and another outside. The interval and term that remove most of
-Σr² join a joint regression, and the next are sought in what that leaves, while the two coefficients differ by
-``LEAST_Z`` standard deviations, those of the sums over blocks: the noise need not be white within a block.
+Σr² are added to a joint regression, and the next are sought in its residual, while the two coefficients differ by at
+least ``LEAST_Z`` standard deviations. These are of sums over blocks, so that the noise need not be white in a block.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from codegen.diagnosis.results import Change, Term
 
 MOST_BLOCKS = 600
 LEAST_BLOCKS = 3
-"""Blocks of the log at most, and of an interval at least. A block is at least a period of the coarse cutoff long."""
+"""Most blocks of the log, and least blocks of an interval. A block is at least a period of the coarse cutoff."""
 FEWEST = 16
-"""With fewer blocks nothing is sought."""
+"""Least number of blocks of a log that is tested."""
 LEAST_Z = 6.0
-"""Least difference in standard deviations: of 600²/2 intervals times four terms, 1 % of false alarms asks for 5.8."""
+"""Least difference in standard deviations; 600²/2 intervals times four terms need 5.8 for 1 % of false alarms."""
 SURELY = 2.0
-"""By how many times what noise in the term makes of it the difference must exceed that; the noise is an estimate."""
+"""Least ratio of the difference to its bias by noise in the term, of which only an estimate is known."""
 MOST_CHANGES = 12
 AS_GOOD = 0.95
-"""Of terms that remove at least this share of what the best removes, the first is taken: a constant force."""
+"""Of the terms that remove at least this share of what the best removes, the first is taken, a constant force."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,11 @@ def changes_in_time(
     """Intervals in which terms of the force balance have another coefficient, the one that explains most first.
 
     Args:
-        residual: (N,) low-passed. rows: (N,) samples that count. terms: (N,) regressors, low-passed alike.
-        noise: mean square of the noise in a term that is in the residual too, with the coefficient −1, as that of a
-            measured acceleration is. Where the machine hardly moves, the coefficient is off by −noise/power.
+        residual: (N,) low-passed.
+        rows: (N,) samples that are used.
+        terms: (N,) regressors with the same low-pass.
+        noise: mean square of the noise in a term that is also in the residual with the coefficient −1, as of a measured
+            acceleration. It biases the coefficient by −noise/power, which matters if the machine hardly moves.
     """
     used = np.flatnonzero(rows)
     lasted = float(time[used[-1]] - time[used[0]]) if len(used) else 0.0
@@ -108,13 +110,14 @@ def _sums(block: NDArray[np.int_], values: Array, count: int) -> Array:
 
 
 def _left(y: Array, columns: Sequence[Array]) -> tuple[Array, Array]:
+    """Coefficients and residual of a least-squares fit."""
     matrix = np.column_stack(columns)
     coefficients = np.asarray(np.linalg.lstsq(matrix, y, rcond=None)[0], dtype=np.float64)
     return coefficients, y - matrix @ coefficients
 
 
 def _best(sums: Array, powers: Array, spans: NDArray[np.int_]) -> tuple[float, tuple[int, int]]:
-    """How much of Σr² an interval's own coefficient removes at most, over one for the whole log, and the interval."""
+    """The largest reduction of Σr² by an interval's own coefficient, over one for the whole log, and the interval."""
     along, power = (np.concatenate([[0.0], np.cumsum(z)]) for z in (sums, powers))
     starts, stops = spans
     within, over = along[stops] - along[starts], power[stops] - power[starts]
@@ -130,7 +133,7 @@ def _best(sums: Array, powers: Array, spans: NDArray[np.int_]) -> tuple[float, t
 def _uncertainty(sums: Array, powers: Array, counts: Array, noise: float, interval: slice) -> tuple[float, float]:
     """Bias by noise in the term, and standard deviation, of an interval's coefficient less that of the rest.
 
-    By sums over blocks. The variance is at least that of all blocks, so that few calm ones are no evidence.
+    By sums over blocks. The variance is at least that of all blocks, so that few blocks with little noise do not count.
     """
     inside = np.zeros(len(sums), dtype=bool)
     inside[interval] = True

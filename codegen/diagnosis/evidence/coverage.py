@@ -1,4 +1,4 @@
-"""The ranges that a log covers at the place of a candidate, and the main spatial periods of the force residual."""
+"""Coverage of a log: ranges of the variables at the place of a candidate, and main periods of the force residual."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from codegen.mechanics.system import Matrix, System
 
 BINS = 16384
 PADDING = 16
-"""Zero padding: the frequencies of the periodogram are 1/16 of a turn over the whole span apart."""
+"""Zero padding: the frequencies of the periodogram differ by 1/16 of a period over the whole span."""
 LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
 KEPT_PERIODS = 3
 RIDGE = 1e-9
@@ -35,7 +35,10 @@ SMALL_INPUTS = (0.005, 0.01, 0.02, 0.035, 0.05, 0.08, 0.12, 0.18, 0.25, 0.35, 0.
 class Survey:
     """The data from which the ranges of all candidates are computed.
 
-    (N, n) force residual of the refitted model and low-passed drive force; M and U at the mean position.
+    Attributes:
+        residual: (N, n) force residual of the refitted model.
+        drive: (N, n) low-passed drive force.
+        mass, distribution: M and U at the mean position.
     """
 
     system: System
@@ -80,7 +83,7 @@ class Survey:
         )
 
     def _once(self, key: Hashable, compute: Callable[[], Any]) -> Callable[[], Any]:
-        """The result of a function, computed once for all effects that ask for it."""
+        """A function that computes a result at its first call."""
 
         def found() -> Any:
             if key not in self._found:
@@ -123,7 +126,7 @@ def _periods(
     """Periods of the waves that explain most of a residual y(x): least-squares (Lomb–Scargle) periodogram.
 
     y = a + b q + q (c cos 2πx/p + d sin 2πx/p), with q the direction of slip, the squared speed, or 1. The normal
-    equations account for how long the motion stays at each position. Periods passed above the cutoff are left out.
+    equations are weighted by the time at each position. Periods that are passed above the cutoff are left out.
     """
     carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))[used]
     if not carrier.any():

@@ -50,7 +50,7 @@ def estimate(fit: Fit, other: Fit | None = None) -> Estimate:
 
 
 def _hull(some: Sequence[Values]) -> Values:
-    """The same values, each with the hull of its intervals."""
+    """The values, each with the hull of its intervals."""
     ends = {name: [values[name][1] for values in some] for name in some[0]}
     return {
         name: (value, (min(low for low, _ in ends[name]), max(high for _, high in ends[name])))
@@ -87,13 +87,13 @@ def _intervals(fit: Fit, covariance: Array, freedom: int) -> list[Values]:
 def wave_intervals(size: float, covariance: Array, freedom: int) -> tuple[Interval, Interval]:
     """Profile-likelihood intervals of the size of a wave, and of its phase less the estimate.
 
-    An effect is linear in the weights (size·cos(phase), size·sin(phase)): the intervals are the range of the radius and
-    of the angle over the ellipse of one parameter in these. Where the joint region, by the F distribution, holds the
-    origin, the size may be zero and the phase anything: a declared weight with a wide tolerance may take the place of
-    one of them.
+    An effect is linear in the weights (size·cos(phase), size·sin(phase)). The intervals are the ranges of radius and
+    angle over the ellipse of these weights for one parameter. If the joint region by the F distribution contains the
+    origin, the size may be zero and the phase has any value.
 
     Args:
-        covariance: (2, 2) of size and phase. freedom: degrees of freedom.
+        covariance: (2, 2) of size and phase.
+        freedom: degrees of freedom.
     """
     along = np.diag([np.sign(size) or 1.0, abs(size)])
     variances, axes = np.linalg.eigh(along @ covariance @ along)

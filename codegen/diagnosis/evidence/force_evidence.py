@@ -48,7 +48,7 @@ VARIABLES = {
     "input rate": "input rate",
     "time": "time",
 }
-"""Variable over which an effect is seen best → variable of the flexible regression."""
+"""Variable on which an effect depends most → variable of the flexible regression."""
 
 OF_THE_MOTION = 0.02
 """Share of the squared velocity at a line of the spectrum above which the machine is moved with this frequency."""
@@ -59,11 +59,11 @@ class ForceGain:
     """Comparison of two models by their force residuals.
 
     Attributes:
-        left: squared residual over the other model's, on the coordinate where they differ most.
+        left: squared residual over the other model's, on the coordinate on which they differ most.
         nats: gain in log-likelihood for the number of independent residuals.
         by_signs: p of the gains of blocks of the log if their signs are random (``by_random_signs``).
         score: ``t_of_scores`` of the sums over blocks of r'(r − r₁), r the other model's residual and r₁ this one's.
-        nats_added: gain in log-likelihood where either residual may be slow noise in part (``slow_noise_likelihood``).
+        nats_added: gain in log-likelihood if either residual may contain slow noise (``slow_noise_likelihood``).
         ratios: logarithms of the other model's squares over this one's, in the blocks with most to explain.
         values: number of independent residuals in those blocks.
         where_apart: p of the shift test (``by_shifts``).
@@ -80,39 +80,39 @@ class ForceGain:
 
     @property
     def p(self) -> float:
-        """One-sided probability of such a gain where the model is no better: by blocks, or by likelihood if larger.
+        """One-sided p-value of the gain if the model is no better: by blocks, or by likelihood if larger.
 
-        The likelihood ratio is valid where the other model is true, the two tests on blocks where both lack something.
+        The likelihood ratio is valid if the other model is true, the tests on blocks also if both are incomplete.
         """
         return max(min(1.0, 2 * min(self.by_signs, self.where_large())), exp(-max(self.nats, 0.0)))
 
     def p_of_rivals(self, fitted: int = 0, against: float = 0.0) -> float:
-        """As ``p``, of two models of which one at most is true, by the shift test too.
+        """As ``p``, for two models of which at most one is true; also by the shift test.
 
         Args:
-            fitted: parameters that this model has, fitted to the same residuals, and the other one has not.
-            against: nats by which other evidence of the same log speaks for the other model.
+            fitted: number of parameters that only this model has, fitted to the same residuals.
+            against: nats of other evidence for the other model.
         """
         by_blocks = min(self.by_signs, self.where_large(fitted), self.where_apart)
         return max(min(1.0, 3 * by_blocks), exp(-max(self.nats - fitted - against, 0.0)))
 
     def p_added(self, parameters: int) -> float:
-        """Probability of such a gain where the other model is true and this one has so many parameters more.
+        """P-value of the gain if the other model is true and this one has so many more parameters.
 
-        By a score test on blocks and the likelihood-ratio test of Wilks, of which that one holds for noise slower than
-        a block too. The gain r² − r₁² of a block is smaller than 2 r'(r − r₁) by what the added force itself amounts
-        to, so gains show an added force with about half the standard deviations of its coefficient. It is fitted to
-        this log, along the best of its k directions (``along_best``); what is fitted to both must be out of both
-        residuals (``ForceCriterion.added_to``).
+        It is the larger of a score test on blocks and of Wilks' likelihood-ratio test, which is also valid for noise
+        slower than a block. A score test is used since the gain r² − r₁² of a block is smaller than 2 r'(r − r₁) by the
+        square of the added force. The force is fitted to this log, along the best of its k directions
+        (``along_best``); what is fitted to both models must be removed from both residuals
+        (``ForceCriterion.added_to``).
         """
         k = max(parameters, 1)
         by_blocks = min(1.0, 2 * min(along_best(*self.score, k), self.where_large(k)))
         return max(by_blocks, float(chi2.sf(2 * max(self.nats_added, 0.0), k)))
 
     def where_large(self, fitted: int = 0) -> float:
-        """Probability, by a t test, of such ratios in the blocks with most to explain.
+        """P-value of the ratios in the blocks with the largest residuals, by a t test.
 
-        Of n values, parameters fitted to the same residuals may take the share fitted/n by chance.
+        Parameters that are fitted to the same n residuals remove the share fitted/n by chance.
         """
         if not self.ratios or fitted >= self.values:
             return 1.0
@@ -120,10 +120,10 @@ class ForceGain:
 
 
 def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
-    """The gain of residuals ``after`` over ``before``, both (N, n) less what levels, or more, explain.
+    """The gain of residuals ``after`` over ``before``, both (N, n), after regression on friction levels or more.
 
-    Low-passed at f, a log of T seconds holds 2 f T values, fewer where these are correlated. Blocks hold as many
-    samples that some coordinate uses each: a block without any would count as one without a gain.
+    Low-passed at f, a log of T seconds has 2 f T independent values, or fewer if these are correlated. Blocks have
+    equally many used samples, since a block without any would count as one without a gain.
     """
     motion, rows = problem.motion, problem.used
     moving = np.flatnonzero(rows[:, rows.sum(axis=0) >= LEAST_ROWS].any(axis=1))
@@ -178,7 +178,7 @@ class ForceCriterion:
 
     @cached_property
     def without_levels(self) -> Array:
-        """(N, n) less what friction levels explain."""
+        """(N, n) residual after regression on the friction levels."""
         return residual_without_levels(self.search.problem, self.fit.model)
 
     def over(self, other: ForceCriterion) -> ForceGain:
@@ -186,10 +186,10 @@ class ForceCriterion:
         return force_gain(self.search.problem, other.without_levels, self.without_levels)
 
     def added_to(self, other: ForceCriterion) -> ForceGain:
-        """The gain over a fit with less effects, both less what levels and values within their tolerances explain.
+        """The gain over a fit with fewer effects, both after regression on levels and toleranced values.
 
-        A refit by free runs may leave a value some standard errors of the force off; what a refit with a worthless
-        effect corrects of that is no evidence for it. The slopes by the values are those at the other fit's.
+        A refit by free runs may leave a value off by some standard errors of the force. If a refit with a worthless
+        effect corrects that, it is no evidence for the effect. Slopes are at the other fit's values.
         """
         if len(self.search.moved) == len(self.search.problem.levels):
             return self.over(other)
@@ -197,7 +197,7 @@ class ForceCriterion:
 
     @cached_property
     def slopes(self) -> Array:
-        """(N, n, p) of the residual by the toleranced values, at those of the fit and without its effects."""
+        """(N, n, p) slopes of the residual by the toleranced values, at those of the fit and without its effects."""
         search, moved = self.search, self.fit.values[0].tolist()
         values = dict(zip((s.name for s in search.moved), moved, strict=True))
         toleranced = search.moved[len(search.problem.levels) :]
@@ -205,10 +205,11 @@ class ForceCriterion:
 
     @cached_property
     def without_own_values(self) -> Array:
+        """``without_values`` with the fit's own slopes."""
         return self.without_values(self.slopes)
 
     def without_values(self, slopes: Array) -> Array:
-        """(N, n) less what friction levels explain and, on each coordinate, toleranced values within their limits."""
+        """(N, n) residual after regression on friction levels and, per coordinate, toleranced values in limits."""
         prior, first, count = self.fit.prior, len(self.search.problem.levels), len(self.search.moved)
         there = self.fit.theta[first:count] - prior.centre[first:count]
         bound = prior.bound[first:count]
@@ -223,7 +224,7 @@ class ForceEvidence:
         removed: share of the refit's squared residual that the augmented model removes.
         own: share that a flexible regression on the effects' own variables explains on held-out parts.
         alone, line, with_line: shares that a regression explains there on the force of the effects, on the highest line
-            of the residual's spectrum, at ``line_hz``, and on both; zero where the motion has that line.
+            of the residual's spectrum, at ``line_hz``, and on both; zero if the motion has that line too.
     """
 
     coordinate: int

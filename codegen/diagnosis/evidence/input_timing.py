@@ -1,7 +1,7 @@
 """Detection of inputs that are measurements at the rows of a log, not commands that are held until the next row.
 
-Between two rows a measured input is about the mean of both: a lead of half a sample over a held one, which the force
-residual shows.
+Between two rows, a measured input is about the mean of both values. This leads a held command by half a sample, which
+the force residual shows.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from codegen.logs import Finding, Log
 NEAR = 0.5, 1.5
 """Range of the estimated lead, in half samples, in which an input is treated as measured."""
 ONE_WAY = 0.98
-"""Least |low-passed sign of the speed| of a used sample: sticking at a reversal looks like a delay."""
+"""Least |low-passed sign of the speed| of a used sample, since sticking at a reversal looks like a delay."""
 SURE = 3.5
 """Least lead in standard deviations."""
 
@@ -37,8 +37,8 @@ def acting_between_rows(log: Log, inputs: Collection[int]) -> Log:
 def measured_inputs(problem: Problem, log: Log) -> dict[int, Finding]:
     """Index → finding, for the inputs that lead a held command by half a sample.
 
-    Commands do so too in a log that keeps one row of several of a faster loop. The force residual is regressed on that
-    change, with acceleration, speed, its sign and a constant for errors of declared parameters.
+    So do commands in a log that keeps one of several rows of a faster loop. The force residual is regressed on the
+    change by that lead, with acceleration, speed, its sign and a constant for errors of declared parameters.
     """
     system, motion = problem.system, problem.motion
     if system.actuators or log.description.measured_inputs or log.description.input_hold:

@@ -18,9 +18,9 @@ from codegen.mechanics.system import System
 WHOLE_TURN = 2 * np.pi
 MOST_SPEED = 0.95
 PERIODS_TRIED, SHORTEST_PERIOD = 48, 1e-3
-"""Periods between the stroke and this share of it at which ``resolvable_periods`` asks whether the log shows them."""
+"""Number of periods, from the stroke down to this share of it, that ``resolvable_periods`` tests."""
 LEAST_PERIOD = 0.95
-"""Share of a period that a log must cover; less does not show that it repeats."""
+"""Least share of a period that a log must cover to show that it repeats."""
 
 
 def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
@@ -39,7 +39,7 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
         if low < least:
             words.append(
                 f"the 95 % interval of {p.name} ({low:.3g} to {high:.3g}) of {found.kind} reaches below {least:.3g} "
-                f"{found.units[p.name]}: a curve that bends there is a level on this log"
+                f"{found.units[p.name]}: with so small a value the curve is a level on this log"
             )
     if never_passed(problem.system, problem.motion, part, found.parameters):
         stroke, period = _stroke(problem.system, problem.motion, part), found.parameters["period"]
@@ -65,7 +65,7 @@ def may_be_absent(effect: Effect, intervals: Mapping[str, tuple[float, float]]) 
 
 
 def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
-    """Whether a log covers clearly less than an effect's period, which is not a known turn."""
+    """Whether a log covers clearly less than an effect's period, unless that is a whole turn of an angle."""
     period = parameters.get("period", 0.0)
     return _stroke(system, motion, part) < LEAST_PERIOD * period and not _known_turn(system, part, period)
 
@@ -79,11 +79,12 @@ def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapp
 
 
 def resolvable_periods(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> float:
-    """Number of periods among which that of an effect was searched for: stroke over shortest; 1 without a search.
+    """Number of distinguishable periods among which that of an effect was searched: stroke over shortest, or 1.
 
-    Waves whose turns in the stroke differ by less than one cannot be told apart, and the largest of so many squared
-    amplitudes is judged as so many hypotheses (R. B. Davies, Biometrika 74, 1987, to first order). The period counts as
-    a parameter of χ² too: M P(χ²₃ > 2z) is 1.1 times Davies's bound for uniform motion, M √(πz/3) exp(−z) + exp(−z).
+    Waves are distinguishable if their numbers of periods in the stroke differ by at least one. The largest of so many
+    squared amplitudes is judged as so many hypotheses (R. B. Davies, Biometrika 74, 1987, to first order). The period
+    counts as a parameter of χ² too: M P(χ²₃ > 2z) is 1.1 times Davies's bound for uniform motion,
+    M √(πz/3) exp(−z) + exp(−z).
     """
     stroke, period = _stroke(system, motion, part), parameters.get("period")
     if period is None or stroke <= 0 or _known_turn(system, part, period):
@@ -94,8 +95,8 @@ def resolvable_periods(system: System, motion: Motion, part: Part, parameters: M
     return float(1 / next(seen, 1.0))
 
 
-def shows_no_bend(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
-    """Whether a curve bends at so small a speed that this log shows a level, or at so large a one that it is a line."""
+def is_level_or_line(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
+    """Whether a curve varies only at speeds so low that it is a level on this log, or so high that it is a line."""
     shares = {p.name: p.seen_at for p in part.effect.parameters if p.seen_at is not None}
     if not shares:
         return False
@@ -104,9 +105,9 @@ def shows_no_bend(system: System, motion: Motion, part: Part, parameters: Mappin
 
 
 def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
-    """The objection to effects with which a friction level is fitted as zero, if its contact never reverses in the log.
+    """The objection to effects with which a friction level becomes zero, if its contact never reverses in the log.
 
-    In one direction a level is a constant force, which cannot be told from a gain of the drive.
+    In one direction a level is a constant force, which cannot be distinguished from a gain of the drive.
     """
     gone = set(levels_at_zero(problem.system, [augmented], problem.levels))
     gone -= set(levels_at_zero(problem.system, [refit], problem.levels))
@@ -119,7 +120,7 @@ def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
 
 
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
-    """Parts of a credited effect's curve that the log does not cover, and intervals that it has not, in words."""
+    """Remarks on a credited effect: parts of its curve that the log does not cover, and missing intervals."""
     words = []
     if part.effect.rough:
         words.append(f"The values of {found.kind} have no interval, since the error is no smooth function of them")
@@ -143,7 +144,7 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
 
 
 def _known_turn(system: System, part: Part, period: float) -> bool:
-    """Whether a period is a whole turn of an angle, which is known without a log."""
+    """Whether a period is a whole turn of an angle, which needs no evidence."""
     on_angle = part.effect.sits_on in ("coordinate", "sensor") and system.position_units[part.place] == "rad"
     return on_angle and abs(period - WHOLE_TURN) <= 1e-9 * WHOLE_TURN
 

@@ -1,9 +1,9 @@
-"""How much of a force residual a flexible regression explains over each variable, without any law: penalised B-splines.
+"""Flexible regression of a force residual on each variable, without any law, by penalised B-splines.
 
 The low-passed residual r of a coordinate is regressed on cubic B-splines of one variable at a time, on a line of its
 spectrum, on all together, and on the ringing of a load behind a spring. The penalty on second differences (P-splines)
 is chosen by cross-validation; shares are 1 − Σ(r − r̂)²/Σr² on held-out parts of the log. A friction law should explain
-most of what a regression on its own variable can. The share of a constant, in every variable, is told separately.
+most of what a regression on its own variable can. The share of a constant, which every regression has, is separate.
 """
 
 from __future__ import annotations
@@ -39,23 +39,23 @@ PENALTIES = (1e-6, 1e-3, 1e-1, 1e1)
 """Penalties tried, on squared second differences of the weights, over the mean diagonal of the normal matrix."""
 DEGREE = 3
 LEAST_ROWS = 200
-"""With fewer samples nothing is explained."""
+"""Least number of samples of a regression."""
 NEIGHBOURS, LEAST_PERIODS = 2, 6
 """Of a spectral line: neighbouring bins on each side, by which its amplitude may vary; least periods in the log."""
 STATE = ("speed", "position", "load", "acceleration", "distance since reversal")
-"""Variables of the motion: what they predict is no change in time."""
+"""Variables of the motion; what these predict is no change in time."""
 REPEATED = 2.0
 """Least z-score of the held-out gains by sign: their sum over the root of the sum of their squares."""
 SURELY_RINGS = 6.0
-"""Least standard deviations of the weight of a resonance, the best of 120: 1 % of false alarms asks for 4."""
+"""Least weight of a resonance, the best of 120, in standard deviations; 4 would give 1 % of false alarms."""
 AT_ONCE = 0.1
-"""Largest share of the samples within which half of a squared residual is one event."""
+"""Largest share of the samples with half of the squared residual that counts as one event."""
 SLIDING = 0.03
 """Share of a contact's 95 % speed above which it surely slides; below, friction may balance any load."""
 
 
 def remainders(system: System, motion: Motion, used: NDArray[np.bool_]) -> tuple[Remainder, ...]:
-    """The remainder of a model along a motion, one a coordinate; ``used`` away from standstill, ends and gaps."""
+    """The remainder of a model on each coordinate; ``used``: (N, n) samples away from standstill, ends and gaps."""
     residual = residual_at_drive(system, motion)
     acting = acting_force(system, motion)
     every = range(system.degrees_of_freedom)
@@ -83,7 +83,7 @@ def remainders(system: System, motion: Motion, used: NDArray[np.bool_]) -> tuple
 
 
 def _joined(left: Remainder, rings: float, changed: ChangesInTime | None) -> Remainder:
-    """A remainder with what a resonance and changes in time explain of it; ``changed`` is None for too few samples."""
+    """A remainder with the shares of a resonance and of changes in time; ``changed`` is None for too few samples."""
     if changed is None:
         return left
     over = {**left.over, "ringing": rings}
@@ -112,7 +112,7 @@ def varying_terms(system: System, motion: Motion, i: int) -> dict[Term, Array]:
 
 
 def inertia_noise(system: System, motion: Motion, i: int) -> float:
-    """Mean square of what white noise of the measured positions or speeds makes in the low-passed row of M a."""
+    """Mean square in the low-passed row i of M a due to white noise of the measured positions or speeds."""
     row = evaluate_forces(system, [Matrix(list(system.mass_matrix[i, :]))], motion)[0]
     return float(np.sum(np.mean(row**2, axis=0) * motion.noise_after(motion.cutoff_hz, 2) ** 2))
 
@@ -125,9 +125,9 @@ def _changed(
     variables: Mapping[str, Array],
     noise: float,
 ) -> ChangesInTime:
-    """Changes in time of a residual; of what the curve over state variables leaves where these predict more of it.
+    """Changes in time of a residual, or of its remainder after a curve over state variables that predicts more of it.
 
-    The same state at another time is no change. ``noise`` is the mean square in the row of M a.
+    ``noise`` is the mean square in the row of M a.
     """
     in_terms: dict[Term, float] = {"inertia": noise}
     about = motion.time, motion.cutoff_hz, in_terms
@@ -146,7 +146,7 @@ def _changed(
 
 @recent(OF_MODELS)
 def acting_force(system: System, motion: Motion) -> Array:
-    """(N, n) low-passed force of the inputs on each coordinate; where no input acts, the row of M a."""
+    """(N, n) low-passed force of the inputs on each coordinate; the row of M a if no input acts."""
     drive = motion.low_pass(drive_force(system, motion))
     idle = ~np.any(drive != 0, axis=0)
     if idle.any():
@@ -157,8 +157,8 @@ def acting_force(system: System, motion: Motion) -> Array:
 def predicted_load(system: System, motion: Motion, residual: Array) -> Array:
     """(N, n) the acting force less the share of the residual that is not noise of the measured acceleration.
 
-    The residual is the noise of the input, which the acting force holds too, less that in the row of M a: with this
-    share the noise does not explain itself. Where no input acts, the acting force.
+    The residual has the noise of the input, which the acting force has too, less that in the row of M a. The share is
+    chosen so that load and residual have no common noise. If no input acts, it is the acting force.
     """
     reached = np.any(drive_force(system, motion) != 0, axis=0)
     shares = [1 - noise_share(system, motion, residual, i) for i in range(system.degrees_of_freedom)]
@@ -179,7 +179,7 @@ def sliding(system: System, motion: Motion, used: NDArray[np.bool_], i: int) -> 
 
 
 def half_of_squares(residual: Array, rows: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """First and last sample of the shortest stretch with half of a squared residual (N,); None above ``AT_ONCE``."""
+    """First and last sample of the shortest interval with half of a squared residual (N,); None above ``AT_ONCE``."""
     places = np.flatnonzero(rows)
     if len(places) < LEAST_ROWS or not np.any(residual[places]):
         return None
@@ -196,7 +196,7 @@ def explained_over(residual: Array, rows: NDArray[np.bool_], columns: Sequence[A
 
 
 def repeated_share(residual: Array, rows: NDArray[np.bool_], columns: Sequence[Array]) -> float:
-    """The explained share where the held-out parts agree that it is positive; else 0."""
+    """The explained share if it is significantly positive over the held-out parts; else 0."""
     gains = _gains(residual, rows, columns)
     share, spread = float(gains.sum()), float(np.sqrt((gains**2).sum()))
     return share if share > 0 and share >= REPEATED * spread else 0.0
@@ -232,7 +232,7 @@ def _remainder(r: Array, drive: Array, rows: NDArray[np.bool_], variables: Mappi
 
 
 def variables_of(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
-    """(N,) variables of one coordinate over which a residual may have a shape; the load is ``predicted_load``."""
+    """(N,) variables of one coordinate on which a residual may depend; the load is ``predicted_load``."""
     x, v = motion.positions[:, i], motion.velocities[:, i]
     rate = central_difference(acting_force(system, motion)[:, [i]], motion.sample_time)
     touching = contacts_on(system, i)
@@ -255,14 +255,15 @@ def _inertia(system: System, motion: Motion, i: int) -> Array:
 
 
 def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inertia: float, motion: Motion) -> float:
-    """Share of a squared residual (N,) that one resonance explains on held-out pieces; 0 where it is not significant.
+    """Share of a squared residual (N,) that one resonance explains on held-out pieces; 0 if it is not significant.
 
-    A load behind a spring leaves the acceleration, filtered by a resonance, times a weight (``resonances``). A few
-    moves may excite nearly all of it, so the weight must be ``SURELY_RINGS`` standard deviations from zero, which
-    follow from the sums over pieces of column times remainder, each with the weight that is fitted to the other folds.
+    The residual of a load behind a spring is a weight times the acceleration, filtered by a resonance (``resonances``).
+    A few moves may excite nearly all of it, so the weight must be ``SURELY_RINGS`` standard deviations from zero. These
+    follow from sums over pieces of column times remainder, with the weight that is fitted to the other folds.
 
     Args:
-        acceleration: (N,) without noise that is in the residual too. inertia: of the coordinate.
+        acceleration: (N,) without noise that is in the residual too.
+        inertia: of the coordinate.
     """
     kept = _thinned(rows)
     found = resonances(residual, acceleration, inertia, motion, 1) if kept.sum() >= LEAST_ROWS else ()

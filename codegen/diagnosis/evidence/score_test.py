@@ -1,6 +1,7 @@
-"""Score test in free runs: whether the misfit of a model points along the change of the prediction by an added effect.
+"""Score test in free runs: correlation of a model's residual with the change of the prediction by an added effect.
 
-A gain in loss is less by what the effect itself amounts to than twice the slope of the loss towards it.
+It is more powerful than the gain in loss, which is smaller than twice the slope of the loss by the square of the
+change.
 """
 
 from __future__ import annotations
@@ -18,30 +19,30 @@ from codegen.diagnosis.fit.trial import Trial
 
 
 def contains(richer: Trial, trial: Trial) -> bool:
-    """Whether a trial has every part of another one, at least in its form, so that it contains that model."""
+    """Whether a trial contains another one as a special case: every part, with at least its parameters."""
     own = {(p.kind, p.on): set(p.names) for p in richer.parts}
     return all(set(p.names) <= own.get((p.kind, p.on), set()) for p in trial.parts)
 
 
 def added_parameters(trial: Trial, richer: Trial) -> int:
-    """Number of parameters of the effects that a trial has and another has not, or has in a simpler form."""
+    """Number of parameters of a richer trial's effects that another trial does not have."""
     known = {(p.kind, p.on): len(p.names) for p in trial.parts}
     return sum(max(0, len(p.names) - known.get((p.kind, p.on), 0)) for p in richer.parts)
 
 
 def nested_evidence_of(before: Fit, after: Fit) -> Evidence:
-    """Evidence for ``after`` over ``before``, a model that it contains, on the same segments: the score test too."""
+    """Evidence for ``after`` over ``before``, which it contains, on the same segments, with the score test."""
     return replace(evidence_of(before, after), by_score=score_test(before, after))
 
 
 def score_test(before: Fit, after: Fit) -> float:
-    """Probability of such a slope of the loss towards ``after`` where ``before``, which it contains, is true.
+    """P-value of the slope of the loss towards ``after`` if ``before``, which it contains, is true.
 
         u_s = w_s r_s·d_s,   q_s = w_s d_s·d_s,   d = r − r₁ less its part along the slopes of ``before``
 
     with r and r₁ the residuals of segment s without and with the added parameters, and w_s = 1/(1 + (r² + (r −
-    r₁)²)/K), which lets no run decide that leaves the motion, in either model, and favours no sign of r·(r − r₁). Along
-    d the parameters that both have are at their optimum, so u_s has the mean zero if nothing is added. Sums over
+    r₁)²)/K), which bounds the influence of runs that diverge in either model, and favours no sign of r·(r − r₁). Along
+    d the common parameters are at their optimum, so that u_s has the mean zero under the null hypothesis. Sums over
     ``SIGNED`` blocks of segments are judged by ``t_of_scores``.
     """
     change = before.residual - after.residual
@@ -52,11 +53,11 @@ def score_test(before: Fit, after: Fit) -> float:
 
 
 def t_of_scores(scores: Array, sizes: Array) -> tuple[float, float]:
-    """Student's t of the sums U_b of scores r·d over blocks, and the number of blocks that it rests on.
+    """Student's t of the sums U_b of scores r·d over blocks, and the effective number of blocks.
 
-    ΣU_b/ΣQ_b = c, with Q_b the sums of d·d, is the size of d by one step, its standard error that of the jackknife, and
-    t is c over this error. Blocks count as 1/Σh_b² at most, h_b the shares of Q_b (Kish's effective number), and as B
-    (1 − φ)/(1 + φ), φ the autocorrelation at lag 1 of U_b − c Q_b: a slow disturbance makes neighbours alike.
+    c = ΣU_b/ΣQ_b, with Q_b the sums of d·d, is the estimated coefficient of d, and t is c over its jackknife standard
+    error. The effective number of B blocks is at most 1/Σh_b², with h_b the shares of Q_b (Kish), and at most
+    B (1 − φ)/(1 + φ), with φ the autocorrelation at lag 1 of U_b − c Q_b, for slow disturbances.
     """
     count, rest = len(sizes), sizes.sum() - sizes
     if not np.all(rest > 0):
@@ -71,7 +72,7 @@ def t_of_scores(scores: Array, sizes: Array) -> tuple[float, float]:
 
 
 def along_best(t: float, blocks: float, parameters: int) -> float:
-    """Probability of Student's t of B blocks along the best of all directions of k fitted parameters.
+    """P-value of Student's t of B blocks along the best of all directions of k fitted parameters.
 
     The largest t² is Hotelling's T², and T² (B − k)/(k (B − 1)) has the F distribution of k and B − k.
     """
@@ -84,7 +85,7 @@ def along_best(t: float, blocks: float, parameters: int) -> float:
 def _beside_its_own(fit: Fit, change: Array, weights: Array) -> Array:
     """A change of the prediction, (S, K n), less its weighted projection on the slopes of the fit's free parameters.
 
-    A fit stops a little before its optimum; what a further step would gain is no evidence for an effect.
+    A fit stops a little before its optimum; the gain of a further step is no evidence for an effect.
     """
     slopes = fit.slopes[~fit.limited]
     if not len(slopes):

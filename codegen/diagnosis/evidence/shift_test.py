@@ -1,4 +1,4 @@
-"""Permutation test by circular shifts: whether one of two models leaves less residual at the times when they differ.
+"""Permutation test by circular shifts: whether one of two models has less residual when the two differ.
 
 Two models may differ in too few blocks for a test on blocks: a dead zone and a constant force are one motion except
 while the input is below the dead zone's width.
@@ -15,7 +15,7 @@ from codegen.base.arrays import Array
 ROUNDING = 1e-9
 """Relative error of a sum by the Fourier transform."""
 PARTS, LEAST_MOMENTS = 48, 3.0
-"""Parts of the log, and the effective number of those in which two models differ from which on they are told apart."""
+"""Number of parts of the log, and least effective number of parts in which two models differ."""
 
 
 def by_shifts(pairs: Sequence[tuple[Array, Array]]) -> float:
@@ -24,10 +24,9 @@ def by_shifts(pairs: Sequence[tuple[Array, Array]]) -> float:
         g_k = Σ_t d(t) m(t + k),   d = b − a,   m = (a + b)/2;   g_0 is half the gain Σ b² − Σ a²
 
     with b and a the residuals of the other model and of this one. If m does not depend on d, every g_k is as probable
-    as g_0, whatever the correlation in time, and p is the share of shifts with g_k ≥ g_0. Of two wrong models m depends
-    on d: so p is 1 unless Σ d² a² ≤ Σ d² · mean a², this one leaving no more where they differ than elsewhere, and
-    where (Σ q)²/Σ q² < ``LEAST_MOMENTS``, with q the sums of d² over ``PARTS`` parts of the log: too few moments of
-    either.
+    as g_0, whatever the correlation in time, and p is the share of shifts with g_k ≥ g_0. If both models are wrong, m
+    depends on d. So p is 1 unless Σ d² a² ≤ Σ d² · mean a²: this model has no more residual when the two differ. It is
+    also 1 if they differ in too few parts: (Σ q)²/Σ q² < ``LEAST_MOMENTS``, with q the sums of d² over ``PARTS`` parts.
 
     Args:
         pairs: (b, a), each (N,), of every coordinate, at the samples that some coordinate uses; zero where one does

@@ -1,7 +1,7 @@
 """Log-likelihood of a force residual, modelled as white noise plus first-order autoregressive noise.
 
-A candidate that varies as slowly as a force that no candidate describes explains part of it by chance. So the
-likelihood ratio of two models takes the noise model of largest likelihood for each: nuisance parameters.
+A candidate explains part of a slow force by chance if it varies as slowly. So the likelihood ratio of two models uses
+the noise model of largest likelihood for each; its parameters are nuisance parameters.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from scipy.fft import dct
 from codegen.base.arrays import Array
 
 LONGEST = 1 / 12
-"""Longest correlation time over the length of the log: slower noise cannot be told from an offset or a drift."""
+"""Longest correlation time over the length of the log; slower noise is like an offset or a drift."""
 TIMES = 8
 SHARES = (0.01, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4, 0.6, 0.8, 0.9, 0.95, 1.0)
-"""Shares of the power that the slow noise may have."""
+"""Shares of the power in the slow noise."""
 
 
 def slow_noise_likelihood(residual: Array, band: float) -> float:

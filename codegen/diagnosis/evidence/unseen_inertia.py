@@ -1,4 +1,4 @@
-"""Inertia parameters that a log hardly determines, as at constant speed or in motion in one direction: not refitted."""
+"""Inertia parameters that a log hardly determines, as at constant speed or in one direction, and are not refitted."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from codegen.diagnosis.fit.trial import in_unit
 from codegen.logs import Finding
 
 KNOWN = 0.1
-"""Largest share of its declared variance that a log leaves of a refitted parameter's: else free runs err by more."""
+"""Largest ratio of a refitted parameter's variance to its declared one; above it, free runs would be biased more."""
 
 
 def unseen_inertias(problem: Problem) -> list[sympy.Symbol]:
     """The uncertain parameters that act through inertia alone and that the force residual hardly determines.
 
-    At constant speed free runs change an inertia all the same: the noise of a logged input moves the model and not the
+    At constant speed, free runs would still change an inertia: the noise of a logged input moves the model and not the
     machine, and a heavier model follows it less (errors in variables). So the information of the force residual is
-    asked,
+    used,
 
         H = Σ s s'/σ² + diag(1/tolerance²),
 
-    with the slopes s and the RMS residual σ over independent samples. A parameter is unseen where its variance, of H⁻¹,
-    is above ``KNOWN`` of its tolerance's.
+    with the slopes s and the RMS residual σ over independent samples. A parameter is undetermined if its variance by
+    H⁻¹ exceeds ``KNOWN`` times that of its tolerance.
     """
     still = problem.system.equation_error.subs(dict.fromkeys(problem.system.accelerations, 0))
     inertias = [s for s in problem.uncertain if s not in still.free_symbols]
@@ -45,7 +45,7 @@ def moves_one_way(problem: Problem) -> bool:
 
 
 def not_refitted(problem: Problem, symbols: list[sympy.Symbol]) -> tuple[Finding, ...]:
-    """The warning that these stay as declared; none where there are none."""
+    """The warning that these parameters keep their declared values."""
     if not symbols:
         return ()
     system = problem.system

@@ -1,1 +1,1 @@
-"""Experiments that discriminate between effects that one log cannot tell apart."""
+"""Discriminating experiments for effects that one log does not distinguish."""

@@ -40,12 +40,12 @@ STEP = 1e-4
 ROUNDS = 2
 """Gauss–Newton steps of a fit to both logs."""
 MOST_SAMPLES = 6_000
-"""Samples of the log's path that are followed again."""
+"""Most samples of the log's path that are simulated again."""
 LONGEST_SUBSTEP = 5e-4
-"""Of the plant, in s: at 10 Hz the force of one step is exact to (ω h)²/12 = 8e-5, far below ``FLOOR``."""
+"""Longest step of the plant, s; at 10 Hz its relative force error is (ω h)²/12 = 8e-5, far below ``FLOOR``."""
 UNCHANGED = Setup("none", "as it was logged")
 FLOOR = 1e-3
-"""Noise floor over the RMS drive force: a simulated log has no noise, a measured one always has."""
+"""Noise floor over the RMS drive force, since a simulated log has no noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class Model:
     prior_precision: Array
 
     def system(self, theta: Array, setup: Setup, factor: float = 1.0) -> System:
-        """The machine after a change, with friction multiplied by ``factor`` where the change affects it."""
+        """The machine after a change; ``factor``: on the friction, if the change affects it."""
         k, effects = len(self.trial.moved), []
         values = {s.name: float(v) for s, v in zip(self.trial.moved, theta[:k], strict=True)}
         if setup.friction is not None:
@@ -122,7 +122,7 @@ class Discrimination:
         return sorted(found, key=lambda tried: -tried.separation)
 
     def _separation(self, setup: Setup) -> tuple[float, float] | None:
-        """(smallest separation over the pairs, largest input); None where the path cannot be followed."""
+        """(smallest separation over the pairs, largest input); None if the path cannot be followed."""
         least, most = float("inf"), 0.0
         followed: dict[int, tuple[Motion, float] | None] = {}
         for one, rival in (pair for k in range(1, len(self.models)) for pair in ((0, k), (k, 0))):
@@ -136,6 +136,7 @@ class Discrimination:
         return least, most
 
     def _distance(self, truth: Model, rival: Model, setup: Setup, motion: Motion) -> float:
+        """The separation d of a rival from the true model, by Gauss–Newton steps of the rival on both logs."""
         again = Problem(self.search.system, motion, {})
         weights = self._weights(truth)
         logs = [Weighed(UNCHANGED, self.search.problem, weights), Weighed(setup, again, weights)]
@@ -164,6 +165,7 @@ class Discrimination:
         return float(np.sqrt(best))
 
     def _weights(self, truth: Model) -> Array:
+        """(n,) weights of the samples of each coordinate."""
         motion, rows = self.search.problem.motion, self.search.problem.used
         system = truth.system(truth.theta, UNCHANGED)
         left = inverse_dynamics_residual(system, motion)
@@ -178,7 +180,7 @@ class Discrimination:
         return weights
 
     def _follow(self, truth: Model, setup: Setup) -> tuple[Motion, float] | None:
-        """The log's path as a model's machine follows it after a change, and the largest input; None where it fails."""
+        """The motion of a model's machine along the log's path after a change, and the largest input, or None."""
         motion, h = self.search.motion, self.search.motion.sample_time
         samples = min(len(motion.time), MOST_SAMPLES)
         at = np.linspace(0, samples - 1, round(samples / setup.pace))
@@ -197,6 +199,6 @@ class Discrimination:
 
 
 def _keeps_states(system: System) -> bool:
-    """Whether the force residual of a system needs states that are not logged; its separation is not computed here."""
+    """Whether the force residual of a system needs states that are not logged, so that no separation is computed."""
     bristles = (c.law.bristle_stiffness(c.law_parameters) for c in system.contacts)
     return hidden_states(system) > 0 or any(stiffness != 0 for stiffness in bristles)

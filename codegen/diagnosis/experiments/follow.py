@@ -16,7 +16,7 @@ from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.observed_loop import run_loop
 
 LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
-"""Bandwidth of the loop over the coarse cutoff; least number of samples in its period."""
+"""Bandwidth of the loop over the coarse cutoff, and least number of samples in its period."""
 
 
 def follow(
@@ -32,7 +32,7 @@ def follow(
     """The simulated run along (N, n) positions and rates, critically damped at ``centre``; None if it diverges.
 
     Args:
-        substeps: of the plant in a sample; as many as an exact integration needs where not given.
+        substeps: of the plant in a sample; by default as many as an exact integration needs.
     """
     position_gain, velocity_gain = loop_gains(search, centre, h)
     controller = Feedback(
@@ -49,7 +49,7 @@ def follow(
 
 
 def logged(log: Log, positions: Array, inputs: Array) -> Log:
-    """A log of a simulated run, otherwise as this one."""
+    """A copy of a log with the data of a simulated run."""
     time = log.sample_time * np.arange(len(positions), dtype=np.float64)
     return replace(log, time=time, positions=positions, velocities=None, inputs=inputs, gaps=())
 

@@ -1,6 +1,6 @@
-"""Candidates that tie on one log: how similar they are, and the cheapest extra motion that discriminates them.
+"""Candidates that tie on one log: their similarity, and the cheapest extra motion that discriminates them.
 
-Extra motions are of a library, within the ranges of the log or of the spec's envelope.
+Extra motions are from a library, within the ranges of the log or of the spec's envelope.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.sensors import Sensors
 
 SEPARATED = 10.0
-"""Separation asked for, in standard deviations of the noise: 25 nats; the verdict itself needs about five."""
+"""Needed separation in standard deviations of the noise, which is 25 nats; the verdict itself needs about five."""
 TRAINED = 0.7
-"""Share of the motion that is used for fits: a diagnosis without a second log holds the rest out."""
+"""Share of the motion that is used for fits; a diagnosis without a second log holds the rest out."""
 SEGMENTS = 3 * LEAST_SEGMENTS
 """Segments in the shortest motion: enough for a diagnosis that holds the last part out."""
 LENGTHS = (1, 2)
@@ -60,13 +60,13 @@ def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:
 
 
 def without_leader(search: Search, outcome: Outcome) -> Iterator[Outcome]:
-    """The outcome with each rival in turn in place of its first effect; those that come after it are its rivals."""
+    """The outcome with each rival in turn in place of its first effect, and the later ones as its rivals."""
     for k, rival in enumerate(outcome.rivals[:MOST_RIVALS]):
         yield led_by_rival(search, outcome, in_place(search, outcome, rival), outcome.rivals[k + 1 :])
 
 
 def led_by_rival(search: Search, outcome: Outcome, final: Fit, rivals: Sequence[Ranked]) -> Outcome:
-    """The outcome with a fit in which a rival has the place of the first effect, and what that fit explains."""
+    """The outcome with a fit in which a rival replaces the first effect."""
     explained = explained_share(search, outcome.base, final)
     return replace(outcome, final=final, rivals=tuple(rivals), explained=explained)
 
@@ -79,19 +79,18 @@ def separate(
     envelope: Mapping[str, tuple[Any, Any]],
     progress: Callable[[str, float], None] | None = None,
 ) -> tuple[Separation, str | None]:
-    """Measure how similar tied candidates are, and find the cheapest motion that discriminates each pair.
+    """Measure the similarity of tied candidates, and find the cheapest motion that discriminates each pair.
 
     A motion is simulated under a position loop with each candidate in turn as the truth, with the log's noise on the
-    positions; every candidate is refitted to it, as a diagnosis would, and must fit worse than the truth by
-    ``SEPARATED``. Shorter motions are cheaper; among equals, the one with the least ∫|w|² dt. See ``discrimination``
-    for changes.
+    positions. Every candidate is refitted to it, as in a diagnosis, and must fit worse than the truth by ``SEPARATED``.
+    Shorter motions are cheaper; among equals, the one with the least ∫|w|² dt. For changes see ``discrimination``.
 
     Args:
         outcome: with rivals. tied: its fits, see ``tied_fits``.
         envelope: of the spec; the motions stay inside it or inside what the log has shown.
 
     Returns:
-        The figures, and the excitation file's text: None where no motion separates them.
+        The figures, and the excitation file's text, or None if no motion separates them.
     """
     fits = [*tied, *(in_place(search, outcome, r) for r in _confusable(outcome))]
     pairs = tuple(_tied_pair(search, outcome, fits[0], other) for other in tied[1:])
@@ -129,7 +128,7 @@ def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> 
 
 
 def _confusable(outcome: Outcome) -> list[Ranked]:
-    """The best candidate that this log ruled out although it resembles one that ties: the motion must do so too."""
+    """The best candidate that this log excluded although it resembles a tied one; the motion must exclude it too."""
     tied = [outcome.parts[0], *(r.found.part for r in outcome.rivals)]
     confusable = {c.other for part in tied for c in CATALOGUE[part.kind].confused_with}
     named = {(p.kind, p.on) for p in (*tied, *outcome.parts)}
@@ -165,7 +164,7 @@ def _tied_pair(search: Search, outcome: Outcome, first: Fit, other: Fit) -> Tied
 
 
 def _distance(truth: Fit, other: Fit) -> float:
-    """How much better one fit is than the other, in standard deviations of the noise; negative where it is worse.
+    """Distance by which one fit is better than another, in standard deviations of the noise; negative if it is worse.
 
     Near the noise a segment's loss is a quarter of its squared residual: the norm of the difference of two predictions.
     """
@@ -192,7 +191,8 @@ def _try(
     """The smallest separation over all pairs of truth and other candidate.
 
     Args:
-        machines: of those ``fits`` that tie, taken as the truth. first: the motion as the first one follows it.
+        machines: of the tied ``fits``, taken as the truth.
+        first: the run of the first machine.
     """
     h, least = log.sample_time, float("inf")
     energy = _energy(first, h)
@@ -209,7 +209,7 @@ def _try(
 
 
 def _simulated(search: Search, machine: System, reach: Reach, motion: ExtraMotion, h: float) -> LoopRun | None:
-    """A motion under a position loop; None where it diverges."""
+    """A motion under a position loop; None if it diverges."""
     samples = round(motion.duration / h)
     return follow(search, machine, *motion.at(h * np.arange(samples, dtype=np.float64)), reach.centre, h, reach.inputs)
 
@@ -219,7 +219,7 @@ def _energy(run: LoopRun, h: float) -> float:
 
 
 def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
-    """Positions as this log's sensors would read them: with its resolution and noise."""
+    """Positions with the resolution and noise of this log's sensors."""
     n = positions.shape[1]
     step = np.array(log.encoder_step or log.intake.smallest_step or (0.0,) * n)
     stated = np.array(log.description.position_noise_rms or (0.0,) * n)
@@ -232,7 +232,7 @@ def _measured(search: Search, log: Log, positions: Array, seed: int) -> Array:
 
 
 def _search_there(search: Search, log: Log, simulated: LoopRun, seed: int) -> Search | None:
-    """The search on the first part of a simulated motion, as if logged; None where it holds too little motion."""
+    """The search on the first part of a simulated motion; None if it has too little motion."""
     measured, commands = _measured(search, log, simulated.positions, seed), simulated.inputs
     kept = round(TRAINED * len(measured))
     made = logged(log, measured[:kept], commands[:kept])
@@ -249,7 +249,7 @@ def _search_there(search: Search, log: Log, simulated: LoopRun, seed: int) -> Se
 
 
 def _csv(system: System, motion: ExtraMotion, run: LoopRun, h: float) -> str:
-    """The excitation file: t, references and commands, one row a sample, SI. It is simulated, not a log."""
+    """The excitation file: t, references and simulated commands, one row per sample, SI."""
     names = ["t", *(f"{x.name}_reference" for x in system.positions), *(w.name for w in system.inputs)]
     time = h * np.arange(len(run.inputs), dtype=np.float64)
     rows = np.hstack([time[:, None], motion.at(time)[0], run.inputs])
@@ -285,7 +285,7 @@ class ExtraMotion:
 
 
 def reach_of(system: System, motion: Motion, envelope: Mapping[str, tuple[Any, Any]]) -> Reach:
-    """The ranges of a log, extended to the spec's envelope where that is larger."""
+    """The ranges of a log, extended to the spec's envelope if that is larger."""
     low, high = motion.positions.min(axis=0), motion.positions.max(axis=0)
     speed = np.quantile(np.abs(motion.velocities), 0.99, axis=0)
     inputs = np.abs(motion.commands).max(axis=0)
@@ -301,7 +301,7 @@ def reach_of(system: System, motion: Motion, envelope: Mapping[str, tuple[Any, A
 
 
 def _both_ways(envelope: Mapping[str, tuple[Any, Any]], symbol: sympy.Symbol) -> float:
-    """The magnitude allowed in both directions; 0 where the envelope gives none."""
+    """The magnitude that the envelope allows in both directions; 0 if it has no range."""
     return min((abs(float(b)) for b in envelope.get(symbol.name, ())), default=0.0)
 
 
@@ -363,11 +363,11 @@ SHAPES: dict[str, Shape] = {
 
 
 def _plain(expression: sympy.Expr) -> sympy.Expr:
-    """The expression with rounded numbers, so that its short text is exactly what was simulated."""
+    """The expression with rounded numbers, so that its printed text is what was simulated."""
     rounded = {n: sympy.Float(f"{float(n):.{DIGITS}g}") for n in expression.atoms(sympy.Float)}
     return expression.xreplace(rounded)
 
 
 def reference_text(expression: sympy.Expr) -> str:
-    """As a spec's ``simulation.reference`` takes it."""
+    """A reference as text for a spec's ``simulation.reference``."""
     return str(sympy.sstr(expression, full_prec=False))

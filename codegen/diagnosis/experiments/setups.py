@@ -1,7 +1,7 @@
 """Changes of a machine that discriminate between effects: load, payload, mounting, speed, temperature.
 
-Under a single load, load-dependent friction and a larger Coulomb level give the same log; in a single mounting, so do
-weight and an offset of the drive. A second log of the same motion after a change distinguishes them.
+With one load, load-dependent friction and a larger Coulomb level give the same log; in one mounting, so do weight and
+an offset of the drive. A second log of the same motion after a change distinguishes them.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""Models simulated and fitted to a log: free runs of short segments, and the force balance along the motion."""
+"""Fits of models to a log: free-run simulation of short segments, and the force balance along the motion."""

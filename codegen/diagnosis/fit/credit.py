@@ -63,15 +63,15 @@ class Evidence:
 
     Attributes:
         gain: log-likelihood gained, summed over segments, nats.
-        share: of the squared residual that is removed: of its geometric mean over segments or of its sum, whichever is
-            larger. An effect that acts in few segments removes little of the mean.
+        share: removed share of the squared residual, of its geometric mean over segments or of its sum, whichever is
+            larger, since an effect that acts in few segments removes little of the mean.
         t: Σ g_b / √Σ g_b² over the gains of ``signed`` blocks of segments; a z-score if their signs are random.
         won, blocks: number of the cross-validated blocks with a gain, and of all.
-        where_far, where_large: p of Student's t test on log ratios of squared residuals, over the blocks in which
-            either model is more than ``FAR`` times the noise off, or over those chosen by ``LARGE``; 1 where these are
+        where_far, where_large: p-value of Student's t test on log ratios of squared residuals, over the blocks in which
+            either model's residual exceeds ``FAR`` times the noise, or over those chosen by ``LARGE``; 1 if these are
             too few.
-        by_score: p of ``score_test``, where the fit contains the one before it.
-        capped: the gain in nats with at most ``MOST_NATS`` from each block, so that no few of them decide.
+        by_score: p-value of ``score_test``, if the fit contains the one before it.
+        capped: the gain in nats with at most ``MOST_NATS`` from each block, so that few blocks do not decide.
     """
 
     gain: float
@@ -93,8 +93,8 @@ class Evidence:
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
-            alone: whether the candidate leaves nothing but noise. Else its errors may last from one segment to the
-                next, and of two wrong models a few segments decide the likelihood ratio: a t test on blocks must agree
+            alone: whether the candidate leaves only noise. If not, its errors may be correlated between segments, and
+                a few segments may decide the likelihood ratio of two wrong models; then a t test on blocks must agree
                 with it.
         """
         likelihood = exp(-max(whiteness * self.gain, 0.0))
@@ -105,10 +105,10 @@ class Evidence:
         return min(1.0, len(tests) * min(tests))
 
     def p_of_rivals(self, whiteness: float, at_noise: bool) -> float:
-        """As ``p``, of two models neither of which contains the other; at the noise also by ``capped``.
+        """As ``p``, for two models neither of which contains the other; at the noise also by ``capped``.
 
-        Where the other model is true, the mean of its likelihood ratio is 1 and a gain of G nats has at most the
-        probability exp(−G) (Markov's inequality). A cap makes a gain no larger, so this holds for ``capped`` as well.
+        If the other model is true, the mean of the likelihood ratio is 1, and a gain of G nats has at most the
+        probability exp(−G) (Markov's inequality). A cap does not increase a gain, so this also holds for ``capped``.
         """
         p = self.p(whiteness, alone=False)
         return min(p, TESTS_OF_RIVALS * exp(-max(whiteness * self.capped, 0.0))) if at_noise else p
@@ -151,14 +151,14 @@ def by_random_signs(gains: Array) -> float:
 
 
 def evidence_of(before: Fit, after: Fit, floored: bool = True) -> Evidence:
-    """Evidence for ``after`` by held-out losses; ``floored``, those below pure noise count as that."""
+    """Evidence for ``after`` by held-out losses; with ``floored``, losses are raised to that of pure noise."""
     losses = before.held_out_losses
     floor = noise_loss(before) / len(losses) if floored else 0.0
     return evidence(losses, after.held_out_losses, before.residual.shape[1], floor)
 
 
 def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Evidence:
-    """Evidence for ``other`` by (S,) held-out losses of ``kept`` residuals, raised to ``floor``, that of noise."""
+    """Evidence for ``other`` by (S,) held-out losses of ``kept`` residuals, raised to ``floor``, the loss of noise."""
     gains = np.maximum(base, floor) - np.maximum(other, floor)
     total = float(gains.sum())
     spread = float(np.sqrt((in_blocks(gains) ** 2).sum()))
@@ -198,14 +198,14 @@ def are_large(before: Array, after: Array) -> NDArray[np.bool_]:
 
 
 def _of_ratios(before: Array, after: Array, chosen: NDArray[np.bool_]) -> float:
-    """``of_logarithms`` over blocks chosen by both: by ``before`` alone they would favour any other model."""
+    """``of_logarithms`` over blocks chosen by both models; a choice by ``before`` alone would favour ``after``."""
     return of_logarithms(np.log(before[chosen] / after[chosen]))
 
 
 def of_logarithms(ratios: Array) -> float:
     """One-sided p-value of Student's t test that logarithms of before/after have a positive mean, taken as normal.
 
-    1 if fewer than ``LEAST_FAR``. Far too small where a ratio has one of two values, as where runs leave the motion.
+    1 if there are fewer than ``LEAST_FAR``. It is not valid for ratios with only two values, as of diverging runs.
     """
     if len(ratios) < LEAST_FAR or not ratios.std() > 0:
         return 1.0
@@ -213,7 +213,7 @@ def of_logarithms(ratios: Array) -> float:
 
 
 def t_of_mean(values: Array) -> float:
-    """Student's t of the mean of values; 0 where they are all the same."""
+    """Student's t of the mean of values; 0 if they are all equal."""
     spread = float(values.std(ddof=1)) / sqrt(len(values))
     return float(values.mean()) / spread if spread > 0 else 0.0
 
@@ -288,9 +288,10 @@ def free_runs_settle(fit: Fit, share: float, times: float) -> bool:
     """Whether free-run simulation credits a model although the model increases the force residual.
 
     The free runs must end near the noise, which no wrong model does, and improve by far more than the force residual
-    gets worse. Low-passed, it shows neither a narrow Stribeck peak at a reversal nor a load behind a spring.
+    increases. The low-passed force residual shows neither a narrow Stribeck peak nor a load behind a spring.
 
     Args:
-        share: of the squared free-run residual that the model removes. times: squared force residual over that without.
+        share: of the squared free-run residual that the model removes.
+        times: squared force residual over that without the model's effects.
     """
     return near_noise(fit) and (1 - share) * times < SETTLED

@@ -1,4 +1,4 @@
-"""The force residual of each coordinate, linearised in parameters: its slopes, their information, what a fit leaves."""
+"""The force residual of each coordinate, linearised in parameters: slopes, information, residual of a linear fit."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class ForceRows:
     """Linearised low-passed residual (R,) of one coordinate, its slopes (R, p), and the index of each row's sample.
 
     Attributes:
-        gain: (p,) slopes of the drive gain that residual and slopes are over; zeros where they are over none.
+        gain: (p,) slopes of the drive gain by which residual and slopes are divided; zeros if they are not divided.
     """
 
     sample: NDArray[np.int_]
@@ -48,7 +48,7 @@ class ForceRows:
     def about(self, change: Array) -> ForceRows:
         """The rows linearised about a change Δ of the values: r₀ + S Δ/(1 + γΔ), which is (r₀ + R Δ)/(1 + γΔ).
 
-        The gain 1 + γΔ is at least ``LEAST_GAIN``: a first step may be too long.
+        The gain 1 + γΔ is limited to at least ``LEAST_GAIN``, for first steps that are too long.
         """
         if not self.gain.any():
             return replace(self, residual=self.residual + self.slopes @ change)
@@ -73,7 +73,7 @@ def force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]
 def relative_force_rows(system: System, problem: Problem, symbols: Sequence[sympy.Symbol]) -> list[ForceRows]:
     """``force_rows`` of the residual over ``drive_gain``, which is 1 at the values: slopes ∂r/∂θ − r ∂gain/∂θ.
 
-    A weaker drive, with all other forces smaller alike, leaves a smaller residual and is the same motion.
+    A weaker drive with all other forces reduced by the same factor gives the same motion with a smaller residual.
     """
     rows, acting = force_rows(system, problem, symbols), drive_symbols(system)
     moved = np.flatnonzero(problem.used.any(axis=0))

@@ -4,7 +4,7 @@
 
 with e_i the inputs, effects and friction of joint i without approximation, and f_i the rigid-body force less
 Σ_j M_ij x̂_j'', computed once along the measured motion and linearised about it. M_ii does not depend on x_i in a tree
-of joints. An unexplained force stays at its joint, and a log that moves one joint is a log of that joint alone.
+of joints. So an unexplained force affects its own joint only.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ REMEMBERED = 120_000_000
 
 
 def is_separable(system: System) -> bool:
-    """Whether joints can be run one at a time: computed rigid-body terms, and equally many contacts on each joint."""
+    """Whether joints can be simulated one at a time: computed rigid-body terms, and equally many contacts per joint."""
     n = system.degrees_of_freedom
     touched = [[i for i in range(n) if system.distribution[i, c] != 0] for c in range(len(system.contacts))]
     counts = [touched.count([i]) for i in range(n)]
@@ -52,8 +52,9 @@ class Joint:
     """One joint as a system with one coordinate.
 
     Attributes:
-        inputs: those of the arm that act here. others: positions and speeds of other joints that its effects use.
-        system: its inputs are ``inputs``, SIGNALS and ``others``, in this order.
+        inputs: inputs of the arm that act on this joint.
+        others: positions and speeds of other joints that its effects use.
+        system: with the inputs ``inputs``, SIGNALS and ``others``, in this order.
     """
 
     index: int
@@ -106,7 +107,8 @@ class MotionTerms:
     """Rigid-body terms along one measured motion, all (N, n) over samples and joints.
 
     Attributes:
-        force, mass: at the declared values; force_slopes, mass_slopes: (N, n, P) by the free parameters.
+        force, mass: at the declared values.
+        force_slopes, mass_slopes: (N, n, P) by the free parameters.
         stiffness, damping: slopes of the force by the joint's own position and speed.
     """
 
@@ -127,12 +129,12 @@ class MotionTerms:
         return mass + self.mass_slopes[:, joint] @ off, force + self.force_slopes[:, joint] @ off
 
     def held(self, joint: int) -> list[Array]:
-        """Signals that no parameter changes: stiffness, damping, position and speed."""
+        """Signals that do not depend on parameters: stiffness, damping, position and speed."""
         return [r[:, joint] for r in (self.stiffness, self.damping, self.positions, self.velocities)]
 
     @cached_property
     def felt(self) -> NDArray[np.bool_]:
-        """(n, P) whether a free parameter changes a joint's mass or force."""
+        """(n, P) whether a joint's mass or force depends on a free parameter."""
         return np.asarray((self.force_slopes != 0).any(axis=0) | (self.mass_slopes != 0).any(axis=0))
 
 

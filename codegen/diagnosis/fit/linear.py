@@ -25,11 +25,11 @@ def inverse(matrix: Array) -> Array:
     return np.asarray(np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-12) / np.outer(size, size))
 
 
-def fitted(columns: Array, values: Array, rcond: float = 1e-9) -> Array:
-    """(p,) weights of columns (N, p) that fit values (N,) best; about zero for a column of zeros."""
+def fitted(columns: Array, values: Array) -> Array:
+    """(p,) least-squares weights of columns (N, p) for values (N,); about zero for a column of zeros."""
     norm = np.linalg.norm(columns, axis=0)
     size = np.where(norm > 0, norm, 1.0)
-    return np.asarray(np.linalg.lstsq(columns / size, values, rcond=rcond)[0] / size)
+    return np.asarray(np.linalg.lstsq(columns / size, values, rcond=1e-9)[0] / size)
 
 
 def rms(values: Array) -> float:
@@ -44,6 +44,7 @@ def correlation(values: Array) -> float:
 
 
 def limited(phi: float) -> float:
+    """A correlation limited to [0, 0.99]."""
     return min(max(phi, 0.0), 0.99)
 
 

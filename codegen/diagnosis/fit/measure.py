@@ -62,9 +62,10 @@ def force_errors(
 
 
 def restart_within_reach(system: System, motion: Motion, window: slice) -> float:
-    """Seconds between restarts after which free runs are still near the motion: ``RESTART_S``, halved while necessary.
+    """Seconds between restarts with which free runs stay near the motion: ``RESTART_S``, halved while necessary.
 
-    A run whose error exceeds the way since the restart discriminates no models, as a rotor in another cogging minimum.
+    A run whose error exceeds the distance moved since the restart, as of a rotor in another cogging minimum, does not
+    discriminate between models.
     """
     restart, least = RESTART_S, SHORTEST_PERIODS / motion.cutoff_hz
     while restart / 2 >= least:
@@ -78,7 +79,7 @@ def restart_within_reach(system: System, motion: Motion, window: slice) -> float
 
 
 def _last_restart(motion: Motion, restart_s: float) -> NDArray[np.int_]:
-    """(N,) sample of the last restart; itself before the first one, at ``TRIM_S``."""
+    """(N,) sample of the last restart; before the first restart, at ``TRIM_S``, the sample itself."""
     h, places = motion.sample_time, np.arange(len(motion.time))
     cut, length = round(TRIM_S / h), max(2, round(restart_s / h))
     return np.where(places < cut, places, cut + (places - cut) // length * length)
@@ -87,7 +88,7 @@ def _last_restart(motion: Motion, restart_s: float) -> NDArray[np.int_]:
 def free_run_errors(
     system: System, motion: Motion, window: slice, restart_s: float = RESTART_S
 ) -> tuple[list[float], tuple[tuple[float, ...], ...]]:
-    """RMS of predicted less raw position on each coordinate, and mean squares in ``SIGNED`` parts, or one a restart."""
+    """RMS of predicted less raw position on each coordinate, and mean squares in ``SIGNED`` or fewer parts."""
     error = free_run_series(system, motion, restart_s)[window]
     usable = motion.usable[window] & ~np.isnan(error).any(axis=1)
     if motion.counted is not None:
@@ -137,7 +138,7 @@ def inverse_mass(system: System, motion: Motion) -> Array:
 def power(inverse: Array, forces: Array) -> Array:
     """(N,) r' M(x)⁻¹ r of forces r (N, n), by ``inverse_mass``: a norm by the acceleration that a force causes.
 
-    It does not depend on the side of a gear on which a coordinate is, and adds no newtons to newton metres.
+    It does not depend on the side of a gear on which a coordinate is measured, and has one unit for all coordinates.
     """
     return np.asarray((forces * (inverse @ forces[:, :, None])[:, :, 0]).sum(axis=1))
 

@@ -20,7 +20,7 @@ STEP, FINE_STEP = 1e-4, 1e-6
 """Steps for slopes, over the size of a parameter: of a fit, and of its covariance."""
 HUGE = 1e6
 BLOCKS = 8
-"""Of neighbouring segments, each held out in turn."""
+"""Number of blocks of neighbouring segments, each held out in turn."""
 WITHIN = 3.0
 """Prior standard deviations that a toleranced parameter may move at most; a larger deviation is an effect."""
 FAR_START = 3.0
@@ -43,9 +43,9 @@ class Prior:
 
     Attributes:
         precision: inverse prior variances, tempered: divided by ``tempering``, the share of independent residuals.
-        size: of each parameter, for differences and for the longest step. reach: largest change in a fit.
-        least: smallest value, 0 for a friction level: the free run has no friction that pushes, so below zero no
-            derivative would lead back.
+        size: of each parameter, for differences and for the longest step.
+        reach: largest change in a fit.
+        least: smallest value, 0 for a friction level; free runs do not simulate negative friction.
         within: prior standard deviations that a parameter may move.
     """
 
@@ -84,10 +84,11 @@ class Fit:
     """An output-error fit.
 
     Attributes:
-        theta: (p,) the trial's vector. offsets: (S, 2n) of the segments' start states.
+        theta: (p,) the trial's vector.
+        offsets: (S, 2n) of the segments' start states.
         unprojected: (S, K n) averages of measured less predicted, over their noise.
-        residual: the same less what start states explain. slopes: (p, S, K n) of the prediction by theta, less the
-            same.
+        residual: ``unprojected`` after regression on the start states.
+        slopes: (p, S, K n) of the prediction by theta, after the same regression.
         limited: (p,) whether the fit ended at a limit of the parameter.
     """
 
@@ -158,18 +159,18 @@ class Fit:
 
     @cached_property
     def raw_slopes(self) -> list[Array]:
-        """Slopes (S, K n) by every parameter, before projection."""
+        """Slopes (S, K n) by every parameter, before regression on the start states."""
         steps = STEP * np.maximum(np.abs(self.theta), 1e-3)
         return _slopes(self.runner, self.theta, self.offsets, self.unprojected, steps, {})
 
     @cached_property
     def projected_slopes(self) -> Array:
-        """(p, S, K n) the same less what start states explain."""
+        """(p, S, K n) slopes after regression on the start states."""
         slopes = [self.starts.project(slope, slope=True) for slope in self.raw_slopes]
         return np.stack(slopes) if slopes else np.zeros((0, *self.residual.shape))
 
     def rows_of(self, joint: int) -> slice:
-        """The rows of a joint, where an arm is run joint by joint."""
+        """The rows of a joint of an arm that is simulated joint by joint."""
         joints = self.runner.record.joints
         assert joints is not None
         return slice(joints.index(joint), None, len(joints))
@@ -259,7 +260,7 @@ class Starts:
         return np.asarray(np.clip(np.matmul(self.solver, residual[..., None])[..., 0], -3 * self.width, 3 * self.width))
 
     def project(self, values: Array, slope: bool = False) -> Array:
-        """Values (S, K n) less their part that a shift of the start states explains."""
+        """Residual of values (S, K n) after regression on the start states."""
         shift = np.matmul(self.solver, values[..., None]) if slope else self.shift(values)[..., None]
         return np.asarray(values - np.matmul(self.slopes, shift)[..., 0])
 
@@ -297,10 +298,11 @@ def gauss_newton(
     """Output-error fit by Gauss–Newton steps with Levenberg–Marquardt damping.
 
     Args:
-        known: slopes of the first parameters, before projection. residual: at theta and offsets, where it is known.
+        known: slopes of the first parameters, before projection.
+        residual: at theta and offsets, if it is known.
         difference: step of a slope, over the size of its parameter.
         final_slopes: whether the slopes are computed again after the last one of ``rounds`` steps, a free run for each
-            parameter. Needless where values and cost alone are read.
+            parameter. Not needed if only values and cost are used.
     """
     first, theta = theta, prior.clip(theta)
     if residual is None or not np.array_equal(theta, first):
@@ -344,7 +346,7 @@ def gauss_newton(
 
 
 def damped_step(matrix: Array, right: Array, damping: float, held: NDArray[np.bool_]) -> Array:
-    """The Levenberg–Marquardt step from normal equations, scaled to a unit diagonal; 0 for what is held."""
+    """The Levenberg–Marquardt step from normal equations, scaled to a unit diagonal; 0 for held parameters."""
     free = ~held
     matrix, right, step = matrix[np.ix_(free, free)], right[free], np.zeros(len(right))
     size = scales(matrix)
@@ -368,7 +370,7 @@ def _slopes(
 
 
 def polish(fit: Fit, rounds: int, prior: Prior | None = None, final_slopes: bool = True) -> Fit:
-    """The fit with the slopes by the start states computed again; the old fit where that is no better."""
+    """The fit repeated with new slopes by the start states; the old fit if that is no better."""
     offsets = _restarted(fit)
     known = fit.unprojected if offsets is fit.offsets else None
     new = shooting_fit(fit.runner, fit.theta, offsets, prior or fit.prior, rounds, known, final_slopes=final_slopes)
@@ -376,7 +378,7 @@ def polish(fit: Fit, rounds: int, prior: Prior | None = None, final_slopes: bool
 
 
 def _restarted(fit: Fit) -> Array:
-    """The start states, those of segments far above the noise as measured where that fits better."""
+    """The start states; those of segments far above the noise as measured, if that fits better."""
     far = np.flatnonzero(fit.by_segment > FAR_START**2 * fit.residual.shape[1])
     if not len(far):
         return fit.offsets
@@ -398,7 +400,7 @@ def _restarted(fit: Fit) -> Array:
 
 
 NEAR_BOUND = 1e-3
-"""Distance that counts as at the bound: share of the range between two bounds, or of a single bound."""
+"""Distance that counts as at a bound, over the range between two bounds, or over a single bound."""
 
 
 def at_limit(fit: Fit) -> list[tuple[str, ...]]:

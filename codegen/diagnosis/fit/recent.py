@@ -1,4 +1,4 @@
-"""Results of the last calls of a function, by the identity of its arguments: arrays of a motion are computed once."""
+"""Cache of a function's last results, by the identity of its arguments."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 
 OF_MODELS = 12
-"""Results that are kept of a function of a model and a motion: a diagnosis compares three models on two motions."""
+"""Cached results of a function of a model and a motion; a diagnosis compares three models on two motions."""
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -20,8 +20,8 @@ Result = TypeVar("Result")
 def recent(most: int) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
     """A decorator that keeps a function's last results, at most so many.
 
-    Arguments are compared by identity, numbers by value: models, motions and fits are never changed, and comparing them
-    takes long. Arrays in a result cannot be written to. The arguments are kept as long as the result.
+    Arguments are compared by identity, numbers by value, since models, motions and fits are never changed and comparing
+    them is slow. Arrays in a result are read-only. The arguments are kept as long as the result.
     """
 
     def decorated(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:

@@ -20,9 +20,9 @@ Indices = NDArray[np.int32]
 STEPS_PER_PERIOD = 50
 """Time steps in a period of the coarse cutoff."""
 KEPT = 40
-"""Averages of the residual that are kept for each segment."""
+"""Most averages of the residual for each segment."""
 PERIODS = 5.0
-"""Length of a segment in periods of the cutoff: long enough to show a wrong force, short enough to correct a start."""
+"""Length of a segment in periods of the cutoff, which shows a wrong force and allows a correction of the start."""
 LEAST_SAMPLES = 12
 EDGE_S = 0.2
 STILL = 0.02
@@ -33,9 +33,9 @@ SHORTENED = (1.0, 0.8, 0.64, 0.5)
 MOST_STEPS, PLENTY = 40_000, 120
 """Most time steps of all segments, which are spread over the log, unless these are fewer than ``PLENTY``."""
 JITTERS = 10.0
-"""Noise near the Nyquist frequency over the stated one from which on it is jitter and no fast motion."""
+"""Ratio of the noise near the Nyquist frequency to the stated noise from which on it is jitter and no fast motion."""
 A_RECORD = 3
-"""Segments in a record of usual length, where an experiment consists of several."""
+"""Segments in a record of median length, if an experiment consists of several."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +43,14 @@ class Record:
     """The data of a log that free-run simulation needs, in SI.
 
     Attributes:
-        measured: (N, n) raw positions. positions, velocities: (N, n) smoothed, for start states.
+        measured: (N, n) raw positions.
+        positions, velocities: (N, n) smoothed, for start states.
         commands: (N, m), held from t_k to t_(k+1).
-        noise: (n,) standard deviation of the noise of what is compared, ``compared``.
-        start: (S,) first samples of the segments. length: samples of each.
-        joints: of an arm that is run joint by joint, those that are compared, each a row of its own in every segment.
-            None where the coordinates of a segment are compared together.
+        noise: (n,) standard deviation of the noise of ``compared``.
+        start: (S,) first samples of the segments.
+        length: samples of each segment.
+        joints: of an arm that is simulated joint by joint, the compared joints, each a row of its own in every segment;
+            None if the coordinates of a segment are compared together.
         integrated: (n,) whether the positions are the integral of the measured speed; empty for none.
     """
 
@@ -69,7 +71,7 @@ class Record:
         return self.by_row(np.asarray(self.measured[self.start[:, None] + np.arange(self.length)]))
 
     def by_row(self, positions: Array) -> Array:
-        """Positions (S, L, n) in the rows that are compared."""
+        """Positions (S, L, n) as rows (S joints, L, 1), if joints are compared."""
         if self.joints is None:
             return positions
         chosen = positions[..., list(self.joints)].transpose(0, 2, 1)
@@ -95,7 +97,7 @@ class Record:
         return np.asarray(np.quantile(np.abs(self.velocities), 0.95, axis=0))
 
     def compared(self, positions: Array) -> Array:
-        """Of positions (S, L, n), what has white noise: themselves, or the steps of an integrated speed."""
+        """Signals with white noise from positions (S, L, n): the positions, or the steps of an integrated speed."""
         if not any(self.integrated):
             return positions
         rows = self.of_starts(np.array(self.integrated, dtype=float))[:, None] > 0
@@ -112,12 +114,12 @@ class Record:
         return self.means(self.targets)
 
     def means(self, positions: Array) -> Array:
-        """Means of what is compared of positions (S, L, n) over groups of samples, (S, L // group, n)."""
+        """Means of ``compared`` of positions (S, L, n) over groups of samples, (S, L // group, n)."""
         group, (rows, length, n) = self.group, positions.shape
         kept = length // group
         with np.errstate(over="ignore", invalid="ignore"):  # a run may diverge
             cut = self.compared(positions)[:, : kept * group]
-            # A product of matrices takes a tenth of the time of numpy's mean over an axis inside, but spreads a NaN.
+            # A matrix product takes a tenth of the time of numpy's mean over an inner axis, but spreads NaN.
             found = cut.reshape(rows * kept, group * n) @ np.tile(np.eye(n) / group, (group, 1))
             if not np.isfinite(found).all():
                 return np.asarray(cut.reshape(rows, kept, group, n).mean(axis=2))
@@ -136,7 +138,7 @@ class Record:
 
 
 def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
-    """Segments of a motion, each starting at a fast sample nearby, since a run that starts at rest may stay stuck.
+    """Segments of a motion. Each starts at a fast sample nearby, since a run that starts at rest may stick.
 
     Raises:
         BadInput: if too few segments move, even ``SHORTENED``, times the factor ``shorter``.
@@ -176,7 +178,7 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
 
 
 def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int, int]], length: int) -> list[int]:
-    """Start samples of segments within one stretch each, no more than a log resampled on a finer grid fills."""
+    """Start samples of segments, each within one interval, at most as many as the logged samples fill."""
     h, count = motion.sample_time, len(motion.time)
     speed = np.abs(motion.velocities)
     top = np.quantile(speed, 0.95, axis=0)
@@ -199,8 +201,8 @@ def _starts(motion: Motion, usable: NDArray[np.bool_], stretches: list[tuple[int
 def position_noise(motion: Motion, log: Log) -> Array:
     """(n,) standard deviation of the positions: from the log's description, else estimated above the fine filter.
 
-    Of the integral of a measured speed, that of its steps from row to row. Where stamps jitter, positions scatter by
-    speed times jitter; what is seen near the Nyquist frequency then counts.
+    For the integral of a measured speed, that of its steps from row to row. With jitter of the time stamps, positions
+    scatter by speed times jitter; then the noise near the Nyquist frequency is used.
     """
     walks = np.array(motion.integrated or (False,) * motion.measured.shape[1])
     seen = motion.noise * np.where(walks, motion.sample_time, 1.0)

@@ -124,7 +124,7 @@ class Problem:
 
     @cached_property
     def moved(self) -> tuple[sympy.Symbol, ...]:
-        """What every fit estimates: the levels, and the uncertain parameters with their deviations as prior."""
+        """The symbols that every fit estimates: levels, and uncertain parameters with their deviations as prior."""
         return (*self.levels, *self.uncertain)
 
     @cached_property
@@ -159,10 +159,10 @@ def effective_inputs(system: System, motion: Motion) -> Array:
 def used_samples(system: System, motion: Motion, noise_speed: float = 0.0) -> NDArray[np.bool_]:
     """(N, n) samples to use for the force balance of each coordinate: away from ends, gaps and standstill.
 
-    At standstill friction may have any value up to its level, so samples within the filter's width of one are left out;
-    quick zero crossings are kept. In a creep as slow as the noise of the speed the sign of slip is noise: a short
-    excursion above the threshold ends no standstill. Of a log that was resampled to a finer grid as many are used as it
-    had.
+    At standstill friction may have any value up to its level, so samples within the filter's width of a standstill are
+    left out; quick zero crossings are kept. In creep as slow as the noise of the speed, the sign of slip is noise, so a
+    short excursion above the threshold ends no standstill. On a finer grid than the log's, only as many samples are
+    used as were logged.
     """
     slip = slip_velocities(system, motion)
     reach = max(1, round(0.35 / (motion.cutoff_hz * motion.sample_time)))
@@ -201,12 +201,13 @@ def residual_without_levels(problem: Problem, system: System) -> Array:
 
 
 def residual_without_values(problem: Problem, system: System, slopes: Array, limits: tuple[Array, Array]) -> Array:
-    """(N, n) residual of a system less what friction levels explain and changes of values within limits.
+    """(N, n) residual of a system after regression on friction levels and on changes of values within limits.
 
-    Each coordinate by a fit of its own: values that act on several need not be the same on all, and more is explained.
+    Each coordinate has its own fit, so that values that act on several may differ between them.
 
     Args:
-        slopes: (N, n, p) by the values. limits: (p,) least and largest change.
+        slopes: (N, n, p) by the values.
+        limits: (p,) least and largest change.
     """
     motion, found = problem.motion, residual_at_drive(system, problem.motion).copy()
     for i, used in enumerate(problem.used.T):
@@ -242,7 +243,8 @@ def bounded_least_squares(columns: Array, values: Array, bounds: tuple[Array, Ar
 def without_levels(system: System, motion: Motion, used: NDArray[np.bool_], residual: Array, i: int) -> Array:
     """The residual of one coordinate, (N,), less the least-squares contribution of its friction levels.
 
-    What a level explains is no evidence for an effect; free runs weigh the samples differently and may give others.
+    The part that a level explains is no evidence for an effect. Free runs weigh samples differently and may give
+    other levels.
     """
     if not contacts_on(system, i) or not used.any():
         return residual
@@ -255,9 +257,8 @@ def drive_left(system: System, motion: Motion) -> Array:
     """Fraction of the logged drive force that remains after actuators and load-dependent friction, (n,).
 
     The median over samples of |Σ w ∂f/∂w| for f = g − U λ with the actuators' outputs, over that for f = g with the
-    logged inputs. By derivatives, since a dead zone passes an error of the drive unchanged; without samples at which a
-    saturation passes nothing. The median, since at very low speed the sign of the speed is noise and friction may seem
-    to add.
+    logged inputs. Derivatives are used since a dead zone passes an error of the drive unchanged; samples in saturation
+    are left out. The median is used since at very low speed the sign of the speed is noise.
     """
     n = system.degrees_of_freedom
     if not _changes_drive(system):
@@ -285,7 +286,7 @@ def drive_symbols(system: System) -> set[sympy.Symbol]:
 def drive_gain(system: System, other: System, motion: Motion) -> Array:
     """RMS drive force Σ w ∂g/∂w by the logged inputs over that of another system, (n,).
 
-    A coordinate without drive has the geometric mean of the others, by whose forces it moves; 1 without any drive.
+    A coordinate without drive has the geometric mean of the others, which move it; 1 without any drive.
     """
     if not system.inputs:
         return np.ones(system.degrees_of_freedom)
@@ -305,8 +306,8 @@ def drive_gain(system: System, other: System, motion: Motion) -> Array:
 def drive_shares(system: System, other: System, motion: Motion, rows: NDArray[np.bool_]) -> Array:
     """RMS of the effect of the inputs on g − U λ over that of another system, (n,); 1 where the inputs have none.
 
-    Or, if that is smaller, on the samples ``rows`` (N, n) in motion of what no friction level explains of it: a limit
-    below the friction level turns the drive into the sign of the speed, which a level cancels.
+    Or, if that is smaller, the same on the samples ``rows`` (N, n) in motion after regression on the friction levels: a
+    limit below the friction level makes the drive proportional to the sign of the speed, which a level cancels.
     """
     if not _changes_drive(system):
         return np.ones(system.degrees_of_freedom)
@@ -421,7 +422,7 @@ class ResidualAlong:
 
 
 def moves_measurement(trial: Trial) -> bool:
-    """Whether a parameter of a trial belongs to an actuator or a sensor error: ``ResidualAlong`` is not for it."""
+    """Whether a parameter of a trial is of an actuator or a sensor error, which ``ResidualAlong`` cannot change."""
     system = trial.changed
     held = [
         *system.sensor_errors.values(),

@@ -31,9 +31,9 @@ BOTH_WAYS = 0.05
 ROUNDS = 10
 """Most steps of a fit."""
 COMPILED_APART = 8
-"""Models from which on they are compiled as two libraries at once: later rounds wait for the compiler."""
+"""Number of models from which on they are compiled as two libraries in parallel."""
 FITS = 6
-"""Repeated fits that are kept: tests of one effect after the other ask for the same ones."""
+"""Cached fits, since successive tests of effects use the same fits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +41,13 @@ class Search:
     """Output-error fits of trials on one record.
 
     Attributes:
-        system: as declared. moved: friction levels and toleranced parameters.
+        system: as declared.
+        moved: friction levels and toleranced parameters.
         declared, prior_precision: of ``moved``: value in the spec, and 1/variance by its tolerance, 0 for a level.
-        shorter: the record with segments shorter by a factor. within: tolerances that a parameter may move.
-        rigid: of an arm whose joints are run one at a time. memory: cache of its joints' runs.
+        shorter: the record with segments shorter by a factor.
+        within: tolerances that a parameter may move.
+        rigid: rigid-body terms of an arm whose joints are simulated one at a time.
+        memory: cache of its joints' runs.
         compiled: by equations, the library that has them, and their index in it.
     """
 
@@ -93,9 +96,9 @@ class Search:
         return self.fitted_again(rough)
 
     def without_limits(self, fit: Fit) -> tuple[Search, Fit] | None:
-        """The search with the tolerances as Gaussian prior alone, and the fit repeated in it.
+        """The search with tolerances as Gaussian prior only, without limits, and the fit repeated in it.
 
-        None where the fit did not end at a limit of a toleranced parameter, or where one would change its sign.
+        None if the fit did not end at a limit of a toleranced parameter, or if one would change its sign.
         """
         count = len(self.moved)
         if not fit.limited[:count].any():
@@ -117,16 +120,16 @@ class Search:
     def _with_its_slopes(self, fit: Fit) -> Fit:
         """The fit with all slopes computed at its values.
 
-        Where an effect acts like a parameter, slopes that differ by their age alone would seem to tell the two apart.
+        If an effect acts like a parameter, slopes computed at different values would make the two seem distinguishable.
         """
         prior = self.prior(fit.trial, fit.theta, fit.prior.tempering)
         fresh = shooting_fit(fit.runner, fit.theta, fit.offsets, prior, 0, fit.unprojected, FINE_STEP)
         return replace(fresh, limited=fit.limited)
 
     def _nearest_to_declared(self, fit: Fit) -> Fit:
-        """The fit, or that from the declared values of toleranced parameters where it is better.
+        """The fit, or a fit from the declared values of toleranced parameters if that is better.
 
-        Where an effect acts like a parameter, the loss has a curved valley along which Gauss–Newton steps are short.
+        If an effect acts like a parameter, the loss has a curved valley along which Gauss–Newton steps are short.
         """
         toleranced = np.flatnonzero(self.prior_precision > 0)
         if not len(toleranced) or not fit.trial.parts:
@@ -146,8 +149,8 @@ class Search:
     def with_noise_floor(self, base: Fit, largest_ratio: float = LARGEST_RATIO) -> tuple[Search, Fit]:
         """The search with noise no smaller than the base's error over ``largest_ratio``, and the base fitted in it.
 
-        Far above the noise the logarithmic loss would credit a candidate for the few segments that it happens to fit.
-        Of an arm that is simulated joint by joint, each joint has its own noise.
+        Far above the noise, the logarithmic loss would credit a candidate that happens to fit a few segments. If an arm
+        is simulated joint by joint, each joint has its own noise.
         """
         factor = np.maximum(1.0, _noise_ratios(base) / largest_ratio)
         if np.all(factor == 1.0):
@@ -194,7 +197,7 @@ class Search:
         return gauss_newton(runner, theta, base.offsets, base.starts, prior, rounds, known, final_slopes=final_slopes)
 
     def prior(self, trial: Trial, theta: Array, tempering: float = 1.0) -> Prior:
-        """Of a trial's parameters, none for those of effects; a logarithm, a phase or a logit has the size 1."""
+        """The prior of a trial's parameters, none for those of effects; a logarithm, phase or logit has the size 1."""
         count, zeros = len(trial.moved), np.zeros(len(theta) - len(trial.moved))
         size, reach = np.maximum(np.abs(theta), 1e-9), np.full(len(theta), np.inf)
         # The size of a parameter with value zero is its tolerance.
@@ -212,7 +215,7 @@ class Search:
         """Free-run simulators of trials; those with the same equations share code, which is compiled once.
 
         Args:
-            at_once: False for trials of which few are run: their code is compiled when a first run asks for it.
+            at_once: False for trials of which few are run; their code is compiled at the first run.
         """
         lacking: dict[int, dict[Hashable, Trial]] = {}
         keys = []
@@ -222,7 +225,7 @@ class Search:
             if keys[-1] not in self.compiled:
                 lacking.setdefault(loads, {}).setdefault(keys[-1], trial)
         jumps = any(level_jumps(trial.changed) for group in lacking.values() for trial in group.values())
-        for loads, group in lacking.items():  # a library each: a load costs every run of its library half again as much
+        for loads, group in lacking.items():  # a library for each: loads make every run of a library slower by half
             parts = 2 if self.rigid is None and len(group) >= COMPILED_APART else 1
             for some in (dict(list(group.items())[k::parts]) for k in range(parts)):
                 systems, free = [t.changed for t in some.values()], [t.free for t in some.values()]

@@ -157,10 +157,12 @@ class Shooter:
         """Compile the systems into one library, in a thread: the first run waits for it.
 
         Args:
-            free: for each system the symbols that are arguments, in order. loads: most loads behind springs in any run.
+            free: for each system the symbols that are arguments, in order.
+            loads: most loads behind springs in any run.
             driven: how many of each system's inputs belong to actuators; the others are imposed signals.
             seldom: whether only a few runs follow, which take less time than unrolling the loops.
-            jumps: whether levels may jump at standstill. at_once: False compiles when a first run asks for it.
+            jumps: whether levels may jump at standstill.
+            at_once: False compiles at the first run.
         """
         self.inputs, self.contacts = max(len(s.inputs) for s in systems), len(systems[0].contacts)
         self.coordinates = systems[0].degrees_of_freedom
@@ -299,7 +301,7 @@ def is_plain(system: System) -> bool:
 
 
 def has_bristles(system: System) -> bool:
-    """Whether a contact has Dahl's law; the compiled terms alone do not tell."""
+    """Whether a contact has Dahl's law, which the compiled terms do not show."""
     return any(c.law.bristle_stiffness(c.law_parameters) != 0 for c in system.contacts)
 
 

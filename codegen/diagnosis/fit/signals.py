@@ -23,7 +23,7 @@ FINE_TO_COARSE = 2.5
 TRIM_S = 1.0
 SHORTEST_S = 4.0
 SHORTEST_TEST_S = 3.0
-"""For a log that only compares models: both ends trimmed, it still holds two free runs."""
+"""Least duration of a log that only compares models; with both ends trimmed, it has two free runs."""
 CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
 """Default cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
 NOISE_WINDOWS, LEAST_WINDOW, MOST_FREQUENCY = 40, 100, 0.47
@@ -69,7 +69,7 @@ class Motion:
         return white_noise(self.measured, self.positions, self.fine_hz, self.sample_time, self.integrated, self.usable)
 
     def noise_after(self, cutoff_hz: float, order: int) -> Array:
-        """(n,) RMS of what that noise makes in the derivative of the position of this order, low-passed."""
+        """(n,) RMS due to that noise in the low-passed derivative of the position of this order."""
         return derivative_noise(self.noise, cutoff_hz, self.sample_time, order, self.integrated)
 
     def low_pass(self, signals: Array) -> Array:
@@ -77,7 +77,7 @@ class Motion:
         return low_pass(signals, self.cutoff_hz, self.sample_time)
 
     def step(self, samples: float) -> int:
-        """The distance of samples of which so many lie in a period of the coarse cutoff; at least 1."""
+        """The distance in samples at which so many samples lie in a period of the coarse cutoff; at least 1."""
         return max(1, int(1 / (samples * self.cutoff_hz * self.sample_time)))
 
 
@@ -143,13 +143,14 @@ def white_noise(
     integrated: Sequence[bool] = (),
     rows: NDArray[np.bool_] | slice = slice(None),
 ) -> Array:
-    """(n,) standard deviation of the white noise of what was measured, from what a low-pass of the positions leaves.
+    """(n,) standard deviation of the white measurement noise, from raw less low-passed positions.
 
-    Where a position is the integral of a measured speed, the speed has that noise. The steps of such a position are
-    means of two neighbouring speeds, with the share cos²(πν) of the noise's power at the frequency ν/h.
+    If a position is the integral of a measured speed, it is that of the speed. The steps of such a position are means
+    of two neighbouring speeds, with the share cos²(πν) of the noise's power at the frequency ν/h.
 
     Args:
-        measured, smooth: (N, n) positions, raw and low-passed at this cutoff. rows: samples that count.
+        measured, smooth: (N, n) positions, raw and low-passed at this cutoff.
+        rows: samples that are used.
     """
     above = measured - smooth
     noise = np.std(above[rows], axis=0) / np.sqrt(max(0.05, 1 - 2 * cutoff_hz * h))
@@ -178,9 +179,10 @@ def _white_speed(steps: Array, above: float) -> Array:
 
 
 def derivative_noise(noise: Array, cutoff_hz: float, h: float, order: int, integrated: Sequence[bool] = ()) -> Array:
-    """(n,) RMS that white noise of what was measured makes in a derivative of low-passed positions.
+    """(n,) RMS due to white measurement noise in a derivative of low-passed positions.
 
-    σ (2πf)ᵏ √(2fh/(2k + 1)) in the k-th derivative of what was measured, low-passed at f; of a speed k is one less.
+    σ (2πf)ᵏ √(2fh/(2k + 1)) in the k-th derivative of the measured signal, low-passed at f; for a measured speed, k is
+    one less than ``order``.
     """
     k = order - np.array(integrated or (False,) * len(noise), dtype=float)
     return np.asarray(noise * (2 * np.pi * cutoff_hz) ** k * np.sqrt(2 * cutoff_hz * h / (2 * k + 1)))

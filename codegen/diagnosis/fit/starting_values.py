@@ -1,9 +1,10 @@
 """Starting values of a candidate's fit, by free runs and by the force residual of the measured motion.
 
-By free runs: shapes on a grid, weights by one linear step. By the force residual r = g − M a − U λ, where free runs
-leave the measured motion: r is linear in weights and friction levels, solved for together for each shape. A stage of an
-actuator has no weight; it changes r through the effective input w alone, r + (∂g/∂w)(w' − w), and its one parameter is
-found by a bounded search. A compliance has the frequency of the resonance that the residual of a rigid model shows.
+By free runs: shapes on a grid, weights by one linear step. By the force residual r = g − M a − U λ, if free runs
+diverge from the measured motion: r is linear in weights and friction levels, which are solved for together for each
+shape. A stage of an actuator has no weight; it changes r only through the effective input w, r + (∂g/∂w)(w' − w), and
+its one parameter is found by a bounded search. A compliance has the frequency of the resonance in a rigid model's
+residual.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ def starting_point(runner: Runner, base: Fit, covered: Covered, shape: Mapping[s
 
 
 def best_starts(found: Sequence[tuple[float, Array]], most: int) -> list[tuple[float, Array]]:
-    """The best of ``starting_point``, best first, each once."""
+    """The best distinct results of ``starting_point``, best first."""
     best = sorted(found, key=lambda pair: pair[0])[:most]
     return list({theta.tobytes(): (cost, theta) for cost, theta in best}.values())
 
@@ -106,7 +107,7 @@ def _linear_step(base: Fit, residual: Array, columns: Array) -> tuple[Array, flo
 
 
 DENSE = 10.0
-"""Samples in a period of the cutoff: the residual has nothing above it, and a starting value needs no more."""
+"""Samples in a period of the cutoff, which are enough for a starting value."""
 STEP = 1e-4
 """Step of a value for its slope, over its size."""
 SEARCHED, REACH = 16, 2.0
@@ -130,7 +131,7 @@ class ForceStart:
     def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
         """(share of the squared force residual that remains, theta) with starting values of the last part and levels.
 
-        None where the part adds states, or is neither a force with a weight nor an actuator stage with one parameter.
+        None if the part adds states, or is neither a force with a weight nor an actuator stage with one parameter.
         """
         part = trial.parts[-1]
         if trial.adds_states or self.base.trial.adds_states:
@@ -189,7 +190,7 @@ class ForceStart:
         return low_pass(forces, motion.cutoff_hz, self._every * motion.sample_time)
 
     def _share(self, rest: Array) -> float:
-        """The square of what remains, with the cost of the prior, over that of the base, whose mean square is 1."""
+        """The squared residual with the cost of the prior, over that of the base, whose mean square is 1."""
         return float(rest @ rest) / max(1, len(self._slopes))
 
     def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
@@ -240,9 +241,9 @@ class ForceStart:
         return np.concatenate([f[u] / s for f, u, s in zip(forces.T, used, self._sizes, strict=True) if u.any()])
 
     def _least_squares(self, columns: Array, residual: Array) -> tuple[Array, Array]:
-        """The steps that make a residual least, and what is left of it; the last columns (R, …) are ``_slopes``.
+        """The least-squares steps and the remaining residual; the last columns (R, …) are ``_slopes``.
 
-        Where all values follow, rows below the residual hold how far they are from their prior's centre.
+        If all values follow, further rows have their deviations from the prior's centre.
         """
         if self.whole:
             theta, prior = self.base.theta, self.base.prior
@@ -265,7 +266,7 @@ class ForceStart:
 
     @property
     def _dense(self) -> float:
-        """Samples that are used, for each value that the low-passed residual holds: two in a period of the cutoff."""
+        """Used samples per independent value of the low-passed residual, of which there are two in a cutoff period."""
         motion = self.problem.motion
         return max(1.0, 1 / (2 * motion.cutoff_hz * motion.sample_time * self._every))
 
@@ -357,7 +358,7 @@ def resonances(
         r = ρM (a_load − a) = −ρM · s²/(s² + 2ζω s + ω²) a,   ω² = k/(ρM), 2ζω = c/(ρM),
 
     so for each ω and ζ one regression on the filtered acceleration (N,) gives ρ. A free run with a frequency 10 % off
-    shows nothing of so narrow a resonance; here a fine grid is cheap.
+    does not show so narrow a resonance; here a fine grid is cheap.
     """
     used = motion.usable
     y = residual[used] - residual[used].mean()

@@ -26,7 +26,7 @@ from codegen.simulate.drive import Chains
 
 @dataclass(frozen=True)
 class Part:
-    """One effect at one place: of its parameters the names, the symbols, and the transformations in a fit."""
+    """One effect at one place, with the names, symbols and fit coordinates of its parameters."""
 
     kind: str
     place: int
@@ -57,7 +57,7 @@ class Part:
 
 
 def part_of(effect: Effect, place: int, system: System) -> Part:
-    """The part that puts an effect of the catalogue at a place of a system."""
+    """The part with an effect of the catalogue at a place of a system."""
     on = places_of(effect, system)[place]
     names = tuple(p.name for p in effect.parameters)
     symbols = effect_symbols(effect, on, system)
@@ -164,7 +164,7 @@ class Runner:
         return self.at(theta, gain)(offsets)
 
     def at(self, theta: Array, gain: float = 1.0) -> Callable[[Array], Array]:
-        """``run`` as a function of the offsets; what these do not change is computed once."""
+        """``run`` as a function of the offsets; everything else is computed once."""
         trial, record = self.trial, self.record
         numbers = trial.numbers(theta)
         drive = self._drive(numbers) if gain == 1.0 else gain * self._drive(numbers)
@@ -261,13 +261,15 @@ def free_run(
 ) -> Array:
     """(N, n) predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
 
-    Inf where they are not finite, NaN in the ``trim_s`` seconds at each end, where filtered states are poor. Pass the
-    whole log: delays reach back, and states that are not logged are run along the motion from its beginning. A law that
-    cannot be run (``is_simulable``) is replaced by its level of steady sliding.
+    Inf for predictions that are not finite, NaN in the ``trim_s`` seconds at each end, where filtered states are poor.
+    The whole log is needed for delays, and for states that are not logged. A law that cannot be simulated
+    (``is_simulable``) is replaced by its level of steady sliding.
 
     Args:
-        positions, velocities: (N, n) measured state, filtered. commands: (N, m), held from t_k to t_(k+1).
-        restart_s: at least two samples. substeps: in one sample.
+        positions, velocities: (N, n) measured state, filtered.
+        commands: (N, m), held from t_k to t_(k+1).
+        restart_s: at least two samples.
+        substeps: in one sample.
 
     Raises:
         BadInput: where there is no C compiler.
@@ -319,10 +321,11 @@ def with_effects(system: System, found: Sequence[FoundEffect]) -> System:
 
 
 def in_unit(system: System, symbol: sympy.Symbol) -> str:
-    """The unit of a parameter behind a space; empty where it has none."""
+    """The unit of a parameter after a space; empty for none."""
     unit = system.units.get(symbol, "1")
     return "" if unit == "1" else f" {unit}"
 
 
 def model_of(trial: Trial, theta: Array) -> System:
+    """The system with the values and effects of a trial's vector."""
     return trial.model(*trial.split(theta))

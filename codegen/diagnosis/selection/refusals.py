@@ -14,7 +14,7 @@ from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.acceleration_error import larger_acceleration_error
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
-from codegen.diagnosis.evidence.reservations import never_passed, passed_too_fast, shows_no_bend, takes_the_level
+from codegen.diagnosis.evidence.reservations import is_level_or_line, never_passed, passed_too_fast, takes_the_level
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, noise_ratio, size_of
@@ -105,13 +105,13 @@ def _refitted(search: Search, found: Fit) -> System:
 
 
 def unseen_shape(search: Search, found: Fit) -> str:
-    """Why the log cannot show an effect's shape: that it repeats, or where it bends; else empty."""
+    """Why the log cannot show an effect's shape: that it repeats, or that it varies; else empty."""
     if never_passed(search.system, search.motion, found.part, found.parameters):
         return "has a period longer than the distance that the log covers, so nothing shows that it repeats"
     if passed_too_fast(search.system, search.motion, found.part, found.parameters):
         return "has a period that the motion passes too fast: its force lies above the cutoff of the filter"
-    if shows_no_bend(search.system, search.motion, found.part, found.parameters):
-        return "bends outside the speeds of the log, where it is a level or a line and no curve"
+    if is_level_or_line(search.system, search.motion, found.part, found.parameters):
+        return "varies only outside the speeds of the log, within which it is a level or a line"
     return ""
 
 
