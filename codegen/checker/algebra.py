@@ -7,7 +7,8 @@ here knows of C, machines or certificates. Numbers are fractions; nothing is rou
 import re
 from collections import defaultdict
 from fractions import Fraction
-from math import lcm, prod
+from itertools import product
+from math import comb, lcm, prod
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING or __package__:
 
 demand = frame.demand  # that this holds, and that there is time left, or ValueError
 LEAST = Fraction(1, 10**40)
+SHORT = 64  # binary digits of a short number
 
 
 # LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
@@ -82,8 +84,18 @@ def integers(rows: Any) -> tuple[list[list[int]], int]:
 # LEMMA 2. Let p be the first diagonal entry of a symmetric A, r the rest of its row, B what is left without both. If
 # p > 0, A is positive semidefinite just if B - r r'/p is; if p = 0, just if r = 0 and B is; if p < 0, never. Definite
 # just if all p > 0. Times p and over the last p, entries that are whole stay whole (Bareiss).
+# Short numbers are tried first: b_ij is a_ij / 2^(s_i + s_j), rounded down. What is cut off is a symmetric matrix of
+# entries below 1, whose eigenvalues are above -n. So A is definite if (b_ij), less n on the diagonal, is semidefinite.
 def positive(A: Any, definite: bool = False) -> bool:
-    rest, last = [row[k:] for k, row in enumerate(A)], 1  # the upper half is all
+    shifts = [max(A[i][i].bit_length() - SHORT, 0) // 2 for i in range(len(A))]
+    short = [[A[i][j] >> shifts[i] + shifts[j] for j in range(i, len(A))] for i in range(len(A) if any(shifts) else 0)]
+    for row in short:
+        row[0] -= len(A)
+    return (short and eliminated(short, False)) or eliminated([row[k:] for k, row in enumerate(A)], definite)
+
+
+def eliminated(rest: Any, definite: bool) -> bool:
+    last = 1  # the upper half of the matrix is all
     while rest:
         (p, *r), *rest = rest
         if p < 0 or (p == 0 and (definite or any(r))):
@@ -119,30 +131,55 @@ def cleared(sum_: Poly, known: Known, below: Any = None) -> Poly:
     return sum_
 
 
-# LEMMA 4. On a cell x is (low + high t)/(1 + t) with t >= 0, but for x = high, its limit. With this in place of each x
-# (lemma 3) a matrix is a sum of products of such t, not below 0, times matrices of numbers, Bernstein's coefficients.
-# So it is positive semidefinite if these are. It is here the sum of its entries times names "#i j" of their places, on
-# each leaf of the tree (lemma 5) times numbers above 0.
+# LEMMA 4. On a cell x is (low + high t)/(1 + t) with t >= 0, but for x = high, its limit. So times (1 + t)^n a
+# polynomial of degree n in x is a sum of c_k t^k (lemma 3). c_k over the binomial coefficient of n and k is its k-th
+# Bernstein coefficient, and that is the polynomial if x is not in it. With one n for all entries, and so for each
+# variable, a matrix is a sum of matrices of numbers, its coefficients, times products that are not below 0. It is
+# positive semidefinite if these are. Here they stand times a number above 0, on each leaf of the tree (lemma 5).
 def joined(A: Any) -> Poly:
+    """The sum of the entries, each times the name "#i j" of its place."""
     return Poly({(f"#{i} {j}", *m): c for i, row in enumerate(A) for j, p in enumerate(row) for m, c in p.items()})
 
 
+def powers(n: int, low: Any, high: Any) -> tuple[list[list[int]], int]:
+    """D times the Bernstein coefficients k = 0 ... n of each power x^j, j = 0 ... n, and D > 0."""
+
+    def entry(j: int, k: int) -> Any:
+        ways = [comb(j, i) * comb(n - j, k - i) * high**i * low ** (j - i) for i in range(min(j, k) + 1)]
+        return Fraction(sum(ways)) / comb(n, k)
+
+    return integers([[entry(j, k) for k in range(n + 1)] for j in range(n + 1)])
+
+
 def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
-    places = {f"#{i} {j}": (i, j) for i, row in enumerate(A) for j in range(len(row))}
     joint = cleared(joined(A), known, lambda q: semidefinite([[q]], box, tree, known))
     (whole,), _ = integers([joint.values()])
+    places = {f"#{i} {j}": (i, j) for i, row in enumerate(A) for j in range(len(row))}
+    degree = {x: max(m.count(x) for m in joint) for x in sorted(joint.names() - {*places})}
+    own = {place: {x for m in joint if m[0] == place for x in m} for place in {m[0] for m in joint}}
+    demand(prod(n + 1 for n in degree.values()) * len(A) < 10**5, "more terms than the limit")
+    terms = [(m[0], tuple(m.count(x) if x in own[m[0]] else -1 for x in degree)) for m in joint]
     for cell in leaves(box, tree):
-        left = Poly(zip(joint, whole, strict=True))
-        for x in sorted(joint.names() - {*places}):
-            (low, high), t = ends(x, cell), term(1, f"<{x}")
-            one = lcm(low.denominator, high.denominator)
-            left = replaced(left, x, term(one * low) + term(one * high) * t, term(one) + term(one) * t)
-        found: Any = defaultdict(lambda: [[0] * len(row) for row in A])
-        for (at, *m), c in left.items():
-            demand(len(found) * len(A) < 10**5, "more terms than the limit")
-            i, j = places[at]
-            found[tuple(m)][i][j] = c
-        yield from {tuple(map(tuple, B)) for B in found.values()}  # many are the same, as of two signs
+        table = dict(zip(terms, whole, strict=True))  # place, and of each variable in it power or k -> a number
+        for at, (x, n) in enumerate(degree.items()):
+            rows, one = powers(n, *ends(x, cell))
+            later: Any = defaultdict(int)
+            for (place, key), c in table.items():
+                for k, weight in enumerate(rows[key[at]] if key[at] >= 0 else [one]):
+                    later[place, (*key[:at], k, *key[at + 1 :]) if key[at] >= 0 else key] += c * weight
+            table = later
+        parts: Any = defaultdict(lambda: defaultdict(list))  # which variables -> k of each -> entries
+        for (place, key), c in table.items():
+            where = tuple(at for at, k in enumerate(key) if k >= 0)
+            parts[where][tuple(key[at] for at in where)].append((*places[place], c))
+        found = set()
+        for key in product(*(range(n + 1) for n in degree.values())):
+            matrix = [[0] * len(row) for row in A]
+            for where, entries in parts.items():
+                for i, j, c in entries[tuple(map(key.__getitem__, where))]:
+                    matrix[i][j] = c
+            found.add(tuple(map(tuple, matrix)))  # many are the same, as of two signs
+        yield from found
 
 
 def ends(x: str, cell: Box) -> Any:
@@ -182,6 +219,8 @@ def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) ->
     for *n, (d,) in coefficients([*F, [term(1)]], box, tree, known):
         columns = [*zip(*n, strict=True)]
         pushed = [[sum(map(mul, row, x)) for row in weights] for x in columns]  # P times each
-        moved = [[sum(map(mul, x, y)) for y in pushed] for x in columns]
-        gap = [[a * d * d * p - b * q for p, q in zip(*rows, strict=True)] for rows in zip(weights, moved, strict=True)]
+        gap = [  # the upper half is all that is read
+            [a * d * d * weights[i][j] - b * sum(map(mul, x, pushed[j])) if j >= i else 0 for j in range(len(P))]
+            for i, x in enumerate(columns)
+        ]
         demand(d > 0 and positive(gap), "V may not fall")

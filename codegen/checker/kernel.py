@@ -71,11 +71,12 @@ def tree(text: str) -> ast.expr:
     return ast.parse(text, mode="eval").body
 
 
-short, long = lru_cache(500)(tree), lru_cache(8)(tree)  # each is read several times; many long ones fill the memory
+SHORT, short, long = 200, lru_cache(500)(tree), lru_cache(8)(tree)  # many long ones would fill the memory
 
 
 def parsed(text: str) -> ast.expr:
-    return short(text) if len(text) < 200 else long(text)
+    """The syntax tree of an expression, which is read several times."""
+    return (short if len(text) < SHORT else long)(text)
 
 
 class Text:  # expressions over `names`, and assignments to them
