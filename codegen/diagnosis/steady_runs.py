@@ -2,9 +2,9 @@
 
     r_k = g(v_k, w_k) − U λ(v_k, w_k),  k = 1 … R records,
 
-with v and w the means of speed and input over the record. Within such a record most of a model's residual is ripple of
-a turn, which free runs would follow; its mean over the record vanishes. One record is one observation: parameters by
-least squares with the tolerances as prior, an effect by the F test and by leave-one-out prediction (PRESS, Allen 1974).
+with v and w the means of speed and input over the record. Most of a model's residual within such a record is ripple
+over a turn, whose mean vanishes. Each record is one observation: parameters are fitted by least squares with tolerances
+as prior, and effects are tested by the F test and leave-one-out prediction (PRESS, Allen 1974).
 """
 
 from __future__ import annotations
@@ -42,17 +42,18 @@ from codegen.mechanics.casadi_form import in_place, to_casadi
 from codegen.mechanics.system import TIME, Matrix, System
 
 LEAST_RUNS = 8
+"""Least number of records."""
 SETTLING = 0.1
 """Share of each record that is left out at its start."""
 MOST_EFFECTS = 3
 WEIGHED = 3
-"""Iterations in which the prior is weighed against the residual of the fit before."""
+"""Iterations of the weight of the prior, by the residual of the fit before."""
 TRIES, STEP = 400, 1e-5
 """Most evaluations of a fit, and the step of its slopes over the size of each parameter."""
 STARTS = 3
 """Starting values of a candidate that are fitted."""
 TIE_NATS = float(-np.log(credit.TIE_LEVEL))
-"""Nats of log-likelihood by which a fit must be better for the records to tell two effects apart."""
+"""Nats of log-likelihood by which a fit must be better for two effects to be distinguished."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +71,7 @@ class Means:
 
 
 def means_of(log: Log) -> Means | None:
-    """The means of an experiment of steady records; None where a record is not steady on every coordinate."""
+    """The means of an experiment of steady records; None if a record is not steady on every coordinate."""
     if len(log.records) < LEAST_RUNS:
         return None
     motion = measured_motion(log)

@@ -1,1 +1,1 @@
-"""Candidate effects in rounds of forward selection: fitted, ranked, and tested again once others are included."""
+"""Forward selection of effects in rounds: candidates are fitted, ranked, and tested again with the other effects."""

@@ -1,4 +1,4 @@
-"""Fits of every candidate effect in one round of forward selection: on few segments first, the best then on all."""
+"""Fits of all candidate effects in a round of forward selection: first on few segments, then the best on all."""
 
 from __future__ import annotations
 
@@ -23,39 +23,39 @@ from codegen.effects.start import Covered
 
 SCREENED_SAMPLES = 9000
 LEAST_SCREENED = 60
-"""Segments: candidates are first fitted on about ``SCREENED_SAMPLES`` samples, but at least this many segments."""
+"""Candidates are first fitted on about ``SCREENED_SAMPLES`` samples, and at least ``LEAST_SCREENED`` segments."""
 RARE = 4
-"""To the segments taken at equal distances, at most about one in so many is added of those in which the base is far
-above the noise: an effect that acts rarely, such as saturation, could else be missed."""
+"""Segments in which the base is far above the noise are added to those at equal distances, at most about one for so
+many; otherwise an effect that acts rarely, such as saturation, could be missed."""
 NEAR, SHORTEST = 30.0, 0.2
-"""Where the refit's error exceeds this many times the noise, candidates are first fitted on segments shortened down to
-this share, on which a free-run simulation stays near the measured motion (its error grows with the square of time)."""
+"""Ratio of the refit's error to the noise above which candidates are first fitted on shorter segments, and the least
+share of their length. The error of a free-run simulation grows with the square of time."""
 LEAST_EXCESS = 0.05
-"""Joints of an arm whose loss above the noise is less than this share of the worst joint's wait for a later round."""
+"""Share of the worst joint's loss above the noise below which effects on another joint wait for a later round."""
 FIRST_ROUNDS = 4
 PROMISING, BY_FORCE = 8, 4
-"""How many scalable effects are fitted on few segments: those that gain most by one linear step of the free runs, and
-those that leave least of the force residual."""
+"""Numbers of scalable effects that are fitted on few segments: those with the largest gain by one linear step of the
+free runs, and those with the least remaining force residual."""
 AS_GOOD = 0.5
-"""Share of the best start's gain from which on another start of the same effect is fitted too."""
+"""Share of the best start's gain from which on another start of the same effect is also fitted."""
 FITTED = 6
 FITTED_BY_FORCE, CLEAR_BY_FORCE = 2, 0.5
-"""How many candidates are fitted on all segments: those that gain most on few, and beside them those that explain most
-of the force residual, if this share of its square at least."""
+"""Numbers of candidates that are fitted on all segments: those with the largest gain on few segments, and those that
+explain most of the force residual, if at least the share ``CLEAR_BY_FORCE`` of its square."""
 POLISHES, MOVING = 4, 0.01
-"""The slopes by the segments' start states are computed again at most so often, while the cost falls by this share."""
+"""Most new computations of the slopes by the start states, and least relative decrease of the cost by each."""
 FORM_GAIN = 10.0
 """Nats by which a form with more parameters must fit better than a simpler one of the same effect, and a special form
 better than the usual form of this effect or of another."""
 LEADING, AGAIN = 2, 3
-"""How many of the best candidates, beside those with values that no log can show, are fitted again from other starting
-values where they are far above the noise, and Gauss–Newton steps on few segments from each of these."""
+"""Number of the best candidates that are fitted again from other starting values if they are far above the noise, in
+addition to degenerate ones, and Gauss–Newton steps on few segments from each of these values."""
 FOLLOWED = 2
-"""Starts of a load with play, of those along the measured motion that leave least of the force residual."""
+"""Number of starts of a load with play: those along the measured motion with the least remaining force residual."""
 START_SHARE = 0.3
-"""Share of the gain of the last candidate that is fitted, which one whose loss is not smooth must have at its start."""
+"""Least gain at the start of a candidate whose loss is not smooth, over the gain of the last fitted candidate."""
 LEAST_GAIN = 10.0
-"""Nats by which a candidate whose loss is not smooth must improve the base to be fitted again."""
+"""Least improvement of the base in nats at which a candidate whose loss is not smooth is fitted again."""
 JOINED = 2
 """Gauss–Newton steps on all joints of an arm after an effect was fitted on its own joint."""
 
@@ -66,7 +66,7 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True, eq=False)
 class Screened:
-    """A part, by its index, fitted on few segments: by how much it lowers the cost there, and its values."""
+    """A part, by its index, fitted on few segments: the decrease of the cost, and its values."""
 
     index: int
     gain: float
@@ -74,7 +74,7 @@ class Screened:
 
 
 def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
-    """Effects at their places that the log can show, less those already taken and refined forms of a kind."""
+    """Effects at all places that the log can show, without those already taken and refined forms of a kind."""
     known, changed = {(p.kind, p.on) for p in taken}, replace(search.declared_trial, parts=tuple(taken)).changed
     forms = [(form, place) for effect, place in candidates(changed) if not effect.refines for form in effect.forms]
     parts = [part_of(form, place, search.system) for form, place in forms]
@@ -84,8 +84,8 @@ def every_part(search: Search, taken: Sequence[Part]) -> list[Part]:
 def start_compiling(search: Search) -> None:
     """Start the C compiler on the declared model and on the models of the first round of selection.
 
-    The latter are ready when the declared model has been refitted. For an arm that is simulated joint by joint they are
-    not started here: the refit decides at which joints effects are tried.
+    The latter are compiled while the declared model is refitted. For an arm that is simulated joint by joint they are
+    not started, since the refit decides at which joints effects are tried.
     """
     trial = search.declared_trial
     search.runners([trial])
@@ -94,7 +94,7 @@ def start_compiling(search: Search) -> None:
 
 
 def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_progress: Progress) -> list[Fit]:
-    """Fit the base's trial with each part added, every form of an effect for itself; the best first."""
+    """Fits of the base's trial with each part added, each form of an effect separately; the best first."""
     tried = CandidateFits(search, base, tuple(parts), report_progress)
     parts = tried.parts
     smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
@@ -112,15 +112,15 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
 
 
 def in_simplest_forms(found: Sequence[Fit]) -> list[Fit]:
-    """The fits without those forms of an effect that a simpler form of the same effect fits as well as."""
+    """The fits without forms of an effect if a simpler form of the same effect fits as well."""
     return [f for f in found if not any(other is not f and is_simpler_form(other, f) for other in found)]
 
 
 def is_simpler_form(other: Fit, found: Fit) -> bool:
     """Whether a candidate is a simpler effect than another one, on the same coordinate or input, and fits as well.
 
-    Simpler is the same effect with fewer parameters, or in its usual form with as many, and one that the other extends:
-    a backlash is a compliance with a play, and without evidence for the play it is a compliance.
+    Simpler is the same effect with fewer parameters, its usual form with as many, or the effect that the other one
+    extends: without evidence for its play, a backlash is a compliance.
     """
     one, richer = other.part, found.part
     if one.on != richer.on or one.kind not in (richer.kind, richer.effect.extends):
@@ -140,13 +140,13 @@ class CandidateFits:
     """Candidates added to one base fit.
 
     Attributes:
-        starts: by index of the part, starting points by free runs.
-        forced: by index of the part, starting points from the force residual, used where the base is far above the
-            noise, at least in some segments.
-        left: by index of the part, share of the base's squared force residual that remains with such a start.
-        along: by index of the part, starting points with states that were simulated along the measured motion.
-        couplings: by coordinate, parameters of the spring between motor and load that was fitted there.
-        few: the base on few segments, by joint for an arm that is run joint by joint, else under None.
+        starts: index of a part → starting points by free runs.
+        forced: index of a part → starting points from the force residual, used if the base is far above the noise, at
+            least in some segments.
+        left: index of a part → share of the base's squared force residual that remains with such a start.
+        along: index of a part → starting points with states that were simulated along the measured motion.
+        couplings: coordinate → parameters of the spring between motor and load that was fitted there.
+        few: joint → the base on few segments; None → that of a machine that is simulated as a whole.
         least_gain: the cost of a part with a non-smooth loss must fall by this much at its start to be fitted.
     """
 
@@ -174,11 +174,11 @@ class CandidateFits:
         self.survey = survey(refit, self.search.motion)
 
     def promising(self, indices: Sequence[int]) -> list[int]:
-        """Those of these parts that are fitted: the best by the gain of one linear step from their best start.
+        """Indices of the parts that are fitted: the best by the gain of one linear step from their best start.
 
-        An effect without a scale starts from a coarse grid of values, which says too little: it is always fitted.
+        An effect without a scale has only a coarse grid of starts, so it is always fitted.
         """
-        self._start_by_force()  # the compiler may still be at work
+        self._start_by_force()  # meanwhile the compiler may still work
         self._start_by_runs(indices)
         gains = {k: self._few(k).cost - min((cost for cost, _ in self.starts[k]), default=np.inf) for k in indices}
         scaled = [k for k in indices if self.parts[k].effect.scaling and not is_own(self.parts[k].kind)]
@@ -189,7 +189,7 @@ class CandidateFits:
         return chosen
 
     def _start_by_force(self) -> None:
-        """Starting points from the force residual, for which CasADi builds expressions: not in several threads."""
+        """Compute starting points from the force residual; not in threads, since CasADi builds expressions."""
         if near_noise(self.base) and not share_far(self.base):
             return
         start = ForceStart(self.search.problem, self.base)
@@ -215,10 +215,10 @@ class CandidateFits:
         return left, forced, [theta for left, theta in by_left[:FOLLOWED] if left < 1]
 
     def best_by_force(self, indices: Sequence[int]) -> list[int]:
-        """Those of these parts that explain most of the force residual, of each kind at a place the best form.
+        """Indices of the parts that explain most of the force residual, the best form of each kind at a place.
 
-        Only those that explain ``CLEAR_BY_FORCE`` of its square. Few segments of free runs may gain less by the force
-        that the log lacks than by what changes their start: of an axis that rings, or one that friction holds back.
+        Only those that explain ``CLEAR_BY_FORCE`` of its square. On few segments, free runs may gain less by the
+        missing force than by changes of their start states, as for an axis that rings or sticks.
         """
         best: dict[tuple[str, str], int] = {}
         for k in sorted((k for k in indices if k in self.left), key=self.left.__getitem__):
@@ -227,7 +227,7 @@ class CandidateFits:
         return list(best.values())[:FITTED_BY_FORCE]
 
     def _start_by_runs(self, indices: Sequence[int]) -> None:
-        """(cost after one linear step, theta) of the best starting points of parts on few segments."""
+        """Compute the best starting points of parts on few segments, (cost after one linear step, theta) each."""
         covered = {k: self.covered(self.parts[k]) for k in indices}
         self._compute_slopes(*(self._few(k) for k in indices))
         shapes = [(k, shape) for k in indices for shape in self.parts[k].effect.starts(covered[k])]
@@ -246,7 +246,7 @@ class CandidateFits:
         return self.survey.covered(part, self.levels, self.search.record.noise, self.couplings.get(part.place))
 
     def screened(self, indices: Sequence[int]) -> list[Screened]:
-        """These parts fitted on few segments, each from its best starting points; without those that have none."""
+        """Parts fitted on few segments, each from its best starting points; without those that have none."""
         self._start_by_runs([k for k in indices if k not in self.starts])
         rough = [k for k in indices if self.parts[k].effect.rough]
         starts = self._searched(rough) | {k: self._near_the_best(k) for k in indices if k not in rough}
@@ -281,7 +281,7 @@ class CandidateFits:
             _ = fit.raw_slopes
 
     def _near_the_best(self, k: int) -> list[Array]:
-        """The starting points by free runs of a part whose loss is smooth: the best, and those nearly as good."""
+        """The starting points by free runs of a part with a smooth loss: the best, and those nearly as good."""
         starts, few = self.starts[k], self._few(k)
         if self.parts[k].effect.scaling and starts:
             enough = few.cost - AS_GOOD * max(few.cost - starts[0][0], 0.0)
@@ -289,7 +289,7 @@ class CandidateFits:
         return [theta for _, theta in starts]
 
     def _searched(self, indices: Sequence[int]) -> dict[int, list[Array]]:
-        """By index of a part whose loss is not smooth, where simplex searches from its best starting points end."""
+        """Index of a part with a non-smooth loss → results of simplex searches from its best starting points."""
         near = [
             (k, theta)
             for k in indices
@@ -302,12 +302,12 @@ class CandidateFits:
         return {k: [theta for (j, _), (_, theta) in zip(near, found, strict=True) if j == k] for k in indices}
 
     def fitted(self, screened: Sequence[Screened]) -> list[Fit]:
-        """These parts fitted on all segments."""
+        """Screened parts fitted on all segments."""
         self._compute_slopes(self.base)
         return self._shared_out(lambda one: self._fitted(one.index, one.theta), screened, len(screened))
 
     def _fitted(self, k: int, theta: Array) -> Fit:
-        """A part fitted on all segments, the slopes of their start states computed again while that helps."""
+        """A part fitted on all segments, with new slopes by the start states while they reduce the cost."""
         joint = self._joint(self.parts[k])
         if joint is None:
             return self._polished(k, theta, self.base)
@@ -318,13 +318,13 @@ class CandidateFits:
         return self.search.fit_from(self.runners[k], alone.theta, base, JOINED, self.base.raw_slopes)
 
     def is_degenerate(self, found: Fit) -> bool:
-        """Whether a fit ended at values that the log cannot show, as a load of nearly no mass: a local minimum."""
+        """Whether a fit ended in a local minimum at values that the log cannot show, such as a load without mass."""
         effect = found.part.effect
         here = effect.coordinate(self.search.system, found.part.place)
         return bool(effect.unseen(found.parameters, float(self.search.record.noise[here])))
 
     def restarted(self, found: Sequence[Fit]) -> list[Fit]:
-        """Candidates as they are, or fitted from the best of their other starting values where that is better."""
+        """Candidates, each fitted from the best of its other starting values if that is better."""
         return self._shared_out(self._restarted, found)
 
     def _restarted(self, found: Fit) -> Fit:
@@ -341,7 +341,7 @@ class CandidateFits:
         def again(values: Mapping[str, float]) -> Fit:
             theta = np.append(found.theta[:count], part.inward(values))
             fit = self.search.fit_from(runner, theta, few, 0, final_slopes=False)
-            for _ in range(AGAIN):  # the start states first: they were fitted without the effect
+            for _ in range(AGAIN):  # start states first, which were fitted without the effect
                 fit = self._polish(fit, 1, final_slopes=False)
             return fit
 
@@ -349,7 +349,7 @@ class CandidateFits:
         return best if best.cost < found.cost else found
 
     def _polished(self, k: int, theta: Array, base: Fit, raw: Sequence[Array] | None = None) -> Fit:
-        """Part ``k`` fitted in addition to a base, the slopes of the start states computed again while that helps."""
+        """Part ``k`` fitted in addition to a base, with new slopes by the start states while they reduce the cost."""
         runner = replace(self.runners[k], record=base.runner.record)
         fit, before = self.search.fit_from(runner, theta, base, ROUNDS, raw), np.inf
         for _ in range(POLISHES):
@@ -360,7 +360,7 @@ class CandidateFits:
         return fit
 
     def _from_measured_states(self, runner: Runner, theta: Array) -> Fit:
-        """A fit whose segments start as measured: start states that were fitted without a load are far off with it."""
+        """A fit with measured start states, since those fitted without a load are wrong with it."""
         prior = self.search.prior(runner.trial, theta, self.base.prior.tempering)
         first = shooting_fit(runner, theta, runner.record.at_rest, prior, FIRST_ROUNDS, final_slopes=False)
         return self._polish(first, FIRST_ROUNDS, final_slopes=False)
@@ -387,7 +387,7 @@ class CandidateFits:
     def _shared_out(
         self, work: Callable[[Item], Result], items: Sequence[Item], parts: int = 0, threads: bool = True
     ) -> list[Result]:
-        """The results for all items, by several processes; they are so many of the parts in the progress."""
+        """The results for all items, by several processes; ``parts``: their number in the progress."""
         whole = len(self.parts) + FITTED
         shared = [self.search, *self.trials, *self.parts, self.base, *self.few.values()]
         shared += [one.shooter for one in self.runners] + [one.runner.record for one in (self.base, *self.few.values())]
@@ -402,7 +402,7 @@ class CandidateFits:
 
 
 def _screening(search: Search, base: Fit, joint: int | None) -> Fit:
-    """The base on fewer and, where it is far from the data, shorter segments; of one joint alone where one is given."""
+    """The base on fewer and, if it is far from the data, shorter segments; of one joint if one is given."""
     left = base.by_segment
     if joint is not None:
         left = left[base.rows_of(joint)]

@@ -46,13 +46,13 @@ from codegen.effects.register import kinds_of
 
 MOST_EFFECTS = 3
 DIVERGING, SHORTEST = 100.0, 0.25
-"""Error of the refit, in noise, above which segments are halved, down to this share of their length."""
+"""Ratio of the refit's error to the noise above which segments are halved, and least share of their length."""
 SWAPPED = 6
 BEAM = 3
 """Candidates of the first round that get a second round of their own."""
 PAIRED = 5
-"""Best candidates of the first round that are tried in pairs, where the best leaves far more than the noise, at least
-in some segments."""
+"""Number of the best candidates of the first round that are tried in pairs if the best leaves far more than the noise,
+at least in some segments."""
 BETTER = 10.0
 """Nats by which another effect must fit better to replace one found earlier."""
 
@@ -72,8 +72,10 @@ class Outcome:
     """The result of forward selection.
 
     Attributes:
-        base: the refit of the declared structure. final: the fit with all effects (``base`` where there is none).
-        first: the first round, best first. rivals: of the first effect, which the data cannot tell from it.
+        base: the refit of the declared structure.
+        final: the fit with all effects; ``base`` without effects.
+        first: the first round, best first.
+        rivals: of the first effect, which the data do not distinguish from it.
         explained: share of the squared residual, or of its excess over the noise, that the effects remove.
         segments: number in the record.
         unexplained: whether no effect is credited although the residual is material and far above the noise, at least
@@ -98,8 +100,8 @@ class Outcome:
 def within_reach(search: Search) -> tuple[Search, Fit]:
     """The search with segments so short that free runs stay near the measured motion, and its refit.
 
-    The error of a free run grows with the square of time, in a chaotic machine faster; the slopes of a run that has
-    left the motion are useless.
+    The error of a free run grows with the square of time, in a chaotic machine faster; after a run has diverged, its
+    slopes are useless.
     """
     near, base, share = search, search.refit(), 1.0
     while noise_ratio(base) > DIVERGING and share > SHORTEST:
@@ -110,9 +112,9 @@ def within_reach(search: Search) -> tuple[Search, Fit]:
 
 
 def find_effects(search: Search, base: Fit, report_progress: Progress, refit_only: bool = False) -> Outcome:
-    """Forward selection until no candidate is credited; no round at all where ``refit_only``.
+    """Forward selection until no candidate is credited; no round with ``refit_only``.
 
-    Of an arm that is simulated joint by joint each joint has rounds of its own, the worst joint first.
+    If an arm is simulated joint by joint, each joint has its own rounds, the worst joint first.
     """
     current = confirmed = base
     first: list[Ranked] = []
@@ -171,9 +173,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
 
 
 def _unexplained(search: Search, fit: Fit, rounds: Mapping[int | None, int], begun: bool) -> list[int | None]:
-    """The joints that have rounds left and are not explained by a fit, the worst first; None stands for a machine that
-    is simulated as a whole.
-    """
+    """The unexplained joints with remaining rounds, the worst first; [None] for a machine simulated as a whole."""
     if search.rigid is None:
         return [None] if rounds[None] and not (begun and nothing_left(fit)) else []
     left = [(joint, fit.of_joint(joint)) for joint, count in rounds.items() if count and joint is not None]
@@ -183,8 +183,8 @@ def _unexplained(search: Search, fit: Fit, rounds: Mapping[int | None, int], beg
 def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
     """The best fit with two effects, at least one of them among the best of the first round (a beam search).
 
-    Two missing effects bias each other's fit. Effects that leave nearly as little as the best get a second round of all
-    candidates; other pairs are of the best ones, of different signature.
+    Two missing effects bias each other's fit. Effects with nearly as small a residual as the best get a second round of
+    all candidates; other pairs are of the best candidates with different signatures.
     """
     found: list[Fit] = []
     for k, one in enumerate(ranked):
@@ -200,9 +200,9 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
 
 
 def _merged(search: Search, current: Fit) -> Fit | None:
-    """The fit with one effect in place of two of the same signature, where it fits as well; None elsewhere.
+    """The fit with one effect in place of two of the same signature, if it fits as well; else None.
 
-    Example: part of a long wave and a hardening spring found first can together imitate a linear spring.
+    Example: a long wave and a hardening spring can together imitate a linear spring.
     """
     parts = current.trial.parts
     for j, k in combinations(range(len(parts)), 2):
@@ -245,10 +245,10 @@ def worth_it(search: Search, fit: Fit, richer: Fit, candidates: int) -> bool:
 
 
 def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
-    """Backward elimination: the fit without effects that are not worth it once the others are included.
+    """Backward elimination: the fit without effects that free runs do not credit in addition to the others.
 
     Args:
-        spared: number of last effects that stay.
+        spared: number of last effects that are kept.
     """
     for k in range(len(fit.trial.parts) - 1 - spared, -1, -1):
         if len(fit.trial.parts) > 1:
@@ -258,7 +258,7 @@ def pruned(search: Search, fit: Fit, candidates: int, spared: int = 0) -> Fit:
 
 
 def _pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> tuple[Fit, list[Ranked]]:
-    """Backward elimination; where the first effect is dropped, so are its rivals."""
+    """Backward elimination; if the first effect is removed, so are its rivals."""
     leader, kept = current.trial.parts[0], pruned(search, current, 1)
     return kept, rivals if _same(leader, kept.trial.parts[0]) else []
 
@@ -266,10 +266,10 @@ def _pruned_with_rivals(search: Search, current: Fit, rivals: list[Ranked]) -> t
 def still_credited(
     search: Search, base: Fit, current: Fit, rivals: Sequence[Ranked], candidates: int
 ) -> tuple[Fit, list[Ranked]]:
-    """A fit in which effects were replaced or dropped, with its rivals; the refit where what is left is not credited.
+    """A fit in which effects were replaced or removed, with its rivals; the refit if the fit is not credited.
 
-    Each of its effects may be needed beside the others though all together predict no better than the refit. A rival
-    that was tried in addition to an effect is no rival of a single one.
+    Each effect may be needed in addition to the others although all together predict no better than the refit. A rival
+    that was tried in addition to an effect is no rival of a single effect.
     """
     if not credible(search, base, current, candidates):
         return base, []
@@ -278,31 +278,31 @@ def still_credited(
 
 
 def first_candidates(search: Search, base: Fit) -> int:
-    """Number of candidates of the first round, also those that were not fitted on all segments."""
+    """Number of candidates of the first round, including those not fitted on all segments."""
     return hypotheses(every_part(search, base.trial.parts))
 
 
 def nothing_left(fit: Fit) -> bool:
-    """Whether no further effect is sought: only noise is left, or less than the smallest effect would change."""
+    """Whether the search ends: only noise is left, or less than the smallest effect changes."""
     return at_noise(fit) or credit.is_negligible(fit)
 
 
 def at_noise(fit: Fit) -> bool:
-    """Whether a model leaves nothing but the noise of the positions."""
+    """Whether a model leaves only the noise of the positions."""
     return bool(fit.held_out_losses.sum() <= (1 + credit.AT_NOISE) * noise_loss(fit))
 
 
 def _reconsidered(
     search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked] | None
 ) -> tuple[Fit, list[Ranked]]:
-    """Each effect compared with replacements: the best of the first round, and effects confused with it.
+    """Compare each effect with replacements: the best of the first round, and effects confused with it.
 
     Args:
-        rivals: of the first effect by the first round; None where that round does not tell, as for a pair.
+        rivals: of the first effect by the first round; None if they are unknown, as for a pair.
 
     Returns:
-        The better fit, and the rivals that still tie with its first effect. Where a later effect has such rivals and
-        the first has none, the later one is put first.
+        The better fit, and the rivals that still tie with its first effect. If only a later effect has rivals, it is
+        put first.
     """
     for _ in range(MOST_EFFECTS):
         leader = current.trial.parts[0]
@@ -319,9 +319,9 @@ def _reconsidered(
 def _swapped(
     search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked] | None
 ) -> tuple[Fit | None, dict[int, list[Ranked]]]:
-    """The fit with one effect replaced (the new one is last), or None; and by index of an effect, rivals that tie.
+    """The fit with one effect replaced (the new one is last), or None; and index of an effect → rivals that tie.
 
-    Where the first round names rivals of the first effect, there are no others.
+    If the first round has rivals of the first effect, only these are tested.
     """
     tied: dict[int, list[Ranked]] = {}
     parts, here = current.trial.parts, ForceCriterion(search, current)
@@ -350,22 +350,22 @@ def _swapped(
 
 
 def _force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
-    """Whether the force residual prefers the effects to a replacement whose free runs end far from the noise.
+    """Whether the force residual prefers the present effects to a replacement whose free runs end far from the noise.
 
-    Free runs that follow neither model do not decide alone then.
+    Such free runs do not decide alone.
     """
     return not credit.near_noise(found) and force_prefers(here, ForceCriterion(here.search, found), 1 / CLOSE)
 
 
 def _refused_by_force(search: Search, without: Fit, found: Fit) -> bool:
-    """Whether the force residual, or the acceleration of free runs, speaks against a replacement."""
+    """Whether the force residual, or the acceleration of free runs, contradicts a replacement."""
     before, after = ForceCriterion(search, without), ForceCriterion(search, found)
     tests = corrects_a_form, contradicted_by_force, contradicted_by_acceleration
     return any(test(before, after) for test in tests)
 
 
 def _largest_first(search: Search, fit: Fit) -> Fit:
-    """The fit with the effect of the largest force first; as it is with none, or one that adds states."""
+    """The fit with the effect of the largest force first; unchanged without effects, or with one that adds states."""
     trial = fit.trial
     if not trial.parts or hidden_states(trial.changed) > hidden_states(trial.system):
         return fit
@@ -404,10 +404,11 @@ def _same(one: Part, other: Part) -> bool:
 
 
 def common_effects(search: Search, outcome: Outcome) -> tuple[Search, Outcome] | None:
-    """The outcome with the effects that all tied models have in common; None where these are not credited alone.
+    """The outcome with the effects that all tied models have in common; None if these are not credited alone.
 
-    Rivals may tie for what an effect leaves, as a delay or a lag of a fraction of a sample beside a dead zone, or for a
-    wrong parameter. Where the fit with the common effects ends at a limit, it and the refit are repeated without.
+    Rivals may tie in explaining the remainder of an effect, such as a delay or a lag of a fraction of a sample with a
+    dead zone, or a wrong parameter. If the fit with the common effects ends at a limit, it and the refit are repeated
+    without limits.
 
     Returns:
         The search in which the common effects were fitted, and the outcome.

@@ -1,7 +1,7 @@
 """One round of forward selection: every candidate with its evidence and the first test that it fails, in order.
 
-Of candidates that pass, the order is that of their fits; the force residual, the usual form and the declared friction
-levels decide between those that free runs do not tell apart.
+Candidates that pass are ordered by their fits; the force residual, the usual form and the declared friction levels
+decide between those that free runs do not distinguish.
 """
 
 from __future__ import annotations
@@ -26,12 +26,11 @@ from codegen.effects import CATALOGUE
 from codegen.effects.register import is_identical
 
 CLOSE = 1.1
-"""Ratio of squared residuals, left or removed, up to which neither of two models far from the noise is preferred."""
+"""Largest ratio of remaining and of removed squared residuals at which two models far from the noise tie."""
 CONTRARY = 10.0
-"""Nats on held-out segments by which free runs at the noise must prefer one of two candidates for the force not to
-prefer the other."""
+"""Nats on held-out segments by which free runs at the noise must prefer one of two candidates to overrule the force."""
 EQUAL = 2.0
-"""Nats by which fits of twins, which are one motion, may differ."""
+"""Largest difference in nats between fits of twins, which have the same motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +40,8 @@ class Ranked:
     Attributes:
         ratio: median free-run error over that of the model without it.
         size: change of the prediction, or force, over that of the drive force.
-        why_not: the test that it fails, in words; empty where it passes all.
-        unsure: whether it fails only the significance test; in addition to another effect it may still pass.
+        why_not: the test that it fails, in words; empty if it passes all.
+        unsure: whether it fails only the significance test; in addition to another effect it may pass.
         p: probability of such gains without an effect, for any candidate of the round; compared with α.
         force_criterion: its force residual.
     """
@@ -62,7 +61,7 @@ def run_round(
 ) -> list[Ranked]:
     """Fit and rank every candidate in addition to the current effects: those that pass every test first.
 
-    Of forms of one effect that fit alike the simplest stays, unless it is refused and another one is not.
+    Of forms of one effect that fit equally well, the simplest is kept, unless it is refused and another one is not.
     """
     soft, base = search.with_noise_floor(current)
     before, count, ranked = ForceCriterion(search, base), hypotheses(parts), []
@@ -88,8 +87,8 @@ def run_round(
 def credible(search: Search, before: Fit, after: Fit, candidates: int) -> bool:
     """Whether a model with more effects is credited over one with fewer, each chosen among so many candidates.
 
-    Each effect may have passed its tests beside another one that was dropped since, so the drive that they leave
-    together is asked for too.
+    An effect may have passed its tests together with another one that was removed since, so the drive force that the
+    effects leave together is tested too.
     """
     soft, base = search.with_noise_floor(before)
     base, richer = where_they_differ(search, base, soft.fitted_again(after))
@@ -120,9 +119,9 @@ def in_simplest_admitted_forms(ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[Ranked]:
-    """A round whose chosen candidate was not credited: it and its twins are marked as failing the significance test.
+    """A round whose chosen candidate was not credited, with it and its twins marked as failing the significance test.
 
-    The candidates of a round are fitted with the noise that free runs show; the chosen one again with that of the log.
+    The candidates of a round are fitted with the noise of the free runs; the chosen one again with that of the log.
     """
     words = "may be chance: it passes with the noise that the refit leaves, but not with the noise of the log"
     same = _same_motion(chosen.found)
@@ -133,14 +132,14 @@ def refused_when_fitted_again(ranked: Sequence[Ranked], chosen: Ranked) -> list[
 
 
 def ties(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Candidates that neither free runs nor force residual tell from the best, its twins left out."""
+    """Candidates that neither free runs nor force residual distinguish from the best, without its twins."""
     return [other for other in _tied(search, ranked[0], ranked) if not _preferred(ranked[0], other)]
 
 
 def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """Candidates that free runs do not tell from one of them, each of several twins once and its own left out.
+    """Candidates that free runs do not distinguish from the best, without its twins, and one of several twins.
 
-    Far from the noise every difference becomes significant: candidates that are nearly alike tie there as well.
+    Far from the noise every difference is significant; there, candidates that are nearly alike tie as well.
     """
     same, tied = _same_motion(best.found), []
     for other in ranked:
@@ -159,7 +158,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
 def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
     """Whether two candidates act on different joints of an arm that is simulated joint by joint.
 
-    Neither can explain the residual of the other's joint. They are no rivals: the model may lack both.
+    Neither can explain the residual of the other's joint, so they are no rivals; the model may lack both.
     """
     parts = [one.found.part for one in (other, best)]
     if search.rigid is None or any(p.effect.sits_on == "two coordinates" for p in parts):
@@ -168,14 +167,14 @@ def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
 
 
 def runs_do_not_tell(search: Search, best: Ranked, other: Ranked) -> bool:
-    """Whether free runs do not tell a candidate from another one: no significant gain or, far from the noise, where
-    every difference is significant, nearly the same share of the squared residual.
+    """Whether free runs do not distinguish two candidates: no significant gain or, far from the noise, nearly the same
+    share of the squared residual.
     """
     return (is_far(best.found) and _nearly_alike(best, other)) or not runs_prefer(search, best.found, other.found)
 
 
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
-    """Whether free runs tell a fit from another one, neither of which contains the other (``Evidence.p_of_rivals``)."""
+    """Whether free runs prefer a fit to another one, neither of which contains the other (``Evidence.p_of_rivals``)."""
     other, best = where_they_differ(search, other, best)
     gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= ALONE
     return gained.p_of_rivals(whiteness(search, best), at_noise) <= credit.TIE_LEVEL
@@ -187,28 +186,26 @@ def leaves_as_little(one: Ranked, best: Ranked) -> bool:
 
 
 def _only_extends(other: Ranked, best: Ranked) -> bool:
-    """Whether a candidate is the best one with a parameter more, which does not make it better."""
+    """Whether a candidate is the best one with a further parameter that does not improve it."""
     same_place = other.found.part.on == best.found.part.on
     extended = CATALOGUE[other.found.part.kind].extends == best.found.part.kind
     return same_place and extended and other.found.cost >= best.found.cost
 
 
 def is_no_better_form(found: Fit, best: Fit, part: Part) -> bool:
-    """Whether a candidate has a special form, ``part`` of the best fit its kind's usual one, and it is not clearly
-    better.
-    """
+    """Whether a candidate has a special form, ``part`` of the best fit the usual form, and it is not clearly better."""
     return is_usual_form(part) and not is_usual_form(found.part) and found.cost > best.cost - FORM_GAIN
 
 
 def leader_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates that passed, led by the one that is named; the others in the order of their fits."""
+    """The candidates that passed: first the one that is named, then the others in the order of their fits."""
     for led in (usual_form_first, better_predicting_first, ordered_by_force, nearest_twin_first):
         ranked = led(search, ranked)
     return list(ranked)
 
 
 def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates, led by one of a usual form where the best has a special form and is not clearly better."""
+    """The candidates, first one of a usual form if the best has a special form and is not clearly better."""
     best = ranked[0]
     if is_usual_form(best.found.part):
         return list(ranked)
@@ -219,10 +216,10 @@ def usual_form_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def better_predicting_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates, led by one with fewer parameters than the best where free runs of held-out segments prefer it.
+    """The candidates, first one with fewer parameters than the best if free runs of held-out segments prefer it.
 
-    The order is that of the fits, and a curve with a parameter more fits closer to the segments on which it is fitted.
-    A Stribeck velocity near the top speed of a log takes the place of a wrong damping and of part of another effect.
+    The order is by fits, and a further parameter improves the fit to the segments on which it is fitted. For example, a
+    Stribeck velocity near the top speed of a log imitates a wrong damping and part of another effect.
     """
     best = ranked[0]
     better = [
@@ -237,7 +234,7 @@ def better_predicting_first(search: Search, ranked: Sequence[Ranked]) -> list[Ra
 
 
 def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates, led by the one that the force residual prefers among the best and those that tie with it."""
+    """The candidates, first the one that the force residual prefers among the best and those that tie with it."""
     best = ranked[0]
     for other in _tied(search, best, ranked):
         if _preferred(other, best):
@@ -246,9 +243,9 @@ def ordered_by_force(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def nearest_twin_first(search: Search, ranked: Sequence[Ranked]) -> list[Ranked]:
-    """The candidates, led by that of several twins whose friction levels are nearest to the declared ones.
+    """The candidates, first that of several twins whose friction levels are nearest to the declared ones.
 
-    Twins are one motion with other levels: a larger mass under the declared friction, or a weaker drive under less.
+    Twins are one motion with other levels: a larger mass with the declared friction, or a weaker drive with less.
     """
     best = ranked[0]
     same = twins(best.found.part, best.found)
@@ -266,7 +263,7 @@ def led_by(best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked]:
 
 
 def _from_declared(search: Search, one: Ranked) -> float:
-    """Squared logarithms of friction levels over the declared ones, summed; a hundredth counts for a level of zero."""
+    """Σ ln²(friction level/declared level); a level of zero counts as a hundredth of the declared one."""
     moved = one.found.values[0]
     levels = [k for k, s in enumerate(search.moved) if s in search.problem.levels]
     least = 1e-2 * np.abs(search.declared[levels]) + 1e-300
@@ -275,28 +272,29 @@ def _from_declared(search: Search, one: Ranked) -> float:
 
 
 def _preferred(one: Ranked, other: Ranked) -> bool:
+    """Whether the force residual prefers a candidate to another one, and free runs do not contradict."""
     if one.force_criterion is None or other.force_criterion is None:
         return False
     against = _nats_against(one, other)
-    if against > CONTRARY:  # each criterion is evidence against what the other one prefers: the pair ties
+    if against > CONTRARY:  # the two criteria contradict each other: the pair ties
         return False
     return force_prefers(one.force_criterion, other.force_criterion, most_left(one.found), against)
 
 
 def _nats_against(one: Ranked, other: Ranked) -> float:
-    """Nats on held-out segments by which free runs prefer another candidate, where that leaves the noise; else 0."""
+    """Nats on held-out segments by which free runs prefer another candidate that ends near the noise; else 0."""
     nats = float(one.found.held_out_losses.sum() - other.found.held_out_losses.sum())
     return nats if nats > 0 and credit.near_noise(other.found) else 0.0
 
 
 def force_prefers(one: ForceCriterion, other: ForceCriterion, most: float = 1.0, against: float = 0.0) -> bool:
-    """Whether the force residual tells a model from another one, and leaves less than a share of its square.
+    """Whether the force residual significantly prefers a model, with less than ``most`` times the other's square.
 
-    It does not tell two loads behind springs apart, with play or without: their motion is not measured, and what it
-    shows of them is differentiated noise.
+    It does not distinguish two loads behind springs, with play or without, since their motion is not measured and their
+    force residual is differentiated noise.
 
     Args:
-        against: nats by which free runs prefer the other one; the likelihoods of both criteria are multiplied.
+        against: nats by which free runs prefer the other model; the likelihoods of both criteria are multiplied.
     """
     if adds_load(one) and adds_load(other):
         return False
@@ -311,13 +309,13 @@ def adds_load(one: ForceCriterion) -> bool:
 
 
 def _nearly_alike(best: Ranked, other: Ranked) -> bool:
-    """Whether both what two candidates remove of the squared residual and what they leave differ by little."""
+    """Whether two candidates differ little in both the removed and the remaining share of the squared residual."""
     most, less = best.evidence.share, other.evidence.share
     return 1 - less <= CLOSE * (1 - most) and most <= CLOSE * less
 
 
 def is_far(found: Fit) -> bool:
-    """Whether a model leaves far more than the noise, so that it is not all that is missing."""
+    """Whether a model leaves far more than the noise, so that it is incomplete."""
     return noise_ratio(found) > credit.NEAR_NOISE
 
 
@@ -344,6 +342,6 @@ def _is_one_of(found: Fit, known: Collection[tuple[str, str]]) -> bool:
 
 
 def same_signature(one: Part, other: Part) -> bool:
-    """Whether two effects act at the same place and are seen over the same variable."""
+    """Whether two effects act at the same place and depend on the same variable."""
     effects = CATALOGUE[one.kind], CATALOGUE[other.kind]
     return one.on == other.on and effects[0].seen_over == effects[1].seen_over

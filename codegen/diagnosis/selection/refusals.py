@@ -1,7 +1,7 @@
 """The tests that refuse a candidate, apart from that of significance, each with its reason in words.
 
-A candidate is refused for too little gain or force, for values that cannot be or that the log cannot show, as an effect
-that another one or refitted values explain, and where force or acceleration contradict the free runs.
+A candidate is refused for too small a gain or force, for values that are impossible or that the log cannot show, if
+another effect or refitted values explain it, and if force or acceleration contradict the free runs.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from codegen.diagnosis.selection.significance import noise_assumed
 from codegen.mechanics.system import System
 
 LEAST_DRIVE = 0.1
-"""Least RMS of the drive force with an effect over that without: less does not move the machine."""
+"""Least RMS drive force with an effect over that without; less does not move the machine."""
 CONTRADICTED = 1.5
-"""A candidate that multiplies the squared force residual by this or more is refused, whatever free runs say."""
+"""Factor on the squared force residual from which on a candidate is refused, whatever free runs show."""
 FORM_ERROR = 0.1
-"""Least force of an effect over that of another on the same coordinate that is seen over the same variable."""
+"""Least force of an effect over that of another one on the same coordinate that depends on the same variable."""
 
 
 def why_refused(before: ForceCriterion, after: ForceCriterion, e: Evidence, size: float) -> str:
-    """The first test that a candidate fails, in words; empty where it passes all but that of significance."""
+    """The first test that a candidate fails, in words; empty if it passes all but that of significance."""
     search, found = after.search, after.fit
     if e.gain <= 0:
         return "does not reduce the simulation error on held-out parts of the log"
@@ -70,7 +70,7 @@ def _least_size(found: Fit) -> float:
 
 
 def relative_size(search: Search, found: Fit, base: Fit) -> float:
-    """Force of the effect over the drive force along the motion; where not defined, its change of the prediction."""
+    """Force of the effect over the drive force along the motion; if it is not defined, its change of the prediction."""
     part = found.part
     if found.trial.adds_states or not part.effect.admissible(search.system, part.place, found.parameters):
         return size_of(found, base)
@@ -84,7 +84,7 @@ def force_share(search: Search, part: Part, values: Mapping[str, float]) -> floa
 
 
 def is_possible(search: Search, found: Fit) -> bool:
-    """Whether the fitted values lie within the effect's bounds, and the log can show its period and friction's part."""
+    """Whether the values are within the effect's bounds, and the log can show its period and its part of friction."""
     if not admissible(search, found) or unseen_shape(search, found) or acts_as_its_limit(search, found):
         return False
     return not takes_the_level(search.problem, search.system, found.model)
@@ -116,9 +116,9 @@ def unseen_shape(search: Search, found: Fit) -> str:
 
 
 def acts_as_its_limit(search: Search, found: Fit) -> str:
-    """Why not, where the force of the last effect is that of a simpler one to within ``credit.LEAST_SIZE``; else empty.
+    """Objection if the last effect's force is that of a simpler one to within ``credit.LEAST_SIZE``; else empty.
 
-    A load behind a spring too soft to move it is an inertia error, and two parameters too many.
+    Example: a load behind a spring that is too soft to move it is an inertia error with two needless parameters.
     """
     part, refitted = found.part, _refitted(search, found)
     limit = part.effect.limit(refitted, part.place, found.parameters)
@@ -137,7 +137,7 @@ def acts_as_its_limit(search: Search, found: Fit) -> str:
 
 
 def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
-    """Why not, where refitted values explain the effect's force to within ``LEAST_NET``; else empty."""
+    """Objection if refitted values explain the effect's force to within ``LEAST_NET``; else empty."""
     if after.fit.trial.adds_states:
         return ""
     net = before.search.drive.share(after.residual - before.residual)
@@ -147,14 +147,14 @@ def absorbed_by_refit(before: ForceCriterion, after: ForceCriterion) -> str:
 
 
 def only_reduces_drive(before: ForceCriterion, after: ForceCriterion, e: Evidence) -> str:
-    """Reason to refuse an effect that gains only by a reduction of the drive force; empty if there is none.
+    """Objection to an effect that gains only by a reduction of the drive force; else empty.
 
     Let p be the constant factor by which the effect scales the drive force of a coordinate (a gain, friction in
     proportion to the drive), and q the remaining share of the drive force apart from p (dead zone, saturation). The
     tests with q skip coordinates whose drive force the effect does not reduce. Refused are
 
-    - less than ``LEAST_DRIVE`` of the drive force: with a dead zone wider than the commands only inertia is left to
-      explain, which slow motion hardly shows;
+    - less than ``LEAST_DRIVE`` of the drive force: with a dead zone wider than the commands, only inertia remains to be
+      explained, which slow motion hardly shows;
     - r² > ``CONTRADICTED`` (q² r₀² + (1 − q²) n²), with r and r₀ the RMS force residual with and without the effect and
       n the noise of M a. With a saturation far below the commands the free runs of a heavy machine end near the noise
       although almost no force is left: they continue at their start speed;
@@ -200,8 +200,9 @@ def _leaves_more(before: ForceCriterion, after: ForceCriterion, remaining: Array
 
 
 def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
-    """Why not, where a candidate adds little to another effect that acts on the same coordinate and is seen over the
-    same variable: so little may be a misfit of the other's form; else empty.
+    """Objection if a candidate adds little to another effect on the same coordinate that depends on the same variable.
+
+    It may then only correct a misfit of the other's form. Else empty.
     """
     *others, part = after.fit.trial.parts
     *values, _ = after.fit.values[1]
@@ -223,10 +224,10 @@ def corrects_a_form(before: ForceCriterion, after: ForceCriterion) -> str:
 
 
 def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: float = 0.0) -> str:
-    """Why not, where a candidate makes the force residual significantly larger; else empty.
+    """Objection if a candidate makes the force residual significantly larger; else empty.
 
-    Short free runs without drive, as of an inertia a thousand times too large, go on at the measured start speed; where
-    friction levels are wrong they beat any model that moves by its forces.
+    Short free runs without drive, as with an inertia a thousand times too large, continue at the measured start speed.
+    With wrong friction levels they fit better than any model that moves by its forces.
 
     Args:
         share: of the squared free-run residual that the candidate removes on held-out segments.
@@ -240,9 +241,9 @@ def contradicted_by_force(before: ForceCriterion, after: ForceCriterion, share: 
 
 
 def contradicted_by_acceleration(before: ForceCriterion, after: ForceCriterion) -> str:
-    """Why not, where a load behind a spring makes the acceleration error of free runs larger; else empty.
+    """Objection if a load behind a spring makes the acceleration error of free runs larger; else empty.
 
-    Not tested near the noise, where the acceleration error is noise.
+    Near the noise it is not tested, since the acceleration error is noise there.
     """
     search, found = after.search, after.fit
     more = len(found.model.transmissions) > len(before.fit.model.transmissions)

@@ -1,4 +1,4 @@
-"""How likely a gain is without an effect, by free runs and by the force residual, over all hypotheses tried."""
+"""Significance of a gain: p-values by free runs and by the force residual, corrected for all hypotheses tried."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
 
 FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
-"""Share of α for the test on the force residual (weighted Bonferroni), and that where the log has fewer than
-``credit.SIGNED`` segments: the sign test on B of them cannot give less than Φ(−√B)."""
+"""Share of α for the test on the force residual (weighted Bonferroni), and that for logs of fewer than
+``credit.SIGNED`` segments, since a sign test on B segments gives at least Φ(−√B)."""
 ALONE = 1.2
 """Squared ratio of residual to noise up to which the likelihood of free runs counts without a test on blocks."""
 
 
 def hypotheses(parts: Sequence[Part]) -> int:
-    """Number of candidates for Bonferroni's correction: forms of one effect, each contained in the next, are one."""
+    """Number of candidates for Bonferroni's correction; nested forms of one effect count once."""
     return len({(p.kind, p.on) for p in parts})
 
 
 def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
-    """Number of hypotheses among which the effects that a model has more than another were chosen.
+    """Number of hypotheses among which the additional effects of a model were chosen.
 
-    Of so many candidates, every set of as many; of an effect with an unknown period, each that the log can resolve.
+    It counts every set of as many of the candidates, and for an effect with an unknown period each resolvable period.
     """
     known = {(p.kind, p.on) for p in before.trial.parts}
     added = [
@@ -47,7 +47,7 @@ def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
 
 
 def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: float) -> float:
-    """Probability by free runs, or by the force residual where free runs leave doubt (weighted Bonferroni)."""
+    """P-value by free runs, or also by the force residual if that by free runs is too large (weighted Bonferroni)."""
     few = len(after.search.record.start) < credit.SIGNED
     share = FORCE_SHARE_OF_FEW if few else FORCE_SHARE
     free = min(1.0, p / (1 - share))
@@ -60,11 +60,11 @@ def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidat
 
 
 def whiteness(search: Search, fit: Fit) -> float:
-    """Share of the residuals that count as independent; 0 far from the noise, where no likelihood holds.
+    """Share of the residuals that count as independent; 0 far from the noise, where the likelihood is not valid.
 
-    A wrong model form leaves one error in a segment, however many samples the segment spans. So only the noise's share
-    of the squared residual counts: at three times the noise a ninth of the residuals, and the likelihood gain must be
-    nine times as large. This is a cautious count and no quasi-likelihood, whose dispersion `segment_losses` holds.
+    A wrong model form gives one error per segment, whatever the number of samples. So only the noise's share of the
+    squared residual counts: at three times the noise a ninth of the residuals, so that the likelihood gain must be nine
+    times as large. This is more cautious than a quasi-likelihood, whose dispersion is in ``segment_losses``.
     """
     near = near_noise(fit, noise_assumed(search, fit))
     return independent_share(fit) / dispersion(search, fit) if near else 0.0
@@ -76,6 +76,6 @@ def dispersion(search: Search, fit: Fit) -> float:
 
 
 def noise_assumed(search: Search, fit: Fit) -> float:
-    """Noise that a fit assumes over that of the measurement; the largest ratio of its joints."""
+    """Ratio of the noise that a fit assumes to the measurement noise; the largest of its joints."""
     joints = list(fit.runner.record.joints or [0])
     return float(np.max(fit.runner.record.noise[joints] / search.record.noise[joints]))

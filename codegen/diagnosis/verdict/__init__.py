@@ -1,1 +1,1 @@
-"""From the outcome of forward selection to the answer: held-out checks, adopted values, words, augmented spec."""
+"""The verdict from the outcome of forward selection: held-out checks, adopted values, words, augmented spec."""

@@ -1,9 +1,9 @@
-"""Which refitted parameter values are adopted, chosen by cross-validation on blocks of the training log.
+"""Adoption of refitted parameter values, by cross-validation on blocks of the training log.
 
-Free-run simulations alone are biased on a real machine: an unmodelled force acts like noise on the input, and the
-inertia estimate grows. So the values are estimated from three tempered likelihoods (free runs, force residual, both),
-with the tolerances as Gaussian prior, and each estimate again without each block of the log: its errors there, by force
-residual and by free run, are compared.
+Free-run simulations alone are biased on a real machine: an unmodelled force acts like noise on the input and increases
+the inertia estimate. So the values are estimated from three tempered likelihoods (free runs, force residual, both),
+with the tolerances as Gaussian prior. Each estimate is repeated without each block of the log, and its errors on that
+block by force residual and by free run are compared.
 """
 
 from __future__ import annotations
@@ -36,15 +36,16 @@ from codegen.diagnosis.results import Fact, ParameterError
 from codegen.mechanics.system import System
 
 LINEARISED = 4
-"""Times that the force residual is linearised again about its own estimate."""
+"""Repeated linearisations of the force residual about its own estimate."""
 SAME = 0.01
-"""Relative change of an error that counts as no change."""
+"""Relative change of an error that is ignored."""
 DOUBTFUL = 2.0
-"""Deviation in tolerances above which a value must improve both criteria by itself, by more than ``SAME``."""
+"""Deviation in tolerances above which a value alone must improve both criteria by more than ``SAME``."""
 AWAY = 3.0
 """Deviation in tolerances above which a value is reported as a parameter error; 0.3 % of a Gaussian lies beyond."""
 ALIKE = 0.25
-"""Share of a parameter's deviation by which another grows, when the first is fixed, to count as its substitute."""
+"""Least increase of another parameter's deviation, if a parameter is fixed, at which it counts as a substitute, over
+the parameter's deviation."""
 AGAIN, SETTLED = 5, 0.1
 """Most fits about values beyond a limit, and the change in standard errors at which they have settled."""
 HALF_WIDTH = float(norm.ppf(0.5 + CONFIDENCE / 2))
@@ -94,9 +95,10 @@ class Refit:
     """The adopted values of a refit.
 
     Attributes:
-        deviation: (p,) standard errors of the values. levels: (p,) the best values with nothing else than levels moved.
+        deviation: (p,) standard errors of the values.
+        levels: (p,) the best values if only levels are refitted.
         errors: parameters that differ from their declared values by more than their tolerance explains.
-        notes: changes that free runs alone would make and that are not adopted.
+        notes: changes by free runs alone that are not adopted.
     """
 
     names: tuple[str, ...]
@@ -112,15 +114,15 @@ class Refit:
 
 
 def adopt_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
-    """Choose the values of levels and toleranced parameters for a fit whose effects ``system`` has, and which stay."""
+    """Choose the values of levels and toleranced parameters for a fit; ``system`` has its effects, which are fixed."""
     return CrossValidation(search, fit, problem, system).adopted()
 
 
 def settled_values(search: Search, fit: Fit, problem: Problem, system: System) -> Refit:
-    """The values of ``adopt_values``, estimated about themselves where one lies beyond a limit of the fit.
+    """The values of ``adopt_values``, estimated again at themselves if one exceeds a limit of the fit.
 
-    A motion is not linear in a mass over so long a way, and the residual that a wrong mass has left made the tolerances
-    look better than they are.
+    A motion is not linear in a mass over such a distance, and the residual of a wrong mass gave the tolerances too much
+    weight.
     """
     adopted = adopt_values(search, fit, problem, system)
     away = np.abs(adopted.values - adopted.declared) * np.sqrt(search.prior_precision)
@@ -142,7 +144,8 @@ class CrossValidation:
     """Estimates of the refitted values, compared by cross-validated force and free-run errors, for one set of effects.
 
     Attributes:
-        fit: whose effects stay. system: declared values with those effects.
+        fit: its effects are fixed.
+        system: declared values with those effects.
     """
 
     search: Search
@@ -151,14 +154,14 @@ class CrossValidation:
     system: System
 
     def adopted(self) -> Refit:
-        """The best values: of levels first, then of all, less changes that are not justified."""
+        """The best values: first of levels, then of all, without unjustified changes."""
         levels = self.best([self.unmoved, *(self.map_estimate(s, self.is_level) for s in self.sources)])
         chosen = levels
         if not self.is_level.all():
             every = np.ones(self.count, dtype=bool)
             chosen = self.best([levels, *(self.map_estimate(s, every) for s in self.sources)])
         justified, errors = self.justified(chosen)
-        if justified is not chosen:  # the remaining changes may no longer be an improvement
+        if justified is not chosen:  # the remaining changes may be no improvement
             chosen = self.best([levels, justified])
             errors = errors if chosen is justified else ()
         names, notes = tuple(s.name for s in self.search.moved), tuple(self.refused(chosen))
@@ -191,7 +194,7 @@ class CrossValidation:
         return self.map_estimate(nothing, np.zeros(self.count, dtype=bool))
 
     def map_estimate(self, source: Information, moves: Flags) -> MapEstimate:
-        """The MAP estimate by one likelihood where only some values may move, with its cross-validated score."""
+        """The MAP estimate by one likelihood with only the values ``moves`` free, and its cross-validated score."""
         values = self._solved(source.matrix.sum(axis=0), source.vector.sum(axis=0), moves)
         without = [
             self._solved(np.delete(source.matrix, k, 0).sum(axis=0), np.delete(source.vector, k, 0).sum(axis=0), moves)
@@ -221,7 +224,7 @@ class CrossValidation:
         return np.asarray(np.abs(chosen.values - self.search.declared) * np.sqrt(self.search.prior_precision))
 
     def justified(self, chosen: MapEstimate) -> tuple[MapEstimate, tuple[ParameterError, ...]]:
-        """The estimate without deviations beyond ``DOUBTFUL`` that do not improve both criteria; and remaining ones."""
+        """The estimate without deviations beyond ``DOUBTFUL`` that do not improve both criteria; parameter errors."""
         while True:
             far, errors = self.distance(chosen), []
             for k in (int(k) for k in np.argsort(far) if far[k] > DOUBTFUL):
@@ -235,7 +238,7 @@ class CrossValidation:
                 return chosen, tuple(errors)
 
     def _with_declared(self, chosen: MapEstimate, k: int) -> tuple[list[int], MapEstimate]:
-        """The estimate with parameter ``k`` as declared, and with those others that would move in its place."""
+        """The estimate with parameter ``k`` and those that would change in its place as declared; their indices."""
         far, moves = self.distance(chosen), chosen.moves.copy()
         moves[k] = False
         alone = self.map_estimate(chosen.source, moves)
@@ -246,7 +249,7 @@ class CrossValidation:
         return [k, *(int(j) for j in np.flatnonzero(others))], self.map_estimate(chosen.source, moves)
 
     def refused(self, adopted: MapEstimate) -> list[Fact]:
-        """Deviations beyond ``DOUBTFUL`` that free runs alone ask for and that are not adopted."""
+        """Facts on deviations beyond ``DOUBTFUL`` by free runs alone that are not adopted."""
         kept = self.distance(adopted)
         alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
         far, facts = self.distance(alone), []
@@ -284,9 +287,9 @@ class CrossValidation:
         )
 
     def _interval(self, chosen: MapEstimate, k: int) -> tuple[float, float]:
-        """95 % interval of a wrong value: the hull of that with its tolerance as prior, which pulls, and that without.
+        """95 % interval of a wrong value: the hull of those with and without its tolerance as prior.
 
-        Neither is narrower than by the sandwich covariance of the fit, which holds for errors of the model as well.
+        Neither is narrower than by the sandwich covariance of the fit, which is also valid with model errors.
         """
         without = self.search.prior_precision.copy()
         without[k] = 0.0
@@ -308,7 +311,7 @@ class CrossValidation:
         return [0.5 * (found[s.name][1][1] - found[s.name][1][0]) for s in self.search.moved]
 
     def _solved(self, matrix: Array, vector: Array, moves: Flags, prior: Array | None = None) -> Array:
-        """(p,) the values of the least quadratic loss with the prior, by default that of the tolerances."""
+        """(p,) values of the least quadratic loss with a prior, by default that of the tolerances."""
         values = self.search.declared.copy()
         if moves.any():
             prior_precision = (self.search.prior_precision if prior is None else prior)[moves]
@@ -362,7 +365,7 @@ class CrossValidation:
 
     @cached_property
     def _by_force(self) -> Information:
-        """By the force residual, linearised about the values that it gives where it is over a drive gain."""
+        """Information of the force residual; if it is divided by a drive gain, linearised about its own estimate."""
         declared, every = self.search.declared, np.ones(self.count, dtype=bool)
         found = self._information(self._rows, declared)
         for _ in range(LINEARISED if any(rows.gain.any() for rows in self._rows) else 0):
@@ -371,7 +374,7 @@ class CrossValidation:
         return found
 
     def _information(self, about: Sequence[ForceRows], values: Array) -> Information:
-        """Information of rows that are linearised about some values."""
+        """Information of rows that are linearised about ``values``."""
         p = self.count
         matrix, vector = np.zeros((BLOCKS, p, p)), np.zeros((BLOCKS, p))
         free = np.ones(p, dtype=bool)

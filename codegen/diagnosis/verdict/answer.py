@@ -1,7 +1,7 @@
-"""The verdict of a diagnosis with its models, and the last check of a model: on held-out data.
+"""The verdict of a diagnosis with its models, and the last check of a model on held-out data.
 
-There it may be worse neither than the declared model nor than the refit. The held-out log does not choose; it can only
-refuse options, whose order the training log determined.
+On these it may be worse neither than the declared model nor than the refit. The held-out log chooses nothing; it can
+only refuse options, whose order is by the training log.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from codegen.mechanics.system import System
 
 FORCE, RUN = "residual force", "simulation error"
 REFIT_WORSE = 0.05
-"""Share by which an effect may increase either error over the refit without it; noise can make that much."""
+"""Share by which an effect may increase either error over that of the refit, which noise can cause."""
 FALLS = float(np.sqrt(1 - LEAST_SHARE))
-"""Ratio of errors up to which one falls: of force errors, so that free runs that are worse by chance do not refuse."""
+"""Ratio of errors up to which an error counts as smaller."""
 
 UNSEEN = 1e-3
-"""Relative change of both errors up to which an effect does not act on the held-out data."""
+"""Relative change of both errors up to which an effect counts as not acting on the held-out data."""
 
 Measured = Callable[[System], ErrorFigures]
 """Errors of a system on held-out data."""
 Option = tuple[str, System]
-"""A model that may be written, described for a reader."""
+"""A model that may be written, with its description."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +40,8 @@ class Answer:
     """A verdict and the systems that go with it.
 
     Attributes:
-        effects: those that the verdict names, credited or not.
-        refit, augmented: the system with refitted values, and that with the effects added to it.
+        effects: the effects of the verdict, credited or not.
+        refit, augmented: the system with refitted values, and the same with the effects.
         figures: errors of the declared, refit and augmented model on held-out data.
         errors: parameter errors in the model that is written.
         against: why the effects are not credited, the decisive reason first.
@@ -59,7 +59,7 @@ class Answer:
 
     @property
     def adopted(self) -> System | None:
-        """The system whose values are written into the spec; None where the spec stays as it is."""
+        """The system whose values are written into the spec; None if the spec is unchanged."""
         if self.verdict == "unfit":
             return None
         return self.augmented if self.verdict == "effect" else self.refit
@@ -71,7 +71,7 @@ class Refusal:
 
     Attributes:
         option: its values, in words.
-        worse: criterion → error over that model's; empty where no error is enough smaller.
+        worse: criterion → error over that model's; empty if the reason is that no error is sufficiently smaller.
     """
 
     option: str
@@ -85,10 +85,10 @@ class Refusal:
 
 
 def merged(refusals: Sequence[Refusal], say: Literal["against", "written"] = "against") -> tuple[Fact, ...]:
-    """Refusals in words, those by the same test as one fact; that of most options first.
+    """Refusals in words, one fact for each test; that of most options first.
 
     Args:
-        say: against an effect, or of values that are not written.
+        say: whether the refusals are against an effect, or of values that are not written.
     """
     tests: dict[tuple[str, tuple[str, ...]], list[Refusal]] = {}
     for one in refusals:
@@ -108,7 +108,7 @@ class Admitted:
     """The first option that held-out data do not refuse.
 
     Attributes:
-        option: None where all are refused; ``figures`` are then of the first.
+        option: None if all are refused; ``figures`` are then of the first.
         refusals: of the options before it.
     """
 
@@ -118,7 +118,7 @@ class Admitted:
 
     @property
     def remarks(self) -> tuple[Fact, ...]:
-        """What held-out data refuse of the values, with what is written instead."""
+        """Facts on values that held-out data refuse, with the values that are written instead."""
         facts = merged(self.refusals, "written")
         if not facts or self.option is None:
             return facts
@@ -138,13 +138,13 @@ def admitted(
     """Check the options in their order on held-out data.
 
     Args:
-        refit: errors of the model without the effects; an option may exceed them by at most the share ``most``;
-            where that is negative it must be better by so much. The sum over a few restarted runs also grows by
-            chance: where it may be that, and the force error falls, it refuses no effect. With effects, an error must
-            fall below that of the declared model too (``gains_nothing``).
-        shown: function that says whether the effect acts on these data; called only where nothing is gained.
-        acting: coordinates on which the effects act, index → name; on these alone an option is judged too. What
-            refitted values gain on other joints of an arm must not pay for an effect that makes its own joint worse.
+        refit: errors of the model without the effects, which an option may exceed by at most the share ``most``; if
+            that is negative, it must be better by so much. The free-run error over a few restarts may increase by
+            chance; then it refuses no effect if the force error decreases. With effects, an error must also be smaller
+            than that of the declared model (``gains_nothing``).
+        shown: function that returns whether the effect acts on these data; called only if nothing is gained.
+        acting: index → name of the coordinates on which the effects act; an option is also judged on these alone, so
+            that refitted values of other joints do not compensate for an effect that makes its own joint worse.
     """
     refusals: list[Refusal] = []
     tried: list[ErrorFigures] = []
@@ -175,9 +175,9 @@ def refusal(
     most: float,
     shown: Callable[[], bool],
 ) -> Refusal | None:
-    """Why held-out data refuse an option with these errors, of some coordinates or (``where`` is empty) of all.
+    """The refusal of an option by its held-out errors on the coordinates ``where``, or on all if empty; else None.
 
-    None where they do not; arguments as of ``admitted``.
+    Other arguments are as of ``admitted``.
     """
     worse, model = worsened(figures, declared), "as declared"
     if refit is not None and most >= 0 and may_be_chance(worse, figures, declared):
@@ -194,12 +194,12 @@ def refusal(
 
 
 def worsened(figures: ErrorFigures, declared: ErrorFigures, most: float = SAME) -> dict[str, float]:
-    """Criterion → error over that of the declared model, where it is larger by more than a share ``most``."""
+    """Criterion → error over that of the declared model, if it is larger by more than the share ``most``."""
     return {name: ratio for name, ratio in _ratios(figures, declared).items() if ratio > 1 + most}
 
 
 def _ratios(figures: ErrorFigures, declared: ErrorFigures) -> dict[str, float]:
-    """Criterion → error over that of the declared model; NaN where none was measured."""
+    """Criterion → error over that of the declared model; NaN if it was not measured."""
     return {
         FORCE: _over(figures.force_rms_rows, declared.force_rms_rows),
         RUN: _over(figures.free_run_rmse_rows, declared.free_run_rmse_rows),
@@ -207,10 +207,10 @@ def _ratios(figures: ErrorFigures, declared: ErrorFigures) -> dict[str, float]:
 
 
 def gains_nothing(figures: ErrorFigures, declared: ErrorFigures, refit: ErrorFigures) -> bool:
-    """Whether an effect makes no error on held-out data smaller than the declared model does.
+    """Whether an effect reduces no held-out error compared with the declared model.
 
-    Neither falls by the share ``LEAST_SHARE`` of its square on any coordinate on which it differs from the refit's, nor
-    do both fall by ``SAME``.
+    No squared error decreases by ``LEAST_SHARE`` on any coordinate on which it differs from the refit's, and not both
+    errors decrease by ``SAME``.
 
     Args:
         refit: errors without the effect.
@@ -226,12 +226,12 @@ def gains_nothing(figures: ErrorFigures, declared: ErrorFigures, refit: ErrorFig
 
 
 def acts(figures: ErrorFigures, refit: ErrorFigures) -> bool:
-    """Whether an effect shows in held-out data: its errors differ from those of the same values without it."""
+    """Whether an effect acts on the held-out data: the errors differ from those of the same values without it."""
     return any(abs(ratio - 1) > UNSEEN for ratio in _ratios(figures, refit).values())
 
 
 def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: ErrorFigures) -> bool:
-    """Whether only the free runs are worse than another model's, perhaps by chance, and the force error falls."""
+    """Whether only the free-run error is larger than another model's, perhaps by chance, and the force error falls."""
     falls = _over(figures.force_rms_rows, other.force_rms_rows) <= FALLS
     return set(worse) == {RUN} and falls and not is_shown_worse(figures, other)
 
@@ -239,9 +239,8 @@ def may_be_chance(worse: Mapping[str, float], figures: ErrorFigures, other: Erro
 def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:
     """Whether the free runs of a model are worse than another's by more than chance, by a sign test on their parts.
 
-    On so few parts that it could not show it, whatever the errors, nothing shows either that it is chance: it counts as
-    shown. Of three parts, the fewest on which it can by the normal approximation, all are worse by chance one time in
-    eight, of four one in sixteen.
+    With so few parts that the test can never be significant, they count as worse. The test needs three parts by the
+    normal approximation; the probability that all are worse by chance is 1/8 for three parts and 1/16 for four.
     """
     parts, others = np.array(figures.free_run_parts), np.array(other.free_run_parts)
     if min(len(parts), len(others)) == 0 or random_signs(np.sqrt(len(parts))) > TIE_LEVEL:
@@ -252,7 +251,7 @@ def is_shown_worse(figures: ErrorFigures, other: ErrorFigures) -> bool:
 
 
 def _over(errors: Iterable[float], declared: Iterable[float]) -> float:
-    """RMS over coordinates of the ratio of errors, so that units do not matter; NaN where none was measured."""
+    """RMS over coordinates of the ratio of errors, which has no unit; NaN if none was measured."""
     ratios = [_ratio(a, b) for a, b in zip(errors, declared, strict=True) if not (np.isnan(a) or np.isnan(b))]
     return float(np.sqrt(np.mean(np.square(ratios)))) if ratios else float("nan")
 
@@ -264,7 +263,7 @@ def _ratio(error: float, declared: float) -> float:
 
 
 def _span(ratios: Sequence[float]) -> str:
-    """How much larger errors are than another model's, in words: one ratio, or from the least to the largest."""
+    """The ratios of errors to another model's in words: one ratio, or the least and the largest."""
     low, high = min(ratios), max(ratios)
     if not np.isfinite(high):
         return "infinitely larger (the simulation diverges)"

@@ -1,4 +1,4 @@
-"""From the outcome of forward selection to the answer: adopted values, checks of the effects, veto by held-out data."""
+"""Examination of the outcome of forward selection: adopted values, checks of the effects, refusal by held-out data."""
 
 from __future__ import annotations
 
@@ -50,13 +50,15 @@ def examine(
 ) -> tuple[Answer, Outcome]:
     """Adopt values, check the effects, and refuse a model that is worse on held-out data than the declared one.
 
-    Candidates that tie, and that held-out data tell from another one of them, are left out first (``without_refused``).
-    If the first one of those that are left is refused, the next one is examined; a refused one is no rival.
+    Tied candidates that held-out data refuse are removed first (``without_refused``). If the first of the remaining
+    candidates is refused, the next one is examined; a refused one is no rival.
 
     Args:
-        final_search: on whose segments the last fit of the outcome was made. problem: the declared system on the log.
-        verdict: of forward selection. measured: errors of a system on held-out data.
-        held_out: the declared system on these; None where they tell no candidates apart.
+        final_search: the search of the outcome's last fit.
+        problem: the declared system on the log.
+        verdict: of forward selection.
+        measured: errors of a system on held-out data.
+        held_out: the declared system on these; None if they are not used to distinguish candidates.
 
     Returns:
         The answer, and the outcome that it belongs to.
@@ -99,7 +101,7 @@ def examine(
 def spared(
     chosen: Admitted, names: Sequence[str], system: System, declared: ErrorFigures, measured: Measured
 ) -> tuple[Admitted, frozenset[str]]:
-    """The option, with parameters reset to their declared values on joints that it makes worse, and their names.
+    """The option with the declared values of parameters on joints that it makes worse, and the names of these.
 
     Refitted values of an arm may reduce the held-out error over all joints and increase it on one joint. A parameter
     that appears in the equations of such joints only keeps its declared value, unless that increases an error over all
@@ -130,10 +132,10 @@ def spared(
 
 
 def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, measured: Measured) -> Answer:
-    """An answer that names no effect, with its wrong values estimated about themselves; another one as it is.
+    """An answer without effects, with its wrong values estimated again at themselves; other answers unchanged.
 
-    Its effects were compared with values that are linear about the limits: an inertia error and a mass that is wrong
-    are one motion, and the tolerances speak for the effect.
+    The effects were compared with values linearised about the limits, where the tolerances favour an effect: an inertia
+    error and a wrong mass are one motion.
     """
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
@@ -201,7 +203,7 @@ def _judged(
     acting = {i: problem.system.positions[i].name for i in places}
     declared, without, worse = references(plain, options[0][1], problem, settled)
     chosen = admitted(options, declared, measured, without, worse, shown, acting)
-    if chosen.option is None and settled and agrees:  # what lets free runs decide alone refuses nothing by itself
+    if chosen.option is None and settled and agrees:  # the force agrees too: the usual references
         declared, without, worse = references(plain, options[0][1], problem)
         chosen = admitted(options, declared, measured, without, worse, shown, acting)
     if chosen.option is None:
@@ -219,12 +221,11 @@ def _judged(
 def references(
     plain: Answer, augmented: System, problem: Problem, settled: bool = False
 ) -> tuple[ErrorFigures, ErrorFigures, float]:
-    """Held-out errors as declared and of the refit, to compare a model's with, and by how much these may be exceeded.
+    """Held-out errors of declared model and refit as references, and the share by which these may be exceeded.
 
-    The motion of a load behind a spring is computed from differentiated noise: there, and where free runs have
-    ``settled`` the question, their squared error alone must fall by ``LEAST_SHARE``. The refit's force residual is
-    divided by the share of the drive force that the model's friction leaves, which amplifies the noise of the
-    acceleration alike.
+    The force residual of a load behind a spring is differentiated noise. For it, and if free runs have ``settled`` the
+    question, only the squared free-run error must decrease, by ``LEAST_SHARE``. The refit's force residual is divided
+    by the share of the drive force that the model's friction leaves, which amplifies the noise of the acceleration too.
     """
     declared, refit = plain.figures[:2]
     if augmented.transmissions or settled:
@@ -241,8 +242,8 @@ def _examined(
 ) -> tuple[Outcome, Fit, tuple[FoundEffect, ...], tuple[Fact, ...]]:
     """The outcome with the effects that are left, their final fit, its effects, and the objections against them.
 
-    Effects with objections, sought where ``strict``, are removed one at a time and the others fitted again. If all have
-    some, or those without are not credited over the refit, all effects are returned with the objections.
+    With ``strict``, effects with objections are removed one at a time and the others fitted again. If all have
+    objections, or those without are not credited over the refit, all effects are returned with the objections.
     """
     final = outcome.final
     while True:

@@ -30,11 +30,10 @@ from codegen.diagnosis.selection.ranking import CLOSE
 from codegen.diagnosis.verdict.adoption import adopt_values
 
 LEVEL = 10.0
-"""RMS to which the residual of the model without effects is scaled.
-
-It is far above 1, where the loss of a block is logarithmic, so each block counts by the ratio of its residuals."""
+"""RMS to which the residual of the model without effects is scaled: far above 1, where the loss of a block is
+logarithmic, so that each block counts by the ratio of its residuals."""
 FIXED = 1e-9
-"""Prior deviation, in sizes of a parameter, of the values of effects in free runs in which they stay."""
+"""Prior deviation, in sizes of a parameter, of the values of effects that are fixed in free runs."""
 STEPS, DAMPED = 5, 4
 """Most Gauss–Newton steps, and most attempts at one step with increasing damping."""
 
@@ -76,7 +75,7 @@ class ForceFits:
 
     @cached_property
     def adopted(self) -> Array:
-        """Values (p,) of levels and toleranced parameters that free runs and force residual together choose."""
+        """(p,) adopted values of levels and toleranced parameters, by free runs and force residual."""
         values = adopt_values(self.search, self.base, self.problem, self.search.system)
         return np.array(values.values, dtype=float)
 
@@ -86,16 +85,16 @@ class ForceFits:
         return self.fit(self.search.declared_trial, self.adopted)
 
     def nearly_alike(self, one: Fit, best: Fit) -> bool:
-        """Whether both what two fits leave of the squared residual and what they remove differ by little.
+        """Whether two fits differ little in both the remaining and the removed squared residual.
 
-        A log is long enough to show any difference between two models that are both a little wrong. It then does not
-        tell which effect acts, but which one also imitates part of what neither describes.
+        A long log shows any difference between two slightly wrong models. Then it does not show which effect acts, but
+        which one also imitates part of what neither describes.
         """
         plain, less, most = (float(fit.by_segment.sum()) for fit in (self.plain, one, best))
         return less <= CLOSE * most and plain - most <= CLOSE * (plain - less)
 
     def _forces(self, trial: Trial, theta: Array) -> Array:
-        """Residual over the drive force that the values leave: a weaker drive makes every force smaller."""
+        """The residual divided by the drive gain of the values, since a weaker drive makes every force smaller."""
         model, motion = model_of(trial, theta), self.problem.motion
         if moves_measurement(trial):
             forces = residual_at_drive(model, motion)
@@ -129,9 +128,9 @@ class ForceFits:
         return np.array([np.pad(block, (0, longest - len(block))) for block in joined])
 
     def where_they_differ(self, one: Fit, other: Fit) -> tuple[Fit, Fit]:
-        """Two fits to the force, without the residuals of joints on which they have the same effects.
+        """Two fits to the force, restricted to the joint on which their effects differ.
 
-        As they are where they differ on more than one joint, and for a machine that is simulated as a whole.
+        Unchanged if they differ on more than one joint, or for a machine that is simulated as a whole.
         """
         joint = joint_of_difference(self.search, one, other)
         if joint is None:
@@ -172,8 +171,8 @@ class ForceFits:
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
 
-        Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``; over a
-        drive force that these change, they are not.
+        Forces are linear in the refitted levels and parameters, so their derivatives are taken from ``before``, unless
+        the residual is divided by a drive gain that depends on them.
         """
         slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
         for k in range(len(slopes), len(theta)):
@@ -187,12 +186,12 @@ class ForceFits:
         return self.fit(*fit.trial.without(fit.theta, index))
 
     def run(self, fit: Fit, joint: int | None = None) -> Fit:
-        """Free runs with the effects of a fit as they are, and levels, toleranced values and start states fitted.
+        """Free runs with fixed effects of a fit, and fitted levels, toleranced values and start states.
 
-        A level or a mass of the force residual may put free runs far off, whatever effects they have.
+        A level or a mass by the force residual may be far off for free runs, whatever the effects.
 
         Args:
-            joint: the one that is run, of an arm that is simulated joint by joint; all if not given.
+            joint: the simulated joint of an arm that is simulated joint by joint; all by default.
         """
         record = self.search.record if joint is None else replace(self.search.record, joints=(joint,))
         runner = replace(fit.runner, record=record)

@@ -1,7 +1,6 @@
 """Forward selection by fits to the force residual, judged on held-out blocks and confirmed by free runs.
 
-Free runs confirm with the values of effects found this way, and with levels, toleranced values and start states that
-suit them best.
+For confirmation, free runs use these values of the effects, and refitted levels, toleranced values and start states.
 """
 
 from __future__ import annotations
@@ -35,8 +34,8 @@ from codegen.effects import CATALOGUE
 
 FITTED = 8
 """Number of candidates that are fitted: those with the least residual after linear least squares from their start, over
-the square of the drive force that they leave. Candidates that start with much less drive force are fitted in addition:
-such a start makes every force small, and says little of what their fit will leave."""
+the square of the drive force that they leave. Candidates that start with much less drive force are fitted in addition,
+since such a start makes every force small."""
 ELSEWHERE = 0.2
 """Least share of the remaining squared residual that a further effect must remove, if it depends on another variable
 than those found. If it depends on the same variable it may only correct a misfit of their form, and must remove
@@ -48,10 +47,11 @@ class ForceSelection:
     """Effects that are credited by the force residual and confirmed by free runs.
 
     Attributes:
-        fit: to the force residual, with all of them. run: ``ForceFits.run`` of ``fit``.
-        explained: share of the squared free-run error that they remove.
-        rounds: for each round its candidates, the best first, and the effects found before. rivals: of the first
-            effect.
+        fit: to the force residual, with all effects.
+        run: ``ForceFits.run`` of ``fit``.
+        explained: share of the squared free-run error that the effects remove.
+        rounds: for each round its candidates, the best first, and the effects found before.
+        rivals: of the first effect.
     """
 
     fits: ForceFits
@@ -73,11 +73,12 @@ def selected_by_force(
     report_progress: Callable[[float], None],
     tell: Callable[[Fact], None] = lambda fact: None,
 ) -> ForceSelection | None:
-    """Forward selection by the force residual, confirmed by free runs; None where no effect is credited.
+    """Forward selection by the force residual, confirmed by free runs; None if no effect is credited.
 
     Args:
-        base: the refit of the declared structure by free runs. problem: the declared system on the log's motion.
-        tell: called with a fact on the effects that the force residual credits, where free runs confirm none.
+        base: the refit of the declared structure by free runs.
+        problem: the declared system on the log's motion.
+        tell: called with a fact on the effects that the force residual credits, if free runs confirm none.
     """
     fits = ForceFits(search, problem, base)
     fit = plain = fits.plain
@@ -89,7 +90,7 @@ def selected_by_force(
             progress = partial(lambda done, share: report_progress((done + share) / most), len(rounds))
             ranked = force_round(fits, fit, joint, progress)
             rounds.append(LaterRound(fit.trial.parts, tuple(ranked)))
-            # Rivals are named of the first effect alone: another joint's effect that has some is not credited.
+            # Rivals are reported for the first effect only; another joint's effect with rivals is not credited.
             is_tied = fit.trial.parts and not turn and ties(search, ranked)
             if not ranked or ranked[0].why_not or is_tied:
                 break
@@ -115,10 +116,10 @@ def selected_by_force(
 def force_round(
     fits: ForceFits, plain: Fit, joint: int | None, report_progress: Callable[[float], None]
 ) -> list[Ranked]:
-    """Add to a fit each of the candidates that start best (see ``FITTED``), and rank these: credited ones first.
+    """Add to a fit each of the candidates with the best starts (see ``FITTED``), and rank these: credited ones first.
 
-    Of an arm that is simulated joint by joint, those at one ``joint``; else that is None. Of several forms of one
-    effect, the simplest is kept that fits as well and is credited, if any is.
+    ``joint``: of an arm that is simulated joint by joint, the joint of the candidates; else None. Of several forms of
+    one effect, the simplest that fits as well and is credited is kept, if any is.
     """
     taken = {(p.kind, p.on) for p in plain.trial.parts}
     parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken and joint_of(fits.search, p) == joint]
@@ -138,15 +139,15 @@ def force_round(
 
 
 def drive_kept(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> float:
-    """Share of a fit's drive force that is left with these values of a trial; the least over coordinates."""
+    """Share of a fit's drive force that remains with these values of a trial; the least over coordinates."""
     return float(np.min(drive_shares(model_of(trial, theta), plain.model, fits.problem.motion, fits.problem.used)))
 
 
 def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> Fit:
     """The fit of a trial that has one part more than a fit, from ``theta``.
 
-    The trial contains the model without the part. So a fit that ends above it has lost its way from values that were
-    too far off; it is repeated from the start at which only friction levels follow the part.
+    The trial contains the model without the part. So a fit with a larger cost has diverged from a bad start; it is
+    repeated from a start at which only friction levels are adjusted to the part.
     """
     fit = fits.fit(trial, theta)
     if fit.cost <= plain.cost:
@@ -159,10 +160,10 @@ def fit_in_addition(fits: ForceFits, plain: Fit, trial: Trial, theta: Array) -> 
 def judged(fits: ForceFits, plain: Fit, found: Fit, candidates: int) -> Ranked:
     """A candidate with its evidence from the force residual over a fit without it, and the reason if not credited.
 
-    An effect that reduces the drive force reduces the residual in proportion; only a larger reduction counts. By a
-    constant factor, such as friction in proportion to the drive leaves, the residual is divided already
-    (``residual_at_drive``). The share removed on held-out blocks is limited to the share that the fit to all blocks
-    removes, since the correction of the fit for a held-out block is linear.
+    An effect that reduces the drive force reduces the residual in proportion, so only a larger reduction counts. The
+    residual is already divided by a constant factor on the drive, as by friction in proportion to it
+    (``residual_at_drive``). The share removed on held-out blocks is at most that of the fit to all blocks, since the
+    correction of the fit for a held-out block is linear.
     """
     joint = joint_of(fits.search, found.part)
     known = [p for p in plain.trial.parts if joint_of(fits.search, p) == joint]
@@ -201,7 +202,7 @@ def _has_twin_elsewhere(search: Search, part: Part) -> bool:
 def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
     """The fit with a simpler form of each effect whose interval includes zero in a form with more parameters.
 
-    If a form has more parameters than the log determines, all of them become uncertain, also the size of the effect.
+    If a form has more parameters than the log determines, all become uncertain, including the size of the effect.
     """
     trial, (moved, values) = fit.trial, fit.values
     named = named_effects(trial.parts, estimate(fit), fit.model)
@@ -217,9 +218,9 @@ def in_determined_forms(fits: ForceFits, fit: Fit) -> Fit:
 
 
 def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
-    """The fit without effects that are credited in the form of ``before`` and not in their simpler one here.
+    """The fit without effects that are credited in the form of ``before`` and not in their simpler form here.
 
-    A curve over speed may stand for another missing force; a line in its place may then explain nothing.
+    A curve over speed may imitate another missing force; a line in its place may then explain nothing.
     """
     for k, part in enumerate(fit.trial.parts):
         if part not in before.trial.parts:
@@ -234,15 +235,15 @@ def still_credited(fits: ForceFits, before: Fit, fit: Fit) -> Fit:
 
 
 def best_first_effect(fits: ForceFits, fit: Fit, leading: Sequence[Ranked]) -> tuple[Fit, list[Ranked]]:
-    """Repeat the choice between tied first effects with the later effects in the model: the best fit, and what ties.
+    """Repeat the choice between tied first effects with the later effects in the model.
 
-    Without the later effects, the residual that these explain may have hidden the difference between the first ones.
+    Without the later effects, their residual may have hidden the difference between the first ones.
 
     Args:
         leading: the best candidate of the first round and its rivals.
 
     Returns:
-        The fit with the best of them; the best, followed by those that still tie with it.
+        The best fit, and its first effect followed by those that still tie with it.
     """
     _, *later = fit.trial.parts
     if len(leading) < 2 or not later:
@@ -265,9 +266,9 @@ def with_first(fits: ForceFits, fit: Fit, one: Ranked) -> Fit:
 
 
 def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
-    """The fit and its free runs, without the effects whose removal does not make free runs significantly worse.
+    """The fit and its free runs, without effects whose removal does not make free runs significantly worse.
 
-    Levels and toleranced values are nuisance parameters here: both sides of a comparison have those that suit them.
+    Levels and toleranced values are nuisance parameters, refitted on both sides of a comparison.
     """
     while parts := fit.trial.parts:
         others = [fits.without(fit, k) for k in range(len(parts))]
@@ -285,12 +286,12 @@ def confirmed(fits: ForceFits, fit: Fit, run: Fit) -> tuple[Fit, Fit]:
 
 
 def evidence_of_blocks(before: Fit, after: Fit) -> Evidence:
-    """Evidence for the second fit from the residuals of both as they are, without a correction for held-out blocks."""
+    """Evidence for the second fit from the residuals of both fits, without a correction for held-out blocks."""
     return evidence(segment_losses(before.residual), segment_losses(after.residual), before.residual.shape[1])
 
 
 def _not_confirmed(plain: Fit, fit: Fit) -> Fact:
-    """What the force residual credits and free runs do not confirm."""
+    """The fact on effects that the force residual credits and free runs do not confirm."""
     named = named_effects(fit.trial.parts, estimate(fit), fit.model)
     effects = " and ".join(
         f"{e.kind} on {e.on} ({', '.join(f'{k} = {v:.3g} {e.units[k]}' for k, v in e.parameters.items())})"

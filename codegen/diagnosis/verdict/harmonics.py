@@ -1,7 +1,7 @@
 """Cogging with several harmonics: orders selected on the force residual over position, then fitted in free runs.
 
-A free run with one sine of the sum that slots, poles and eccentricity make diverges too soon to be fitted. The force
-residual is linear in the weights: orders are added one by one and judged on held-out blocks of the log.
+Cogging is a sum of sines by slots, poles and eccentricity; free runs with a single sine diverge too soon to be fitted.
+The force residual is linear in the weights, so that orders are added one by one and judged on held-out blocks.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ MOST_ORDER, MOST_WAVES = 120, 40
 COVERED, TURNS = 0.9, 1.5
 """Least share of a period that the log covers, and least number of periods that the motion travels."""
 MULTIPLES = 6
-"""A sine that was found may be a harmonic of a period up to this many times its own."""
+"""Largest multiple of a found sine's period that is tried as the period."""
 LEAST_SHARE = 0.2
 """Least share of the squared force residual that is explained on held-out blocks."""
 WORTH = 0.003
 """Least share of that residual that each further harmonic explains."""
 FAST = 3.0
-"""Multiple of the median speed above which samples are left out: harmonics pass too fast, and other forces act."""
+"""Multiple of the median speed above which samples are left out, since harmonics pass too fast."""
 REACH = 1.5
 """Highest frequency of a harmonic at the median speed, in cutoffs of the coarse filter."""
 DENSE = 2.2 * REACH * FAST
@@ -65,9 +65,9 @@ class Waves:
 
 
 def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[Outcome, Search]:
-    """The outcome with a cogging of several harmonics where free runs credit it, and the search of its last fit.
+    """The outcome with a cogging of several harmonics if free runs credit it, and the search of its last fit.
 
-    Its segments are short where the refit is far from the data: a rotor in steep cogging soon leaves the motion.
+    Its segments are short if the refit is far from the data, since free runs of a rotor in steep cogging soon diverge.
     """
     final_search = near = search
     base, final = outcome.base, outcome.final
@@ -104,7 +104,7 @@ def _is_sine(part: Part, on: str, richer: CoggingHarmonics) -> bool:
 
 
 def _best(periods: Sequence[float], system: System, problem: Problem, coordinate: int) -> Waves | None:
-    """The harmonics of the period that explains most, the shortest of equals; None where only one sine is left."""
+    """The harmonics of the period that explains most, the shortest of equals; None for a single sine."""
     residual = inverse_dynamics_residual(system, problem.motion)[:, coordinate]
     tried = (regress(problem, -residual, coordinate, period) for period in periods)
     found = [waves for waves in tried if waves is not None]
@@ -114,7 +114,7 @@ def _best(periods: Sequence[float], system: System, problem: Problem, coordinate
 
 
 def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> tuple[Array, System]:
-    """Refitted or declared values, whichever leave less force residual, and the system with them and kept effects."""
+    """Refitted or declared values, whichever have the smaller force residual, and the system with the kept effects."""
     own, found = fit.values
     some = replace(fit.trial, parts=tuple(fit.trial.parts[k] for k in kept))
     ways = [(values, some.model(values, [found[k] for k in kept])) for values in (own, search.declared)]
@@ -124,7 +124,7 @@ def _start(search: Search, fit: Fit, problem: Problem, kept: Sequence[int]) -> t
 def _periods(
     search: Search, outcome: Outcome, problem: Problem, coordinate: int, richer: CoggingHarmonics
 ) -> Iterator[float]:
-    """Periods to try: a whole turn of an angle, and multiples of the sines that were found or passed alone."""
+    """Periods to try: a whole turn of an angle, and multiples of the periods of single sines that were credited."""
     system, motion = search.system, problem.motion
     x, used = motion.positions[:, coordinate], motion.usable[1:] & motion.usable[:-1]
     span, way = float(np.ptp(x[motion.usable])), float(np.abs(np.diff(x))[used].sum())
@@ -208,7 +208,7 @@ def _held_out(grams: Array, used: Sequence[int]) -> float:
 
 
 def _adopted(search: Search, outcome: Outcome, before: Fit, richer: Fit) -> Outcome:
-    """The outcome with this fit as its last, and its effect among the candidates."""
+    """The outcome with a richer fit, and its effect among the candidates."""
     soft, base = search.with_noise_floor(before)
     after = soft.fitted_again(richer)
     one, ratio = nested_evidence_of(base, after), noise_ratio(after) / noise_ratio(base)

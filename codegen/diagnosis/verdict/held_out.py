@@ -1,7 +1,7 @@
 """Comparison on held-out data of candidates that the training log cannot distinguish; some of them may be refused.
 
-Two models may predict the same motion on the training log and different ones on the held-out log: a dead zone acts as a
-constant force while the input stays on one side of it.
+Two models may predict the same motion on the training log and different ones on the held-out log: a dead zone acts like
+a constant force while the input stays on one side of it.
 """
 
 from __future__ import annotations
@@ -37,19 +37,18 @@ WITHIN = 2.0
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Data that no fit has seen: the declared system on their motion, and errors of a system there."""
+    """Held-out data: the declared system on their motion, and errors of a system on them."""
 
     problem: Problem
     measured: Measured
 
     def refused(self, fits: Sequence[Fit]) -> dict[int, tuple[int, float]]:
-        """Of fits to other data, those that are refused here, each with the index of one that refuses it.
+        """The fits to other data that are refused: index → (index of a better fit, ratio of squared force residuals).
 
-        One is refused if another one makes neither error more than 1 % larger and leaves significantly less of the
-        force residual, at the level ``TIE_LEVEL`` over the number of comparisons, also of what remains of it when the
-        refused one's values move within ``WITHIN`` standard errors: a model whose values are open errs where the motion
-        goes further. Loads behind springs are not judged, since they are not measured. With each goes its squared force
-        residual over the other's.
+        A fit is refused if another one has neither error more than 1 % larger and a significantly smaller force
+        residual, at the level ``TIE_LEVEL`` over the number of comparisons. This must also hold after the refused fit's
+        values are adjusted within ``WITHIN`` standard errors, since uncertain values cause errors on a larger range of
+        motion. Loads behind springs are not judged, since they are not measured.
         """
         models = [fit.model for fit in fits]
         declared = self.problem.system.transmissions
@@ -69,9 +68,9 @@ class HeldOut:
         return found
 
     def _within_errors(self, fit: Fit) -> Array:
-        """(N, n) force residual of a fit less what levels explain and changes of its values within standard errors.
+        """(N, n) force residual of a fit after regression on levels and on its values within standard errors.
 
-        To first order, each value on its own: that is more than their joint region allows.
+        To first order, each value separately, which is a larger region than the joint one.
         """
         motion, model = self.problem.motion, fit.model
         clusters = (0, BLOCKS) if len(fit.residual) > BLOCKS else (0,)
@@ -88,12 +87,12 @@ class HeldOut:
 
 
 def tells(gain: ForceGain, level: float) -> bool:
-    """Whether the force residual tells a model from a rival, by more than what models far from the noise may differ."""
+    """Whether the force residual prefers a model to a rival, by more than models far from the noise may differ."""
     return gain.left < 1 / CLOSE and gain.p_of_rivals() <= level
 
 
 def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tuple[Outcome, tuple[Fact, ...]]:
-    """The outcome without those of its tied effects that held-out data refuse, if not all, and what is said of them."""
+    """The outcome without the tied effects that held-out data refuse, unless these are all, and the facts on them."""
     fits: list[Fit] = [outcome.final, *(in_place(search, outcome, r) for r in outcome.rivals)]
     refused = held_out.refused(fits)
     kept = [k for k in range(len(fits)) if k not in refused]
@@ -105,7 +104,7 @@ def without_refused(search: Search, outcome: Outcome, held_out: HeldOut) -> tupl
 
 
 def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> tuple[Fact, ...]:
-    """What is said of the fits that held-out data refuse (``HeldOut.refused``): the first effect of each tells them."""
+    """Facts on the fits that held-out data refuse (``HeldOut.refused``), which are named by their first effects."""
     names = [f"{part.kind} on {part.on}" for part in (fit.trial.parts[0] for fit in fits)]
     return tuple(
         Fact(
@@ -119,7 +118,7 @@ def in_words(fits: Sequence[Fit], refused: Mapping[int, tuple[int, float]]) -> t
 
 
 def only(motion: Motion, window: slice) -> Motion:
-    """A motion of which the samples outside a window are not used."""
+    """A motion with only the samples in a window marked as usable."""
     usable = motion.usable.copy()
     usable[: window.start] = False
     usable[window.stop :] = False

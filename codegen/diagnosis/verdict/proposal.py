@@ -1,4 +1,4 @@
-"""A sparse sum of terms for an unknown residual by PySINDy: a proposal for the reader, never part of a spec."""
+"""Proposal of a sparse sum of terms for an unknown residual, by PySINDy; it is never written into a spec."""
 
 from __future__ import annotations
 
@@ -15,15 +15,13 @@ from codegen.diagnosis.results import ProposedTerms
 from codegen.mechanics.system import System
 
 THRESHOLDS = (0.8, 0.5, 0.3, 0.2, 0.1, 0.05)
-"""Thresholds of STLSQ, over the RMS of the residual: terms with a smaller weight are dropped."""
+"""Thresholds of STLSQ over the RMS residual, below which terms are removed."""
 INNER = 0.7
 """Share of the training rows to which each threshold is fitted; the rest chooses the threshold."""
 WORTH = 0.02
 """Share of the residual that each further term must explain."""
 LEAST_ROWS = 50
-"""With fewer samples there is no proposal."""
-
-
+"""Least number of samples for a proposal."""
 Terms = dict[str, Callable[[Array], Array]]
 OVER_POSITION: Terms = {"{}": lambda q: q, "{}**2": lambda q: q**2, "{}**3": lambda q: q**3}
 OVER_ANGLE: Terms = {"sin({})": np.sin, "cos({})": np.cos}
@@ -37,7 +35,7 @@ OVER_VELOCITY: Terms = {
 
 
 def refuse_without_pysindy() -> None:
-    """Raise BadInput where PySINDy is not installed, before any work is done."""
+    """Raise BadInput if PySINDy is not installed, before any work is done."""
     if find_spec("pysindy") is None:
         raise BadInput(
             "--propose", "PySINDy is not installed", "`pip install 'stiction[sindy]'`, or no --propose", code="TOOL003"
@@ -51,7 +49,7 @@ def propose_terms(system: System, train: Problem, test: Problem, window: slice) 
     is of the held-out residual, in ``window`` of ``test``, which chose nothing.
 
     Raises:
-        BadInput: where PySINDy is not installed.
+        BadInput: if PySINDy is not installed.
     """
     refuse_without_pysindy()
     names, columns = _library(system, train)
@@ -97,6 +95,7 @@ def _sparse(columns: Array, residual: Array) -> Array:
 
 
 def _fitted(columns: Array, residual: Array, threshold: float) -> Array:
+    """(K,) weights by STLSQ with this threshold."""
     import pysindy
 
     size, height = np.sqrt((columns**2).mean(axis=0)), float(np.sqrt((residual**2).mean()))
@@ -109,6 +108,6 @@ def _fitted(columns: Array, residual: Array, threshold: float) -> Array:
 
 
 def _share(explained: Array, residual: Array) -> float:
-    """Share of the squared residual that is removed; negative where the residual grows."""
+    """Share of the squared residual that is removed; negative if the residual increases."""
     power = float((residual**2).sum())
     return 1 - float(((residual - explained) ** 2).sum()) / power if power > 0 else 0.0

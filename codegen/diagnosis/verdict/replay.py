@@ -1,4 +1,4 @@
-"""The generated tracking observer replayed over a log: a second, independent friction estimate."""
+"""Replay of the generated tracking observer over a log, as a second, independent friction estimate."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from codegen.spec.model import ObserverChoice, Spec
 DAMPING = 0.9
 MOST_SAMPLES = 60_000
 FASTEST = 0.15
-"""Largest bandwidth times sample time: well inside the stability limit of explicit Euler."""
+"""Largest bandwidth times sample time, well below the stability limit of explicit Euler."""
 
 
 def tracking_choice(system: System, motion: Motion, bandwidth: float) -> ObserverChoice:

@@ -19,7 +19,7 @@ from codegen.diagnosis.verdict.conclusion import acts_on, best_refused, changes_
 DOUBTFUL = ("jitter", "sample rate", "missing values", "repeated rows")
 """Preflight topics that can cause a residual by themselves."""
 IN_HEADLINE = 3
-"""Parameters of a single effect that the headline holds."""
+"""Most parameters of a single effect in the headline."""
 
 
 def statement(
@@ -35,9 +35,10 @@ def statement(
     """The verdict in words, with figures of the coordinate on which the first effect acts.
 
     Args:
-        left: remainder, by coordinate. rivals: of the first effect.
+        left: remainder of each coordinate.
+        rivals: of the first effect.
         refitted: name → value in the declared, refit and augmented model.
-        outcome: of the free-run fits; None where steady records were judged by their means, ``records`` of them.
+        outcome: of the free-run fits; None for a diagnosis of ``records`` steady records by their means.
     """
     system, material, findings = case.problem.system, case.material, case.findings["train"]
     most = worst(left, material)
@@ -114,7 +115,7 @@ def _facts(view: Mapping[str, Any]) -> Iterator[Fact]:
 
 
 def _said(topic: Topic, template: str, view: Mapping[str, Any], **more: Any) -> Fact:
-    """The fact that a template gives."""
+    """The fact of a template."""
     words, detail = (
         render(f"text/statement/{template}.j2", part=part, **{**view, **more}) for part in ("words", "detail")
     )

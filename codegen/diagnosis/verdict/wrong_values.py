@@ -1,10 +1,10 @@
-"""Declared values that may be wrong, as the rival explanation of missing effects.
+"""Wrong declared values as an alternative explanation to missing effects.
 
-Forward selection keeps toleranced parameters within a few tolerances, so that a missing effect is not hidden in them.
-Where several are wrong together, as by an unknown payload, an effect may imitate them. So where the refit ends at that
-limit, it is repeated with the tolerances as Gaussian prior alone. If that explains more than the effects did, or as
-much with fewer changes, effects are sought in addition to it. A value without a tolerance is not fitted; but the reader
-is told of one that alone would explain a residual that no effect explains.
+Forward selection keeps toleranced parameters within a few tolerances, so that they do not absorb a missing effect. If
+several are wrong together, as with an unknown payload, an effect may imitate them. So if the refit ends at that limit,
+it is repeated with the tolerances as Gaussian prior only. If that explains more than the effects, or as much with fewer
+changes, effects are searched in addition to it. A value without a tolerance is not fitted; one that alone would explain
+a residual that no effect explains is reported.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ MIRRORED = 0.1
 def released(search: Search, base: Fit, outcome: Outcome) -> tuple[Search, Fit] | None:
     """The search without limits of toleranced parameters, and its refit.
 
-    None where the refit did not end at a limit, or where no more than one effect explains the log as well.
+    None if the refit did not end at a limit, or if at most one effect explains the log as well.
     """
     freed = search.without_limits(base)
     if freed is None:
@@ -85,9 +85,9 @@ def _changes(search: Search, fit: Fit) -> int:
 
 
 def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
-    """The parameters that explain the log as well as the one effect of an outcome.
+    """Facts on parameters that explain the log as well as the single effect of an outcome.
 
-    A mass declared too small by ten tolerances and an inertia error are one motion; the reader may know better.
+    Example: a mass declared too small by ten tolerances and an inertia error are one motion.
     """
     freed = search.without_limits(base) if len(outcome.parts) == 1 else None
     if freed is None or _gain(freed[1], outcome.final) < -BETTER:
@@ -99,14 +99,14 @@ def equal_parameters(search: Search, base: Fit, outcome: Outcome) -> list[Fact]:
 
 
 def better_values(search: Search, outcome: Outcome) -> str:
-    """The values out of their tolerances that explain the log better than an outcome's effects; empty if none do.
+    """Values outside their tolerances that explain the log better than an outcome's effects, in words; else empty.
 
-    For effects whose values the force residual gave: free runs fit them again for this comparison. The values must be
-    better than no change at all too, and ``BETTER`` nats better than the effects, not only by their number. In a search
-    without limits the refit has such values already, and the effects must be better than that.
+    The effects have values by the force residual, and are fitted again by free runs for this comparison. The values
+    must also be better than no change, and ``BETTER`` nats better than the effects, not only fewer. In a search without
+    limits the refit has such values already, and the effects must be better than the refit.
 
     Args:
-        outcome: its last fit are free runs with its effects.
+        outcome: its last fit is of free runs with its effects.
     """
     base, final = outcome.base, search.fitted_again(outcome.final)
     if not np.isfinite(search.within):
@@ -132,10 +132,10 @@ def _far_values(search: Search, fit: Fit) -> str:
 
 
 def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) -> list[Fact]:
-    """The parameters that are written with another value although their tolerance allows the declared one.
+    """Facts on parameters that are written with another value although their tolerance allows the declared one.
 
-    Those whose interval excludes the declared value, where the change makes a ``material`` share of the drive force,
-    less those that the verdict calls wrong. ``fit`` is that in which the written values were found.
+    Their intervals exclude the declared value, the change is a ``material`` share of the drive force, and the verdict
+    does not report them as wrong. ``fit``: the fit of the written values.
     """
     written, declared = answer.adopted, problem.system
     if written is None:
@@ -170,11 +170,11 @@ def moved_values(answer: Answer, fit: Fit, problem: Problem, material: float) ->
 
 
 def turned_terms(answer: Answer, problem: Problem) -> list[Fact]:
-    """Terms of the declared force whose sign credited effects reverse along the log.
+    """Facts on terms of the declared force whose sign is reversed by credited effects.
 
-    A term T with the wrong sign and a missing force of −2 T are the same to every log, whatever effect has that force:
-    an offset for a weight, a spring for a spring, an asymmetry of the friction for a constant force. So the forces that
-    the effects add, each and together, are compared with −2 T, and the reader is asked to check the sign.
+    A term T with the wrong sign is equivalent to a missing force −2 T, whatever effect has that force: an offset for a
+    weight, a spring for a spring, an asymmetry of the friction for a constant force. So the forces of the effects, each
+    and together, are compared with −2 T.
     """
     written, motion = answer.augmented, problem.motion
     if answer.verdict != "effect" or written.transmissions:
@@ -184,15 +184,15 @@ def turned_terms(answer: Answer, problem: Problem) -> list[Fact]:
     together = [answer.effects] if len(answer.effects) > 1 else []
     groups: list[tuple[FoundEffect, ...]] = [*((one,) for one in answer.effects), *together]
     gained = [inverse_dynamics_residual(with_effects(plain, group), motion) - before for group in groups]
-    facts, told = [], set()
+    facts, reported = [], set()
     for k, x in enumerate(plain.positions):
         used = problem.used[:, k]
         for term, force in _terms_along(plain, k, problem):
             for group, added in zip(groups, gained, strict=True):
                 ratio = _mirrored(added[used, k], force[used])
-                if ratio is None or abs(term) in told:
+                if ratio is None or abs(term) in reported:
                     continue
-                told.add(abs(term))
+                reported.add(abs(term))
                 size, unit = float(np.sqrt(np.mean(force[used] ** 2))), plain.force_unit(k)
                 which = " and ".join(f"{one.kind} on {one.on}" for one in group)
                 facts.append(
@@ -215,7 +215,7 @@ def _terms_along(system: System, k: int, problem: Problem) -> list[tuple[sympy.E
 
 
 def _mirrored(added: Array, force: Array) -> float | None:
-    """The ratio of an added force to a declared one, where it is about −2 throughout; else None."""
+    """The ratio of an added force to a declared one if it is about −2 throughout; else None."""
     power = float(force @ force)
     if power == 0 or not np.all(np.isfinite(added)):
         return None
@@ -226,11 +226,11 @@ def _mirrored(added: Array, force: Array) -> float | None:
 
 
 def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> list[Fact]:
-    """The scale of the position that gives nearly the motion of a credited gain of the input.
+    """The fact on a position scale that is nearly equivalent to a credited gain of the input.
 
-    With a position k times too large, inertia, damping and springs are divided by k; with a gain k of the input,
-    friction and constant forces are too. Where levels are free and forces linear, the two are one motion with other
-    levels. It is said where the scale leaves at most ``ALIKE`` times the squared force residual that the gain leaves.
+    With a position k times too large, inertia, damping and springs are divided by k; with a gain k of the input, so are
+    friction and constant forces. With free levels and linear forces, the two are one motion with other levels. The fact
+    is reported if the scale's squared force residual is at most ``ALIKE`` times that of the gain.
     """
     system, written = answer.refit, answer.augmented
     gains = [one for one in answer.effects if CATALOGUE[one.kind].scales_input]
@@ -259,7 +259,7 @@ def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> l
 
 
 def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
-    """Whether a position divided by a gain leaves no more than ``ALIKE`` times the residual that the gain leaves."""
+    """Whether the squared residual with the position divided by a gain is at most ``ALIKE`` times that of the gain."""
     motion = problem.motion
     names = ("positions", "velocities", "accelerations", "measured")
     divided = replace(motion, **{name: getattr(motion, name) / gain for name in names})
@@ -273,10 +273,10 @@ def _as_well_by_scale(problem: Problem, written: System, gain: float) -> bool:
 
 
 def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
-    """The answer without its effects, where one value without tolerance explains the residual far better than they do.
+    """The answer without its effects if one value without tolerance explains the residual far better.
 
-    Weaker motors on both joints of an arm imitate its payload. An effect that is true leaves no more than the noise,
-    and no value can leave ``FAR_LESS`` of that.
+    Example: weaker motors on both joints of an arm imitate its payload. A true effect leaves only the noise, of which
+    no value can leave ``FAR_LESS``.
     """
     if answer.verdict not in ("effect", "ambiguous"):
         return answer
@@ -303,8 +303,8 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
 
 @dataclass(frozen=True)
 class ExplainingValue:
-    """A declared value without tolerance, the change of it that suits the log, and the share of the squared residual
-    force that this explains on held-out parts of the training log.
+    """A declared value without tolerance, its estimated change, and the share of the squared residual force that this
+    explains on held-out parts of the training log.
     """
 
     symbol: sympy.Symbol
@@ -313,7 +313,7 @@ class ExplainingValue:
 
 
 def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]:
-    """The value without tolerance that explains most of the residual of a refit, and what to do about it."""
+    """Facts on the value without tolerance that explains most of the residual of a refit, with advice."""
     found = _explaining_value(spec, refit, problem)
     if found is None:
         return []
@@ -331,7 +331,7 @@ def explaining_values(spec: Spec, refit: System, problem: Problem) -> list[Fact]
 
 
 def _explaining_value(spec: Spec, refit: System, problem: Problem) -> ExplainingValue | None:
-    """The value without tolerance that explains most of the residual of a refit; None where that is less than ``MOST``.
+    """The value without tolerance that explains most of the residual of a refit; None if that is less than ``MOST``.
 
     A payload on an arm changes inertia and weight of several coordinates at once; no effect does so, the declared mass
     does. The residual is regressed on its slope by each such value, with the levels, on all coordinates together.
