@@ -14,9 +14,12 @@ if TYPE_CHECKING or __package__:
 
 @frame.limited()
 def unlike(top: dict[str, Any], proof: dict[str, Any]) -> str:
-    """In what a proof speaks of another error than the certificate (as verify.parsed gives it); empty where in nothing.
+    """Which fields of proof.json and certificate disagree, as words; "" if machine, step, errors and signs agree.
 
-    Of the matrix, and of the values and units of the C, nothing is said here.
+    The matrix and the units are compared elsewhere (``same_matrix``, ``of_its_proof``).
+
+    Args:
+        top: the certificate, as verify.parsed returns it.
     """
     names = [entry["name"] for entry in top["error"]]
     pairs = [*zip(names, top["code"]["errors"], strict=True)]
@@ -54,7 +57,7 @@ def same_sign(raw: Any, slip: str | None) -> bool:
 
 
 def quantity(place: str) -> str:
-    """What an output shows, in the spec's names: outputs.v_hat[2] -> v3, outputs.a_hat_rail -> a_rail."""
+    """The spec's name of what an output estimates: outputs.v_hat[2] -> v3, outputs.a_hat_rail -> a_rail."""
     field, _, at = place.removeprefix("outputs.").rstrip("]").partition("[")
     kinds = {"a_hat_": "a_", "f_hat_": "f_", "tracked_": "F_"}
     name = next((kinds[x] + field.removeprefix(x) for x in kinds if field.startswith(x)), field.removesuffix("_hat"))
@@ -107,10 +110,9 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
 
 
 def met_by(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any], places: dict[str, str]) -> bool:
-    """Whether the point of a refutation is one where the signs that it states can be those of what they are of.
+    """Whether some state of the machine has the signs, and satisfies the `domain`, of a refutation's operating point.
 
-    And where `domain` holds, as far as the point decides it. What the point leaves open can be any number: so is a sum,
-    of which one term is in no other.
+    Quantities that the point does not fix can have any value; so can a slip with one of them that is in no other slip.
 
     Args:
         places: variable of the certificate -> sign, position or truth of the proof.
@@ -135,9 +137,12 @@ def met_by(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any], pl
 
 
 def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], str, bool]:
-    """Of a certificate: what the kernel proved of the C beside it; why it proved nothing; whether without conditions.
+    """What the kernel proves of the C beside a certificate.
 
-    That the errors of the C move by the certificate's matrix, and all that the proof says of V where it is the same V.
+    Returns:
+        The proved statements, as lines; the reason why there are none, or ""; whether they hold without conditions.
+        They say that the errors of the C move by the certificate's matrix. What the proof says of V is included if its
+        V, rate and reversals are those of the certificate.
 
     Raises enclosure.Refused as ``of_its_proof``.
     """
@@ -150,9 +155,9 @@ def bound(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[list[str], st
 
 
 def of_its_proof(top: dict[str, Any], sources: dict[str, bytes]) -> tuple[dict[str, Any], dict[str, Any], str]:
-    """The proof of a certificate, what ``proved`` finds of it, and "", or why there is none of the C beside it.
+    """The proof.json of a certificate, what theorem.proved returned for it, and ""; or two empty ones and the reason.
 
-    Raises enclosure.Refused if the proof is of the certificate's errors, and the kernel does not accept it.
+    Raises enclosure.Refused if it is about the certificate's errors, and the kernel does not accept it.
     """
     if theorem.PROOF not in sources:
         return {}, {}, f"no {theorem.PROOF} is beside it"

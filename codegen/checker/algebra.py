@@ -1,7 +1,7 @@
-"""Claims about polynomials: what the kernel's algebra decides. Standard library only; kernel.py and covered.py use it.
+"""Sparse polynomials with rational coefficients, and proofs that a matrix of them is positive semidefinite on a box.
 
-One kind of claim: for all variables in a box, this symmetric matrix of polynomials is positive semidefinite. Nothing
-here knows of C, machines or certificates. Numbers are fractions; nothing is rounded.
+Standard library only; kernel.py and covered.py use it. Nothing here knows of C, machines or certificates. Numbers are
+integers and fractions; every result is exact.
 """
 
 import re
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING or __package__:
     from codegen.checker import frame
 
-demand = frame.demand  # that this holds, and that there is time left, or ValueError
+demand = frame.demand  # raises ValueError if a condition fails or the time limit is reached
 LEAST = Fraction(1, 10**40)
 SHORT = 64  # binary digits of a short number
 

@@ -1,8 +1,9 @@
-"""The decay of V = e'Pe where the matrix is a quotient of polynomials in sines, cosines and variables.
+"""The decay of V = e'Pe for a matrix of quotients of polynomials in sines, cosines and variables (field `cover`).
 
-Standard library only; part of the checker (verify.py), which hands ``enclosure`` and ``kernel`` in. It is the
-kernel's own claim (its lemma 6), here of the matrix that a certificate states, whatever it belongs to: on
-each leaf of a tree of cuts, not at the vertices of boxes, in which a sine and a cosine are independent.
+Standard library only; part of the checker (verify.py), which passes ``enclosure`` and ``kernel`` in. The matrix is the
+certificate's own; nothing is said here about code. The decay is shown by Bernstein coefficients (kernel lemmas 4 to 6)
+on each cell of a subdivision of the box. A sine and a cosine of one angle are treated as dependent, which the vertices
+of a box of both would not do.
 """
 
 from collections.abc import Mapping

@@ -127,7 +127,7 @@ def root_above(x: Fraction) -> Fraction:
 
 
 def disturbance_columns(push: Polys, most: list[Fraction]) -> list[list[Fraction]]:
-    """Columns of push times the size of their disturbance, one for each product of signs that occurs in a column."""
+    """Columns of push times the size of their disturbance; one for each product of signs in the column's entries."""
     signs = {x for row in push for p in row for x in p.names()}
     kernel.demand(all(x.startswith("sign.") for x in signs), f"{sorted(signs)[:3]}: not signs alone")
     columns: list[list[Fraction]] = []
@@ -251,7 +251,14 @@ def claimed_rows(set_: dict[str, Any]) -> list[tuple[list[str], str, list[str] |
 
 @frame.limited()
 def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> list[list[Fraction]]:
-    """For each set, the bounds of its ``claimed_rows`` with the noise of the same sample; ValueError if not proved."""
+    """Verifies all claims of ellipsoid.json; ValueError if one is not shown.
+
+    Args:
+        proof, shown: proof.json, and what kernel.prove returned for it. claim: ellipsoid.json.
+
+    Returns:
+        For each set the bounds of its ``claimed_rows``, each with the direct effect of the noise of that sample added.
+    """
     fields = {*claim} - {*OPTIONAL} == {*FIELDS} and claim.get(FORCES, "measured") == "measured"
     kernel.demand(fields and claim["name"] == proof["name"], f"other fields than {FIELDS}, or of another machine")
     of_noise = [x for x in claim["noise"] for of in proof.get("shared", {}).values() if x in of]
@@ -313,7 +320,7 @@ class Dynamics(NamedTuple):
 
 
 def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]) -> Dynamics:
-    """Those that ``error_dynamics`` proves, with the sizes that the claim states."""
+    """The error dynamics that ``error_dynamics`` proves, with the sizes of the disturbances that the claim states."""
     matrix, push, shift = error_dynamics(proof, claim, shown)
     sizes = disturbance_sizes(claim)
     most = [Fraction(0) if x.startswith(FRICTION) else d for x, d in sizes.items()]
@@ -324,7 +331,7 @@ def dynamics(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any]
 def left_by(
     entry: dict[str, Any], proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any], known: Dynamics
 ) -> list[Fraction]:
-    """Bounds on each |truth - estimate| after a reversal of the claim; ValueError where it is no such entry."""
+    """Bounds on each |truth - estimate| after one entry of ``reversals``; ValueError if the entry is malformed."""
     step, push, shift, sizes, columns = known
     lists = all(nested_lists(entry[x], 1) and len(entry[x]) == len(step) for x in ("before", "after"))
     kernel.demand({*entry} == {*REVERSAL} and lists, f"other fields than {REVERSAL} of a reversal")
@@ -344,7 +351,7 @@ def left_by(
 
 
 def disturbance_sizes(claim: dict[str, Any]) -> dict[str, Fraction]:
-    """The sizes in the order of the columns of push."""
+    """Disturbance, such as noise.inputs.x, -> the largest magnitude that the claim states; in the order of push."""
     sizes = {f"{kind}.{x}": number(d) for kind in KINDS for x, d in claim.get(kind, {}).items()}
     kernel.demand(min([Fraction(0), *sizes.values()]) == 0, "noise, drift or friction below 0")
     return sizes

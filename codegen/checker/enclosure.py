@@ -1,6 +1,6 @@
-"""Intervals with rational ends: what an expression of a certificate can be over ranges of its names, rounded outwards.
+"""Interval arithmetic with rational ends, rounded outwards: the range of an expression over ranges of its names.
 
-Standard library only; part of the checker (verify.py), which hands ``frame`` in.
+Standard library only; part of the checker (verify.py), which passes ``frame`` in.
 """
 
 import math
@@ -42,7 +42,7 @@ def rational(raw: Any, where: str) -> Fraction:
 
 
 def show(x: Fraction, rounding: str = ROUND_HALF_EVEN) -> str:
-    """Nine digits; a power of two, on that side, of what is too large or small for that."""
+    """The number in nine digits; the next power of two, rounded likewise, if it is beyond the range of a double."""
     size = x.numerator.bit_length() - x.denominator.bit_length()  # 2^(size - 1) < |x| < 2^(size + 1)
     if abs(size) < 1000:
         return f"{float(Context(9, rounding).divide(*map(Decimal, x.as_integer_ratio()))):.9g}"
@@ -51,17 +51,17 @@ def show(x: Fraction, rounding: str = ROUND_HALF_EVEN) -> str:
 
 
 def most(x: Fraction) -> str:
-    """A bound, as it is printed: never below it."""
+    """An upper bound for printing: nine digits, rounded up."""
     return show(x, ROUND_CEILING)
 
 
 def least(x: Fraction) -> str:
-    """What a claim is sure of, as it is printed: never above it."""
+    """A lower bound for printing: nine digits, rounded down."""
     return show(x, ROUND_FLOOR)
 
 
 def exact(x: Fraction) -> str:
-    """A decimal of at most 17 digits, where x is one, or the quotient that it is."""
+    """The exact number for printing: a decimal if 17 digits are enough, else a fraction."""
     decimal = Context(17).divide(*map(Decimal, x.as_integer_ratio()))
     return f"{decimal:g}" if Fraction(decimal) == x else str(x)
 
@@ -87,7 +87,7 @@ def hull(numbers: Iterable[Fraction]) -> Interval:
 
 
 def distinct(x: Interval) -> tuple[Fraction, ...]:
-    """The ends; one, where they are the same object: exact numbers need no second product."""
+    """The ends of an interval, or just one if it is a single number: a product then needs half the work."""
     return x[:1] if x[0] is x[1] else x
 
 
@@ -97,7 +97,7 @@ PI = widen(*sorted(SUMS[-2:]))
 
 
 def series(z: Fraction, divisors: list[int]) -> Interval:
-    """1 + z/d1 + z/d1 z/d2 + ... give or take the size of the last term; on whole numbers, Fraction would be slow."""
+    """An interval about 1 + z/d1 + (z/d1)(z/d2) + ..., to each side as wide as the last term. In integers: faster."""
     top, bottom, last = 1, 1, 1
     for divisor in reversed(divisors):
         bottom *= divisor * z.denominator

@@ -1,7 +1,7 @@
-"""Quadratic forms with rational coefficients, on whole numbers: whether one is positive, and how far it may be off.
+"""Quadratic forms on integers: definiteness, growth of V at a change of signs, and bounds of a perturbation.
 
-Standard library only; part of the checker (verify.py), which hands ``enclosure`` and ``kernel`` in. Steps are matrices
-by columns.
+Standard library only; part of the checker (verify.py), which passes ``enclosure`` and ``kernel`` in. A matrix X of this
+file is a list of its columns.
 """
 
 from fractions import Fraction
@@ -18,7 +18,7 @@ Rows = list[list[int]]
 
 
 def require(matrix: Rows, fault: str, definite: bool = False) -> None:
-    """Refused if the symmetric matrix is not positive semidefinite, or definite; or its numbers are too long."""
+    """Raises Refused if a symmetric matrix is not positive semidefinite (or definite), or its numbers are too long."""
     longest = max((max(map(int.bit_length, row)) for row in matrix), default=0)
     enclosure.demand(longest * len(matrix) <= MOST_BITS, "the numbers are too long for so many errors")
     enclosure.demand(kernel.positive(matrix, definite), fault)
@@ -26,12 +26,24 @@ def require(matrix: Rows, fault: str, definite: bool = False) -> None:
 
 @lru_cache(64)
 def turns(P: tuple[tuple[int, ...], ...], flips: tuple[int, ...], growth: Fraction) -> str:
-    """Why V = e'Pe, P > 0, may grow by more than g where these errors change sign; "" where g V(e) - V(Je) >= 0.
+    """Checks that V = e'Pe grows at most by the factor g = ``growth`` when the errors ``flips`` change their signs.
 
-    The matrix of the latter is P times g + 1 between errors of which one turns and one does not, else g - 1. If g > 1,
-    it is not negative just if P is not, with (g - 1)^2/(g + 1)^2 times the block of those that turn: errors are divided
-    by what is positive. If g = 1, just if nothing is between the two kinds: the same. A certificate and its proof ask
-    the same.
+    With J = diag(-1 at flips, else 1) the condition is g P - J'PJ >= 0, positive semidefinite. With P in the blocks K
+    (errors that keep their sign), F (those that flip) and C (between them), that matrix is
+
+        [(g - 1) K, (g + 1) C; (g + 1) C', (g - 1) F].
+
+    For g > 1 multiply rows and columns of K by 1/sqrt(g - 1), those of F by sqrt(g - 1)/(g + 1): it is positive
+    semidefinite exactly if [K, C; C', (g - 1)^2/(g + 1)^2 F] is. For g = 1 both hold exactly if C = 0, since K > 0.
+    With g = a/b the block F is tested times (a - b)^2, C times a + b, K times 1, in integers.
+
+    Args:
+        P: symmetric and positive definite, of integers.
+        flips: indices of errors, rising.
+
+    Returns:
+        "" if the condition holds, else the reason why it is not shown. Cached: a certificate and its proof ask the
+        same.
     """
     a, b = growth.as_integer_ratio()
     if growth < 1:

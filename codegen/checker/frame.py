@@ -1,9 +1,9 @@
-"""The frame of the C: NAME.h and NAME.c are HEADER and SOURCE, with other text in place of each "...", comments aside.
+"""Parser of the generated C: NAME.h and NAME.c must be HEADER and SOURCE with other text in place of each "...".
 
-Standard library only; part of the checker. What stands in place of "..." holds no # and no quotes, so that no macro
-changes what a name means. It must be fields that are doubles, numbers, statements (which kernel.Text.run reads), and
-declarations of functions of this NAME. C in single precision is read as the same C in doubles, with 1e18 for 1e150: in
-exact arithmetic both compute the same. So, in C that compiles:
+Standard library only; part of the checker. Comments are ignored. What stands in place of "..." holds no # and no
+quotes, so that no macro can redefine a name. It must be fields of type double, numbers, assignments (which
+kernel.Text.run evaluates), and declarations of functions of this NAME. C in single precision is read as the same C in
+doubles, with 1e18 for 1e150: in exact arithmetic both compute the same. So, in C that compiles:
 
 - `step` sets fault 0 if the sum `check` is within the limit and the mode is RUNNING, and else fault 1.
 - HOLDING follows 1, 2, 4 or 8 invalid samples in a row. The count is at most 8 and cannot overflow.
@@ -124,13 +124,15 @@ QUANTITIES = ("inputs.", "outputs.", "state.", "true.", "error of ")
 
 
 class Precision(NamedTuple):
-    """A floating-point type.
+    """Limits of a floating-point type that the polynomials of a proof have to respect.
 
     Attributes:
-        rounding: four times the largest relative error of one.
-        limit: that `check` is compared with. most: its numbers are up to this, and from 1/most on.
-        usual: the size of quantities up to which all that is computed is to be within these.
-        cancelled: how many times as large as its sum the terms of a sum may be (rounding.py).
+        rounding: four times the largest relative error of one rounding.
+        limit: the number with which the C compares the sum `check` to detect an invalid sample.
+        most: the largest admitted magnitude of a coefficient; the smallest is 1/most.
+        usual: with all quantities (inputs, states, outputs) of at most this magnitude, in their units, no computed
+            value may exceed ``most``.
+        cancelled: the largest admitted ratio of the sum of the terms' magnitudes to that of the result (rounding.py).
     """
 
     rounding: Fraction
@@ -140,7 +142,7 @@ class Precision(NamedTuple):
     cancelled: float
 
     def holds(self, terms: Mapping[tuple[str, ...], Any]) -> bool:
-        """Whether a polynomial's coefficients are such numbers, and what it is of quantities of usual size."""
+        """Whether the coefficients are within the limits, and the value too for quantities of magnitude ``usual``."""
         usual, most = self.usual, self.most
         for monomial, c in terms.items():
             degree = sum(x.startswith(QUANTITIES) for x in monomial) if usual > 1 else 0
@@ -163,7 +165,7 @@ Program = list[tuple[str, str]]
 
 
 class C(NamedTuple):
-    """What stands in the two files: places such as "state.z_v[3]", and what is assigned to places and locals."""
+    """The parsed C: the fields of its structures, as names like "state.z_v[3]", and each function's assignments."""
 
     name: str
     precision: Precision
@@ -182,20 +184,23 @@ class C(NamedTuple):
 
 
 class Clock:
-    """When the thread's time is up, and until when on the wall it cannot be: to ask for the former is slow."""
+    """The time limit: ``end`` in CPU seconds of the thread, and a wall-clock time before which it cannot be reached.
+
+    The wall clock is asked first, since asking for the CPU time is slow.
+    """
 
     end = until = float("inf")
 
 
 def demand(holds: object, why: str) -> None:
-    """Raises ValueError if this does not hold, or if there is no time left."""
+    """Raises ValueError: with the message ``why`` if the condition is false, or if the time limit is reached."""
     if not holds or (monotonic() > Clock.until and thread_time() > Clock.end):
         raise ValueError("more work than the limit" if holds else why)
 
 
 @contextmanager
 def limited(seconds: float | None = None) -> Iterator[None]:
-    """So much of the thread's time from now on (SECONDS if not said), or what is left of that of who asks."""
+    """Sets the limit of CPU time of what runs within, in seconds (default SECONDS); an outer limit still holds."""
     before = Clock.end, Clock.until
     given = SECONDS if seconds is None else seconds
     Clock.until = min(before[1], monotonic() + given)
@@ -207,7 +212,7 @@ def limited(seconds: float | None = None) -> Iterator[None]:
 
 
 def plain(text: str) -> str:
-    """A text of C without comments and needless blanks: each line of the preprocessor, and all between two as one."""
+    """C without comments and redundant blanks: a line for each preprocessor directive, and one for all between two."""
     demand(len(text) <= MOST_TEXT, "files that are too long")
     text = text.replace("\\\n", "")
     legible = text.replace("\n", "").isprintable() and not re.search(r"\\|\?\?", text)
@@ -246,7 +251,7 @@ def between(form: str, name: str, text: str) -> list[str]:
 
 
 def unrolled(text: str) -> str:
-    """Statements with the sequence of its bodies in place of each loop, each body with locals of its own."""
+    """The statements with every loop unrolled; the locals of each pass are renamed, so that they stay separate."""
     parts, size, read, index = [], 0, 0, rf"\[i((?: [+-] {INDEX})?)\]"
     for loop in re.finditer(rf"for \(int i = ({INDEX}); i < ({INDEX}); i\+\+\) {{ ([^{{}}]*)}} ?", text):
         local = "|".join(re.findall(r"double (\w+)", loop[3])) or "(?!)"
@@ -262,7 +267,7 @@ def unrolled(text: str) -> str:
 
 
 def assignments(text: str, sign: str) -> Program:
-    """Pairs of what is set and the expression, in the order of these statements; the sign function is called sgn."""
+    """The statements as pairs (target, expression), in order; the C's sign function becomes sgn."""
     text = re.sub(r"(?:^|(?<=; ))\(void\)\w+; ?", "", text)  # a statement of its own, not the body of a loop
     text, found, end = unrolled(text), [], 0
     arrays = re.findall(ARRAY, text)
@@ -331,7 +336,7 @@ def read(name: str, files: dict[str, str]) -> C:
 
 
 def detects(c: C) -> None:
-    """Raises ValueError where a sum that is compared with the limit does not hold all that the text above says."""
+    """Raises ValueError where a sum that detects invalid samples lacks an input or a next state (module docstring)."""
     if c.sums is None:  # nothing is compared with a limit
         return
     name, (given, begun, step), states, inputs = c.name, c.sums, c.states, c.inputs

@@ -1,4 +1,4 @@
-"""Whether the C begins at rest, and goes on after invalid samples with the estimates that it held.
+"""Verification of initialisation and of invalid samples: zero velocity at the start, held estimates afterwards.
 
 Standard library only; part of the checker (verify.py), which hands ``frame`` and ``kernel`` in. The kernel's theorem is
 about samples with fault 0; here are the values that the functions of fault 1 (frame.py reads their form) give the
@@ -18,9 +18,10 @@ if TYPE_CHECKING or __package__:
 
 
 def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
-    """Raises ValueError where the C does not begin, go on or find what is invalid as it must.
+    """Raises ValueError where initialisation, held estimates or the detection of invalid samples are not as above.
 
-    Of a proof with a domain only the latter and ``finite`` are looked at, since a start is outside of it.
+    A proof with a `domain` claims nothing at the start, which is outside of it: then only the detection of invalid
+    samples and ``finite`` are verified.
 
     Args:
         shown: of the proof, by kernel.prove.
@@ -71,18 +72,21 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 
 
 def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) -> None:
-    """Raises ValueError where the C may compute exp of a number above 0, which may overflow: it would fault forever.
+    """Verifies that every argument of exp is at most 0, and that states shared with the machine stay equal to its own.
 
-    Or where a state that the machine has too (`shared`) does not begin at the expression that is printed: what stood in
-    memory, say, or a local that is called as a parameter is. Or where a clock, to which a valid sample adds a number,
-    does not go on so in an invalid one: the machine's does, and it would be another from then on. A memory or a lag
-    forgets what an invalid sample has left in it.
+    Raises ValueError unless all of these hold:
 
-    What exp is of has to be -q - r, q a quadratic form in states, inputs and outputs that is not below 0 (lemma 2), and
-    r a sum of clocks times numbers not below 0, each clock set to numbers not below 0, or such added to it, by all.
+    - Every argument of exp is -q - r. q is a positive semidefinite quadratic form in states, inputs and outputs (kernel
+      lemma 2). r is a sum of clocks with coefficients >= 0. A clock is a state that every function of the C sets to a
+      number >= 0 or increases by a number >= 0. So exp is at most 1. With a positive argument it could overflow, and
+      the observer would report a fault in every sample from then on.
+    - `init` sets each state of `shared` to the expression that verify prints for it, and that uses inputs and
+      parameters alone: not what was in memory before, nor a local variable.
+    - Each shared clock advances in an invalid sample as in a valid one, as the machine's does. For the other shared
+      states, memories and lags, this is not needed: they decay.
 
     Args:
-        begun: state -> what `init` sets.
+        begun: state -> the polynomial that `init` sets it to.
     """
     c, names, term = shown["c"], shown["names"], kernel.term
     start = kernel.Text({x: term(1, x) for x in (*c.values, *c.inputs)}, {})

@@ -1,19 +1,27 @@
-"""The kernel: whether a proof is one of the C beside it. Standard library only; verify.py runs it on files.
+"""The kernel: it verifies proof.json, the claimed error dynamics of an observer, against the text of its C code.
 
-Lemmas 1 to 6 are in algebra.py: polynomials, and that a matrix of these is positive semidefinite over a box.
+Standard library only; verify.py runs it on files. Lemmas 1 to 6 are in algebra.py: polynomials, and when a matrix of
+polynomials is positive semidefinite over a box.
 
 THEOREM. Let the step of NAME.c run in exact arithmetic with the values of NAME_PARAMETERS, from any state and on any
 inputs, in samples with fault 0. Let a machine move by v[k+1] = v[k] + h acceleration[k] and x[k+1] = x[k] + h v[k]
 ("semi_implicit": h v[k+1]; "exponential": h ((1 - q) v[k] + q v[k+1]) with a number q = `mean` of x in [0, 1]), the
 positions x and those v that are inputs measured exactly, all else of it constant.
-While every sign is 1 or -1, the same in machine and code and from sample to sample, all of `domain` positive, and
-states whose formula holds no estimate are as it says, the errors e = sign * (truth - estimate) of all other states move
-by e[k+1] = matrix e[k] + rest (to first order in e, if it says so; of states without a formula, `aside`, nothing is
-said; those that are `shared` the machine has too, as they are), and V(matrix e) <= (1 - 2 decay_rate h) V(e), V = e'Pe,
-over the box, in which a truth stands times the sign that `along` gives it, or that of its error.
-Trusted: this file, algebra.py, frame.py, which reads the C, Python, that the machine is yours. Not covered: rounding,
-faults, turns of a sign. theorem.py shows what a proof says of `mass_matrix`, `force` and `reversals`, how what is
-`shared` moves, that what is `aside` follows nothing that may grow, and that `domain` is not empty.
+Assume further, at each sample:
+- every sign is 1 or -1, the same in machine and code, and does not change from one sample to the next;
+- every expression of `domain` is positive;
+- a state whose formula in `states` contains no estimate has the value of that formula.
+Let e = sign * (truth - estimate) be the errors. A state with a formula is determined by estimates and measurements, so
+e describes all of these states. Then
+- e[k+1] = matrix e[k] + rest, exactly, or to first order in e where the result says "first order";
+- V(matrix e) <= (1 - 2 decay_rate h) V(e) with V = e'Pe, wherever the variables are in `box`. A variable of the box is
+  a truth times the sign that `along` assigns to it, by default the sign of its error.
+Nothing is claimed about states without a formula (`aside`). Those listed in `shared` are assumed to be states of the
+machine too, with the same values (a clock, a delay line, a lag).
+Trusted: this file, algebra.py, frame.py, which reads the C, Python, and that the machine is yours. Not covered:
+rounding, samples with a fault, and the sample in which a sign changes. theorem.py verifies the further fields of a
+proof: `mass_matrix`, `force`, `reversals`, how `shared` states move, that no state of `aside` can feed a growing value
+back, and, by an example point, that `domain` and `box` are not empty.
 """
 
 import ast
@@ -26,7 +34,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING or __package__:
     from codegen.checker import algebra, frame
 
-demand = frame.demand  # that this holds, and that there is time left, or ValueError
+demand = frame.demand  # raises ValueError if a condition fails or the time limit is reached
 Poly = algebra.Poly
 Known = algebra.Known
 LEAST, term, times, integers, positive = algebra.LEAST, algebra.term, algebra.times, algebra.integers, algebra.positive
@@ -79,7 +87,14 @@ def parsed(text: str) -> ast.expr:
     return (short if len(text) < SHORT else long)(text)
 
 
-class Text:  # expressions over `names`, and assignments to them
+class Text:
+    """Symbolic evaluation of expressions and assignments, exactly, as polynomials.
+
+    `names` maps each readable name to its polynomial. `known` maps (function, argument) to the polynomial that stands
+    for its value; a new function value gets a new variable there. Raises ValueError for anything else, and for numbers
+    beyond `precision`.
+    """
+
     def __init__(self, names: dict[str, Poly], known: Known, precision: Any = frame.EXACT) -> None:
         self.names, self.known, self.precision = dict(names), known, precision
 
@@ -118,7 +133,10 @@ class Text:  # expressions over `names`, and assignments to them
 
 @frame.limited()
 def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
-    """What holds besides the fields of the proof, if it is one of these files (name: text); ValueError if not."""
+    """Verifies the theorem above for a proof and its files (name: text); ValueError if it is not shown.
+
+    Returns the polynomials that further checks use: of the C, the names, states before and after a sample, the matrix.
+    """
     signs, errors, formulas, velocity = (proof[x] for x in ("signs", "errors", "states", "positions"))
     c = frame.read(proof["name"], files)
     # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded. But one that is

@@ -1,6 +1,7 @@
-"""Proof of what a reversal leaves of the estimation errors: for some samples machine and code differ in a slip's sign.
+"""Bounds on the estimation errors after a reversal, in whose samples the true and estimated slip may differ in sign.
 
-Standard library only; ellipsoid.py runs it.
+Standard library only; ellipsoid.py runs it. It is a reachable-set computation: a polygon for the slip's and the level's
+error and an interval for each other error, from sample to sample.
 
 THEOREM. Assume what ellipsoid.py assumes, but for one contact, of which s is the sign, u the slip and a the level. From
 a first sample to one that is `samples` later
@@ -48,10 +49,17 @@ Shape = tuple[list[int], dict[int, int]]  # bounds in DIRECTIONS of (y, z) over 
 
 
 class Reversal(NamedTuple):
-    """An entry of the claim, and of the machine's friction the size and the column of push."""
+    """One entry of ``reversals`` in ellipsoid.json, with the friction that acts.
+
+    Attributes:
+        sign: s, the name of the sign. level: index of the level's error.
+        samples: number of samples. turns: how often s changes at most.
+        change: the most that the slip u changes by in a sample. jump: see lemma G.
+        force: a, the largest friction level. column: of push, for the friction.
+    """
 
     sign: str
-    level: int  # which error is the level's
+    level: int
     samples: int
     turns: int
     change: Fraction
@@ -61,16 +69,24 @@ class Reversal(NamedTuple):
 
 
 class Moves(NamedTuple):
-    """How (y, z, the other errors) move: y stands in place of the first velocity in the slip."""
+    """The error dynamics with y, the error of the slip, in place of the first velocity error in it; z is the level's.
 
-    slip: dict[int, Fraction]  # p
-    rows: list[list[Fraction]]  # of y and z
-    drive: list[Fraction]  # 2a q, of y and z
-    columns: list[list[Fraction]]  # of noise and drift, times their sizes: y and z
-    places: tuple[int, int]  # of y and z
-    others: dict[int, tuple[int, list[Any], int]]  # GRID times how far noise, drift and friction push it; |its row|,
-    # and what that is over
-    units: tuple[Fraction, Fraction]  # of y and z: what they are at most before
+    Attributes:
+        slip: p, error's index -> coefficient. places: indices of y and z.
+        rows: of the matrix, for y and z. drive: 2a q, the effect of the friction on y and z.
+        columns: of noise and drift times their sizes, for y and z.
+        others: each other error's index -> (GRID times the most that noise, drift and friction change it by in a
+            sample, magnitudes of its row of the matrix as (index, integer), denominator of these integers).
+        units: bounds of y and z at the first sample, by which they are divided.
+    """
+
+    slip: dict[int, Fraction]
+    rows: list[list[Fraction]]
+    drive: list[Fraction]
+    columns: list[list[Fraction]]
+    places: tuple[int, int]
+    others: dict[int, tuple[int, list[Any], int]]
+    units: tuple[Fraction, Fraction]
 
 
 def count(text: Any, most: int) -> int:
@@ -81,11 +97,11 @@ def count(text: Any, most: int) -> int:
 def left(
     of: Reversal, before: list[Fraction], noise: list[Fraction], proof: Any, shown: Any, step: Any, columns: Any
 ) -> list[Fraction]:
-    """Bounds on each |truth - estimate| at the last sample.
+    """Bounds on each |truth - estimate| at the last sample, by lemmas G and H; ValueError if these do not apply.
 
     Args:
-        before: the same at the first one. noise: the most that it is in each error.
-        step: Phi. columns: those of push times the size of their disturbance.
+        before: bounds at the first sample. noise: the largest part of noise in each error.
+        step: Phi, the matrix. columns: of push, times the sizes of their disturbances.
     """
     kernel.demand(of.change > 0 <= min(before), "a slip that does not change, or an error below 0")
     begun = [b + n for b, n in zip(before, noise, strict=True)]
@@ -114,8 +130,11 @@ def of_slip(slip: dict[int, Fraction], sizes: Any) -> Fraction:
 
 
 def estimated_slip(of: Reversal, proof: dict[str, Any], shown: dict[str, Any]) -> dict[int, Fraction]:
-    """Which velocity's error counts how often in the slip's. ValueError where `jump` is not that of lemma G, or where
-    the machine has the sign in more than the friction."""
+    """The slip as a sum of velocities: index of a velocity's error -> its coefficient.
+
+    ValueError if `jump` is not that of lemma G, or if the machine's force depends on the sign otherwise than by the
+    friction.
+    """
     errors, known = proof["errors"], dict[Any, Any]()
     names = shown["names"] | {x: kernel.term(1, x) for e in errors for x in (e["truth"], e["estimate"])}
     here = kernel.Text(names, known)
@@ -168,9 +187,11 @@ def moves(of: Reversal, slip: dict[int, Fraction], begun: list[Fraction], step: 
 
 
 def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> list[list[Any]]:
-    """For each direction, where s stays and where it turns, sums of which the largest counts.
+    """For each direction of the polygon, the linear functions whose maximum is its next bound (lemma H).
 
-    A sum is its weights of (y, z, d), a number, the weights of the other errors, and what all of these are over.
+    Returns:
+        For each direction two lists, without and with a change of s. A function is (weights of (y, z, d), constant
+        times GRID, weights of the other errors, common denominator of all of these).
     """
     (first, level), (of_y, of_z) = m.places, m.units
     seen = [j for j in m.others if m.rows[0][j] or m.rows[1][j]]
@@ -200,7 +221,11 @@ def weighed(of: Reversal, m: Moves, unseen: Fraction, noise: Fraction) -> list[l
 
 
 def moved(shape: Shape, m: Moves, weights: Any, edges: list[int], ways: int) -> list[Shape]:
-    """The shapes a sample later: where s stays, and of 2 ``ways`` where it turns. `edges`: n and `change`, as y."""
+    """The reachable sets one sample later: without a change of s and, if ``ways`` is 2, with one.
+
+    Args:
+        edges: n and `change` of lemma H, in units of y, times GRID.
+    """
     kernel.demand(True, "")  # that there is time left
     corners, radii, (start, width) = polygon(shape[0]), shape[1], edges
     points = {(x // w, y // w, 0) for x, y, w in corners} | {
@@ -222,11 +247,12 @@ def moved(shape: Shape, m: Moves, weights: Any, edges: list[int], ways: int) -> 
 
 
 def dot(row: list[tuple[int, int]], most: dict[int, int]) -> int:
+    """The sum of weight times bound over (index, weight) of a row."""
     return sum([x * most[j] for j, x in row])
 
 
 def reached(shape: Shape, m: Moves) -> dict[int, Any]:
-    """The most that each error is, y in place of the first velocity; times GRID."""
+    """Error's index -> the largest magnitude in the set, times GRID; y at the index of the first velocity."""
     (y, z), (bounds, radii) = m.units, shape
     most = above(y, max(bounds[RIGHT], bounds[LEFT])), above(z, max(bounds[TOP], bounds[BOTTOM]))
     return radii | dict(zip(m.places, most, strict=True))
@@ -242,7 +268,7 @@ def times_grid(x: Fraction) -> int:
 
 
 def wider(one: Shape, other: Shape) -> Shape:
-    """A shape that holds both."""
+    """A set of the same form that contains both."""
     return [*map(max, one[0], other[0])], {i: max(x, other[1][i]) for i, x in one[1].items()}
 
 

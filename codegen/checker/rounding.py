@@ -24,10 +24,10 @@ EXP, NAME = r"\bexp *\(", r"[A-Za-z_][\w.]*(?:\[[\d.]+\])?"
 
 
 def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
-    """Raises ValueError where this does not hold in one of the functions of the C, or a formula of the proof with exp.
+    """Raises ValueError if a sum in a function of the C, or in a formula of the proof with exp, may cancel too much.
 
     Args:
-        shown: of the proof, by kernel.prove.
+        shown: what kernel.prove returned for the proof.
     """
     c, names, known = shown["c"], shown["names"], dict(shown["known"])  # of its reciprocals nothing is shown
     values = {x: names[x] for x in c.values}
@@ -58,7 +58,7 @@ def texts(part: Any) -> Iterator[str]:
 
 
 def of_exp(prepare: list[tuple[str, str]]) -> set[str]:
-    """What `prepare` sets to an expression with an exp, which the kernel takes to 50 digits, or with one of these."""
+    """Parameters that `prepare` computes from an exp, which the kernel evaluates to 50 digits, directly or not."""
     found: set[str] = set()
     for name, text in prepare:
         found |= {name} if re.search(EXP, text) or found.intersection(re.findall(NAME, text)) else set()
@@ -66,10 +66,10 @@ def of_exp(prepare: list[tuple[str, str]]) -> set[str]:
 
 
 class Sized(kernel.Text):
-    """Assignments that are run with the sizes of what is assigned.
+    """Symbolic evaluation that also computes the size of every assigned value (module docstring).
 
     Args:
-        sizes: of names that are set already; of others it is the sum of the magnitudes of the coefficients.
+        sizes: size of names that are already set; for others it is the sum of the magnitudes of their coefficients.
     """
 
     def __init__(
@@ -85,18 +85,18 @@ class Sized(kernel.Text):
         return self.names
 
     def value(self, text: str) -> Any:
-        """Its polynomial; its size is then ``latest``."""
+        """The polynomial of an expression; the attribute ``latest`` is then its size."""
         p = super().value(text)
         self.latest = self.left(p, self.size(kernel.parsed(text.strip(" ")), text.strip(" ")))
         return p
 
     def left(self, p: Any, size: float) -> float:
-        """The size, if not nearly all of it cancels in p."""
+        """Returns the size; ValueError if the terms cancel so far that p is mostly rounding error."""
         frame.demand(size <= total(p) * self.precision.cancelled, "what is left of a sum is its rounding")
         return size
 
     def size(self, node: ast.expr, text: str) -> float:
-        """What the terms of an expression add up to without their signs, quantities being 1."""
+        """The sum of the magnitudes of an expression's terms as written, with all variables equal to 1."""
         match node:
             case ast.UnaryOp(_, operand):
                 return self.size(operand, text)

@@ -1,6 +1,6 @@
-"""What a proof.json and its ellipsoid.json prove of the C beside them, by the kernel (kernel.py), and that in words.
+"""Verification of proof.json and ellipsoid.json by the kernel (kernel.py), and the proved statements in words.
 
-Standard library only; part of the checker (verify.py), which hands ``enclosure`` and ``kernel`` in. Every word about
+Standard library only; part of the checker (verify.py), which passes ``enclosure`` and ``kernel`` in. Every word about
 the machine is made from the proof that the kernel accepted; the certificate's own words are not read.
 """
 
@@ -57,7 +57,7 @@ WITHIN, SIZED = "noise, change of force or speed within a sample, ", "noise and 
 
 
 def read(text: str | bytes) -> dict[str, Any] | None:
-    """A proof, if this is the JSON of one: an object with just a proof's fields, none of them twice, or Refused."""
+    """The proof, or None if the text is no JSON object with just a proof's fields. Refused if a field is repeated."""
     try:
         content = json.loads(text, object_pairs_hook=once)
     except (ValueError, RecursionError):
@@ -66,7 +66,7 @@ def read(text: str | bytes) -> dict[str, Any] | None:
 
 
 def formed(raw: Any, form: Any) -> bool:
-    """Whether JSON is of a form: of a text in place of a list the characters would be read, of an object the names."""
+    """Whether JSON has the types of a form. A string in place of a list would be read as a list of its characters."""
     if isinstance(form, list):
         return type(raw) is list and all(formed(x, form[0]) for x in raw)
     if isinstance(form, dict):
@@ -76,13 +76,13 @@ def formed(raw: Any, form: Any) -> bool:
 
 
 def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object of JSON. Of two fields of one name a reader sees the first, and Python the last."""
+    """A JSON object as a dict; Refused if a name is repeated, of which readers could take different values."""
     enclosure.demand(len(dict(pairs)) == len(pairs), "a field appears twice in an object")
     return dict(pairs)
 
 
 def instead(raw: Any) -> str:
-    """What JSON (objects as pairs, bare numbers as bytes) stands where a certificate is expected, in words."""
+    """Words for the JSON that stands where a certificate is expected (objects as pairs, bare numbers as bytes)."""
     if not isinstance(raw, tuple):
         return {list: "a list", str: "a text", bytes: "a number", type(None): "null"}.get(type(raw), "true or false")
     names = [name for name, _ in raw]
@@ -100,10 +100,10 @@ def instead(raw: Any) -> str:
 
 @frame.limited()
 def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[str] = ()) -> dict[str, Any]:
-    """What holds besides the fields of the proof (kernel.prove), with these sources, or enclosure.Refused.
+    """Verifies a proof completely against the sources, and returns what kernel.prove does; or enclosure.Refused.
 
     Args:
-        turns: signs of which something is claimed where they turn, besides those of the proof's reversals.
+        turns: signs, besides those of the proof's reversals, for whose change of sign the certificate claims something.
     """
     enclosure.demand(formed(OPTIONAL | proof, FORM), f"{PROOF}: fields are not so named, or no lists")
     known = numbers(proof)
@@ -124,9 +124,9 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
 
 
 def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
-    """Raises ValueError where mass_matrix * acceleration is not force, or the mass matrix not definite in the box.
+    """Raises ValueError unless mass_matrix * acceleration = force, and the mass matrix is definite in the box.
 
-    No state of the code stands in it but those that are `shared`.
+    These expressions may contain no state of the code except those that are `shared`.
     """
     shared: dict[str, str] = proof.get("shared", {})
     own = {x: p for x, p in shown["names"].items() if not x.startswith(("outputs.", "state.")) or x in shared}
@@ -142,12 +142,13 @@ def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 
 
 def driven(shared: dict[str, str], shown: dict[str, Any], text: Any) -> None:
-    """Raises ValueError where what machine and code share is not moved by inputs as is said, or may grow.
+    """Raises ValueError unless every `shared` state is a memory of past inputs, a lag or a clock.
 
-    Or where a state that is left out of the errors, and not shared, follows one that is: nothing is said of these.
-
-    In the order in which they stand, z becomes c z + r, r of inputs and of those before it, |c| < 1, or c = 1 and r a
-    number: a memory, a lag or a clock. An observer of an axis that is left out of the errors would be none of these.
+    That is: in each sample z becomes c z + r, where r depends on inputs and on the shared states listed before z, and
+    |c| < 1; or c = 1 and r is a number. The C must compute the same expression that `shared` states. An observer of an
+    axis that is left out of the errors is none of these, so it cannot be passed off as shared.
+    A state that is neither an error nor shared must not be computed from such a state: nothing is claimed about it, and
+    fed back it could grow.
     """
     unexplained = {*shown["aside"]} - {*shared}
     feedback = {x for z in unexplained for x in shown["after"][z].names() if x in shown["aside"] or x[0] == "?"}
@@ -167,7 +168,7 @@ def driven(shared: dict[str, str], shown: dict[str, Any], text: Any) -> None:
 
 
 def met(proof: dict[str, Any], shown: dict[str, Any]) -> None:
-    """Raises ValueError where no point of domain and box is shown: a claim that is of none would say nothing.
+    """Raises ValueError unless `witness` is a point of domain and box: a claim about an empty set would say nothing.
 
     `witness` gives each input, truth, estimate and state without a formula a number, over the parameters; every sign is
     that of what it is of there, over the estimates and over the truths. Without domain and box no such point is needed:
@@ -192,10 +193,11 @@ def met(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 
 
 def ranges(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, list[Fraction]]:
-    """Variable -> a range in which it is in that of `box`; none for one in it times a sign, if there is no such.
+    """Variable -> a range such that the claim of `box` holds whenever the variable itself is in that range.
 
-    What is said of x times any sign in [-b, b] holds of x there. x times its own sign, that of its estimate in machine
-    and code, is |x|: in [0, b] if x is in [-b, b], and in [a, b], a > 0, if x is.
+    A box may bound x times a sign. If it is [-b, b], x in [-b, b] is enough. If the sign is x's own, that product is
+    |x|: for a box [0, b], x in [-b, b] is enough, and for [a, b] with a > 0, x in [a, b]. Other variables times a sign
+    are left out.
     """
     own = {e["truth"]: e["estimate"] for e in proof["errors"]}
     found = {}
@@ -210,9 +212,9 @@ def ranges(proof: dict[str, Any], shown: dict[str, Any]) -> dict[str, list[Fract
 
 
 def recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
-    """Raises ValueError where V grows by more than `growth` as a sign turns, or is above that after `dwell` samples.
+    """Raises ValueError unless each of `reversals` holds: growth V(e) >= V(Je), and growth * fall^dwell <= 1.
 
-    The errors of the sign turn with it, e to Je: growth V(e) - V(Je) is to be a form that is not negative.
+    J = diag(-1 for the errors of the sign that changes, else 1); fall is the factor of V in a sample.
     """
     known, flips = shown["numbers"], [e["sign"] for e in proof["errors"]]
     P = tuple(map(tuple, kernel.integers(known["P"])[0]))
@@ -226,7 +228,7 @@ def recovery(proof: dict[str, Any], shown: dict[str, Any]) -> None:
 
 
 def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> None:
-    """Raises ValueError where an estimate jumps at the turn of one of these signs.
+    """Raises ValueError where an estimate jumps when one of these signs changes.
 
     A state is the same before and behind a turn, and shows what `states` says with the one and with the other sign. It
     shows the same estimates where p, of which it is the sign, is 0, if D is a multiple of p in each formula s D + rest
@@ -252,7 +254,7 @@ def steady(proof: dict[str, Any], shown: dict[str, Any], turns: list[str]) -> No
 
 
 def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dict[str, Any], list[list[Fraction]]]:
-    """A claim of ellipsoid.json and the bounds of each of its sets' rows, or enclosure.Refused."""
+    """The claim of an ellipsoid.json and, for each of its sets, the proved bounds of the rows; or enclosure.Refused."""
     with or_refused(f"{SETS} is not proved of the C"):
         claim = json.loads(text, object_pairs_hook=once)
         return claim, ellipsoid.bounded(proof, claim, shown)
@@ -260,10 +262,10 @@ def kept(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> tuple[dic
 
 @contextmanager
 def or_refused(words: str) -> Iterator[None]:
-    """Refused, with these words, whatever is raised within: what was not shown to its end is not claimed.
+    """Turns every exception raised within into Refused, with these words before its message.
 
-    A file of another hand may make Python raise any exception (division by zero, recursion, memory). None may pass for
-    a proof, so all are caught; Ctrl-C is none of them.
+    A malformed or hostile file can make Python raise any exception (division by zero, recursion, memory); none may pass
+    for a proof. KeyboardInterrupt is not caught.
     """
     try:
         yield
@@ -272,7 +274,7 @@ def or_refused(words: str) -> Iterator[None]:
 
 
 def plainly(why: Exception) -> str:
-    """What stopped the kernel: its own words, or that a part is not as it must be."""
+    """The message of a refusal; for another exception, that a part of the file is missing or malformed."""
     words = str(why)[:200]
     return (
         words if type(why) in (ValueError, enclosure.Refused) else f"a part is missing or not as it must be ({words})"
@@ -280,13 +282,13 @@ def plainly(why: Exception) -> str:
 
 
 def told(proof: dict[str, Any], shown: dict[str, Any], sources: dict[str, bytes]) -> list[str]:
-    """All that was proved, in lines, if the claim of an ellipsoid.json among the sources follows; or Refused."""
+    """All proved statements, as lines, those of an ellipsoid.json among the sources included; Refused if that fails."""
     more = reached(proof, shown, sources[SETS]) if SETS in sources else []
     return [*words(proof, shown, bool(more)), *more]
 
 
 def reached(proof: dict[str, Any], shown: dict[str, Any], text: bytes) -> list[str]:
-    """What noise and drift can do, in lines, if the claim of ellipsoid.json follows; or enclosure.Refused."""
+    """The error bounds that ellipsoid.json proves, as lines; enclosure.Refused if they are not shown."""
     claim, found = kept(proof, shown, text)
     most, least, number = enclosure.most, enclosure.least, ellipsoid.number
     plain = partial(without_kinds, twice=ambiguous(proof, shown))
@@ -345,7 +347,7 @@ def disturbed(claim: dict[str, Any], plain: Callable[[str], str], at: str = "") 
 
 
 def uncompared(lines: list[str], sources: dict[str, bytes]) -> list[str]:
-    """What is not compared of a claim on noise and drift, if there is one, and whether these lines speak of it."""
+    """What is not checked of ellipsoid.json: the sizes of noise and drift, or all of it if no line uses it."""
     told = any(line.startswith(ASSUMED) for line in lines)
     return [SIZES] * told + [UNREAD] * (SETS in sources and not told)
 
@@ -389,9 +391,11 @@ def numbers(proof: dict[str, Any]) -> dict[str, Any]:
 
 
 def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fall: bool = True) -> list[str]:
-    """What was proved, in lines; ``sized``: whether what noise and drift of some size can do follows them.
+    """The proved statements, as lines.
 
-    fall: whether what it says of its V too, or of the matrix alone.
+    Args:
+        sized: whether bounds under noise and drift follow these lines.
+        fall: whether to state the decay of the proof's V; else the error dynamics alone.
     """
     exact, c, plain = enclosure.exact, f"{proof['name']}.c", partial(without_kinds, twice=ambiguous(proof, shown))
     h = exact(shown["c"].values["parameters.sample_time"])
@@ -452,7 +456,7 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
 
 
 def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str], str]) -> list[str]:
-    """What a proof says of its V."""
+    """The proved decay of V, and its growth at each reversal, as lines."""
     known, alone = shown["numbers"], ", without that addition," * any(r != "0" for r in proof.get("rest", []))
     factor = enclosure.most(shown["fall"])
     first = ", to first order in the errors," * shown["first order"]
@@ -467,7 +471,7 @@ def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str],
 
 
 def ambiguous(proof: dict[str, Any], shown: dict[str, Any]) -> set[str]:
-    """What two quantities are called, a parameter and a true level, say: their kinds are printed with them."""
+    """Names that two quantities share, such as a parameter and a true level; they are printed with their kinds."""
     begun = [of for z, of in shown["c"].init if z in proof.get("shared", {})]  # printed too
     full = {*re.findall(rf"\b{KINDS}\.\w+", json.dumps([proof, begun])), *(x.split("[")[0] for x in shown["c"].values)}
     bare = Counter(x.split(".")[1] for x in full)
@@ -481,12 +485,12 @@ def without_kinds(expression: str, twice: set[str]) -> str:
 
 
 def left(row: list[str], proof: dict[str, Any], plain: Callable[[str], str]) -> str:
-    """A row of mass matrix times acceleration."""
+    """A row of mass matrix times acceleration, in words."""
     rates = [f"{plain(v)}'" for v in proof["acceleration"]]
     return " + ".join(f"({plain(m)}) {v}" for m, v in zip(row, rates, strict=True) if m != "0")
 
 
 def lag(entry: dict[str, str], plain: Callable[[str], str]) -> str:
-    """An error over truth and estimate."""
+    """An error in words: sign*(truth - estimate)."""
     difference = f"{plain(entry['truth'])} - {plain(entry['estimate'])}"
     return f"{plain(entry['sign'])}*({difference})" if entry["sign"] else difference

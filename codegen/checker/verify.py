@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any
 
 
 def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
-    """What the file of that name in this one's folder defines, wherever that lies and whatever Python may import."""
+    """The names that NAME.py in this file's folder defines, loaded by path: independent of Python's import path."""
     return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name(f"{name}.py")), given))
 
 
@@ -86,7 +86,11 @@ Matrix = list[list[Fraction]]
 
 
 def conform(raw: Any, schema: Any, where: str) -> Any:
-    """What the JSON (objects as pairs, bare numbers as bytes) says, if it is as the schema asks."""
+    """Parsed JSON converted to Python values by a schema; Refused, with the place, where it does not conform.
+
+    Args:
+        raw: JSON with objects as tuples of pairs, and numbers as bytes.
+    """
     if schema == "ANY":
         return raw
     if isinstance(schema, list) and isinstance(raw, list):
@@ -110,7 +114,14 @@ def conform(raw: Any, schema: Any, where: str) -> Any:
 
 
 def contraction(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fraction) -> str:
-    """At how many vertices a F'PF + b (F'P + PF) + c P is positive semidefinite: all, or refused. F = I + hA."""
+    """Verifies a F'PF + b (F'P + PF) + c P >= 0 with F = I + hA at every vertex of every cell (theorem 1); or Refused.
+
+    Args:
+        axes: variable -> its intervals. factors: a, b, c.
+
+    Returns:
+        Words that say at how many vertices.
+    """
     thetas = {entry["name"]: parse(entry["expression"], axes, entry["name"])[1] for entry in top["parameters"]}
     ((a, b, c),), _ = integers([[*factors]])
     (P, _), size = integers(top["lyapunov_matrix"]), range(len(top["error"]))
@@ -159,7 +170,10 @@ def words(entry: Any) -> int:
 
 
 def refuted(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fraction) -> str:
-    """That a F'PF + b (F'P + PF) + c P is positive definite for all parameters in their enclosure, or refused."""
+    """Verifies a F'PF + b (F'P + PF) + c P > 0 at one operating point, whose matrix A is enclosed by intervals.
+
+    Refused if that is not shown. The largest effect of the intervals is subtracted as a diagonal (``forms.diagonal``).
+    """
     demand(all(len(cells) == 1 for cells in axes.values()), "a refutation is of one point: no splits")
     thetas = {e["name"]: parse(e["expression"], axes, e["name"])[1] for e in top["parameters"]}
     box = {name: widen(*value({v: cells[0] for v, cells in axes.items()})) for name, value in thetas.items()}
@@ -179,7 +193,7 @@ def refuted(top: dict[str, Any], axes: dict[str, Any], h: Fraction, *factors: Fr
 
 
 def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
-    """The fact that V has recovered after the dwell time of a reversal."""
+    """Verifies growth and dwell time of one reversal (theorem 4), and returns the statement in words; or Refused."""
     where, flips, growth, left = (entry[key] for key in ("contact", "flips", "growth", "dwell_samples"))
     where, size = f"reversal of {where}", range(len(P))
     demand(growth >= 1, f"{where}: growth {show(growth)} is below 1")
@@ -193,7 +207,10 @@ def reversal(entry: dict[str, Any], P: Matrix, fall: Fraction) -> str:
 
 
 def verify(top: dict[str, Any]) -> list[str]:
-    """What is proved of the matrices, whatever they belong to."""
+    """Verifies all inequalities of a certificate; returns the proved statements in words, or raises Refused.
+
+    Nothing is said here about which code the matrices belong to.
+    """
     n, h, alpha = len(top["error"]), top["sample_time"], top["decay_rate"]
     demand(1 <= n <= MAX_SIZE, f"{n} error components, not 1 to {MAX_SIZE}")
     for part, key in (("error", "name"), ("parameters", "name"), ("reversals", "contact")):
@@ -248,7 +265,7 @@ def in_time(top: dict[str, Any]) -> list[str]:
 
 
 def unchanged(top: dict[str, Any], sources: dict[str, bytes], spec: Path | None) -> list[str]:
-    """The facts that files are those which the certificate names: of what they compute, a hash says nothing."""
+    """Compares the SHA-256 of files with those that the certificate states; Refused where one differs."""
     stated = {name: (sources[name], digest) for name, digest in top["subject"]["files"].items() if name in sources}
     given = {} if spec is None else {spec.name: (files.read(spec), top["subject"]["spec_sha256"])}
     for name, (content, expected) in (stated | given).items():
@@ -307,7 +324,7 @@ def check(
 
 
 def alone(folder: Path | None, own: str) -> None:
-    """Refused where a header that is not the code's own lies beside or below it, stated in the certificate or not.
+    """Refuses a folder with header files other than NAME.h, which a compiler could use in place of <math.h>.
 
     A compiler that is given this folder by -I may read it in place of one that the system's <math.h> includes, or that
     it always reads first. GCC reads NAME.h.gch, a precompiled header, in place of NAME.h; Clang reads with math.h what
@@ -360,12 +377,12 @@ def of_proof(proof: dict[str, Any], folder: Path | None, sources: dict[str, byte
 
 
 def one_line(text: str) -> str:
-    """Printable characters alone, the rest as escapes: a name of a file may hold what steers a screen."""
+    """The text with unprintable characters escaped: a file name may contain terminal control sequences."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def status(report: Report) -> int:
-    """The exit status of what was not refused."""
+    """The exit status of a report: 0, DOMAIN or NO_CODE."""
     return 0 if report.whole else DOMAIN if report.proved else NO_CODE
 
 
