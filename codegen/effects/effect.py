@@ -79,7 +79,9 @@ class EffectParameter:
 
 @dataclass(frozen=True)
 class Confusion:
-    """An effect or cause with a similar signature, and the motion that discriminates the two.
+    """An effect or cause with a similar signature, and the experiment that discriminates the two.
+
+    The experiment holds for both, also where only one of two effects names the other.
 
     Attributes:
         other: a kind of the catalogue, or another cause in words.

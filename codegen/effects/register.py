@@ -85,6 +85,18 @@ def kinds_of(kind: str) -> set[str]:
     return {kind, *(c.kind for c in classes if issubclass(c, Effect) and "kind" in vars(c))}
 
 
+def separating_experiment(kind: str, other: str) -> str:
+    """The experiment that discriminates two kinds, by ``confused_with`` of either; "" where neither names the other.
+
+    An effect of a user can name shipped ones, which cannot name it.
+    """
+    for one, two in ((kind, other), (other, kind)):
+        for confusion in CATALOGUE[one].confused_with:
+            if confusion.other in kinds_of(two):
+                return confusion.separated_by
+    return ""
+
+
 def candidates(system: System) -> Iterator[tuple[Effect, int]]:
     """Each (effect, index of its place) of the catalogue that applies to the system.
 

@@ -16,6 +16,7 @@ from codegen.base.errors import BadInput
 from codegen.effects import CATALOGUE, Effect, EffectParameter
 from codegen.effects.declare import add_declared_effects, effect_symbols, places_of, unit_words
 from codegen.effects.on_coordinate import Spring
+from codegen.effects.register import separating_experiment
 from codegen.effects.start import Covered
 from codegen.mechanics import System, build_system
 from codegen.mechanics.system import TIME
@@ -289,11 +290,19 @@ def test_unit_of_a_coupling() -> None:
 
 @pytest.mark.parametrize("kind", CATALOGUE)
 def test_what_is_confused_is_told_apart_by_something(kind: str) -> None:
-    """A known confusion goes both ways, except where one of the two is no effect or a richer form."""
     effect = CATALOGUE[kind]
     assert effect.confused_with and all(c.separated_by for c in effect.confused_with)
     assert kind not in {c.other for c in effect.confused_with}
     assert effect.refines in {"", *CATALOGUE}
+
+
+def test_the_experiment_that_tells_two_effects_apart_is_found_from_either() -> None:
+    """Backlash names the delay, the delay does not name backlash; a spring and cogging do not name each other."""
+    said = {c.other: c.separated_by for c in CATALOGUE["backlash"].confused_with}["input_delay"]
+    assert "backlash" not in {c.other for c in CATALOGUE["input_delay"].confused_with}
+    assert separating_experiment("backlash", "input_delay") == said
+    assert separating_experiment("input_delay", "backlash") == said
+    assert separating_experiment("spring", "cogging") == ""
 
 
 def test_harmonics_are_those_that_the_parameters_name() -> None:

@@ -27,7 +27,7 @@ from codegen.diagnosis.results import MotionTried, Separation, TiedPair
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share
 from codegen.diagnosis.selection.ranking import Ranked, twins
 from codegen.effects import CATALOGUE
-from codegen.effects.register import kinds_of
+from codegen.effects.register import kinds_of, separating_experiment
 from codegen.logs import Log
 from codegen.mechanics.system import TIME, System
 from codegen.simulate.loop_run import LoopRun
@@ -157,9 +157,7 @@ def _tied_pair(search: Search, outcome: Outcome, first: Fit, other: Fit) -> Tied
         (parts[1].kind, parts[1].on),
         float(np.degrees(np.arccos(cosine))),
         _distance(first, other),
-        next(
-            (c.separated_by for c in CATALOGUE[parts[0].kind].confused_with if c.other in kinds_of(parts[1].kind)), ""
-        ),
+        separating_experiment(parts[0].kind, parts[1].kind),
     )
 
 
