@@ -1,4 +1,4 @@
-"""The observers as lists of equations. To add one: a file with its builder, and its kinds in OBSERVERS."""
+"""Registry of the observers, which are lists of equations. To add one: a file with its builder, and its kinds here."""
 
 from __future__ import annotations
 
@@ -33,13 +33,14 @@ OBSERVERS: dict[str, Callable[[Spec, System], Observer]] = {
 GAINS = {"cfo": ("K_F", "K_v"), "to": ("K_1", "K_2", "K_v"), "dfo": ("K_a", "K_f1", "K_f2", "K_v")}
 """End of an observer's kind → the gains that it can have."""
 SINGLE = {"cfo": "gcfo", "to": "gto", "dfo": "gdfo"}
+"""Kind for one coordinate → its general form."""
 
 
 def observer_of(spec: Spec, system: System | None = None) -> Observer:
-    """The observer of a spec, on the spec's own system with declared effects unless another is given.
+    """The observer of a spec; by default on the spec's system with its declared effects.
 
     Raises:
-        BadInput: for a spec without one, with free gains, or with contacts of dependent slip.
+        BadInput: for a spec without an observer, with free gains, or with contacts whose slips are dependent.
     """
     refuse_free_gains(spec)
     observer = build_observer(spec, system_of(spec) if system is None else system)
@@ -97,7 +98,7 @@ def _refuse_idle_options(spec: Spec, choice: ObserverChoice) -> None:
 
 
 def _refuse_shared_names(spec: Spec, observer: Observer) -> None:
-    """Raise BadInput where two quantities, of the spec or of the observer, would have one name."""
+    """Raise BadInput if two quantities, of the spec or of the observer, would have the same name."""
     system = observer.system
     own = [s.name for e in observer.equations for s in (*e.symbols, *(e.state or ()))]
     own += [s.name for e in observer.errors for s in {e.symbol, e.truth} - {*system.velocities}]
@@ -125,11 +126,11 @@ __all__ = [
 
 @numerical("where friction acts")
 def refuse_dependent_contacts(spec: Spec, observer: Observer) -> None:
-    """Raise BadInput where an observer of each contact would act on contacts that slide dependently.
+    """Raise BadInput for an observer of the friction at each contact if the slips of contacts are linearly dependent.
 
-    Its error decays at K_F U'M⁻¹U (4.19), which is singular when the rank of U is below the number of contacts: a
-    combination of levels that gives no force never shows in the motion. An observer of the force on each coordinate
-    (GTO) need not distinguish contacts. The rank is that at almost every position of the envelope.
+    Its error dynamics contain K_F U'M⁻¹U (4.19), which is singular if rank U is less than the number of contacts: a
+    combination of levels with U F = 0 has no effect on the motion and is unobservable. An observer of the force on each
+    coordinate (GTO) does not distinguish contacts. The rank is that at almost every position of the envelope.
     """
     if all(e.contact is None for e in observer.errors):
         return
@@ -139,7 +140,7 @@ def refuse_dependent_contacts(spec: Spec, observer: Observer) -> None:
         return
     names = [c.name for c in observer.system.contacts]
     first = next(k for k in range(count) if rank(distribution[:, : k + 1], points) <= k)
-    # Those without which the rest would be independent are the ones that take part.
+    # A contact takes part in the dependence if the others are independent without it.
     others = {j: [i for i in range(first + 1) if i != j] for j in range(first)}
     part = [names[j] for j, rest in others.items() if rank(distribution[:, rest], points) == first]
     found = (

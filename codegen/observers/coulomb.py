@@ -1,4 +1,4 @@
-"""CFO and GCFO: friction is modelled as an unknown level times the sign of slip; the level is estimated."""
+"""CFO and GCFO, the Coulomb friction observers: they estimate the level a of F = a sgn(u) at each contact."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ from codegen.spec.model import Spec, symbol
 
 LARGEST_EXPONENT = 8
 SPEED = symbol("s")
+"""Slip speed, the argument of h(s)."""
 SAMPLES = 400
+"""Slip speeds at which the slope of h is checked, logarithmic and linear."""
 
 
 def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
@@ -31,10 +33,10 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
     â = z_F − K_F h(|û|),  F̂ = U S â,  dz_F/dt = K_F D S d(U'v)/dt,  D = diag(h'(|û|)),
     d(U'v)/dt = U' M⁻¹[g − F̂] + U̇' v̂.
 
-    The thesis has no U̇' v̂ in (4.12); without it the level estimate moves at e = 0 where U depends on x.
+    The thesis omits U̇' v̂ in (4.12); if U depends on x, e = 0 is no equilibrium without it.
 
     Raises:
-        BadInput: for gains of wrong shape or sign, an h that does not rise, or a domain that cannot be guarded.
+        BadInput: for gains of wrong shape or sign, an h that is not increasing, or an invalid domain.
     """
     choice = spec.required_observer
     shape = read_shape(spec, system)
@@ -89,7 +91,7 @@ def coulomb_friction_observer(spec: Spec, system: System) -> Observer:
 
 
 def _declared_levels(system: System, slip: Matrix | None, gain: Matrix, shape: Shape) -> list[sympy.Expr]:
-    """Initial z_F, such that â is the declared level at zero slip; 0 where the law has no level there."""
+    """Initial z_F, with which â is the declared level at rest; 0 if the law has no level there."""
     at_rest = [c.level_at_rest for c in system.contacts]
     levels = Matrix([0 if level is None else level for level in at_rest])
     speeds = [0] * len(levels) if slip is None else list(slip)
@@ -97,7 +99,7 @@ def _declared_levels(system: System, slip: Matrix | None, gain: Matrix, shape: S
 
 
 def _gain_units(gain: GainMatrix, system: System, shape: Shape) -> dict[sympy.Symbol, str]:
-    """Units of K_F: level over h of a slip speed."""
+    """Gain symbol → unit of K_F: that of a level over that of h(s)."""
     mu, slips = shape.exponent, [c.slip_unit for c in system.contacts]
     if mu is None:
         divisors = [" per unit of h"] * len(slips)
@@ -107,11 +109,11 @@ def _gain_units(gain: GainMatrix, system: System, shape: Shape) -> dict[sympy.Sy
 
 
 def read_domain(spec: Spec, system: System) -> Domain | None:
-    """The domain of the spec; the range of the true level is the envelope's ``a_CONTACT``.
+    """The domain of the spec's observer; the range of the true level is ``a_CONTACT`` in the envelope.
 
     Raises:
-        BadInput: for a domain on several coordinates or contacts, with measured velocity, another h than h(s) = s or
-            exponential or implicit steps, or without a range for the level that contains the declared one.
+        BadInput: for a domain with several coordinates or contacts, with measured velocity, an h other than h(s) = s,
+            or exponential or implicit steps, or without a range for the level that contains the declared one.
     """
     choice = spec.required_observer
     if choice.domain is None:
@@ -144,10 +146,10 @@ def read_domain(spec: Spec, system: System) -> Domain | None:
 
 @dataclass(frozen=True)
 class Shape:
-    """h(s) and its slope; s^μ in the thesis (2.6), any h with h' > 0 for s > 0 in the error dynamics.
+    """The function h(s) of the level estimate, with h' > 0 for s > 0; s^μ in the thesis (2.6).
 
     Attributes:
-        expression: over the slip speed symbol ``s``.
+        expression: h over ``SPEED``.
     """
 
     expression: Any
@@ -162,17 +164,17 @@ class Shape:
 
     @property
     def exponent(self) -> Any:
-        """μ where h is s^μ, else None."""
+        """μ of h = s^μ; None for another h."""
         base, power = self.expression.as_base_exp()
         return power if base == SPEED and power.is_number else None
 
 
 def read_shape(spec: Spec, system: System) -> Shape:
-    """The spec's ``h``, or s^μ of its ``exponent``.
+    """The spec's ``h``, or s^μ for its ``exponent`` μ.
 
     Raises:
-        BadInput: for an exponent that is not positive or above 8, or an h that does not rise with the slip speed in the
-            envelope (or up to 10 where that has no range), with the speed at which it fails.
+        BadInput: for an exponent outside (0, 8], or an h that is not increasing up to the top slip speed of the
+            envelope (10 for a velocity without a range).
     """
     choice = spec.required_observer
     if choice.shape is None:
@@ -196,7 +198,7 @@ def read_shape(spec: Spec, system: System) -> Shape:
 
 
 def refuse_infinite_slope(spec: Spec) -> None:
-    """Raise BadInput where the envelope contains rest and h has an infinite slope there, so that Ψ is unbounded."""
+    """Raise BadInput if the envelope contains v = 0 and h has an infinite slope there, so that Ψ is unbounded."""
     choice = spec.observer
     if choice is None or not choice.kind.endswith("cfo"):
         return
@@ -211,5 +213,6 @@ def refuse_infinite_slope(spec: Spec) -> None:
 
 
 def _top_speed(spec: Spec, system: System) -> float:
+    """An upper estimate of the slip speed in the envelope; at least 1e-3."""
     ends = [spec.envelope.get(v.name, (-10, 10)) for v in system.velocities]
     return max(1e-3, *[max(abs(float(lo)), abs(float(hi))) for lo, hi in ends]) * max(1, len(ends))

@@ -1,4 +1,4 @@
-"""DFO and GDFO, the dynamic friction observers: they estimate the state of a friction law and the level it scales."""
+"""DFO and GDFO, the dynamic friction observers: they estimate the state f and the level a of λ = a φ(u, f)."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class AssumedLaw:
     """The one-state law that the observer assumes at a contact: λ = a φ(u, f), f' = ξ₁(u, f).
 
     Attributes:
-        parameters: name → symbol, or exact value of an exponent.
-        level: nominal a: the law's scale, or 1 where the law has none and a is a factor of the whole force.
-        values, units: of the law's parameter symbols, where the observer assumes a law other than the plant's.
+        parameters: name → symbol; for a dimensionless parameter its exact value.
+        level: nominal a: the law's scale, or 1 if the law has none and a is a factor of the whole force.
+        values, units: of the law's parameter symbols, if the observer assumes a law other than the plant's.
     """
 
     contact: ContactFriction
@@ -42,7 +42,7 @@ class AssumedLaw:
         return self.law.states[0].unit.format(F=self.contact.unit, q=self.contact.slip_unit)
 
     def force(self, level: Any, slip: Any, state: Any) -> Any:
-        """λ with ``level`` in place of the law's scale."""
+        """λ at the level a = ``level``."""
         if self.law.scale:
             return self.law.force(slip, (state,), {**self.parameters, self.law.scale: level})
         return level * self.law.force(slip, (state,), self.parameters)
@@ -53,16 +53,16 @@ class AssumedLaw:
 
 
 def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
-    """DFO (6.13)–(6.15) and GDFO (7.10)–(7.12) on any law with one state.
+    """DFO (6.13)–(6.15) and GDFO (7.10)–(7.12), for any law with one state.
 
     f̂ = z_f + K_f1 x + K_f2 v̂,  â = z_a + K_a diag(f̂) û,  F̂ = U diag(â) φ(û, f̂),
     dz_f/dt = −K_f1 v̂ − K_f2 M⁻¹[g − F̂] + ξ₁(û, f̂),
     dz_a/dt = −K_a {diag(û) ξ₁ + diag(f̂) d(U'v)/dt},  d(U'v)/dt = U' M⁻¹[g − F̂] + U̇' v̂.
 
-    The thesis has no U̇' v̂ in (7.10); without it the level moves at e = 0 where U depends on x.
+    The thesis omits U̇' v̂ in (7.10); if U depends on x, e = 0 is no equilibrium without it.
 
     Raises:
-        BadInput: for gains of wrong shape, or a law without state, or with more than one, at a contact.
+        BadInput: for gains of wrong shape, or a contact whose law does not have exactly one state.
     """
     choice = spec.required_observer
     laws = [_assumed_law(spec, system, contact) for contact in system.contacts]
@@ -153,15 +153,15 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
 
 
 def _law_functions(label: str, names: list[str], slip: Matrix, state: Matrix) -> tuple[LawFunction, ...]:
-    """One function of (u, f) for each contact, whose slopes stay symbols in Ψ."""
+    """A function of (u, f) for each contact, whose partial derivatives are symbols in Ψ."""
     return tuple(LawFunction(f"{label}_{n}", {"u": u, "f": f}) for n, u, f in zip(names, slip, state, strict=True))
 
 
 def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> AssumedLaw:
-    """The law of ``observer: laws:`` for this contact, else the plant's own.
+    """The law of ``observer: laws:`` for this contact, or else the plant's.
 
     Raises:
-        BadInput: for a law without state, or with more than one.
+        BadInput: for a law that does not have exactly one state.
     """
     choice = spec.required_observer
     place = spec.place(f"friction.contacts[{system.contact_index(contact.name)}].law")
@@ -182,7 +182,7 @@ def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> Assume
             place, f"the law {law.name} at {contact.name} under a {choice.kind}: {reason}", expected, code="SPEC020"
         )
     for p in law.parameters:
-        if p.unit == "1":  # a numeric exponent: powers become products with finite slopes
+        if p.unit == "1":  # with a numeric exponent, powers become products, whose slopes are finite
             parameters[p.name] = known[parameters[p.name]]
     if law.scale:
         scale = parameters[law.scale]
@@ -191,12 +191,12 @@ def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> Assume
 
 
 def _declared(law: AssumedLaw) -> Any:
-    """The initial level, as a parameter of the generated code where the law has one."""
+    """The initial level: the symbol of the law's scale, a parameter of the generated code; or the nominal level."""
     return law.parameters[law.law.scale] if law.law.scale else law.level
 
 
 def _range(spec: Spec, system: System, law: AssumedLaw) -> tuple[Any, Any] | None:
-    """Exact range of the law's state within the envelope's slip speeds; None where these are unknown."""
+    """Exact range of the law's state for the slip speeds in the envelope; None if these are unknown and matter."""
     column = system.distribution.col(system.contact_index(law.contact.name)).subs(system.values)
     top_speed: Any = sympy.Integer(0)  # |u| ≤ Σ |U_i| max|v_i|; None where U varies or a velocity has no range
     for entry, v in zip(column, system.velocities, strict=True):
@@ -208,7 +208,7 @@ def _range(spec: Spec, system: System, law: AssumedLaw) -> tuple[Any, Any] | Non
         top_speed += abs(entry) * max(abs(end) for end in spec.envelope[v.name])
     known = {**system.values, **law.values}
     numbers = {name: known.get(s, s) for name, s in law.parameters.items()}
-    # With a symbol for the top speed, since the range of many laws, such as Dahl's, does not depend on it.
+    # The top speed is a symbol, since the range of many laws, such as Dahl's, does not depend on it.
     speed_symbol = symbol("top_speed_")
     low, high = law.law.state_range(speed_symbol, numbers)[0]
     if top_speed is None:
@@ -218,7 +218,7 @@ def _range(spec: Spec, system: System, law: AssumedLaw) -> tuple[Any, Any] | Non
 
 
 def _rational(value: Any, outward: int) -> Any:
-    """An end of a range as an exact rational: itself, or an irrational one rounded outwards by 10⁻¹⁵ of it.
+    """An end of a range as a rational; an irrational one is rounded outwards by a relative 10⁻¹⁵.
 
     Args:
         outward: -1 for a lower end, 1 for an upper one.
@@ -232,7 +232,7 @@ def _rational(value: Any, outward: int) -> Any:
 def _gain_units(
     laws: list[AssumedLaw], system: System, level: GainMatrix, first: GainMatrix, second: GainMatrix
 ) -> dict[sympy.Symbol, str]:
-    """Gain symbol → unit: that of the estimate over that of what the gain multiplies, f̂ û, x or v̂."""
+    """Gain symbol → unit: that of the estimate over that of the gain's factor f̂ û, x or v̂."""
     states, positions = [law.state_unit for law in laws], [f"/{q}" for q in system.position_units]
     return (
         level.units(

@@ -1,6 +1,6 @@
-"""An observer as data: an ordered list of named equations, with states and their rates of change.
+"""Data model of an observer: an ordered list of named equations, with states and their rates of change.
 
-Error dynamics, Ψ, gain conditions, certificate and generated code are derived from this list.
+Error dynamics, gain conditions, certificate and generated code are derived from this list.
 """
 
 from __future__ import annotations
@@ -16,18 +16,19 @@ from codegen.mechanics.system import Matrix, System
 
 @dataclass(frozen=True)
 class Equation:
-    """One named block of the observer.
+    """A named vector equation of an observer.
 
     Attributes:
         name: a textbook term (``velocity_estimate``).
         symbols: the symbols of its elements in later equations, k by 1.
-        expression: its value over earlier symbols, states, x, v and w; for a ``mass_solve`` the r of M a = r.
+        expression: right-hand side over earlier symbols, states, x, v and w; for a ``mass_solve`` the r of M a = r.
         units: one per element.
         source: equation number.
-        state: the state z of this estimate (estimate = z + …), k by 1, or None.
+        form: ``algebra``: symbols = expression; ``mass_solve``: M symbols = expression.
+        state: the state z of an estimate of the form z + …, k by 1, or None.
         output: whether it is an output of the generated code.
-        law: for elements that are functions of a friction law: the arguments and the function's name. Their partial
-            derivatives stay symbols in Ψ, so that its structure remains visible.
+        law: for each element that is a function of a friction law, its name and arguments; its partial derivatives are
+            symbols in Ψ, so that the structure of Ψ is visible.
     """
 
     name: str
@@ -43,10 +44,10 @@ class Equation:
 
 @dataclass(frozen=True)
 class LawFunction:
-    """One element of an Equation as a function of a friction law.
+    """An element of an Equation that is a function of a friction law.
 
     Attributes:
-        label: of its value, such as xi_rail; a slope is named with the letter of its argument, such as xi_u_rail.
+        label: name of its value, such as xi_rail; the partial derivative by u is xi_u_rail.
         arguments: letter → symbol of an earlier equation, such as u → slip_rail.
     """
 
@@ -69,15 +70,15 @@ ErrorOf = Literal["velocity", "force", "level", "state"]
 
 @dataclass(frozen=True)
 class ErrorVariable:
-    """A component of the estimation error: truth less estimate.
+    """A component of the estimation error, truth − estimate.
 
     Attributes:
         symbol: of the error, such as e_v1.
-        truth: the symbol of the true value.
-        of: what is estimated: a velocity, a friction force, a contact's level, or the state of its law.
-        contact: index of the contact it belongs to, or None.
-        coordinate: index of the coordinate it belongs to where it has no contact, or None.
-        meaning: the error as a formula, for pages.
+        truth: symbol of the true value.
+        of: the estimated quantity: velocity, friction force, level of a contact, or state of its law.
+        contact: index of its contact, or None.
+        coordinate: index of its coordinate, if it has no contact, or None.
+        meaning: the error as a formula, for documentation.
     """
 
     symbol: sympy.Symbol
@@ -93,14 +94,14 @@ class ErrorVariable:
 class Cascade:
     """Cascade form of Ψ in force errors: −G D O' M⁻¹ O, or with a velocity observer [[−K_v, −M⁻¹O], [G D O' K_v, 0]].
 
-    Valid where g does not depend on v and U not on x; the analysis checks it against the derived Ψ.
+    Valid if g does not depend on v and U does not depend on x; the analysis compares it with the derived Ψ.
 
     Attributes:
         gain: G, p by p: K_F of a (G)CFO, −K_2 of a (G)TO with K_1 = 0.
         weight: D, p by p, diagonal and positive: h'(|u|).
         onto: O, n by p: U, or the identity.
-        velocity_gain: K_v, n by n, or None where the velocity is measured.
-        label, words: the gain's name, and the product G D O' M⁻¹ O in words.
+        velocity_gain: K_v, n by n; None if the velocity is measured.
+        label, words: name of the gain, and the product G D O' M⁻¹ O as text.
     """
 
     gain: Matrix
@@ -113,16 +114,16 @@ class Cascade:
 
 @dataclass(frozen=True)
 class Domain:
-    """Region of slip in which a (G)CFO's estimate is certified, on one contact; all values exact.
+    """Region in which the estimate of a (G)CFO with one contact is certified; all values exact.
 
-    The level is updated only while the estimated slip is faster than ``slip_speed`` and keeps its sign; otherwise it is
+    The level is updated only while the estimated slip speed is above ``slip_speed`` and keeps its sign; otherwise it is
     held within ``level``. The estimate is in the domain after ``samples`` consecutive such samples.
 
     Attributes:
         slip_speed: in the slip's unit/s.
         samples: whole, at least 1.
         level: (low, high) of the true level, in its unit.
-        innovation: the largest |x − (x + h v̂) of the sample before| in the domain; None: not checked.
+        innovation: largest |x[k] − (x + h v̂)[k−1]| in the domain; None: not checked.
     """
 
     slip_speed: Any
@@ -133,26 +134,28 @@ class Domain:
 
 @dataclass(frozen=True)
 class Observer:
-    """An observer on a System.
+    """An observer of a System.
 
     Attributes:
+        kind, velocity: as in the spec, such as ``gcfo``, and ``measured`` or ``estimated``.
         equations: in the order in which they are computed.
-        states: z, in order; ``rates`` is dz/dt over the equations' symbols; ``initial`` is z at the first sample, with
-            zero velocity estimate and the declared friction level.
-        errors: in order; ``true_friction`` is the generalised friction force over their true values and ``signs``.
-        signs: the slip signs s = ±1, one a contact, constant between reversals.
-        gains: exact values of the gain symbols; ``gain_units`` their units.
-        sample_time: exact, seconds.
-        level_errors: whether the friction error is in levels, a − â; the force error of a contact is s (a − â).
-        assumed: exact values of other constants in Ψ than gains and the system's parameters: parameters of the law that
-            the observer assumes, and true levels without a range in the envelope; ``assumed_units`` their units.
-        truth_ranges: ranges of true values that vary, such as a friction state, from their law.
-        level_ranges: of a DFO, ranges of true levels that are variables of Ψ: the envelope's, or about the declared.
-        cascade: form of Ψ for this kind where g does not depend on v; None if there is none.
-        exact: whether e = 0 is an equilibrium: true where the observer assumes the plant's own laws and parameters
-            (ξ₁ = ξ).
-        integration: method by which rates become a step; it also changes the velocity equations.
-        euler: the observer with explicit Euler, whose equations are the differential ones; None: it is this one.
+        states, state_units: z, in order.
+        rates: dz/dt over the symbols of the equations.
+        initial: z at the first sample, with zero velocity estimate and the declared friction level.
+        errors: components of e, in order.
+        true_friction: the generalised friction force over their true values and ``signs``.
+        signs: slip signs s = ±1, one per contact, constant between reversals.
+        gains, gain_units: exact values and units of the gain symbols.
+        sample_time: exact, s.
+        level_errors: whether the friction errors are in levels, a − â; the force error of a contact is then s (a − â).
+        assumed, assumed_units: exact values and units of further constants in Ψ: parameters of the law that the
+            observer assumes, and true levels without a range in the envelope.
+        truth_ranges: ranges of varying true values, such as a friction state, from their law.
+        level_ranges: of a DFO: true level → its range in the envelope; these levels are variables of Ψ.
+        cascade: form of Ψ for this kind if g does not depend on v; None if there is none.
+        exact: whether e = 0 is an equilibrium: the observer assumes the plant's laws and parameters (ξ₁ = ξ).
+        integration: method of the step; it also changes the equations of the velocity estimate.
+        euler: the observer with explicit Euler, whose equations are the differential equations; None for this one.
         domain: region in which the code updates the level estimate; None: everywhere.
     """
 
@@ -183,9 +186,9 @@ class Observer:
 
     @property
     def declared_levels(self) -> tuple[tuple[str, Any, str], ...]:
-        """(name, exact value, unit) of each true friction level that enters Ψ as a fixed number, the declared one.
+        """(name, exact value, unit) of each true level that is a constant of Ψ, with its declared value.
 
-        For a DFO without a range for the level in the envelope: the certificate holds at that level only.
+        These are levels of a DFO without a range in the envelope; the certificate holds at these values only.
         """
         return tuple((e.truth.name, self.assumed[e.truth], e.unit) for e in self.errors if e.truth in self.assumed)
 

@@ -1,4 +1,4 @@
-"""Gain matrices from a spec: a scalar, a list (diagonal) or rows, checked for shape and sign."""
+"""Reading of gain matrices from a spec: a scalar, a list (diagonal) or rows, checked for shape and sign."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ class GainMatrix:
     """A gain matrix of symbols, with their values.
 
     Attributes:
-        matrix: symbols where the spec gives a number, zeros elsewhere.
-        values: each symbol's exact value.
+        matrix: symbols where the spec has a number, zeros elsewhere.
+        values: symbol → exact value.
     """
 
     matrix: Matrix
     values: dict[sympy.Symbol, Any]
 
     def units(self, rows: Sequence[str], columns: Sequence[str]) -> dict[sympy.Symbol, str]:
-        """Unit of each symbol, from its row and column; they differ on a machine with rotation and translation."""
+        """Symbol → unit, that of its row times that of its column, which may differ from entry to entry."""
         return {
             self.matrix[i, j]: row + column
             for i, row in enumerate(rows)
@@ -48,12 +48,12 @@ def read_gain(
     sign: int = 0,
     optional: bool = False,
 ) -> GainMatrix:
-    """One gain matrix.
+    """The gain matrix ``name`` of a spec.
 
     Args:
-        rows, columns: names of the contacts or coordinates, for the symbols' names.
-        sign: +1 or −1 where every entry of a diagonal gain must have that sign for a stable error, else 0.
-        optional: whether the spec may omit the gain: it is then a structural zero and no parameter.
+        rows, columns: names of contacts or coordinates, for the names of the symbols.
+        sign: +1 or −1 if every entry of a diagonal gain must have this sign for stability, else 0.
+        optional: whether the spec may omit the gain; it is then a structural zero, not a parameter.
 
     Raises:
         BadInput: for a missing gain, a wrong shape or a wrong sign.
@@ -87,6 +87,7 @@ def read_gain(
 
 
 def _full(spec: Spec, name: str, raw: Any, rows: list[str], columns: list[str]) -> GainMatrix:
+    """A gain matrix that is given by rows; zeros off the diagonal are structural."""
     key = f"observer.gains.{name}"
     place = spec.place(key)
     refuse_other_shape(raw, (len(rows), len(columns)), key, spec.place, what=f"{name} of ")
@@ -102,7 +103,7 @@ def _full(spec: Spec, name: str, raw: Any, rows: list[str], columns: list[str]) 
 
 
 def refuse_unknown_gains(spec: Spec, choice: ObserverChoice, known: Sequence[str]) -> None:
-    """Raise BadInput for the gains that this observer does not have."""
+    """Raise BadInput for gains that this observer does not have."""
     faults = Faults()
     for name in choice.gains:
         place = spec.place(f"observer.gains.{name}")

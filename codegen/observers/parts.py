@@ -18,22 +18,27 @@ def vector(prefix: str, names: list[str]) -> Matrix:
 
 
 def velocity_names(system: System) -> list[str]:
+    """Names of the velocities."""
     return [v.name for v in system.velocities]
 
 
 def contact_names(system: System) -> list[str]:
+    """Names of the contacts."""
     return [c.name for c in system.contacts]
 
 
 def velocity_units(system: System) -> tuple[str, ...]:
+    """Units of the velocities."""
     return tuple(f"{unit}/s" for unit in system.position_units)
 
 
 def contact_units(system: System) -> tuple[str, ...]:
+    """Units of the friction forces at the contacts."""
     return tuple(c.unit for c in system.contacts)
 
 
 def force_units(system: System) -> tuple[str, ...]:
+    """Units of the forces on the coordinates."""
     return tuple(system.force_unit(i) for i in range(system.degrees_of_freedom))
 
 
@@ -58,7 +63,7 @@ def times(a: Matrix, b: Matrix) -> Matrix:
 
 
 def per(unit: str, *below: str) -> str:
-    """A unit divided by others; "1" is left out."""
+    """A unit divided by others; divisors "1" are omitted."""
     divisors = [u for u in below if u != "1"]
     plain = unit.removeprefix("1*")
     return "/".join([plain, *(u if "/" not in u and "*" not in u else f"({u})" for u in divisors)])
@@ -76,7 +81,11 @@ def slip_rate(system: System, velocity: Matrix, acceleration: Matrix) -> Matrix:
 
 
 def friction_equations(system: System, slip: Equation, law_force: Matrix, source: str) -> list[Equation]:
-    """Known friction of declared effects, then F̂ at the contacts and U F̂ on the coordinates."""
+    """Equations of the known friction of declared effects, of F̂ at the contacts, and of U F̂ on the coordinates.
+
+    Args:
+        law_force: estimated contact forces without the known friction.
+    """
     equations = []
     if has_declared_friction(system):
         equations.append(declared_friction(system, slip.symbols))
@@ -93,7 +102,7 @@ def force_equation(system: System, force: Matrix, source: str) -> Equation:
 
 
 def declared_friction(system: System, slip: Matrix) -> Equation:
-    """Contact forces of declared effects, which are known and not estimated."""
+    """Equation of the contact forces of declared effects, which are known and not estimated."""
     known = system.known_friction(slip)
     return Equation(
         "known_friction", vector("known", contact_names(system)), known, contact_units(system), "declared effects"
@@ -101,6 +110,7 @@ def declared_friction(system: System, slip: Matrix) -> Equation:
 
 
 def has_declared_friction(system: System) -> bool:
+    """Whether declared effects add friction at a contact."""
     return any(c.known_force != 0 for c in system.contacts)
 
 
@@ -115,7 +125,7 @@ def acceleration_equation(system: System, velocity: Matrix, friction: Matrix) ->
 def errors_of(
     of: ErrorOf, truth: str, estimate: str, names: Sequence[str], units: Sequence[str], by_contact: bool = True
 ) -> tuple[ErrorVariable, ...]:
-    """truth_NAME − estimate_NAME of each contact, or of each coordinate."""
+    """The errors truth_NAME − estimate_NAME of all contacts, or of all coordinates."""
     return tuple(
         ErrorVariable(
             symbol(f"e_{truth}_{name}"),

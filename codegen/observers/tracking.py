@@ -1,4 +1,4 @@
-"""TO, GTO and MGTO (disturbance observers): friction is an unknown constant input, and the force is estimated."""
+"""TO, GTO and MGTO, disturbance observers: friction is estimated as an unknown constant input force."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from codegen.spec.model import Spec
 def tracking_observer(spec: Spec, system: System) -> Observer:
     """TO (2.9)–(2.10), (3.11)–(3.12), GTO (4.16)–(4.17), (4.33) and MGTO (5.14)–(5.15).
 
-    F̂ = z + K_1 x + K_2 v̂,  dz/dt = −K_1 v̂ − K_2 M⁻¹[g − F̂]; for the MGTO F̂ are the contact forces and U F̂ acts.
+    F̂ = z + K_1 x + K_2 v̂,  dz/dt = −K_1 v̂ − K_2 M⁻¹[g − F̂]. For the MGTO F̂ are the contact forces, and U F̂ replaces
+    F̂ in the model.
 
     Raises:
         BadInput: for gains of wrong shape or sign.

@@ -1,14 +1,14 @@
-"""The velocity that an observer works with: measured, or estimated with the spec's ``integration``.
+"""Velocity of an observer: measured, or estimated by a velocity observer with the spec's ``integration``.
 
-With v̂ = z + Γ x, dz/dt = −Γ v̂ + Φ a and an explicit Euler step, the velocity estimate becomes v̂[k+1] = (I − hΓ)
-v̂[k] + Γ (x[k+1] − x[k]) + h Φ a[k], so Γ and Φ choose how its decay K_v is integrated:
+v̂ = z + Γ x, dz/dt = −Γ v̂ + Φ a. An explicit Euler step gives v̂[k+1] = (I − hΓ) v̂[k] + Γ (x[k+1] − x[k]) + h Φ a[k],
+so Γ and Φ determine how the decay term −K_v v̂ is integrated:
 
   - ``euler``: Γ = K_v, Φ = I, as in the thesis;
-  - ``semi_implicit``: Γ = (I + hK_v)⁻¹ K_v, Φ = (I + hK_v)⁻¹, the decay −K_v v̂ at the new sample, the rest at the old;
-  - ``exponential``: Γ = (I − exp(−hK_v))/h, Φ = Γ K_v⁻¹, the decay exact over a sample.
+  - ``semi_implicit``: Γ = (I + hK_v)⁻¹ K_v, Φ = (I + hK_v)⁻¹: −K_v v̂ at the new sample, the rest at the old one;
+  - ``exponential``: Γ = (I − exp(−hK_v))/h, Φ = Γ K_v⁻¹: the decay is exact over a sample.
 
-``implicit`` (backward Euler) takes every rate at the new sample; its equations are those of ``euler``, and
-``program/implicit_step.py`` solves for the step.
+``implicit`` (backward Euler) evaluates all rates at the new sample; its equations are those of ``euler``, and
+``program/implicit_step.py`` solves the step.
 """
 
 from __future__ import annotations
@@ -34,11 +34,12 @@ INTEGRATIONS = {
     "exponential": "exponential Euler",
 }
 LARGEST_FULL_GAIN = 3
+"""Largest order of a K_v that is not diagonal, with ``semi_implicit``, whose inverse is symbolic."""
 
 
 @dataclass(frozen=True)
 class States:
-    """States of an observer: symbols, units, rates, and values from the first measurement."""
+    """States of an observer: symbols, units, rates dz/dt, and values at the first sample."""
 
     symbols: Iterable[sympy.Symbol]
     units: Iterable[str]
@@ -52,9 +53,9 @@ class Velocity:
 
     Attributes:
         symbols: v or v̂, n by 1.
-        known: v at the first sample, n by 1; zero where it is estimated.
-        gain: K_v; None where the velocity is measured.
-        step: Γ and Φ, n by n over K_v and the sample time ``h``; 1/s and 1.
+        known: v at the first sample, n by 1; zero if it is estimated.
+        gain: K_v; None if the velocity is measured.
+        step: Γ in 1/s and Φ, n by n, over K_v and the sample time ``h``.
         equations: of v̂.
         errors: v − v̂.
     """
@@ -69,11 +70,12 @@ class Velocity:
 
     @property
     def estimated(self) -> bool:
+        """Whether the velocity is estimated, not measured."""
         return self.gain is not None
 
     @property
     def matrix(self) -> Matrix | None:
-        """K_v, n by n; None where the velocity is measured."""
+        """K_v, n by n; None if the velocity is measured."""
         return None if self.gain is None else self.gain.matrix
 
     def observer(
@@ -87,13 +89,13 @@ class Velocity:
         gain_units: Mapping[sympy.Symbol, str],
         **more: Any,
     ) -> Observer:
-        """The observer of these equations, behind those of the velocity estimate where there is one.
+        """The observer with these equations, after those of the velocity estimate if there is one.
 
         Args:
-            own: its states without those of the velocity estimate.
+            own: states without those of the velocity estimate.
             errors: without v − v̂.
             gains: without K_v.
-            gain_units: of its gains; the others are in 1/s.
+            gain_units: of ``gains``; K_v is in 1/s.
             more: other fields of ``Observer``.
         """
         system = self.system
@@ -129,7 +131,7 @@ def velocity_of(spec: Spec, choice: ObserverChoice, system: System) -> Velocity:
     """The velocity of a spec's observer.
 
     Raises:
-        BadInput: for a K_v of wrong shape or sign, or one that the integration does not take.
+        BadInput: for a K_v of wrong shape or sign, or one that the integration does not support.
     """
     if choice.velocity == "measured":
         return Velocity(system, system.v, system.v)
@@ -172,7 +174,7 @@ def _step(spec: Spec, integration: str, gain: Matrix) -> tuple[Matrix, Matrix]:
 
 
 def refuse_integration(spec: Spec) -> None:
-    """Raise BadInput for an integration of the velocity estimate where velocity is measured."""
+    """Raise BadInput for an integration that concerns the velocity estimate only, if the velocity is measured."""
     choice = spec.required_observer
     if choice.velocity == "measured" and choice.integration in ("semi_implicit", "exponential"):
         found = f"{choice.integration} with measured velocity; it integrates the decay of the velocity estimate"

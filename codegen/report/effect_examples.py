@@ -1,4 +1,4 @@
-"""Pictures of the effects as SVG: the force residual of each in an example motion."""
+"""Pictures of the effects as SVG: the force residual that each causes in an example motion."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ TIME: Array = np.arange(0, 12, 0.002)
 COMMAND: Array = 9 * np.sin(1.7 * TIME) + 5 * np.sin(4.3 * TIME + 0.4) + 2 * np.sin(11.9 * TIME)
 SUBSTEPS = 20
 EVERY = 6
-"""Every sixth sample is drawn."""
+"""One of so many samples is drawn."""
 SLOWEST = 0.01
 """Share of the top speed below which friction is not drawn."""
 
 
 @dataclass(frozen=True)
 class Residual:
-    """Force residual of the declared model over the variable on which the effect is seen best; N or N*m.
+    """Force residual of the declared model over the variable that shows the effect best; N or N*m.
 
     NaN at standstill and reversals.
     """
@@ -41,7 +41,7 @@ class Residual:
 
 
 def example_residual(effect: Effect, parameters: dict[str, float]) -> Residual:
-    """Simulate an axis with the effect; inverse dynamics of the axis without it, where it slides."""
+    """The force residual of an axis without the effect, by inverse dynamics, on the simulated motion of one with it."""
     angular = effect.needs == "a coordinate in rad"
     plain = _axis("rad" if angular else "m", 2 if effect.sits_on == "two coordinates" else 1)
     symbols = effect_symbols(effect, places_of(effect, plain)[0], plain)

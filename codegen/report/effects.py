@@ -1,4 +1,4 @@
-"""The page docs/effects.md: every effect, from the docstring and attributes of its class, with pictures."""
+"""Generation of docs/effects.md and its pictures from the docstrings and attributes of the effect classes."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ EXAMPLE_PLACES: dict[Place, str] = {
     "input": "w",
     "sensor": "x",
 }
-"""Kind of place → the name of such a place in the examples."""
+"""Kind of place → its name in the examples."""
 
 
 def effect_view(effect: Effect) -> dict[str, Any]:
     """The fields of an effect for the template of the page."""
-    first, *remarks = inspect.cleandoc(type(effect).__doc__ or "").split("\n\n")
+    _, *remarks = inspect.cleandoc(type(effect).__doc__ or "").split("\n\n")
     angular = effect.needs == "a coordinate in rad"
     units = {"F": "N*m" if angular else "N", "q": "rad" if angular else "m", "w": "N"}
     drawn = EXAMPLES.effects.get(effect.kind, {})  # parameter → its value in the picture
@@ -37,7 +37,6 @@ def effect_view(effect: Effect) -> dict[str, Any]:
     parameters = {p.name: (form, p) for form in effect.forms for p in form.parameters}
     return {
         **named(effect, "kind sits_on equation signature seen_over needs refines confused_with"),
-        "summary": first,
         "remarks": [" ".join(r.split()) for r in remarks],
         "parameters": [
             {
@@ -99,10 +98,10 @@ def _range(p: EffectParameter) -> str:
 
 
 def _start(effect: Effect, p: EffectParameter) -> str:
-    """Where a fit of the parameter starts, in the words of the docstring of the function that gives the values."""
+    """Start values of a fit of the parameter, in words: the docstring of the function that computes them."""
     if p not in effect.shapes:
         return "by least squares"
-    own_combinations = type(effect).starts is not Effect.starts  # the class chooses them for all its shapes together
+    own_combinations = type(effect).starts is not Effect.starts  # the class chooses start values of all shapes together
     if p.start is None and not own_combinations:
         return "at a tenth and a half of what makes the effect as large as the force"
     function = effect.starts if own_combinations else p.start

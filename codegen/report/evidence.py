@@ -1,7 +1,7 @@
-"""Comparison of each named effect with a smooth (nonparametric) regression of the force residual on the same variable.
+"""Comparison of each named effect with a nonparametric regression of the force residual on the same variable.
 
-An effect is convincing where its law follows the curve and explains about as much. Where the curve has another shape or
-explains much more, the name may be wrong although the error falls.
+An effect is convincing if its law follows the smooth curve and explains about as much of the variance. If the curve has
+another shape or explains much more, the name may be wrong although the error decreases.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from codegen.report.series import Curve, bin_means, thin
 BOTH_WAYS = ("position", "load")
 """Variables over which a residual may have a different shape in each direction of motion."""
 ROWS_IN_BIN, FEWEST_BINS, MOST_BINS = 40, 16, 160
-"""Samples in a bin of the drawn curves, on the mean, and limits of the number of bins."""
+"""Mean number of samples in a bin of the drawn curves, and limits of the number of bins."""
 NO_RESIDUAL = 1e-300
-"""Replaces a residual of exactly zero in a quotient."""
+"""Lower limit of a sum of squares that is a divisor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,11 +52,11 @@ class LawEvidence:
     """One effect compared with a smooth curve.
 
     Attributes:
-        coordinate: index. variable: over which the effect is seen best.
-        smooth: R² of the smooth curve: share of the mean square of the residual without the effect that a curve over
-            the variable predicts on held-out parts (cross-validated).
+        coordinate: index.
+        variable: that shows the effect best.
+        smooth: R² of a smooth curve over the variable on the residual without the effect, cross-validated.
         law: R² of the effect's law on the same residual.
-        left: R² of a smooth curve on the residual with the effect: what the law has missed over this variable.
+        left: R² of a smooth curve on the residual with the effect: the structure that the law does not explain.
     """
 
     kind: str
@@ -70,7 +70,7 @@ class LawEvidence:
 
 
 def law_evidence(diagnosis: Diagnosis, models: Models) -> tuple[LawEvidence, ...]:
-    """The comparison for every effect that the verdict names, given the others, and for rivals in place of the first.
+    """The comparison for every effect of the verdict, with the others in the model, and for rivals of the first one.
 
     On the training log, to which the effects were fitted, with friction levels refitted to each residual.
     """

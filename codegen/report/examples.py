@@ -1,4 +1,4 @@
-"""Example parameters and motions with which the laws and effects of the pages are drawn, from ``examples.yaml``."""
+"""Example parameters and motions for the pictures of laws and effects, from ``examples.yaml``."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Example(BaseModel):
 
 
 class ExamplesFile(BaseModel):
-    """Of laws by name, and of effects by kind: parameter → value."""
+    """Content of ``examples.yaml``: examples of laws by name; of effects by kind, parameter → value."""
 
     model_config = ConfigDict(extra="forbid")
     laws: dict[str, Example]

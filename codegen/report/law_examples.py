@@ -1,7 +1,4 @@
-"""Pictures of the friction laws as SVG: prescribed slip motions, and the force of a law in them.
-
-Deterministic for the same data.
-"""
+"""Pictures of the friction laws as SVG: the force of a law in prescribed slip motions. Deterministic."""
 
 from __future__ import annotations
 
@@ -28,7 +25,7 @@ FORCE = "force in N"
 
 
 DRAG = {"mass": 1.0, "stiffness": 1000.0, "speed": 0.1}
-"""kg, N/m and m/s: mass, spring and speed of the drive that drags Karnopp's contact."""
+"""Mass in kg, spring in N/m and drive speed in m/s of the stick–slip example of Karnopp's law."""
 
 
 def caption(law: FrictionLaw) -> str:
@@ -64,7 +61,7 @@ def steady_force(law: FrictionLaw, velocity: Any) -> Any:
 
 
 def force_over(law: FrictionLaw, time: Any, velocity: Callable[[float], float]) -> Any:
-    """The force of a dynamic or a memory law during a slip motion that starts at rest without load, in N."""
+    """The force of a law during a slip motion, in N; a law with states starts at rest without load."""
     p = EXAMPLES.laws[law.name].parameters
     u_over_time = np.array([velocity(t) for t in time])
     if isinstance(law, MemoryLaw):
@@ -77,7 +74,7 @@ def force_over(law: FrictionLaw, time: Any, velocity: Callable[[float], float]) 
     rate = _function(law.rates(u, z, symbols)[0], arguments, law)
     force = _function(law.force(u, z, symbols), arguments, law)
     start = [float(e.subs({symbols[n]: v for n, v in p.items()})) for e in law.rest_state(symbols)]
-    from scipy.integrate import solve_ivp  # the list of laws, without pictures, does without
+    from scipy.integrate import solve_ivp  # imported here, since the list of laws without pictures does not need it
 
     done = solve_ivp(
         lambda t, state: [rate(velocity(t), state[0])],
@@ -112,6 +109,7 @@ def dragged_mass() -> tuple[Any, Any, Any]:
 
 
 def _function(expression: Any, arguments: Mapping[Any, None], law: FrictionLaw) -> Callable[..., float]:
+    """A numerical function of the arguments, at the law's example parameters."""
     entries = {s: casadi.SX.sym(s.name) for s in arguments}
     names = entries | {symbol(n): casadi.SX(v) for n, v in EXAMPLES.laws[law.name].parameters.items()}
     function = casadi.Function("law", list(entries.values()), [casadi.SX(to_casadi(expression, names))])
@@ -247,5 +245,5 @@ def _drag(axes: Any, over: Any, friction: Any, label: str) -> None:
 
 
 def _plot(axes: Any, x: Any, y: Any, colour: str, dashes: Any = "-", width: float = 2.2) -> None:
-    """Plot values rounded to some digits, so that rounding differences between platforms do not show."""
+    """Plot values rounded to some digits, so that rounding differences between platforms have no effect."""
     axes.plot(rounded(x), rounded(y), color=colour, linestyle=dashes, linewidth=width)

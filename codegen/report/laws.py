@@ -1,4 +1,4 @@
-"""The page docs/laws.md and its pictures, made from the docstrings and attributes of the law classes."""
+"""Generation of docs/laws.md and its pictures from the docstrings and attributes of the law classes."""
 
 from __future__ import annotations
 

@@ -29,13 +29,13 @@ MOST_PARAMETERS = 8
 """Most lines of one candidate in a table; a sum of harmonics has two parameters an order."""
 Level = Literal["close", "fair", "poor"]
 Outcome = Literal["chosen", "carried", "rival", "later", "passed", "rejected"]
-"""Of a candidate; carried: in the augmented model while others tie; rival: ties with that one; later: rejected in this
-round, but in the verdict."""
+"""Outcome of a candidate. carried: in the augmented model, while others tie with it; rival: ties with that one; later:
+rejected in this round, but named in the verdict."""
 
 
 @dataclass(frozen=True)
 class ErrorRow:
-    """One error figure in print.
+    """A row of the table of errors.
 
     Attributes:
         quantity: "training" is the relative error on the training log.
@@ -53,7 +53,7 @@ class ErrorRow:
 
 @dataclass(frozen=True)
 class EffectView:
-    """An effect that was found, with what the catalogue says; ``meanings`` are of its parameters."""
+    """An effect that was found, with its entry in the catalogue; ``meanings`` are those of its parameters."""
 
     found: FoundEffect
     equation: str
@@ -63,7 +63,7 @@ class EffectView:
 
 @dataclass(frozen=True)
 class CandidateRow:
-    """A candidate of one round.
+    """A row of the table of one round's candidates.
 
     Attributes:
         parameters: name = value unit.
@@ -82,8 +82,8 @@ class RoundView:
     """A round of candidates.
 
     Attributes:
-        found_before: effects that were in the model already, in words.
-        exchanged: whether these replaced others, and were compared with the fit without them.
+        found_before: effects that were already in the model, in words.
+        exchanged: whether these candidates replaced others, and were compared with the fit without those.
     """
 
     found_before: tuple[str, ...]
@@ -99,7 +99,7 @@ class PictureView:
         coordinates: name of each, and its pictures.
         legend: (model, colour) in the order of drawing.
         same: whether the refit changes no value, so that only the declared model is drawn.
-        thinned: most samples drawn a model; empty where all are.
+        thinned: largest number of samples drawn for a model; empty if all are drawn.
     """
 
     coordinates: tuple[tuple[str, tuple[Panel, ...]], ...]
@@ -110,7 +110,7 @@ class PictureView:
 
 @dataclass(frozen=True)
 class Page:
-    """What the template prints: a diagnosis, and what the report adds to it.
+    """Content of the report: a diagnosis, and the data that the report adds.
 
     Attributes:
         leader: the effects of the augmented model, in words.

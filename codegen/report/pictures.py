@@ -1,4 +1,4 @@
-"""Pictures of the report as SVG: axes and text as vectors, samples as a bitmap; one panel each, for narrow screens."""
+"""Pictures of the report as SVG: axes and text as vectors, samples as a bitmap; one panel per picture."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ DPI = 110
 TICKS_HZ = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 DOTS: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.3, "rasterized": True}
 BULK, BEYOND_BULK, HEADROOM = 0.99, 1.6, 1.06
-"""The axis of a law's picture shows all samples, but at most 1.6 times what 99 % of them keep within: a few outliers
-would squeeze the curves. It is 6 % higher than that."""
+"""Range of the vertical axis in a law's picture: all samples, but at most 1.6 times the 99 % quantile of their
+magnitude, so that outliers do not compress the curves; plus 6 %."""
 
 
 @dataclass(frozen=True)
@@ -41,14 +41,14 @@ class Panel:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A picture to be drawn: its title, and what puts its content on axes."""
+    """A picture to be drawn: its title, and the function that draws it on axes."""
 
     words: str
     draw: Callable[[Any], None]
 
 
 def drawn(groups: Sequence[Sequence[Drawing]]) -> list[tuple[Panel, ...]]:
-    """The pictures of drawings, in their groups, by several processes: matplotlib draws in one thread only."""
+    """The pictures of drawings, in their groups; drawn in several processes, since matplotlib is not thread-safe."""
     found = iter(in_processes(_panel, [one for group in groups for one in group], threads=False))
     return [tuple(next(found) for _ in group) for group in groups]
 
@@ -119,7 +119,7 @@ def _free_run(axes: Any, coordinate: CoordinateSeries) -> None:
 
 
 def _position_axis(coordinate: CoordinateSeries) -> tuple[str, float]:
-    """Label and factor of the axis over position, in m, mm or µm as its range asks."""
+    """Label and factor of the axis over position, in m, mm or µm depending on its range."""
     factor, unit = _scale([m.over["position"][0].x for m in coordinate.models.values()], coordinate.unit)
     return f"{coordinate.name} in {unit_text(unit)}", factor
 
@@ -153,7 +153,7 @@ def _spectrum(axes: Any, coordinate: CoordinateSeries) -> None:
     ticks = in_range[::-2][::-1]  # every second one, the highest among them
     axes.set_xticks(ticks, [number(t) for t in ticks])
     axes.set_xticks([], minor=True)
-    # At least a decade high, and by what is below the cutoff: above it there is little but the filter's roll-off.
+    # At least a decade high, by the values below the cutoff: above it the filter dominates.
     below = np.concatenate([c.y[c.x <= coordinate.cutoff_hz] for _, c in spectra])
     axes.set_ylim(min(below.min(), below.max() / 10) / 2, below.max() * 3)
     axes.yaxis.set_minor_formatter(NullFormatter())
@@ -172,14 +172,14 @@ def _frame(axes: Any, x: str, y: str) -> None:
 
 
 class _PlainLabels(ScalarFormatter):
-    """Numbers at the ticks as plain text, and only their power of ten as mathtext, which takes milliseconds each."""
+    """Tick labels as plain text; only the power of ten is mathtext, which takes milliseconds per label."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         return super().__call__(x, pos).replace("$\\mathdefault{", "").replace("}$", "")
 
 
 def _write_only(axes: Any, words: str) -> None:
-    """A sentence in place of curves, on axes without ticks."""
+    """Write a sentence instead of curves, on axes without ticks."""
     axes.text(0.5, 0.5, words, transform=axes.transAxes, ha="center", va="center", color=QUIET)
     axes.set_xticks([])
     axes.set_yticks([])

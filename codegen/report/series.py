@@ -1,4 +1,4 @@
-"""Data of the pictures: residuals, spectra and free-run errors of the models on the held-out window, thinned."""
+"""Data of the pictures: residuals, spectra and free-run errors of the models on the held-out data, thinned."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ class ModelResidual:
     """The force residual of one model on one coordinate, away from standstill.
 
     Attributes:
-        over: variable → thinned samples, and their mean in bins of equal width, NaN in a bin with few samples.
+        over: variable → thinned samples, and means in bins of equal width, NaN in a bin with few samples.
         by_time: minimum and maximum of short intervals, NaN at standstill.
-        spectrum: power density (force²/Hz) over Hz, or None where no interval of motion is long enough.
+        spectrum: power spectral density (force²/Hz) over Hz; None if no interval of motion is long enough.
     """
 
     over: Mapping[str, tuple[Curve, Curve]]
@@ -54,13 +54,14 @@ class ModelResidual:
 
 @dataclass(frozen=True, eq=False)
 class CoordinateSeries:
-    """One coordinate's panels, units in SI.
+    """Data of one coordinate's panels, in SI.
 
     Attributes:
-        models, free_run: by name of a model, its force residual, and predicted less measured position over time, NaN
-            where not finite.
-        samples: in motion on the held-out window.
-        limit: half the height of the residual's axis; a few isolated peaks may lie beyond.
+        models: name of a model → its force residual.
+        free_run: name of a model → predicted minus measured position over time, NaN where not finite.
+        samples: number of samples in motion in the held-out window.
+        limit: half the range of the residual's axis; a few isolated peaks may be outside.
+        cutoff_hz: of the residual's low-pass filter.
     """
 
     name: str
@@ -75,10 +76,10 @@ class CoordinateSeries:
 
 
 def held_out_series(models: Models, names: Sequence[str]) -> tuple[CoordinateSeries, ...]:
-    """The data of the pictures, one a coordinate.
+    """The data of the pictures, for each coordinate.
 
     Args:
-        names: of the models to compare, attributes of ``models``.
+        names: of the models that are compared; attributes of ``models``.
     """
     systems: list[System] = [getattr(models, name) for name in names]
     motion, used = models.test.motion, models.test.used
@@ -190,7 +191,7 @@ def _spectrum(residual: Array, rows: Flags, period: float, cutoff_hz: float) -> 
 
 
 def _limit(residuals: list[Array]) -> float:
-    """Half the height of the axis: all samples, unless a few peaks would compress the rest."""
+    """Half the range of the axis: all samples, or 1.6 times the 99 % quantile of their magnitude if that is less."""
     sizes = [np.abs(r) for r in residuals if len(r)]
     if not sizes:
         return 1.0

@@ -1,4 +1,4 @@
-"""Colours, fonts and drawing functions shared by the pictures of reports, laws and gallery."""
+"""Colours, fonts and drawing functions of all pictures: reports, laws, effects and gallery."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ STYLE = {
 
 
 def load_libraries() -> None:
-    """Load what ``drawn`` imports, for a caller that has half a second to spare before the first picture."""
+    """Import the libraries that ``drawn`` needs, in advance of the first picture; takes half a second."""
     for name in ("backends.backend_agg", "backends.backend_svg", "figure", "layout_engine"):
         import_module(f"matplotlib.{name}")
 
@@ -43,9 +43,9 @@ def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, **styl
     """A PNG of a matplotlib figure, with the same bytes in every run.
 
     Args:
-        draw: puts the content on the figure that it is given.
+        draw: function that draws the content on a figure.
         size: width and height, inches.
-        style: matplotlib settings in addition to ``STYLE``; ``font__size`` stands for ``font.size``.
+        style: matplotlib settings in addition to ``STYLE``, with ``__`` for a point: ``font__size``.
     """
     spaces = {"w_pad": 0.07, "h_pad": 0.06, "wspace": 0.03, "hspace": 0.04}
     return drawn(draw, size, "png", dpi, spaces, _look(style))
@@ -58,7 +58,7 @@ def svg(
 
     Args:
         dpi: resolution of the parts that are bitmaps.
-        fits: whether matplotlib arranges the panels; otherwise ``draw`` places them.
+        fits: whether matplotlib arranges the panels; otherwise ``draw`` positions them.
     """
     return drawn(draw, size, "svg", dpi, {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05} if fits else None, _look(style))
 
@@ -76,13 +76,13 @@ def drawn(
     spaces: Mapping[str, Any] | None,
     look: Mapping[str, Any],
 ) -> bytes:
-    """The bytes of a figure's file: without a date, and by matplotlib's default settings and ``look`` alone.
+    """The bytes of a figure's file, without a date; they depend on matplotlib's defaults and ``look`` only.
 
     Args:
-        spaces: distances between the panels that matplotlib arranges; None where ``draw`` places them.
+        spaces: distances between the panels that matplotlib arranges; None if ``draw`` positions them.
         look: matplotlib settings.
     """
-    import matplotlib  # here, since it takes about a second and the lists of laws and effects do without
+    import matplotlib  # imported here, since it takes about a second, which lists of laws and effects save
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
@@ -104,8 +104,7 @@ def drawn(
 def rounded(values: Any) -> Any:
     """Values rounded to ``DIGITS`` digits of the largest magnitude, so that a picture is the same on every platform.
 
-    Arrays of positive values are returned as they are: they may be drawn on a logarithmic axis, where the smallest
-    values need their own digits.
+    Arrays of positive values are not rounded, since small values are visible on a logarithmic axis.
     """
     array = np.asarray(values, dtype=float)
     size = float(np.nanmax(np.abs(array)))

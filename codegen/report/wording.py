@@ -16,7 +16,7 @@ UNCHANGED = 0.05
 
 
 def number(value: float, digits: int = DIGITS, form: str = "") -> str:
-    """A number with a true minus sign, or a word for nan and infinity.
+    """A number with a typographic minus sign, or a word for NaN and infinity.
 
     Args:
         form: ``#`` keeps trailing zeros.
@@ -34,7 +34,7 @@ def number(value: float, digits: int = DIGITS, form: str = "") -> str:
 
 
 def estimated(value: float, interval: Sequence[float]) -> tuple[str, str]:
-    """A value and its 95 % interval with the digits that the width of the interval justifies."""
+    """A value and its 95 % interval, with as many digits as the width of the interval justifies."""
     if not all(map(math.isfinite, interval)):
         return number(value), "not bounded"
     if len(interval) != 2 or interval[0] == interval[1]:

@@ -1,4 +1,4 @@
-"""Text → Spec: a safe expression parser, the schema, units, and writing back with comments kept."""
+"""Reading of specifications, text → Spec: safe expression parser, schema, units; and writing that keeps comments."""
 
 from codegen.spec.model import Spec
 from codegen.spec.reader import parse_spec, read_spec

@@ -22,7 +22,7 @@ def read_bodies(
     """The bodies of a section: mass and inertia over ``constant``, positions over ``position``.
 
     Raises:
-        BadInput: for no body, a body that cannot move or has no mass, unknown names and units that do not fit.
+        BadInput: for no body, a body without a position or mass, unknown names, and units that do not match.
     """
     if not sections:
         raise BadInput(units.place(f"{key}.bodies"), "no body", "at least one", code="SPEC003")
@@ -67,10 +67,10 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
 def read_body_forces(
     sections: Mapping[str, Mapping[str, str]], bodies: Sequence[Body], names: Symbols, units: Units
 ) -> dict[tuple[str, str], sympy.Expr]:
-    """g_x of (A.54): the force or torque on each body in each of its directions.
+    """(body, direction) → force or torque on it, g_x of (A.54).
 
     Raises:
-        BadInput: for a body or direction that is not there, unknown names and units that do not fit.
+        BadInput: for an unknown body, direction or name, and units that do not match.
     """
     known = {b.name: b for b in bodies}
     symbols = dict(names) | _body_symbols(bodies, names, units)
@@ -91,10 +91,10 @@ def read_body_forces(
 def read_equations(
     texts: Sequence[str], bodies: Sequence[Body], constant: Symbols, units: Units
 ) -> tuple[sympy.Expr, ...]:
-    """ψ(x) of (A.47) over the positions of the bodies.
+    """Left sides ψ(x) of the constraint equations (A.47), over the positions of the bodies.
 
     Raises:
-        BadInput: for unknown names, terms of different units, and an equation without any position.
+        BadInput: for unknown names, terms of different units, and an equation without a position.
     """
     symbols = dict(constant) | {
         position_name(b.name, direction): symbol(position_name(b.name, direction))
@@ -115,7 +115,7 @@ def read_equations(
 
 
 def _body_symbols(bodies: Sequence[Body], names: Symbols, units: Units) -> dict[str, sympy.Symbol]:
-    """Symbols for the positions and velocities of bodies; their names must be free."""
+    """Name → symbol of the positions and velocities of bodies; BadInput if a name is in use."""
     result = {}
     for body in bodies:
         for direction in body.positions:
@@ -131,7 +131,7 @@ def _body_symbols(bodies: Sequence[Body], names: Symbols, units: Units) -> dict[
 def read_sliding(
     document: SpecDocument, form: str, bodies: Sequence[Body], index: int, names: Symbols, units: Units
 ) -> Sliding | None:
-    """Between which bodies contact ``index`` slides; None where ``distribution`` says it.
+    """The bodies and direction of contact ``index``; None if ``distribution`` gives them.
 
     Raises:
         BadInput: for an unknown body or direction, a contact of a body with itself, or one without bodies.

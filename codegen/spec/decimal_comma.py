@@ -1,4 +1,4 @@
-"""Decimal commas: ``0,05`` where a spec needs ``0.05``, in a value, in an expression, or split into two entries."""
+"""Detection of decimal commas, ``0,05`` for ``0.05``: in a value, in an expression, or split into two list entries."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 DECIMAL_COMMA = "a decimal comma"
 QUESTION = "or are these decimal commas? A number is written with a decimal point"
-"""What is added where a list has more entries than it should, and commas within numbers may be the reason."""
+"""Added to the message on a list with too many entries, if decimal commas may be the cause."""
 _NUMBER = r"\d+,\d+(?:[eE][-+]?\d+)?"
 _VALUE = re.compile(rf"\s*[-+]?{_NUMBER}(?:\s*(?:%|[^\W\d_].*|1/.*))?\s*")
 _INSIDE = re.compile(rf"(?<![\w.,]){_NUMBER}(?!,)")
@@ -16,7 +16,7 @@ _ENDS_WHOLE, _BEGINS_WITH_DIGIT = re.compile(r"(?:.*[^\w.,])?\d+", re.DOTALL), r
 
 
 def comma_in_value(text: str) -> bool:
-    """Whether a value is a number with a decimal comma, with a unit or a per cent sign behind it or not."""
+    """Whether a value is a number with a decimal comma, possibly followed by a unit or a per cent sign."""
     return _VALUE.fullmatch(text) is not None
 
 
@@ -33,7 +33,7 @@ def comma_in_expression(text: str, functions: Sequence[str]) -> str | None:
 
 
 def comma_at_joint(before: object, after: object) -> bool:
-    """Whether two neighbouring entries may be one text that a decimal comma has split, such as 3 and 2 of ``3,2``."""
+    """Whether two neighbouring entries may be one number split by YAML at a decimal comma, as 3 and 2 of ``3,2``."""
     if isinstance(before, (bool, float)) or isinstance(after, (bool, float)):
         return False
     return bool(_ENDS_WHOLE.fullmatch(str(before)) and _BEGINS_WITH_DIGIT.match(str(after)))
@@ -49,10 +49,7 @@ def maybe_commas(entries: Sequence[object], wanted: int) -> bool:
 
 
 def with_point(text: str) -> str:
-    """How the number with a decimal comma is written: ``0.05``; of ``1,000`` also without the comma.
-
-    Three digits behind the comma may be thousands.
-    """
+    """The number with a point, ``0.05``; for ``1,000``, where the comma may separate thousands, both forms."""
     point = text.strip().replace(",", ".", 1)
     grouped = re.match(r"[-+]?[1-9]\d{0,2},\d{3}(?!\d)", text.strip())
     return f"`{point}`, or `{text.strip().replace(',', '', 1)}` without a separator" if grouped else f"`{point}`"

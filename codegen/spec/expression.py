@@ -1,11 +1,11 @@
-"""Text to SymPy without evaluation: the text is read as a syntax tree, and only arithmetic is taken from it.
+"""Parser of expressions, text → SymPy, without evaluation of the text.
 
-Python's own parser gives the tree (it runs nothing); every node that is not a number, a known name, an operator of
+Python's parser gives a syntax tree, without executing it. Every node that is not a number, a known name, an operator of
 + - * / ** or a call of a listed function is an error that quotes it.
 
-A number is rounded once to a double, and stands for the shortest decimal that denotes this double. C and the Python
-twin print this decimal, and the checker reads it in the C. So equations, certificate and code use the same number. A
-decimal of up to 15 digits is not changed by this: 0.1 remains 1/10.
+A number is rounded once to a double, and represented by the shortest decimal that denotes this double. C and the Python
+twin print this decimal, and the checker reads it in the C, so equations, certificate and code use the same number. A
+decimal of up to 15 digits is not changed: 0.1 is 1/10.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ RANGE = "a finite number between 1e-300 and 1e300 in size"
 
 
 def decimal_of(double: float) -> sympy.Rational:
-    """The shortest decimal that denotes a finite double, exactly."""
+    """The shortest decimal that rounds to a finite double, as an exact rational."""
     return sympy.Rational(repr(double))
 
 
 def in_range(double: float) -> bool:
-    """Whether the magnitude of a number other than zero is within the range that a spec may use."""
+    """Whether the magnitude of a nonzero number is within the range that a spec may use."""
     return 1e-300 < abs(double) < 1e300
 
 
 def printed(value: Any, place: Place, found: str) -> sympy.Rational:
-    """A rational number rounded once to a double, as the decimal that code prints.
+    """A rational number rounded once to a double, as the exact value of the decimal that generated code prints.
 
     Args:
-        found: the text of the spec that gives the number, for the message.
+        found: the text of the number in the spec, for the message.
 
     Raises:
-        BadInput: for a number that is not zero and not between 1e-300 and 1e300 in size.
+        BadInput: for a nonzero number whose magnitude is not between 1e-300 and 1e300.
     """
     try:
         double = int(value.p) / int(value.q)  # Python rounds a quotient of integers correctly
@@ -58,9 +58,13 @@ def printed(value: Any, place: Place, found: str) -> sympy.Rational:
 
 
 LONGEST = 20_000
+"""Characters of an expression."""
 DEEPEST = 600
+"""Levels of its syntax tree."""
 MOST_PARENTHESES = 40
+"""Parentheses inside each other."""
 LONGEST_NUMBER = 8192
+"""Bits of a rational number."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -76,8 +80,8 @@ class Expression:
     """A parsed expression.
 
     Attributes:
-        text: what the author wrote, on one line.
-        tree: its syntax tree; holds arithmetic only. Its places are in the text with ``**`` for ``^``.
+        text: as written by the author, on one line.
+        tree: syntax tree, which contains arithmetic only. Its positions refer to the text with ``**`` for ``^``.
     """
 
     text: str
@@ -85,13 +89,13 @@ class Expression:
     place: Place
 
     def symbolic(self, symbols: Mapping[str, sympy.Symbol], hint: str = "") -> sympy.Expr:
-        """The SymPy form over the given symbols, numbers as exact rationals.
+        """The SymPy form over the given symbols, with numbers as exact rationals.
 
         Args:
-            hint: what else is said of an unknown name.
+            hint: added to the message on an unknown name.
 
         Raises:
-            BadInput: on a name that is not in ``symbols``, a division by zero or a number out of range.
+            BadInput: for a name that is not in ``symbols``, a division by zero, or a number out of range.
         """
         value = evaluate_tree(self.tree, self, _numbers_of(symbols, hint))
         value = value.replace(sympy.Abs, Magnitude).replace(sympy.sign, Sgn)  # sqrt(x**2) gives SymPy's own
@@ -101,12 +105,12 @@ class Expression:
         return value
 
     def source(self, node: ast.expr) -> str:
-        """The author's words for one node of the tree."""
+        """The text of one node of the tree, as written by the author."""
         return _written(node, self.text)
 
 
 def _written(node: ast.expr, text: str) -> str:
-    """The part of a text, which may have ``^``, that a node of its tree stands for."""
+    """The part of a text, possibly with ``^``, to which a node of its tree belongs."""
     if node.end_col_offset is None:
         return text
     places = _places(text)
@@ -114,7 +118,7 @@ def _written(node: ast.expr, text: str) -> str:
 
 
 def _places(text: str) -> list[int]:
-    """For each character of the text with ``**`` for ``^``, its place in the text itself."""
+    """For each character of the text with ``**`` for ``^``, its position in the text itself."""
     return [k for k, letter in enumerate(text) for _ in range(1 + (letter == "^"))]
 
 
@@ -127,7 +131,7 @@ def exact_number(text: str, place: Place) -> sympy.Rational:
             expected = f"a decimal point: {with_point(text)}"
             raise BadInput(place, f"`{text}` with {DECIMAL_COMMA}", expected, code="SPEC006") from None
         raise BadInput(place, f"`{text}` is not a number", "a number", code="SPEC006") from None
-    zero = not re.search("[1-9]", re.split("[eE]", text)[0])  # 1e-999 is not, though its double is
+    zero = not re.search("[1-9]", re.split("[eE]", text)[0])  # 1e-999 is not zero, though its double is
     if not math.isfinite(size) or not (zero or in_range(size)):
         raise BadInput(place, f"the number {text}", RANGE, code="SPEC007")
     return sympy.Integer(0) if zero else decimal_of(size)
@@ -156,7 +160,7 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
         raise BadInput(place, f"`{comma}` with {DECIMAL_COMMA} in `{words}`", expected, code="SPEC010")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # Python warns of `2if`; here it is as wrong as any other text
+            warnings.simplefilter("error")  # Python only warns of `2if`, which is no expression
             tree = ast.parse(words.replace("^", "**"), mode="eval").body
         if max(accumulate((c == "(") - (c == ")") for c in words)) > MOST_PARENTHESES:
             raise RecursionError
@@ -173,6 +177,7 @@ def parse_expression(text: str | int | float, place: Place) -> Expression:
 
 
 def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
+    """Raise BadInput for a node that is no arithmetic, RecursionError for a tree that is too deep."""
     if depth > DEEPEST:
         raise RecursionError
     what = _written(node, text)
@@ -204,12 +209,13 @@ def _check(node: ast.expr, text: str, place: Place, depth: int = 1) -> None:
 
 @dataclass(frozen=True)
 class Algebra:
-    """What the names, calls and operators of an expression's tree give.
+    """Interpretation of an expression's tree: the values of names, calls and operators.
 
     Attributes:
-        names: name → its value; ``expected``: the words for an unknown one.
-        call: (function, argument) → value.
-        combine: (operator, left, right, expression, node) → value.
+        names: name → value.
+        expected: what is expected instead of an unknown name, for the message.
+        call: function (name, argument) → value.
+        combine: function (operator, left, right, expression, node) → value.
     """
 
     names: Mapping[str, Any]
@@ -219,10 +225,10 @@ class Algebra:
 
 
 def evaluate_tree(node: ast.expr, whole: Expression, algebra: Algebra) -> Any:
-    """The value of a node of an expression's tree; numbers are exact rationals.
+    """The value of a node of an expression's tree in an algebra; numbers are exact rationals.
 
     Raises:
-        BadInput: on an unknown name, or as ``algebra`` does.
+        BadInput: for an unknown name, or raised by ``algebra``.
     """
     match node:
         case ast.Constant():
@@ -254,7 +260,7 @@ def _numbers_of(symbols: Mapping[str, sympy.Symbol], hint: str) -> Algebra:
 
 
 def _combine(op: ast.operator, a: Any, b: Any, whole: Expression, node: ast.expr) -> Any:
-    """The two combined, unless that is too large or divides by zero."""
+    """The SymPy value of a binary operation; BadInput if it is too large or divides by zero."""
 
     def refused(why: str, expected: str, code: str) -> BadInput:
         return BadInput(whole.place, f"`{whole.source(node)}`{why}", expected, code=code)

@@ -1,4 +1,4 @@
-"""Free gains: ``K_F: {free: [1, 1000]}`` in a spec, found, refused where a number is needed, and filled in."""
+"""Free gains, ``K_F: {free: [1, 1000]}`` in a spec: reading, refusal where a number is needed, replacement."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ class GainEntry:
 
     @property
     def key(self) -> str:
+        """Its key in the spec."""
         return f"observer.gains.{self.gain}" + "".join(f"[{k}]" for k in self.path)
 
 
@@ -36,7 +37,8 @@ def read_free_gains(raw: Any, key: str, place: Callable[[str], Place]) -> Any:
     """A gain of the schema with its free entries as FreeGain.
 
     Raises:
-        BadInput: for a range that is not low < high, or, where the gain is no full matrix, that holds both signs.
+        BadInput: for a range that is not low < high, or, unless the gain is a full matrix, one that contains both
+            signs.
     """
     if isinstance(raw, list):
         return [read_free_gains(entry, f"{key}[{k}]", place) for k, entry in enumerate(raw)]
@@ -54,26 +56,26 @@ def read_free_gains(raw: Any, key: str, place: Callable[[str], Place]) -> Any:
 
 
 def gain_entries(gains: Mapping[str, Any]) -> tuple[GainEntry, ...]:
-    """Every entry of the gains, in the order in which they are written."""
+    """All entries of the gains, in the order of the spec."""
     return tuple(entry for name, raw in gains.items() for entry in _entries(name, (), raw))
 
 
 def free_entries(spec: Spec) -> tuple[GainEntry, ...]:
-    """The entries that a spec leaves free."""
+    """The free entries of a spec's gains."""
     if spec.observer is None:
         return ()
     return tuple(e for e in gain_entries(spec.observer.gains) if isinstance(e.value, FreeGain))
 
 
 def refuse_free_gains(spec: Spec) -> None:
-    """Raise BadInput where a gain is free, with the verb that finds a number for it."""
+    """Raise BadInput for a free gain, with the verb that suggests a number."""
     for entry in free_entries(spec):
         expected = f"a number; `stiction gains {spec.path}` shows which are stable and suggests one"
         raise BadInput(spec.place(entry.key), _is_free(entry), expected, code="SPEC023")
 
 
 def free_gains_in_words(spec: Spec) -> str:
-    """Which gains are free, in words; empty where none is."""
+    """The free gains in words; empty if there are none."""
     return ", ".join(map(_is_free, free_entries(spec)))
 
 
@@ -83,14 +85,14 @@ def _is_free(entry: GainEntry) -> str:
 
 
 def with_gains(spec: Spec, numbers: Mapping[tuple[str, tuple[int, ...]], float]) -> Spec:
-    """The spec with other numbers at (gain, path); its text stays as it is."""
+    """The spec with new numbers at (gain, path); its text is unchanged."""
     choice = spec.required_observer
     gains = {name: _filled(name, (), raw, numbers) for name, raw in choice.gains.items()}
     return replace(spec, observer=replace(choice, gains=gains))
 
 
 def middle(free: FreeGain) -> float:
-    """A number in the range: the geometric mean where it has one, else the middle, or the upper end if that is zero."""
+    """A number in the range: the geometric mean if both ends have one sign; else the middle, or the upper end for 0."""
     low, high = float(free.low), float(free.high)
     if low * high > 0:
         return float(f"{math.copysign(math.sqrt(low * high), low):.6g}")
@@ -98,7 +100,7 @@ def middle(free: FreeGain) -> float:
 
 
 def at_middle(spec: Spec) -> Spec:
-    """The spec with every free gain at the middle of its range, for what does not depend on the number."""
+    """The spec with every free gain at the middle of its range, for results that do not depend on the number."""
     free = free_entries(spec)
     return with_gains(spec, {(e.gain, e.path): middle(e.value) for e in free}) if free else spec
 

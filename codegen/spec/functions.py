@@ -1,7 +1,8 @@
-"""The functions and constants that an expression of a spec may use.
+"""Functions and constants that an expression of a spec may use.
 
-``Magnitude`` (abs) and ``Sgn`` are our own SymPy functions: SymPy's ``Abs`` and ``sign`` bring Dirac deltas and complex
-cases, while friction is analysed between reversals, where the sign of a slip velocity is a constant.
+``Magnitude`` (abs) and ``Sgn`` are SymPy functions of our own: derivatives of SymPy's ``Abs`` and ``sign`` contain
+Dirac deltas and complex cases, while friction is analysed between reversals, where the sign of a slip velocity is
+constant.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ def _sign(argument: Any) -> Any:
     """The sign of a constant, such as pi - 3; None if the argument is not a constant, or its sign is not known."""
     if argument.is_Number:
         return sympy.sign(argument)
-    if not argument.is_number:  # asked first: SymPy takes milliseconds to find that it knows no sign of a sum
+    if not argument.is_number:  # checked first, since SymPy takes milliseconds to find that a sum has no known sign
         return None
     known = (argument.is_positive, 1), (argument.is_negative, -1), (argument.is_zero, 0)
     return next((sympy.Integer(sign) for holds, sign in known if holds), None)
@@ -77,5 +78,5 @@ FUNCTIONS: dict[str, Any] = {
     "sgn": Sgn,
 }
 OTHER_NAMES = {"sign": "sgn", "signum": "sgn", "fabs": "abs", "ln": "log", "power": "^", "pow": "^"}
-"""What other languages call a function or an operator → what it is called here."""
+"""Name of a function or operator in other languages → name in a spec."""
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi}

@@ -1,7 +1,8 @@
-"""Which parameter lacks its unit, where the units of an equation do not fit.
+"""Identification of parameters without a unit, if the units of an equation do not match.
 
 Each condition on units is linear in the exponents of the base units. With the units of some parameters as unknowns, the
-conditions are solved one after another (Gaussian elimination); a fault that has no unknown in it is a contradiction.
+conditions are solved one after another (Gaussian elimination); a violated condition without unknowns is a
+contradiction.
 """
 
 from __future__ import annotations
@@ -16,16 +17,17 @@ from codegen.spec.units import UnitMismatch, describe, is_called
 
 MOST_AT_ONCE, MOST_TRIED = 3, 60
 Needed = tuple[Dimension, Place]
-"""The dimension that a parameter must have, and the entry of the spec that says so."""
+"""The dimension that a parameter must have, and the place in the spec that requires it."""
 Read = Callable[[Mapping[str, Dimension]], object]
 
 
 def refuse_missing_units(read: Read, unwritten: Sequence[str], place: Callable[[str], Place]) -> None:
-    """Raise BadInput at the lines of the parameters that lack a unit, if that alone is why units do not fit.
+    """Raise BadInput at parameters without a unit, if this is the only reason why units do not match.
 
     Args:
-        read: takes dimensions in place of those of the spec, and raises UnitMismatch where units do not fit.
-        unwritten: the parameters that have none. place: key → its file and line.
+        read: function of parameter → dimension that replaces the spec's; raises UnitMismatch if units do not match.
+        unwritten: names of the parameters without a unit.
+        place: key → its file and line.
     """
     all_sets = chain.from_iterable(combinations(unwritten, k) for k in range(1, MOST_AT_ONCE + 1))
     found: list[dict[str, Needed]] = []
@@ -50,7 +52,7 @@ def refuse_missing_units(read: Read, unwritten: Sequence[str], place: Callable[[
 
 
 def _solved(read: Read, names: Sequence[str]) -> dict[str, Needed] | None:
-    """The dimensions that the conditions leave to the parameters ``names``; None where there are none, or several."""
+    """The dimensions of the parameters ``names`` that satisfy all conditions; None if there are none, or several."""
     of = {name: Dimension({_unknown(name): 1}) for name in names}
     where: dict[str, Place] = {}
     for _ in range(len(names) + 1):

@@ -1,12 +1,12 @@
-"""A MuJoCo model (MJCF) → a robot description (URDF) and what that cannot hold, through MuJoCo's own compiler.
+"""Conversion of a MuJoCo model (MJCF) to a robot description (URDF), through MuJoCo's compiler.
 
-MuJoCo infers inertias from shapes, resolves defaults, includes and orientations; what is read here is the compiled
-model. A MuJoCo joint lies anywhere in its body, and its position is q = ref where the body is drawn: a hinge turns the
-body by q − ref about an axis through the joint's point (MuJoCo, Computation, Kinematics). A URDF link has its joint at
-its origin, and the joint's frame in the parent link is that of the link at q = 0. The link's frame is therefore the
-body's, moved to the joint's point, and the joint's frame is turned (of a slide: moved) back by ref.
+MuJoCo computes inertias from shapes and resolves defaults, includes and orientations; the compiled model is read here.
+A MuJoCo joint has any position in its body, and q = ref in the pose of the file: a hinge rotates the body by q − ref
+about an axis through the joint's point (MuJoCo, Computation, Kinematics). In URDF the origin of a link is at its joint,
+and the joint's frame in the parent link is that of the link at q = 0. So the link's frame is the body's, translated to
+the joint's point, and the joint's frame is rotated (for a slide: translated) back by ref.
 
-Names of indices follow MuJoCo: b of a body, j of a joint, k of an actuator or of the kind at hand.
+Indices follow MuJoCo: b for a body, j for a joint, k for an actuator or another object.
 """
 
 from __future__ import annotations
@@ -31,12 +31,16 @@ EXPECTED = "a MuJoCo model (MJCF) of an arm of hinge and slide joints"
 
 @dataclass(frozen=True)
 class MjcfJoint:
-    """What a robot description does not hold of a joint.
+    """Properties of a joint that a robot description (URDF) does not have.
 
     Attributes:
-        joint: an identifier made of the name; ``label`` is the name itself. turns: a hinge.
-        armature: reflected inertia of the motor, kg m² or kg. stiffness: of a spring, in N m/rad or N/m.
-        rest: position at which the spring is slack. limits: of the position, or None.
+        joint: identifier made of the name.
+        label: the name itself.
+        turns: whether it is a hinge.
+        armature: reflected inertia of the motor, kg m² or kg.
+        stiffness: of a spring, N m/rad or N/m.
+        rest: position at which the spring force is zero.
+        limits: of the position, or None.
     """
 
     joint: str
@@ -53,8 +57,10 @@ class MjcfRobot:
     """A converted model.
 
     Attributes:
-        urdf: its text. joints: in the order of MuJoCo.
-        gravity: m/s². remarks: what neither the text nor ``joints`` holds, in plain words.
+        urdf: text of the robot description.
+        joints: in the order of MuJoCo.
+        gravity: m/s².
+        remarks: properties of the model that are lost, in words.
     """
 
     urdf: str
@@ -64,11 +70,11 @@ class MjcfRobot:
 
 
 def read_mjcf(path: Path) -> MjcfRobot:
-    """Read and convert a model.
+    """A MuJoCo model, converted.
 
     Raises:
-        BadInput: where MuJoCo is not installed, for a file that is no model, a floating base, or a body with two joints
-            or a ball joint.
+        BadInput: if MuJoCo is not installed, for a file that is no model, a floating base, or a body with two joints or
+            a ball joint.
     """
     mujoco, model = compiled(path)
     conversion = _Conversion(path, mujoco, model)
@@ -77,10 +83,10 @@ def read_mjcf(path: Path) -> MjcfRobot:
 
 
 def compiled(path: Path) -> tuple[Any, Any]:
-    """The package mujoco, and the model that it makes of a file.
+    """The package mujoco, and the compiled model of a file.
 
     Raises:
-        BadInput: where MuJoCo is not installed, or for a file that is no model.
+        BadInput: if MuJoCo is not installed, or for a file that is no model.
     """
     read_bytes(path, EXPECTED, LARGEST)
     try:
@@ -99,11 +105,13 @@ def compiled(path: Path) -> tuple[Any, Any]:
 
 
 class _Conversion:
-    """A compiled model on its way to a robot description.
+    """Conversion of a compiled model.
 
     Attributes:
-        skipped: free bodies and those fixed to them; bodies: all others but the world, body 0.
-        joint_of: body → its joint, where it has one; labels: body → the name of that joint.
+        skipped: free bodies and those fixed to them.
+        bodies: all others without the world, body 0.
+        joint_of: body → its joint, if it has one.
+        labels: body → name of that joint.
     """
 
     def __init__(self, path: Path, mujoco: Any, model: Any) -> None:
@@ -123,7 +131,7 @@ class _Conversion:
             raise BadInput(Place(str(path)), "no hinge or slide joint", EXPECTED, code="SPEC031")
 
     def urdf(self) -> str:
-        """The tree of bodies, fixed ones joined by fixed joints; inertias as full matrices about the centre of mass."""
+        """The robot description: a link for each body, with the full inertia matrix about its centre of mass."""
         from lxml import etree
 
         robot = etree.Element("robot", name="robot")
@@ -137,7 +145,7 @@ class _Conversion:
         return str(etree.tostring(robot, pretty_print=True, encoding="unicode"))
 
     def joints(self) -> tuple[MjcfJoint, ...]:
-        """What a robot description does not hold of each joint."""
+        """Properties of each joint that the robot description does not have."""
         m, joints = self.model, []
         for b, j in self.joint_of.items():
             stiffness = float(np.ravel(m.jnt_stiffness[j])[0])
@@ -155,7 +163,7 @@ class _Conversion:
         return tuple(joints)
 
     def remarks(self) -> tuple[str, ...]:
-        """What affects the motion in MuJoCo and is left out of the spec, or differs there, in plain words."""
+        """Properties that affect the motion in MuJoCo and are missing or different in the spec, in words."""
         m, words = self.model, []
         words += [f"free body {self._name('body', b)}: left out" for b in sorted(self.skipped) if m.body_jntnum[b]]
         words += [self._actuator(k) for k in range(m.nu)]
@@ -245,10 +253,10 @@ class _Conversion:
         return np.zeros(3) if j is None else np.array(self.model.jnt_pos[j])
 
     def _actuator(self, k: int) -> str:
-        """An actuator in words: on which joint, and the input w of the spec over the control signal that MuJoCo takes.
+        """An actuator in words: its joint, and the spec's input w as a function of MuJoCo's control signal ctrl.
 
-        An actuator of gear ratio r has length r q and gives the joint the force r f, f = gain·ctrl + b0 + b1·length +
-        b2·velocity. Hence w = r gain ctrl + r b0 + r² b1 q + r² b2 v.
+        An actuator of gear ratio r has the length r q and exerts the force r f on the joint, f = gain·ctrl + b0 +
+        b1·length + b2·velocity. Hence w = r gain ctrl + r b0 + r² b1 q + r² b2 v.
         """
         m, kinds = self.model, self.mujoco.mjtTrn
         name = self._name("actuator", k)
@@ -273,13 +281,13 @@ class _Conversion:
         return f"actuator {name} on {joint}: {law}{limited}{state}"
 
     def _name(self, kind: str, k: int) -> str:
-        """The name of a body, joint or actuator in the model; its kind and number where it has none."""
+        """The name of a body, joint or actuator in the model, or its kind and number."""
         object_type = {"body": "mjOBJ_BODY", "joint": "mjOBJ_JOINT", "actuator": "mjOBJ_ACTUATOR"}[kind]
         name = self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, object_type), k)
         return one_line(name) if name else f"{kind}_{k}"
 
     def _unique(self, kind: str, k: int) -> str:
-        """The name, with a number for a body called ``world``, which is the name of the base."""
+        """The name; with its number for a body called ``world``, since that is the name of the base."""
         name = self._name(kind, k)
         return f"{name}_{k}" if kind == "body" and name == "world" else name
 
@@ -288,7 +296,7 @@ class _Conversion:
 
 
 def _nonzero(model: Any, name: str) -> int:
-    """How many entries of an array of the model are not zero; 0 where this version of MuJoCo has no such array."""
+    """Number of nonzero entries of an array of the model; 0 if this version of MuJoCo does not have it."""
     return int(np.count_nonzero(getattr(model, name, 0)))
 
 

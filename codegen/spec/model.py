@@ -1,4 +1,4 @@
-"""The typed specification: what a spec file says, with names resolved, expressions parsed and values in SI."""
+"""Typed specification: the content of a spec file, with names resolved, expressions parsed and values in SI."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from codegen.spec.schema import CodeChoice
 
 Rational = sympy.Rational
 NO_INPUTS = "no inputs are declared (`inputs:` is missing)"
-"""Said of an unknown name where an input may stand."""
+"""Added to the message on an unknown name that may be meant as an input."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Parameter:
     Attributes:
         value: exact, in SI base units.
         unit: as declared; ``declared`` is the value in that unit.
-        tolerance: relative, or None where the spec gives none.
+        tolerance: relative, or None.
     """
 
     name: str
@@ -55,10 +55,10 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Contact:
-    """A place where friction acts: its law's name, that law's parameters in SI, and the bodies if the spec has any.
+    """A contact, at which friction acts: name of the law, parameters in SI, and bodies if the spec has any.
 
     Attributes:
-        units: parameter → the unit that it was written with, where it has one.
+        units: parameter → unit with which it is written, if any.
     """
 
     name: str
@@ -74,8 +74,8 @@ class DeclaredEffect:
     """An entry of ``effects:``; kind, place and parameters as in the catalogue, in SI.
 
     Attributes:
-        units: parameter → the unit that it was written with, where it has one.
-        tolerance: of all its parameters, relative, or None where the spec gives none.
+        units: parameter → unit with which it is written, if any.
+        tolerance: of all its parameters, relative, or None.
     """
 
     kind: str
@@ -87,7 +87,7 @@ class DeclaredEffect:
 
 @dataclass(frozen=True)
 class FreeGain:
-    """A gain, or an entry of one, that the spec leaves open between two exact bounds."""
+    """A gain, or an entry of one, that the spec leaves free between two exact bounds."""
 
     low: Any
     high: Any
@@ -95,12 +95,12 @@ class FreeGain:
 
 @dataclass(frozen=True)
 class DomainChoice:
-    """``observer.domain``: exact numbers.
+    """The section ``observer.domain``, with exact numbers.
 
     Attributes:
-        slip_speed: least speed of the estimated slip, in the slip's unit/s.
-        settle: how long the slip has been so fast, with one sign, s.
-        innovation: the largest |x − (x + h v̂) of the sample before|, in the coordinate's unit; None: not checked.
+        slip_speed: least estimated slip speed, in the slip's unit/s.
+        settle: time for which the slip must have been above it with one sign, s.
+        innovation: largest |x[k] − (x + h v̂)[k−1]|, in the coordinate's unit; None: not checked.
     """
 
     slip_speed: Any
@@ -115,13 +115,13 @@ class ObserverChoice:
     Attributes:
         kind: cfo, gcfo, to, gto, mgto, dfo or gdfo.
         velocity: "measured" or "estimated".
-        gains: raw numbers as written: a scalar, a list or rows; a FreeGain where the spec leaves one open.
+        gains: numbers as written: a scalar, a list or rows; a FreeGain for a free one.
         sample_time: seconds, exact.
         exponent: μ of (2.6), exact.
-        shape: h(s) over the slip speed s in place of s^μ, or None.
-        laws: contact → the law that the observer assumes there (ξ₁ of 6.3.3), where it is not the plant's.
+        shape: h(s) over the slip speed s instead of s^μ, or None.
+        laws: contact → law that the observer assumes there (ξ₁ of 6.3.3), if it is not the plant's.
         integration: euler, semi_implicit, implicit or exponential (observers/velocity.py).
-        domain: where a (G)CFO's estimate is certified through reversals, or None.
+        domain: region in which a (G)CFO's estimate is certified through reversals, or None.
     """
 
     kind: str
@@ -137,12 +137,12 @@ class ObserverChoice:
 
 @dataclass(frozen=True)
 class Simulation:
-    """How the plant is driven by ``stiction simulate``; expressions are over the time symbol ``t``.
+    """The simulation section: inputs, references and controller of ``stiction simulate``, over the time symbol ``t``.
 
     Attributes:
         observer: whether the spec's observer is simulated with the plant.
-        cancel: the share of its friction estimate that is cancelled, or None; cancel_delay: its age, in samples of the
-            observer.
+        cancel: share of its friction estimate that is cancelled, or None.
+        cancel_delay: age of this estimate, in samples of the observer.
     """
 
     duration: float
@@ -164,9 +164,9 @@ class Simulation:
 
 @dataclass(frozen=True)
 class LogColumns:
-    """What a log calls its columns: from ``t``, coordinate, velocity or input to a column's name and scale to SI.
+    """The log section: ``t``, coordinate, velocity or input → name of its column, and factor to SI.
 
-    ``published`` holds figures of others on the same log, label to text, for comparison in the report.
+    ``published`` are published figures on the same log, label → text, for comparison in the report.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -180,11 +180,11 @@ class CancellationChoice:
     """The cancellation section.
 
     Attributes:
-        method: of several best inputs the one of ``minimum_norm``, or that of ``appendix_b``, with unused inputs at 0.
+        method: choice among several best inputs: ``minimum_norm``, or ``appendix_b``, with unused inputs at 0.
         weight: W of the cost r'W r of the remaining force r: ``mass_inverse``, ``acceleration`` (M⁻²) or ``identity``.
-        gain: exact; the share of the estimate that is cancelled.
+        gain: share of the estimate that is cancelled, exact.
         contacts: ``all``, ``cancellable`` (those that can be cancelled perfectly) or names.
-        damping: exact, relative; 0 leaves the inputs undamped.
+        damping: relative regularisation of the inputs, exact; 0 for none.
     """
 
     method: str = "minimum_norm"
@@ -196,16 +196,17 @@ class CancellationChoice:
 
 @dataclass(frozen=True)
 class Spec:
-    """One machine and its observer, as its author wrote it.
+    """The specification of a machine and its observer.
 
     Attributes:
-        mass_matrix: M(x), n by n, over coordinate and parameter symbols; None where ``form`` gives it.
-        force: g(x, v, w), n by 1, everything but friction, without ``effects``; beside ``constraints`` and
-            ``lagrangian`` the generalised forces that these do not give.
-        distribution: U(x), n by contacts; slip velocity is U' v; None where the bodies of ``form`` give it.
-        form: topology, constraints, Lagrangian or a robot file's kinematic tree in place of ``mass_matrix``.
-        envelope: exact (low, high) for each named variable.
-        text, path: the file itself.
+        mass_matrix: M(x), n by n, over coordinate and parameter symbols; None if ``form`` gives it.
+        force: g(x, v, w), n by 1, all forces but friction, without ``effects``; with ``constraints`` and ``lagrangian``
+            the generalised forces that are not in these.
+        distribution: U(x), n by contacts, slip velocity U' v; None if the bodies of ``form`` give it.
+        form: topology, constraints, Lagrangian or kinematic tree of a robot file, instead of ``mass_matrix``.
+        envelope: variable → exact (low, high).
+        text, path: of the file.
+        places: key → its line in the file.
     """
 
     name: str
@@ -236,32 +237,34 @@ class Spec:
 
     @property
     def sha256(self) -> str:
-        """Hash of all that the spec says: of the file's bytes, and of its robot file's hash where it names one."""
+        """Hash of the file's bytes and of the hash of its robot file, if it has one."""
         robot = self.form.sha256 if isinstance(self.form, KinematicTree) else ""
         return hashlib.sha256(self.text.encode() + robot.encode()).hexdigest()
 
     @property
     def robot(self) -> tuple[str, str] | None:
-        """Name and hash of the robot file that ``urdf:`` names."""
+        """Name and hash of the robot file, or None."""
         return (self.form.file, self.form.sha256) if isinstance(self.form, KinematicTree) else None
 
     @property
     def positions(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
         return tuple(c.name for c in self.coordinates)
 
     @property
     def velocities(self) -> tuple[str, ...]:
+        """Names of their velocities."""
         return tuple(c.velocity for c in self.coordinates)
 
     @property
     def required_observer(self) -> ObserverChoice:
-        """The observer section, for work that only a spec with one is given."""
+        """The observer section, for callers that require one."""
         assert self.observer is not None, f"{self.name} has no observer"
         return self.observer
 
     @property
     def required_simulation(self) -> Simulation:
-        """The simulation section, alike."""
+        """The simulation section, for callers that require one."""
         assert self.simulation is not None, f"{self.name} has no simulation section"
         return self.simulation
 
@@ -277,5 +280,5 @@ class Spec:
 
 
 def symbol(name: str) -> sympy.Symbol:
-    """Every declared name is a real symbol."""
+    """The SymPy symbol of a declared name, which is real."""
     return sympy.Symbol(name, real=True)

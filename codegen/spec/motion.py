@@ -1,6 +1,6 @@
-"""The ways to state an equation of motion, in typed form; ``mechanics`` turns each into M, g and U.
+"""Typed forms of an equation of motion in a spec, from which ``mechanics`` derives M, g and U.
 
-A kinematic tree is in exact numbers: joints, and the rigid bodies that they move.
+Topology, constraints, Lagrangian, and the kinematic tree of a robot file, in exact numbers.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ Rows = tuple[Vector, Vector, Vector]
 
 @dataclass(frozen=True)
 class MovingBody:
-    """A joint and the rigid body that it moves, links fixed to each other taken as one body.
+    """A joint and the rigid body that it moves; links that are fixed to each other are one body.
 
     Attributes:
-        joint: an identifier made of the joint's name; ``label`` is the name itself.
-        kind: revolute (a joint without limits counts as one) or prismatic.
+        joint: an identifier made of the joint's name.
+        label: the joint's name.
+        kind: revolute (also continuous) or prismatic.
         parent: index of the body that carries the joint, −1 for the base.
         rotation: R of the joint's frame at x = 0: parent coordinates are R times joint coordinates.
         offset: the joint frame's origin in the parent's frame, m.
@@ -31,7 +32,7 @@ class MovingBody:
         mass: kg.
         first_moment: mass times centre of mass, in the body's frame, kg m.
         inertia: about the body frame's origin, kg m².
-        limits: of the position, m or rad; None where the file has none.
+        limits: of the position, m or rad, or None.
         damping, friction: of ``<dynamics>``, N m s and N m (N s/m and N for a prismatic joint).
     """
 
@@ -52,7 +53,7 @@ class MovingBody:
 
 @dataclass(frozen=True)
 class LinkTolerance:
-    """How well the inertial parameters of the bodies are known: standard deviations, as shares.
+    """Uncertainty of the bodies' inertial parameters: relative standard deviations.
 
     Attributes:
         mass: of each mass.
@@ -67,13 +68,15 @@ class LinkTolerance:
 
 @dataclass(frozen=True)
 class KinematicTree:
-    """Bodies in an order in which a parent comes before its children, and gravity in the base's frame, m/s².
+    """Kinematic tree of a robot file.
 
     Attributes:
-        file: the robot description's name; ``sha256`` is of its bytes.
-        tolerance: of the bodies' inertial parameters, where the spec gives one.
-        base_parameters: (name, value in SI) of those that replace the file's.
-        path: of the file, where it was read from one.
+        bodies: in an order in which a parent precedes its children.
+        gravity: in the base's frame, m/s².
+        file, sha256: name of the robot description, and hash of its bytes.
+        tolerance: of the bodies' inertial parameters, or None.
+        base_parameters: (name, value in SI) of base parameters that replace those of the file.
+        path: of the file, or None.
     """
 
     bodies: tuple[MovingBody, ...]
@@ -93,12 +96,12 @@ RATES = {"x": "vx", "y": "vy", "z": "vz", "angle": "rate"}
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: its mass, its moment of inertia about its centre of gravity, and where it is.
+    """A rigid body.
 
     Attributes:
-        mass: kg, over parameters; zero where the body has no x, y or z.
-        inertia: kg*m^2, over parameters; zero where the body has no angle.
-        positions: direction (x, y, z in m; angle in rad) → position of the centre of gravity. In a topology a symbol;
+        mass: kg, over parameters; zero if the body has no x, y or z.
+        inertia: about the centre of gravity, kg*m^2, over parameters; zero if the body has no angle.
+        positions: direction (x, y, z in m; angle in rad) → position of the centre of gravity: in a topology a symbol;
             under constraints an expression over the coordinates, x(q) of (A.56).
     """
 
@@ -108,7 +111,7 @@ class Body:
     positions: Mapping[str, sympy.Expr]
 
     def weight(self, direction: str) -> sympy.Expr:
-        """The mass, or the moment of inertia where the direction is ``angle``."""
+        """The mass, or for ``angle`` the moment of inertia."""
         return self.inertia if direction == "angle" else self.mass
 
 
@@ -157,11 +160,11 @@ Form = Topology | Constraints | Lagrangian | KinematicTree
 
 @dataclass(frozen=True)
 class Sliding:
-    """Between which bodies a contact acts, and in which direction.
+    """The bodies and the direction of a contact.
 
     Attributes:
-        bodies: one (against the ground) or two; the slip velocity is the first's velocity less the second's (A.7).
-        along: direction → its part in the slip velocity; x: 1 and angle: −r is the rim of a wheel on the ground.
+        bodies: one (against the ground) or two; the slip velocity is that of the first minus that of the second (A.7).
+        along: direction → coefficient in the slip velocity; x: 1 and angle: −r for the rim of a wheel on the ground.
     """
 
     bodies: tuple[str, ...]
@@ -169,10 +172,10 @@ class Sliding:
 
 
 def position_name(body: str, direction: str) -> str:
-    """What a body's position is called in expressions of ``constraints:``."""
+    """The name of a body's position in expressions of ``constraints:``."""
     return f"{body}_{direction}"
 
 
 def rate_name(body: str, direction: str) -> str:
-    """What a body's velocity is called in expressions of ``constraints:``."""
+    """The name of a body's velocity in expressions of ``constraints:``."""
     return f"{body}_{RATES[direction]}"

@@ -1,4 +1,4 @@
-"""The sections of a spec that state M(x) v' = g(x, v, w) − U(x) λ.
+"""Reading of the sections of a spec that give M(x) v' = g(x, v, w) − U(x) λ.
 
 A spec has exactly one of these forms: M as expressions (``mass_matrix:``), bodies (``topology:``, ``constraints:``),
 energies (``lagrangian:``) or a robot file (``urdf:``). g is in ``force:``, U in ``friction.distribution``.
@@ -30,7 +30,7 @@ Symbols = dict[str, sympy.Symbol]
 
 @dataclass(frozen=True)
 class Motion:
-    """The equation of motion as the spec states it; attributes as of ``Spec``. ``form`` is None with a mass matrix."""
+    """The equation of motion in the form of the spec; attributes as of ``Spec``, ``slidings`` one per contact."""
 
     mass_matrix: sympy.ImmutableMatrix | None
     force: sympy.ImmutableMatrix
@@ -44,19 +44,18 @@ def read_motion(
     coordinates: Sequence[Coordinate],
     inputs: Sequence[Input],
     place: Callable[[str], Place],
-    tree: KinematicTree | None = None,
+    tree: KinematicTree | None,
 ) -> Motion:
-    """Read ``mass_matrix`` or the section that replaces it, ``force`` and ``friction``.
+    """The equation of motion from ``mass_matrix`` or the section that replaces it, ``force`` and ``friction``.
 
-    If units do not fit, but would with other units of the parameters that state none, the message is about those
-    parameters.
+    If units do not match, but would with units of the parameters that have none, the message is about these parameters.
 
     Args:
         place: key → its file and line.
-        tree: the kinematic tree of the robot file that ``urdf:`` names.
+        tree: kinematic tree of the robot file of ``urdf:``.
 
     Raises:
-        BadInput: for no form or two, matrices of wrong shape, unknown names, and units that do not fit.
+        BadInput: for no form or two, matrices of wrong shape, unknown names, and units that do not match.
     """
     reader = _MotionReader(document, coordinates, inputs, place)
     try:
@@ -119,7 +118,7 @@ class _MotionReader:
         return Motion(None, forces, matrix_u, form, slidings)
 
     def _form_kind(self) -> str:
-        """The name in ``FORMS`` that the spec uses, after a check of the keys that it requires and excludes."""
+        """The name in ``FORMS`` that the spec uses; BadInput for keys that are missing or not allowed with it."""
         d = self.document
         present = [name for name in FORMS if getattr(d, name) is not None]
         expected = "`mass_matrix:` with `force:`, or one of `topology:`, `constraints:`, `lagrangian:` and `urdf:`"
@@ -167,7 +166,7 @@ class _MotionReader:
         return Topology(bodies, _symbolic(rows, self.constant))
 
     def _positions(self, section: TopologySection) -> list[tuple[str, str]]:
-        """(key, name) of every position that the bodies of a topology name."""
+        """(key, name) of all positions of the bodies of a topology."""
         return [
             (f"topology.bodies.{name}.{direction}", str(getattr(body, direction)).strip())
             for name, body in section.bodies.items()

@@ -20,16 +20,16 @@ from codegen.spec.units import UnitMismatch, describe, dimension, dimension_of, 
 
 Entries = list[list[Expression]]
 Term = tuple[str, Place, Any]
-"""What it is, where, and its dimension; None where a bare number leaves that open."""
+"""Name, place and dimension of a term; None for the dimension of a bare number."""
 
 
 class Units:
-    """The dimension of every name of a spec, and checks of expressions against what they must be.
+    """Dimensions of all names of a spec, and checks of expressions against required dimensions.
 
-    A bare number may stand for any unit; inside a sum it may not.
+    A bare number may have any unit, except inside a sum.
 
     Args:
-        assumed: dimensions of parameters in place of those that the spec gives them.
+        assumed: parameter → dimension that replaces that of the spec.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class Units:
         ]
 
     def declare_positions(self, directions: Mapping[str, str]) -> None:
-        """Names of positions of bodies that are no coordinates, each with its direction."""
+        """Add the names of positions of bodies that are no coordinates: name → direction."""
         self.names |= {name: self.of_direction(direction) for name, direction in directions.items()}
 
     def of_direction(self, direction: str) -> Dimension:
@@ -83,7 +83,7 @@ class Units:
     def check(
         self, expression: Expression, wanted: Dimension, what: str, names: Mapping[str, Dimension] | None = None
     ) -> None:
-        """Raise BadInput where an expression is not of the dimension ``wanted``."""
+        """Raise BadInput if an expression does not have the dimension ``wanted``."""
         found = dimension_of(expression, names or self.names)
         if found is not None and found != wanted:
             words = f"{what} `{expression.text}` in {describe(found)}"
@@ -92,14 +92,14 @@ class Units:
     def read(
         self, text: str, key: str, symbols: Mapping[str, sympy.Symbol], wanted: Dimension, what: str
     ) -> sympy.Expr:
-        """The expression at a key over some symbols, which must be of the dimension ``wanted``."""
+        """The expression at a key over some symbols; BadInput if it does not have the dimension ``wanted``."""
         expression = parse_expression(text, self.place(key))
         value = expression.symbolic(symbols)
         self.check(expression, wanted, what)
         return value
 
     def check_terms(self, expression: Expression, names: Mapping[str, Dimension]) -> None:
-        """Raise BadInput where terms of different dimension are added."""
+        """Raise BadInput if terms of different dimensions are added."""
         dimension_of(expression, names)
 
     def check_rows(self, force: Entries, distribution: Entries | None) -> None:
@@ -112,7 +112,7 @@ class Units:
                     raise UnitMismatch(place, found_words, describe(self.energy / of), found * of / self.energy)
 
     def check_equation(self, mass: Entries, force: Entries, distribution: Entries) -> None:
-        """Raise BadInput at the first term of M v' = g − U λ that is not of the dimension of its row."""
+        """Raise BadInput at the first term of M v' = g − U λ whose dimension differs from that of its row."""
         for i, row in enumerate(mass):
             g, terms = force[i][0], list[Term]()
             terms.append((f"force `{g.text}`", g.place, dimension_of(g, self.names)))
@@ -143,7 +143,7 @@ class Units:
                 self.check(entry, of / self.of_direction(direction), "transform")
 
     def slip(self, along: Mapping[str, Expression]) -> Any:
-        """The dimension of what a contact slides by, or None where bare numbers leave it open."""
+        """The dimension of a contact's slip; None if bare numbers leave it open."""
         found: Any = None
         for direction, part in along.items():
             factor = dimension_of(part, self.names)

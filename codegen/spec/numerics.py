@@ -1,4 +1,4 @@
-"""Failures of a numerical library on a user's numbers, reported as bad input."""
+"""Conversion of failures of numerical libraries on a user's numbers into BadInput."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ EXPECTED = (
 
 
 def numerical(quantity: str, given: bool = True) -> Callable[[Station[Rest, Result]], Station[Rest, Result]]:
-    """Decorator of a function whose first argument is the spec: where it cannot compute, the spec is bad input.
+    """Decorator of a function whose first argument is the spec: numerical failures in it are raised as BadInput.
 
-    Errors that do not come from numbers, such as a TypeError, pass: they are faults of the tool.
+    Other errors, such as a TypeError, are faults of the tool and are not converted.
 
     Args:
-        quantity: what the station computes, in the user's words.
-        given: whether it computes with the numbers of the spec. A search tries numbers of its own: if Python divides by
-            zero there, that is a fault of the tool as well.
+        quantity: what the function computes, in the user's words.
+        given: whether it computes with the numbers of the spec. A search uses numbers of its own; a division by zero in
+            Python is then a fault of the tool too.
     """
 
     def guarded(station: Station[Rest, Result]) -> Station[Rest, Result]:
@@ -51,7 +51,7 @@ def numerical(quantity: str, given: bool = True) -> Callable[[Station[Rest, Resu
 
 
 def is_numerical(error: Exception) -> bool:
-    """Whether a library says by this that it cannot compute with the numbers; CasADi has no exception of its own."""
+    """Whether an exception of a library is about the numbers; CasADi has no exception class of its own."""
     said = str(error).lower()
     casadi = isinstance(error, RuntimeError) and "casadi" in said
     scipy = isinstance(error, ValueError) and "infs or nans" in said
@@ -59,15 +59,9 @@ def is_numerical(error: Exception) -> bool:
 
 
 def require_finite(spec: Spec, content: object, quantity: str) -> None:
-    """Raise BadInput where a result, made of dicts and lists, holds a number that is not finite."""
+    """Raise BadInput if a result, made of dicts and lists, contains a number that is not finite."""
     if isinstance(content, float) and not math.isfinite(content):
         raise BadInput(Place(str(spec.path)), f"{quantity} cannot be computed ({content})", EXPECTED, code="SPEC028")
-    parts = (
-        content.items()
-        if isinstance(content, Mapping)
-        else enumerate(content)
-        if isinstance(content, list | tuple)
-        else ()
-    )
-    for key, part in parts:
+    listed = enumerate(content) if isinstance(content, list | tuple) else ()
+    for key, part in content.items() if isinstance(content, Mapping) else listed:
         require_finite(spec, part, f"{quantity} ({key})" if isinstance(key, str) and "(" not in quantity else quantity)

@@ -1,4 +1,4 @@
-"""Sections ``observer`` and ``cancellation``: the observer, and which friction the generated input cancels and how."""
+"""Reading of the sections ``observer`` and ``cancellation``."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ SLIP_SPEED = "s"
 def read_observer(
     section: ObserverSection | None, contacts: Sequence[Contact], place: Callable[[str], Place]
 ) -> ObserverChoice | None:
-    """The observer that a spec asks for.
+    """The observer section of a spec; None without one.
 
     Args:
-        contacts: of the spec; for each the section's ``laws`` may name a law that the observer assumes.
+        contacts: of the spec; the section's ``laws`` may give a law that the observer assumes for each.
         place: key → its file and line.
 
     Raises:
@@ -53,7 +53,7 @@ def read_observer(
 
 
 def _domain(section: ObserverSection, place: Callable[[str], Place]) -> DomainChoice | None:
-    """The region of slip in which the code updates the level estimate, with exact numbers; None for everywhere."""
+    """The domain of the section, with exact numbers; None without one."""
     given = section.domain
     if given is None:
         return None
@@ -83,7 +83,7 @@ def _assumed(
 def read_cancellation(
     section: CancellationSection | None, contacts: Sequence[Contact], place: Callable[[str], Place]
 ) -> CancellationChoice | None:
-    """The cancelling input that a spec asks for; None where the spec has no such section.
+    """The cancellation section of a spec; None without one.
 
     Args:
         place: key → its file and line.

@@ -1,4 +1,4 @@
-"""Where in a spec a quantity of the generated code comes from."""
+"""Places in a spec of the quantities of the generated code, for messages."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from codegen.base.errors import BadInput, Place
 from codegen.spec.model import Spec
 
 CODE = "generated code"
-"""The place of a BadInput about code, raised where no spec is known."""
+"""Place of a BadInput about generated code, raised where the spec is not known."""
 
 
 def place_of(spec: Spec, name: str) -> Place:
-    """File and line of a declared name; of a derived one, such as F_hat_rail, those of the name that it is made of."""
+    """File and line of a declared name; for a derived one, such as F_hat_rail, those of the name it is made of."""
     keys = _declared(spec)
     if name in keys:
         return spec.place(keys[name])
@@ -25,7 +25,7 @@ def place_of(spec: Spec, name: str) -> Place:
 
 @contextmanager
 def placed(spec: Spec) -> Iterator[None]:
-    """Give a BadInput of code that does not know the spec a place: that of the name it is about, or of the spec."""
+    """Context that adds a place to a BadInput raised without the spec: that of the name it is about, or of the spec."""
     try:
         yield
     except BadInput as error:

@@ -1,4 +1,4 @@
-"""A number of a spec with its unit, ``1 ms`` where 0.001 s would do, or as a share: 1%, 20 % or 0.2."""
+"""Reading of numbers with a unit, such as ``1 ms``, and of shares: 1%, 20 % or 0.2."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LARGEST_SHARE = 10
 
 
 def split_quantity(text: str) -> tuple[str, str] | None:
-    """The number and the unit of ``1 ms``, or None for a text of another form."""
+    """(number, unit) of a text such as ``1 ms``; None for a text of another form."""
     try:
         float(text)
     except ValueError:
@@ -30,9 +30,9 @@ def split_quantity(text: str) -> tuple[str, str] | None:
 
 
 def with_any_unit(text: str, place: Place) -> tuple[sympy.Rational, str]:
-    """An exact number in SI and the unit that it was written with, "" where it has none.
+    """An exact number in SI and the unit with which it is written, "" for none.
 
-    For a place where the unit that it must have is known later only.
+    For a quantity whose required unit is not known yet.
 
     Raises:
         BadInput: for text that is no number, or an unknown unit.
@@ -45,9 +45,9 @@ def with_any_unit(text: str, place: Place) -> tuple[sympy.Rational, str]:
 
 
 def read_numbers(given: Mapping[str, Any], key: str, place: Callable[[str], Place]) -> tuple[Numbers, dict[str, str]]:
-    """Numbers in SI by name, and the unit of each that was written with one.
+    """Name → number in SI, and name → unit with which it is written, if any.
 
-    For the parameters of a law, whose own units are known once the law is.
+    For the parameters of a law, whose units are known only with the law.
 
     Args:
         key: of their section.
@@ -67,10 +67,10 @@ def read_numbers(given: Mapping[str, Any], key: str, place: Callable[[str], Plac
 
 
 def refuse_other_unit(given: str, unit: str, found: str, place: Place, nearest: str | None = None) -> None:
-    """Raise BadInput where ``given``, if any, has another dimension than ``unit``.
+    """Raise BadInput if ``given`` is a unit of another dimension than ``unit``.
 
     Args:
-        found, nearest: for the message; what was given, and what may be meant.
+        found, nearest: what is in the spec, and what may be meant, for the message.
     """
     if given and not same_dimension(given, unit, place):
         found = f"{found}, in {describe(dimension(parse_unit(given, place)))}"
@@ -79,11 +79,11 @@ def refuse_other_unit(given: str, unit: str, found: str, place: Place, nearest: 
 
 
 _INVERSE = {"s": ("ms", 1000), "1/s": ("Hz", 1)}
-"""Unit whose inverse is as usual → the unit of the same quantity to write it in, and how many of these it has."""
+"""Unit of a period or rate → unit in which the suggestion is written, and how many of it are one of the first."""
 
 
 def _inverted(number: str, given: str, unit: str, place: Place) -> str | None:
-    """The period of a rate, or the rate of a period, where the other one is asked for: ``0.5 ms`` for ``2 kHz``."""
+    """The period for a given rate, or the rate for a given period: ``0.5 ms`` for ``2 kHz``; None for other units."""
     if unit not in _INVERSE or not same_dimension(given, "1/s" if unit == "s" else "s", place):
         return None
     size, (name, each) = exact_number(number, place) * si_factor(given, place), _INVERSE[unit]
@@ -112,13 +112,13 @@ LARGEST_FACTOR = 1e30
 
 
 def read_factor(value: object, place: Place) -> tuple[float, str]:
-    """A factor other than zero, as ``scale:`` of a spec and of a log's description takes it, and its unit, "" for none.
+    """A nonzero factor of ``scale:`` in a spec or the description of a log, and its unit, "" for none.
 
     Args:
-        value: a number, a number with its unit, which is brought to SI, or an expression of numbers: 1 ms, 2*pi/4096.
+        value: a number, a number with a unit, which is converted to SI, or an expression of numbers: 1 ms, 2*pi/4096.
 
     Raises:
-        BadInput: for what is none of these, zero, or beyond ``LARGEST_FACTOR`` or its inverse.
+        BadInput: for another value, zero, or a magnitude beyond ``LARGEST_FACTOR`` or its inverse.
     """
     expected = "a number other than zero, one with its unit such as 1 ms, or an expression of numbers such as 2*pi/4096"
     factor, unit = 0.0, ""
@@ -138,11 +138,11 @@ def read_factor(value: object, place: Place) -> tuple[float, str]:
 
 
 def read_share(text: str, place: Place) -> float:
-    """Read a relative tolerance.
+    """A relative tolerance.
 
     Raises:
-        BadInput: for what is no number, is below zero or above 1000 %, or is a plain number from 1 on, which may be
-            meant in percent.
+        BadInput: for a text that is no number, a number below zero or above 1000 %, or one from 1 to 100 without a per
+            cent sign, which may be meant in percent.
     """
     number = _share(text, place)
     if 1 <= number <= 100 and not text.strip().endswith("%"):
@@ -154,10 +154,10 @@ def read_share(text: str, place: Place) -> float:
 
 
 def read_part(text: str, place: Place) -> float:
-    """Read a share of a whole.
+    """A share of a whole.
 
     Raises:
-        BadInput: for what is no number, or not above zero and below 100 %.
+        BadInput: for a text that is no number, or not above zero and below 100 %.
     """
     try:
         number = _share(text, place)

@@ -1,8 +1,8 @@
-"""Ranges of numbered names: ``x1..16`` is expanded to the sixteen names x1 to x16.
+"""Expansion of ranges of numbered names: ``x1..16`` stands for the sixteen names x1 to x16.
 
-``x1..16_noise`` gives x1_noise to x16_noise. An entry of a mapping is copied for each number if its key has a range, an
-item of a list if any text in it has one. All ranges in one entry or item count up together: ``k*(x1..15 - x2..16)`` as
-an item of a list gives the forces of fifteen springs.
+``x1..16_noise`` gives x1_noise to x16_noise. An entry of a mapping is repeated for each number if its key has a range,
+an item of a list if any text in it has one. All ranges in one entry or item are counted together:
+``k*(x1..15 - x2..16)`` as an item of a list gives the forces of fifteen springs.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ def expanded(node: Any, file: str) -> Any:
     """The document with every range expanded; a node without a range is returned as the same object.
 
     Raises:
-        BadInput: for a range that falls or is too long, ranges of different length in one entry or item, and more
-            values than a file may have.
+        BadInput: for a descending or too long range, ranges of different lengths in one entry or item, and more values
+            than a file may have.
     """
     return _expanded(node, file, None, [0])
 
 
 def _expanded(node: Any, file: str, line: int | None, made: list[int]) -> Any:
-    """``expanded`` for one node, on a line of the file; ``made`` holds the number of values made so far."""
+    """``expanded`` for one node, on a line of the file; ``made[0]`` counts the values made so far."""
     if isinstance(node, CommentedMap):
         result = CommentedMap()
         for key, value in list(node.items()):
@@ -110,7 +110,7 @@ def _size(node: Any) -> int:
 
 
 def _count(texts: list[str], value: Any, file: str, line: int | None, made: list[int]) -> int:
-    """The number of copies that the ranges in the texts ask for; the values of these copies are added to ``made``."""
+    """The number of copies given by the ranges in the texts; the values of these copies are added to ``made[0]``."""
     found = [m for text in texts for m in _RANGE.finditer(text)]
     first = found[0]
     for m in found:
@@ -130,7 +130,7 @@ def _count(texts: list[str], value: Any, file: str, line: int | None, made: list
 
 
 def _shifted(node: Any, k: int) -> Any:
-    """Copy k of a node, from zero: k is added to the first number of each range. Only copy 0 keeps the comments."""
+    """Copy k = 0, 1, ... of a node, with k added to the first number of each range; copy 0 keeps the comments."""
     if isinstance(node, CommentedMap):
         mapping = CommentedMap()
         for key, value in node.items():

@@ -1,4 +1,4 @@
-"""Text → Spec: names resolved, expressions parsed, units checked; nothing of the text is ever executed."""
+"""Reader of a spec, text → Spec: names resolved, expressions parsed, units checked; nothing of the text is executed."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ from codegen.spec.velocity_names import meant_velocity
 from codegen.spec.yaml_text import load_plain
 
 TOLERANCE = "tolerance"
-"""The key of a parameter that contacts do not have."""
+"""A key of parameters and effects that contacts do not have."""
 OTHER_UNITS = "logs in other units are brought to it by their `scale:`"
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 
 
 def read_spec(path: str | Path) -> Spec:
-    """Read and validate a spec file.
+    """The validated spec of a file.
 
     Raises:
-        BadInput: for a path that is none, a robot file, or what in it cannot be used, with file and line; ``others``
-            holds the further faults.
+        BadInput: for an invalid path, a robot file, or faults in the spec, with file and line; ``others`` has further
+            faults.
     """
     if not isinstance(path, str | os.PathLike):
         raise BadInput("the path of a spec", f"{path!r}", "text, or a Path", code="CALL001")
@@ -59,7 +59,7 @@ def read_spec(path: str | Path) -> Spec:
 
 
 def _refuse_robot_file(text: str, path: Path) -> None:
-    """Point to ``init`` where a robot description or a MuJoCo model is given in place of a spec."""
+    """Raise BadInput, with a hint to ``init``, for a robot description or a MuJoCo model instead of a spec."""
     if text.lstrip("\N{ZERO WIDTH NO-BREAK SPACE} \t\r\n").startswith("<"):
         mujoco, urdf = "<mujoco" in text, "<robot" in text
         found = "a MuJoCo model (MJCF)" if mujoco else "a robot description (URDF)" if urdf else "XML"
@@ -68,12 +68,12 @@ def _refuse_robot_file(text: str, path: Path) -> None:
 
 
 def parse_spec(text: str, path: Path) -> Spec:
-    """The same from text already in hand; ``path`` is for messages."""
+    """The validated spec of a text; ``path`` is for messages."""
     return _Reading(text, path).spec()
 
 
 class _Reading:
-    """One reading of one file: the document, and the place of each of its keys."""
+    """Reading of one file: its document, the places of its keys, and the faults so far."""
 
     def __init__(self, text: str, path: Path) -> None:
         self.text, self.path, self.faults = text, path, Faults()
@@ -101,7 +101,7 @@ class _Reading:
         named = not self.faults.noted
         for k in range(len(d.friction.contacts)):
             self._noted(self._refuse_tolerance, k)
-        if not named:  # what depends on names and units is read only where these are right
+        if not named:  # sections that depend on names and units are read only if these are valid
             for k in range(len(d.friction.contacts)):
                 self._noted(self._contact, k, None)
             for k in range(len(d.effects)):
@@ -148,7 +148,7 @@ class _Reading:
         )
 
     def _noted(self, read: Callable[Given, Result], *given: Given.args, **named: Given.kwargs) -> Result | None:
-        """What ``read`` gives; None where it refuses, and its fault is noted."""
+        """The result of ``read``; None if it raises BadInput, which is noted."""
         try:
             return read(*given, **named)
         except BadInput as fault:
@@ -156,7 +156,7 @@ class _Reading:
             return None
 
     def _with_velocity(self, fault: BadInput) -> BadInput:
-        """The fault; of a name such as ``q_dot``, where the velocity of q has another, with that name."""
+        """The fault; for an unknown name such as ``q_dot``, with the name of the velocity of q."""
         others = tuple(map(self._with_velocity, fault.others))
         if isinstance(fault, UnknownName):
             velocities = {name: c.velocity for name, c in self.document.coordinates.items()}
@@ -190,7 +190,7 @@ class _Reading:
             raise BadInput(self.place(key), f"the name `{name}`, {why}", "another name", f"{name}_", code="SPEC009")
 
     def _refuse_splices(self, source: str) -> None:
-        """Refuse a line that would be joined to the next one in C; generated files print none."""
+        """Raise BadInput for a line that C would join to the next one, which generated files cannot print."""
         for line in source.splitlines()[:-1]:
             if line.rstrip().endswith(("\\", "??/")):
                 found = "a line that ends in a backslash, or in ??/, which C reads as one"
@@ -228,7 +228,7 @@ class _Reading:
         return None if text is None else read_share(text, self.place(f"{key}.{TOLERANCE}"))
 
     def _factor(self, name: str, unit: str, place: Place) -> sympy.Rational:
-        """Of a parameter's unit to SI; in the mass matrix a unit that may be a torque's is rather an inertia's."""
+        """Factor of a parameter's unit to SI; for an ambiguous unit in the mass matrix, an inertia is suggested."""
         try:
             return si_factor(unit, place)
         except BadInput as error:
@@ -249,7 +249,7 @@ class _Reading:
         return Contact(section.name, section.law, unit, values, sliding, units)
 
     def _refuse_tolerance(self, index: int) -> None:
-        """A contact takes the parameters of its law alone; a tolerance would be read as one of these."""
+        """Raise BadInput for a tolerance of a contact, which would be read as a parameter of its law."""
         if TOLERANCE in (self.document.friction.contacts[index].model_extra or {}):
             place = self.place(f"friction.contacts[{index}].{TOLERANCE}")
             expected = "no tolerance for a friction law: a diagnosis fits friction levels freely"
@@ -262,7 +262,7 @@ class _Reading:
         return DeclaredEffect(section.kind, tuple(section.on), values, units, tolerance)
 
     def _envelope_units(self, coordinates: Iterable[Coordinate], inputs: Iterable[Input]) -> dict[str, str]:
-        """The SI unit of everything that may have a range."""
+        """Name → SI unit, of every quantity that may have a range in the envelope."""
         units = _units(coordinates, inputs)
         del units["t"]
         for c in coordinates:
@@ -307,7 +307,7 @@ class _Reading:
 
 
 def _units(coordinates: Iterable[Coordinate], inputs: Iterable[Input]) -> dict[str, str]:
-    """The SI unit of everything that a log may hold."""
+    """Name → SI unit, of every quantity that a log may contain."""
     units = {"t": "s"} | {i.name: i.unit for i in inputs}
     for c in coordinates:
         units |= {c.name: c.unit, c.velocity: f"{c.unit}/s"}

@@ -1,4 +1,4 @@
-"""Names that a specification cannot use, since C, Python, the generated code or readers of formulas keep them."""
+"""Names that a specification cannot use, since they have a meaning in C, Python, generated code or formulas."""
 
 from __future__ import annotations
 
@@ -30,8 +30,7 @@ _HEADERS = re.compile(
     r"pthread|sched|strings|unistd"
 )
 _RESERVED = {"t", "state", "parameters", "inputs", "outputs", "sample_time", "lambda", "I", "E", "null"}
-"""Words of the generated code, and names that complex.h and readers of formulas keep for i and e."""
-
+"""Words of the generated code, and names that denote the constants i and e in complex.h and formulas."""
 
 _MODES = ("RUNNING", "HOLDING", "STARTING")
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -55,17 +54,17 @@ def reserved(name: str) -> bool:
 
 
 def shadows_header(name: str) -> bool:
-    """Whether NAME.h is a header of C itself, or of a system: a compiler that searches its folder would find ours."""
+    """Whether NAME.h is a standard or system header, which the generated NAME.h would hide."""
     return _HEADERS.fullmatch(name.lower()) is not None
 
 
 def is_device(name: str) -> bool:
-    """Whether NAME.c would be a device of Windows, where no file can have that name, whatever its ending."""
+    """Whether a name is that of a device of Windows, where no file can have it, with any ending."""
     return re.fullmatch(r"con|prn|aux|nul|(com|lpt)[0-9]", name.lower()) is not None
 
 
 def is_macro(name: str, machine: str) -> bool:
-    """Whether a name is a macro or constant of the generated C of a machine, or of the wrapper that makes it an FMU."""
+    """Whether a name is a macro or constant of the generated C of a machine, or of its FMU wrapper."""
     parts = ("PARAMETERS", "LANES", "COLD", *_MODES, *(f"LANE_{mode}" for mode in _MODES))
     own = [f"{machine.upper()}_{part}" for part in parts]
     return name in (*own, "SAMPLE_TIME", "STEP_TOLERANCE", "EXPORTED") or name.startswith(

@@ -1,4 +1,4 @@
-"""Matrices of a spec with a wrong number of rows or entries, in words."""
+"""Check of the shape of matrices in a spec."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ def refuse_other_shape(
     what: str = "",
     meaning: str = "",
 ) -> None:
-    """Raise BadInput unless a matrix has ``shape``, with the rows that are too short or too long, at the first of them.
+    """Raise BadInput if a matrix does not have ``shape``, at the first row that is too short or too long.
 
     Args:
-        what: is said before the rows, such as ``K_F of ``; ``meaning`` after the shape.
+        what: text of the message before the rows, such as ``K_F of ``.
+        meaning: text after the shape.
     """
     odd = [i for i, row in enumerate(rows) if len(row) != shape[1]]
     if len(rows) == shape[0] and not odd:

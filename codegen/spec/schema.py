@@ -1,6 +1,6 @@
-"""The shape of a spec file, for pydantic: its keys and the types of their values.
+"""Schema of a spec file (pydantic): its keys and the types of their values.
 
-Names, units and expressions are checked afterwards, in ``reader``; here a value is only text or a number.
+Names, units and expressions are checked afterwards, in ``reader``; here a value is text or a number.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def _number_like(value: object) -> object:
 
 
 def _quantity_like(value: object) -> object:
-    """As ``_number_like``, or a number with its unit, which is read where the unit that it must have is known."""
+    """As ``_number_like``, or a number with a unit, which is checked later, when the required unit is known."""
     if isinstance(value, str) and split_quantity(value) is not None:
         return value
     try:
@@ -42,7 +42,7 @@ def _quantity_like(value: object) -> object:
 
 
 def _unit_like(value: object) -> object:
-    """A number has the unit 1, which YAML reads as a number."""
+    """The unit 1, which YAML reads as a number, as text."""
     return "1" if value == 1 and not isinstance(value, bool) else value
 
 
@@ -106,7 +106,7 @@ class Section(BaseModel):
 
 
 class FreeSection(Section):
-    """A gain that is not chosen yet: ``{free: [low, high]}``."""
+    """A free gain: ``{free: [low, high]}``."""
 
     free: Range
 
@@ -131,7 +131,7 @@ class ParameterSection(Section):
 
 
 class ContactSection(BaseModel):
-    """A contact: further keys are the parameters of its law, which reads them."""
+    """A contact; further keys are the parameters of its law."""
 
     model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
 
@@ -184,7 +184,7 @@ class EffectSection(Section):
 
 
 class AssumedLawSection(BaseModel):
-    """The law that an observer assumes at a contact, with its parameters, where it is not the plant's."""
+    """The law that an observer assumes at a contact, with its parameters, if it is not the plant's."""
 
     model_config = ConfigDict(extra="allow", frozen=True, defer_build=True)
 
@@ -192,7 +192,7 @@ class AssumedLawSection(BaseModel):
 
 
 class DomainSection(Section):
-    """Where the estimate of a (G)CFO is certified through reversals: ``domain: {slip_speed: 0.5, settle: 0.1}``."""
+    """Region in which the estimate of a (G)CFO is certified through reversals: ``{slip_speed: 0.5, settle: 0.1}``."""
 
     slip_speed: Number
     settle: Quantity
@@ -212,7 +212,7 @@ class ObserverSection(Section):
 
 
 class SimulationSection(Section):
-    """How ``stiction simulate`` drives the plant: inputs as functions of t, or a reference under feedback."""
+    """Simulation of the plant: inputs as functions of t, or a reference with feedback."""
 
     duration: Quantity
     sample_time: Quantity
@@ -232,7 +232,7 @@ class SimulationSection(Section):
 
 
 class LogSection(Section):
-    """How the columns of a log are called; meta.yaml beside the log says more."""
+    """Names and scales of the columns of a log; more can be given in a ``meta.yaml`` in the log's folder."""
 
     columns: dict[str, str] = {}
     scale: dict[str, Text] = {}
@@ -241,7 +241,7 @@ class LogSection(Section):
 
 
 class CancellationSection(Section):
-    """Which friction the inputs are to cancel, and which of the inputs that do it is taken."""
+    """The friction that the inputs cancel, and the choice among several best inputs."""
 
     method: Literal["minimum_norm", "appendix_b"] = "minimum_norm"
     weight: Literal["mass_inverse", "acceleration", "identity"] = "mass_inverse"
@@ -251,11 +251,11 @@ class CancellationSection(Section):
 
 
 class CodeChoice(Section):
-    """How the code is written.
+    """Options of the generated code.
 
     Attributes:
         precision: ``double`` or ``single``.
-        fault: what a step does with samples that are not finite: ``hold`` the last estimate and say so, or ``none``.
+        fault: handling of invalid samples: ``hold`` the last estimates and set the fault flag, or ``none``.
     """
 
     precision: Literal["double", "single"] = "double"
@@ -285,9 +285,9 @@ class SpecDocument(Section):
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema (2020-12) of the text of a spec, from the models that ``validate`` reads it by.
+    """The JSON Schema (2020-12) of a spec file, from the pydantic models.
 
-    It knows keys, and where a number, a text or a list belongs; names, units and expressions are ``check``'s.
+    It covers keys and types of values; names, units and expressions are checked by ``stiction check`` only.
     """
     schema = SpecDocument.model_json_schema()
     required = [key for key in schema["required"] if key not in OF_A_ROBOT]

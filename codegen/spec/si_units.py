@@ -1,7 +1,6 @@
-"""SI units with prefixes, and products of these, without pint: the units of most specs.
+"""SI units with prefixes and their products, without pint: the units of most specs.
 
-Loading pint's thousand definitions takes longer than everything else in ``stiction check``, so pint is used for other
-units only.
+Loading pint's definitions takes longer than the rest of ``stiction check``, so pint is used for other units only.
 """
 
 from __future__ import annotations
@@ -59,7 +58,7 @@ class SiUnit:
 
 
 NONE = Dimension({})
-"""Of a pure number, or an angle."""
+"""Dimension of a pure number or an angle."""
 ONE = SiUnit(Fraction(1), NONE)
 
 
@@ -94,14 +93,13 @@ UNITS: Mapping[str, SiUnit] = {
         for prefix, factor in _PREFIXES.items()
     },
 }
-"""Name → unit. Any other unit is left to pint."""
+"""Name → unit. Other units are read by pint."""
 
 
 def si_unit(text: str) -> SiUnit | None:
-    """The unit of a text that ``unit_text.spelled`` has normalised; None for one that is left to pint.
+    """The unit of a text normalised by ``unit_text.spelled``; None for a unit that only pint can read.
 
-    Read are products and quotients of ``UNITS``, each with an exponent of at most one digit. Python's parser gives the
-    syntax tree; nothing is evaluated.
+    The text is a product or quotient of ``UNITS``, with exponents of one digit. It is parsed, never evaluated.
     """
     try:
         return _product(ast.parse(text.strip().replace("^", "**"), mode="eval").body)

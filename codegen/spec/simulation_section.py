@@ -1,4 +1,4 @@
-"""The ``simulation:`` section → Simulation: signals parsed over t, numbers by the names they belong to."""
+"""Reading of the section ``simulation``: signals over t, and numbers by name."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ def read_simulation(
     inputs: Iterable[Input],
     place: Callable[[str], Place],
 ) -> Simulation | None:
-    """How a spec has its plant driven.
+    """The simulation section of a spec; None without one.
 
     Args:
         place: key → its file and line.
 
     Raises:
-        BadInput: for a name that the section cannot use, a number or expression that is none, a duration of less
-            than two samples or more than 10⁷, a negative seed, step, noise or limit, or a cancellation that is not a
-            share, without an observer or into the past.
+        BadInput: for an unknown name, an invalid number or expression, a duration of less than two or more than 10⁷
+            samples, a negative seed, step, noise or limit, or a cancellation that is not a share, has no observer, or
+            has a negative delay.
     """
     if section is None:
         return None

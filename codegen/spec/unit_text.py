@@ -1,7 +1,7 @@
-"""The ways in which a unit is written, brought to one: ASCII factors joined by * and /, powers after ^.
+"""Normalisation of the text of a unit: ASCII factors joined by * and /, powers after ^.
 
-pint reads some of them as something else: ``Nm`` as a yarn's count, ``Pas`` as several pascals, ``ftlb`` as a femto
-troy pound. Everything after this module sees ``N*m``.
+pint misreads some spellings: ``Nm`` as number metric (yarn count), ``Pas`` as several pascals, ``ftlb`` as a femto troy
+pound. All other modules use the normalised form, ``N*m``.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _PLAIN = re.compile(rf"(?:[A-Za-z_]\w*+|(?<!\w)1(?!\w)|{_POWER}|[*/() .])*+")
 
 
 class Unreadable(ValueError):
-    """The text is no unit; ``meant`` is the nearest that is one, or empty."""
+    """The text is no unit; ``meant`` is the nearest unit, or empty."""
 
     def __init__(self, expected: str, meant: str = "") -> None:
         super().__init__(expected)
@@ -37,17 +37,17 @@ class Unreadable(ValueError):
 
 
 def with_plain_signs(text: str) -> str:
-    """The same in ASCII where that has a sign for it: ``kg–cm²`` as ``kg-cm^2``."""
+    """The text with typographic signs replaced by ASCII: ``kg–cm²`` as ``kg-cm^2``."""
     return re.sub(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda raised: "^" + raised[0].translate(_RAISED), text).translate(_SIGNS)
 
 
 def spelled(text: str) -> str:
-    """A unit in ASCII: ``mN·m/A`` as ``mN*m/A``, ``kg·m²`` and ``kgm2`` as ``kg*m^2``, ``oz-in²`` as ``oz*in^2``.
+    """A unit in normalised form: ``mN·m/A`` as ``mN*m/A``, ``kg·m²`` and ``kgm2`` as ``kg*m^2``.
 
-    A name that is several units is one factor: ``rad/Nm`` is ``rad/(N*m)``.
+    A name of several units is one factor: ``rad/Nm`` is ``rad/(N*m)``.
 
     Raises:
-        Unreadable: for characters that no unit has, numbers that are no powers, and a/b·c, which may mean two things.
+        Unreadable: for characters that no unit has, numbers that are no powers, and a/b·c, which is ambiguous.
     """
     plain = with_plain_signs(text)
     if _AMBIGUOUS.search(plain):
@@ -60,7 +60,7 @@ def spelled(text: str) -> str:
 
 
 def _compound(found: re.Match[str]) -> str:
-    """A name, or names joined by hyphens, with * between its factors; in parentheses below a line."""
+    """A name, or names joined by hyphens, with * between the factors; in parentheses in a denominator."""
     parts = [_factors(word) for word in found["words"].split("-")]
     product, over = "*".join(parts) + (found["power"] or ""), found["over"] or ""
     return f"{over}({product})" if over and "*" in product.replace("**", "^") else over + product

@@ -1,7 +1,7 @@
-"""Units: values to SI, and the dimension of an expression. What ``si_units`` does not know is read by pint.
+"""Units: conversion of values to SI, and dimensions of expressions. Units unknown to ``si_units`` are read by pint.
 
-A spec is computed in coherent SI units. A parameter may be given in any unit and is converted; coordinates and
-inputs are declared in SI, since generated code takes and returns them as they are.
+All computations are in coherent SI units. A parameter may have any unit and is converted; coordinates and inputs are
+declared in SI, since generated code does not convert them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pint
 
 _WRITTEN = re.compile(r"(?!.*(/\*|\*/|//))[A-Za-z0-9µμΩ\u2126Å\u212bℓΔ⁰¹²³⁴-⁹*/^_ .()-]*")
-"""The letters of a unit, which generated files print in comments."""
+"""Characters of a unit, which generated files print in comments."""
 _CALLED = (
     *("m", "kg", "s", "A", "V", "N", "N*m", "N/m", "N*s/m", "N*m*s", "kg*m^2", "m/s", "m/s^2", "1/s", "kg*m"),
     *("N/A", "N*m/A", "N/V", "N*m/V", "N*s^2/m^2", "N*m*s^2", "N/m^3", "ohm", "H", "K", "Pa", "W"),
@@ -60,7 +60,7 @@ _HIGHEST_POWER = 20
 
 
 class UnitMismatch(BadInput):
-    """Two quantities of different units where they must be of one.
+    """Two quantities have different units where they must have the same.
 
     Attributes:
         ratio: the dimension of one over that of the other.
@@ -73,8 +73,8 @@ class UnitMismatch(BadInput):
 
 @cache
 def registry() -> pint.UnitRegistry[Any]:
-    """The one unit registry of the process. Its factors are exact fractions, with pi to fifty digits."""
-    import pint  # with its definitions most of a second, and few specs need it
+    """The unit registry of pint, whose factors are exact fractions, with pi to fifty digits."""
+    import pint  # imported here, since it takes most of a second and few specs need it
 
     made: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=Fraction, autoconvert_offset_to_baseunit=False)
     for definition in _DEFINED:
@@ -83,7 +83,7 @@ def registry() -> pint.UnitRegistry[Any]:
 
 
 def is_written(text: str) -> bool:
-    """Whether a unit is written in letters that generated files can print; it may still be unknown."""
+    """Whether a unit consists of characters that generated files can print; it may still be unknown."""
     return len(text) <= 200 and _WRITTEN.fullmatch(text) is not None
 
 
@@ -101,7 +101,7 @@ def _parse(text: str) -> Any:
     malformed = (ArithmeticError, AssertionError, AttributeError, LookupError, SyntaxError, TypeError, TokenError)
     try:
         return _checked(text)
-    except (PintError, *malformed) as error:  # what pint lets through on malformed text
+    except (PintError, *malformed) as error:  # exceptions that pint lets through for malformed text
         raise ValueError(text) from error
 
 
@@ -116,7 +116,7 @@ def _checked(text: str) -> Any:
 
 
 class _NoUnit(ValueError):
-    """What ``parse_unit`` says of a text."""
+    """The content of the BadInput that ``parse_unit`` raises, without its place."""
 
     def __init__(self, found: str, expected: str, nearest: str | None) -> None:
         super().__init__(found)
@@ -127,7 +127,7 @@ def parse_unit(text: str, place: Place) -> SiUnit | Any:
     """A unit from its text: an SiUnit, or pint's.
 
     Raises:
-        BadInput: for text that is no unit, or may mean two, or one with an offset (degC).
+        BadInput: for a text that is no unit, an ambiguous unit, or one with an offset (degC).
     """
     try:
         return _unit(str(text))
@@ -137,7 +137,7 @@ def parse_unit(text: str, place: Place) -> SiUnit | Any:
 
 @lru_cache(maxsize=1024)
 def _unit(text: str) -> SiUnit | Any:
-    """A spec names few units, each many times."""
+    """As ``parse_unit``; cached, since a spec uses few units, each many times."""
     try:
         plain = spelled(text)
     except Unreadable as error:
@@ -156,13 +156,13 @@ def _unit(text: str) -> SiUnit | Any:
 
 
 def inertia_for(torque: str | None) -> str | None:
-    """The unit of an inertia that is written nearly as one of a torque: ``kg*cm^2`` for ``kgf*cm``; None for others."""
+    """The unit of inertia that resembles a unit of torque: ``kg*cm^2`` for ``kgf*cm``; None for other units."""
     found = re.fullmatch(r"(kg|g|oz|lb)f\*(\w+)", torque or "")
     return f"{found[1]}*{found[2]}^2" if found else None
 
 
 def unit_name(text: str, place: Place) -> str:
-    """The unit as generated code writes it: ASCII, one way to write each (``kg*m^2`` for ``kg·m²``).
+    """The unit in normalised form, as generated code prints it: ``kg*m^2`` for ``kg·m²``.
 
     Raises:
         BadInput: as ``parse_unit``.
@@ -196,9 +196,9 @@ def is_unit(text: str) -> bool:
 
 
 def si_factor(text: str, place: Place) -> sympy.Rational:
-    """By how much a value in this unit is multiplied to be in SI base units.
+    """The factor from this unit to SI base units.
 
-    Exact; where pi or a root is in it (deg, rpm, cm^0.5), a fraction that agrees with it to some fifty digits.
+    Exact, or for a unit with pi or a root (deg, rpm, cm^0.5) a fraction that agrees to about fifty digits.
     """
     unit = parse_unit(text, place)
     if isinstance(unit, SiUnit):
@@ -211,13 +211,10 @@ def si_factor(text: str, place: Place) -> sympy.Rational:
 
 
 def require_coherent(text: str, place: Place, remedy: str) -> None:
-    """Refuse a unit that is not a plain product of SI base units (mm, deg, rpm).
+    """Raise BadInput, with the SI unit to use, for a unit that is not a product of SI base units (mm, deg, rpm).
 
     Args:
-        remedy: where other units may stand, for the message.
-
-    Raises:
-        BadInput: with the SI unit that is meant.
+        remedy: where other units are allowed, for the message.
     """
     if si_factor(text, place) != 1:
         expected = f"{coherent_name(text, place)}, the SI unit; {remedy}"
@@ -225,7 +222,7 @@ def require_coherent(text: str, place: Place, remedy: str) -> None:
 
 
 def coherent_name(text: str, place: Place) -> str:
-    """The SI unit that a value of this unit is converted to: the unit itself where it is coherent already."""
+    """The coherent SI unit of the same dimension; the unit itself if it is coherent."""
     if si_factor(text, place) == 1:
         return unit_name(text, place)
     wanted = dimension(parse_unit(text, place))
@@ -239,7 +236,7 @@ def coherent_name(text: str, place: Place) -> str:
 
 
 def base_units(text: str, place: Place) -> Mapping[str, Any]:
-    """Exponents of the SI base units by pint's names, with the radian, which has no dimension, among them.
+    """Base unit, by pint's name → exponent, including the radian, which has no dimension.
 
     Raises:
         BadInput: as ``parse_unit``.
@@ -249,13 +246,13 @@ def base_units(text: str, place: Place) -> Mapping[str, Any]:
 
 
 def dimension_of(expression: Expression, dimensions: Mapping[str, Dimension]) -> Dimension | None:
-    """The dimension of an expression, or None for a bare number, which may stand for any unit.
+    """The dimension of an expression; None for a bare number, which may have any unit.
 
     Args:
         dimensions: of every name in it.
 
     Raises:
-        BadInput: where terms of different dimension are added, or a function's argument has a dimension.
+        BadInput: if terms of different dimensions are added, or a function's argument has a dimension.
     """
     if expression.tree is not None and not any(isinstance(n, ast.Name) for n in ast.walk(expression.tree)):
         return None
@@ -277,13 +274,13 @@ def describe(d: Dimension | None) -> str:
 
 
 def is_called(d: Dimension) -> bool:
-    """Whether a dimension is one of those that engineers call by a unit of their own."""
+    """Whether a dimension is one for which engineers have a usual unit."""
     return d in _known_units()
 
 
 @cache
 def _known_units() -> dict[Dimension, str]:
-    """Dimension → the unit by which engineers call it."""
+    """Dimension → its usual unit."""
     return {dimension(parse_unit(name, Place(""))): name for name in reversed(_CALLED)}
 
 
@@ -340,7 +337,7 @@ def _factors(node: ast.expr) -> list[str]:
 
 
 def _number(node: ast.expr, whole: Expression) -> Fraction | None:
-    """The value of a part made of numbers alone, such as -(1/2) or 1 + 1; None where no double holds it."""
+    """The value of a part that contains numbers only, such as -(1/2) or 1 + 1; None if it exceeds a double."""
     try:
         value = Expression(whole.text, node, whole.place).symbolic({})
     except BadInput:

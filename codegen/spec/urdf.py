@@ -1,7 +1,7 @@
-"""A robot description (URDF) → its kinematic tree: fixed links merged, what cannot be a rigid mechanism refused.
+"""Reader of a robot description, URDF → kinematic tree: fixed links are merged, invalid mechanisms refused.
 
-Only masses and joints are read; shapes, limits of force and transmissions are left out, however strange. ``lxml`` is
-imported when a file is read: few specs name one.
+Only masses and joints are read, not shapes, force limits and transmissions. ``lxml`` is imported when a file is read,
+since few specs have one.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from codegen.base.input_files import read_bytes
 from codegen.spec.motion import KinematicTree, MovingBody, Rows, Vector
 
 LARGEST = 20_000_000
-"""Bytes of a robot description."""
+"""Largest size of a robot description, bytes."""
 ONCE = {
     "link": ("inertial",),
     "inertial": ("origin", "mass", "inertia"),
     "joint": ("origin", "parent", "child", "axis", "dynamics", "mimic"),
 }
-"""Element → the child elements that it may have once."""
+"""Element → child elements that it may have only once."""
 STANDARD_GRAVITY = (Fraction(0), Fraction(0), Fraction("-9.81"))
 MOVING, REFUSED = ("revolute", "continuous", "prismatic"), ("floating", "planar")
 EXPECTED = "a robot description (URDF)"
@@ -39,7 +39,7 @@ NO_INERTIA = exact_array(np.zeros((3, 3), dtype=int))
 
 @dataclass
 class _Body:
-    """A moving body while its links are gathered: what ``MovingBody`` will hold."""
+    """A moving body to which links are added; attributes as of ``MovingBody``."""
 
     joint: Any
     parent: int
@@ -51,15 +51,15 @@ class _Body:
 
 
 def read_kinematic_tree(path: Path, named_at: Place, gravity: Sequence[Fraction] = STANDARD_GRAVITY) -> KinematicTree:
-    """Read a URDF file.
+    """The kinematic tree of a URDF file.
 
     Args:
-        named_at: where the spec names it, for a file that cannot be read.
+        named_at: place of the file's name in the spec, for a file that cannot be read.
         gravity: in the base's frame, m/s².
 
     Raises:
-        BadInput: for a file that is no URDF, a joint that is floating, planar or a mimic, a loop, or inertial data that
-            are missing or impossible.
+        BadInput: for a file that is no URDF, a floating, planar or mimic joint, a loop, or inertial data that are
+            missing or not physical.
     """
     return _Reading(path, named_at).tree(gravity)
 
@@ -71,14 +71,14 @@ def identifier(name: str) -> str:
 
 
 class _Reading:
-    """Reading of a file: its links and joints, elements of XML by their names."""
+    """Reading of one file: its links and joints, name → XML element, and the bodies so far."""
 
     def __init__(self, path: Path, named_at: Place) -> None:
         from lxml import etree
 
         self.path, self.bodies = path, list[_Body]()
         self.content = read_bytes(path, f"{EXPECTED}, its path relative to the spec", LARGEST, named_at)
-        # No entities and no network: a robot description is a stranger's file.
+        # No entities and no network: the file may come from an untrusted source.
         parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
         try:
             root = etree.fromstring(self.content, parser)
@@ -96,7 +96,7 @@ class _Reading:
         self.links, self.joints = self._named(root, "link"), self._named(root, "joint")
 
     def place(self, element: Any, *inner: str) -> Place:
-        """File and line of an element, or of one inside it as far as it has that; named by its link or joint."""
+        """File and line of an element, or of the innermost existing element on a path in it, with its link or joint."""
         owner = next(e for e in (element, *element.iterancestors()) if e.tag in ("link", "joint"))
         for tag in inner:
             found = element.find(tag)
@@ -104,7 +104,7 @@ class _Reading:
         return Place(str(self.path), element.sourceline, f'{owner.tag} "{owner.get("name")}"')
 
     def _named(self, root: Any, kind: str) -> dict[str, Any]:
-        """The links or joints by name, in the order of the file, none of them and of what is in them twice."""
+        """The links or joints by name, in the order of the file; raises BadInput for a duplicate name or child."""
         found: dict[str, Any] = {}
         for element in root.findall(kind):
             name, line = element.get("name"), element.sourceline
@@ -153,7 +153,7 @@ class _Reading:
         return KinematicTree(self._moving_bodies(), _vector(gravity), self.path.name, digest, path=self.path)
 
     def _root(self) -> str:
-        """The link that is no joint's child."""
+        """The root: the link that is no child of a joint."""
         parent: dict[str, str] = {}
         for name, joint in self.joints.items():
             for end in ("parent", "child"):
@@ -204,7 +204,7 @@ class _Reading:
         return rotation, xyz
 
     def _add_inertia(self, body: _Body, link: Any, rotation: Exact, offset: Exact) -> None:
-        """Add a link that stands still on a body: I about the body's origin by the parallel-axis theorem."""
+        """Add a link that is fixed to a body, its inertia about the body's origin by the parallel-axis theorem."""
         inertial = link.find("inertial")
         if inertial is None:
             return  # a frame without mass
@@ -230,7 +230,7 @@ class _Reading:
         body.inertia = body.inertia + turn @ about_centre @ turn.T + mass * (c @ c * UNIT - np.outer(c, c))
 
     def _refuse_impossible(self, inertia: Exact, place: Place) -> None:
-        """Refuse what is no real body's: positive principal moments, the largest at most the sum of the others."""
+        """Raise BadInput unless the principal moments are positive, and the largest at most the sum of the others."""
         expected = "a positive definite inertia"
         try:
             smallest, middle, largest = (float(value) for value in np.linalg.eigvalsh(inertia.astype(float)))
@@ -309,7 +309,7 @@ class _Reading:
 
 
 def _limits(joint: Any) -> tuple[float, float] | None:
-    """The least and the greatest position of a joint, where the file says a range; a strange one is no error."""
+    """(lower, upper) limit of a joint's position; None without a valid range, which is no error."""
     limit = joint.find("limit")
     if limit is None or joint.get("type") == "continuous":
         return None

@@ -1,4 +1,4 @@
-"""``urdf:`` of a spec: what the robot file gives is added to the document before that is validated."""
+"""Reading of the section ``urdf``: the content of the robot file is added to the document before its validation."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ TOLERANCES = (*(f.name for f in fields(LinkTolerance)), DAMPING)
 def expand_robot(
     document: Mapping[str, Any], path: Path, place: Callable[[str], Place]
 ) -> tuple[dict[str, Any], KinematicTree | None]:
-    """Fill in what a robot file says: a coordinate and an input a joint, g = w − h, and joint friction.
+    """The document with the content of its robot file: a coordinate and an input per joint, g = w − h, joint friction.
 
-    Without ``friction:`` each joint has a Coulomb contact and a viscous effect with the figures of its ``<dynamics>``;
-    with it, U is the identity where no distribution is given.
+    Without ``friction:`` each joint has a Coulomb contact and a viscous effect with the values of its ``<dynamics>``;
+    with it, U is the identity unless a distribution is given.
 
     Args:
         document: a spec as plain data, not yet validated.
-        path: of the spec; the robot file's is relative to it.
+        path: of the spec, to which the path of the robot file is relative.
         place: key → its file and line.
 
     Returns:
-        the document with the sections filled in, and the tree; the document as it is where it has no ``urdf:``.
+        the completed document, and the tree; the unchanged document and None without ``urdf:``.
 
     Raises:
-        BadInput: for a robot file that cannot be used, or for sections that the robot file replaces.
+        BadInput: for an invalid robot file, or for sections that the robot file replaces.
     """
     filled = dict(document)
     if filled.get("urdf") is None:
@@ -102,7 +102,7 @@ def _tolerance(parts: Mapping[str, Any], place: Callable[[str], Place]) -> LinkT
 
 
 def _damping_tolerance(section: Any) -> dict[str, str]:
-    """The tolerance of joint damping as an entry of the effects that stand for it; empty if none is given."""
+    """The tolerance of joint damping as an entry of the viscous effects; empty if none is given."""
     given = section.get("tolerance") if isinstance(section, Mapping) else None
     return {"tolerance": str(given[DAMPING])} if given and DAMPING in given else {}
 

@@ -1,4 +1,4 @@
-"""A YAML mapping against its pydantic shape, with every fault at its line."""
+"""Validation of a YAML mapping by a pydantic model, with every fault at its line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_value, with_point
 from codegen.spec.quantity import split_quantity
 
 EXAMPLE = 60
-"""Characters of what stands there, up to which a message shows it in brackets."""
+"""Most characters of a value that a message repeats in a suggestion."""
 Model = TypeVar("Model", bound=BaseModel)
 
 _EXPECTED = {
@@ -32,10 +32,10 @@ _EXPECTED = {
 
 
 def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: str, context: object = None) -> Model:
-    """Read ``data`` as ``model``, whose validators are given ``context``.
+    """``data`` as an instance of ``model``, whose validators receive ``context``.
 
     Raises:
-        BadInput: for what does not fit: a missing key, an unknown key, a wrong type; ``others`` holds the further ones.
+        BadInput: for a missing key, an unknown key or a wrong type; ``others`` has the further faults.
     """
     try:
         return model.model_validate(data, context=context)
@@ -47,10 +47,11 @@ def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: s
 
 
 def _distinct(errors: list[ErrorDetails], model: type[BaseModel]) -> list[ErrorDetails]:
-    """One error for each fault of the author, the unknown keys first.
+    """One of pydantic's errors for each fault of the author, unknown keys first.
 
-    Of the alternatives of a union one is named: of a gain that is a mapping, what is wrong with its range. An unknown
-    key with nearly the name of a missing key of the same section is that key, misspelt.
+    pydantic reports all alternatives of a union; one is chosen: for a gain that is a mapping, the error of its range.
+    An unknown key that resembles a missing key of the same section is a misspelt one, so the missing key is not
+    reported.
     """
     ordered = sorted(errors, key=lambda e: (e["type"] != "extra_forbidden", e["loc"][-1:] != ("free",)))
     chosen: dict[tuple[int | str, ...], ErrorDetails] = {}
@@ -112,7 +113,7 @@ def _explain(
 
 
 def _as_mapping(found: object, keys: Sequence[str]) -> str:
-    """The mapping to write for a number, a number with a unit, or a unit alone, in words; "" for anything else."""
+    """The suggestion of a mapping for a number, a number with a unit, or a unit; "" for anything else."""
     if isinstance(found, bool) or not isinstance(found, (str, int, float)) or len(str(found)) > EXAMPLE:
         return ""
     if {"value", "unit"} <= {*keys}:
@@ -123,13 +124,13 @@ def _as_mapping(found: object, keys: Sequence[str]) -> str:
 
 
 def _without_colon(name: str, known: Sequence[str]) -> tuple[str, str] | None:
-    """(key, value) of a name that holds both, as ``velocity v`` and ``value:60`` do; None for another one."""
+    """(key, value) of an unknown key that contains both, as ``velocity v`` and ``value:60`` do; None otherwise."""
     found = re.fullmatch(r"(\w+)(?:\s+|:)(\S.*)", name)
     return (found[1], found[2]) if found and found[1] in known else None
 
 
 def _is_variant(step: object) -> bool:
-    """Pydantic puts the tried alternative of a union into the path; it is not a key of the file."""
+    """Whether a step of pydantic's path is an alternative of a union, and no key of the file."""
     return isinstance(step, str) and (
         step.startswith(("function-before", "list[", "literal[", "constrained")) or step in ("nullable", "FreeSection")
     )
@@ -140,7 +141,7 @@ def _shape(found: Any) -> str:
 
 
 def nearest_place(key: str, places: Mapping[str, Place], file: str) -> Place:
-    """A key at its line, or at that of the nearest parent that has one."""
+    """The place of a key: its line, or that of its nearest parent with a line."""
     trimmed = key
     while trimmed and trimmed not in places:
         trimmed = trimmed[: max(trimmed.rfind("."), trimmed.rfind("["), 0)]
@@ -158,7 +159,7 @@ def _known_keys(model: type[BaseModel], steps: list[Any]) -> list[str]:
 
 
 def _list_depth(model: type[BaseModel], steps: Sequence[Any]) -> int:
-    """How many lists within each other stand at a key: 2 for a matrix, 1 for a row of it; at least 1."""
+    """The number of nested lists that a key requires: 2 for a matrix, 1 for a row of it; at least 1."""
     last = max(k for k, step in enumerate(steps) if isinstance(step, str))
     owner: Any = model
     for step in steps[:last]:

@@ -1,4 +1,4 @@
-"""Names that the velocity of a coordinate is often given, for a spec in which it has another."""
+"""Common names of velocities, for messages on an unknown name."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _USUAL = ("{}_dot", "{}dot", "dot_{}", "d{}", "d_{}", "{}_d", "{}_vel", "vel_{}"
 
 
 def meant_velocity(name: str, velocities: Mapping[str, str]) -> str:
-    """What an unknown name such as ``q_dot`` means, in words; "" where it is no velocity of a coordinate.
+    """The velocity that is probably meant by an unknown name such as ``q_dot``, in words; "" if there is none.
 
     Args:
         velocities: coordinate → name of its velocity.

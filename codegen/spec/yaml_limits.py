@@ -1,7 +1,7 @@
-"""Limits on the size and nesting of a YAML file, checked on the parser's events before the loader builds anything.
+"""Limits on the size and nesting of a YAML file, checked on the parser's events before the document is built.
 
-A small file can cost the loader unbounded time or memory: its time is exponential in the depth of mappings that are
-keys, and nested aliases (``a: &a [*b, *b]``, ``b: &b [*c, *c]``, …) stand for exponentially many values.
+Without limits a small file can take unbounded time or memory: the loader's time is exponential in the depth of mappings
+as keys, and nested aliases (``a: &a [*b, *b]``, ``b: &b [*c, *c]``, …) expand to exponentially many values.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from ruamel.yaml.events import (
 from codegen.base.errors import BadInput, Place
 
 MOST_NODES = 50_000
-"""Values in a file, aliases written out. The loader takes about 0.1 ms for each, so 5 s."""
+"""Values in a file with aliases expanded; the loader takes about 0.1 ms for each, 5 s in total."""
 DEEPEST = 20
-"""Lists and mappings inside each other."""
+"""Nesting of lists and mappings."""
 MOST_MERGES = 100
-"""Keys `<<`; the loader takes time that grows with the square of their number."""
+"""Keys `<<`; the loader's time is quadratic in their number."""
 LONGEST_KEY = 100
 LONGEST_NUMBER = 4000
 _LONG_NUMBER = re.compile(rf"\d{{{LONGEST_NUMBER},}}")
@@ -35,13 +35,13 @@ _LONG_NUMBER = re.compile(rf"\d{{{LONGEST_NUMBER},}}")
 
 @dataclass
 class _Open:
-    """A mapping or list that has not ended.
+    """A mapping or list whose end has not been reached.
 
     Attributes:
         anchor: its name for aliases, or None.
-        keys: of a mapping, those so far; None for a list.
+        keys: keys of a mapping so far; None for a list.
         key_next: whether the next node is a key; keys and values of a mapping alternate.
-        nodes: count of the nodes in it so far, itself included and aliases written out.
+        nodes: number of nodes in it so far, itself included and aliases expanded.
     """
 
     anchor: str | None
@@ -51,22 +51,22 @@ class _Open:
 
 
 class Limits:
-    """A checker of the events of one file, which are passed to ``meet`` in order."""
+    """Checker of one file, whose parser events are passed to ``meet`` in order."""
 
     def __init__(self, file: str) -> None:
         self._file = file
         self._nodes_of: dict[str, int] = {}
-        """Anchor → nodes in what it names."""
+        """Anchor → number of nodes in its value."""
         self._merges = 0
         self._stack = [_Open(None, None, False)]
-        """The document, and the mappings and lists that are open, the innermost last."""
+        """The document and the open mappings and lists, the innermost last."""
 
     def meet(self, event: Any) -> None:
         """Count the next event.
 
         Raises:
-            BadInput: at the line, for keys that are not plain words, a key that appears twice, and too many or too deep
-                values.
+            BadInput: at the line, for keys that are no plain words, duplicate keys, and values that are too many or too
+                deeply nested.
         """
         file, line, nodes_of, stack = self._file, event.start_mark.line + 1, self._nodes_of, self._stack
         inner = stack[-1]

@@ -1,4 +1,4 @@
-"""YAML 1.2 through ruamel.yaml: load with places, dump with the author's comments kept."""
+"""YAML 1.2 by ruamel.yaml: loading with the places of keys, and writing that keeps the author's comments."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ FAULTS = {
         False,
     ),
 }
-"""Start of the parser's message → what stands there, what was expected, and whether the fault is where the construct
-begins; else where the parser noticed it."""
+"""Beginning of the parser's message → what was found, what was expected, and whether the fault is reported at the
+beginning of the construct, else where the parser noticed it."""
 
 
 class _Constructor(RoundTripConstructor):
-    """The loader's own, which quotes both values of a duplicate key however long they are."""
+    """ruamel.yaml's constructor, with a short message on a duplicate key; its own quotes both values in full."""
 
     def check_mapping_key(self, node: Any, key_node: Any, mapping: Any, key: Any, value: Any) -> bool:
         if key in mapping:
@@ -48,7 +48,7 @@ class _Constructor(RoundTripConstructor):
 
 
 class _Parser(RoundTripParser):
-    """The loader's own, each event of which is counted before the tree takes it."""
+    """ruamel.yaml's parser, with every event checked by ``Limits``."""
 
     def __init__(self, loader: Any, limits: Limits) -> None:
         super().__init__(loader)
@@ -70,7 +70,7 @@ class _Parser(RoundTripParser):
 
 
 def round_trip_yaml() -> YAML:
-    """A loader and dumper that keeps comments, quotes and order, and never builds objects."""
+    """A YAML loader and dumper that keeps comments, quotes and order, and creates no Python objects from tags."""
     yaml = YAML(typ="rt")
     yaml.Constructor = _Constructor
     yaml.width = 110
@@ -80,16 +80,16 @@ def round_trip_yaml() -> YAML:
 
 
 def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple[CommentedMap, dict[str, Place]]:
-    """Parse a YAML mapping.
+    """A YAML mapping from its text.
 
     Args:
-        example: of what it may hold, for the message where it is none.
+        example: of an entry, for the message on a text that is no mapping.
 
     Returns:
-        The round-trip document and the place of every key, named like ``friction.contacts[0].law``.
+        The round-trip document, and key → place, with keys such as ``friction.contacts[0].law``.
 
     Raises:
-        BadInput: on YAML that cannot be read or is not a mapping.
+        BadInput: for YAML that cannot be read or is not a mapping.
     """
     try:
         yaml = round_trip_yaml()
@@ -115,15 +115,13 @@ def load_mapping(text: str, file: str, example: str = "name: one_mass") -> tuple
 
 @lru_cache(maxsize=64)
 def load_plain(text: str, file: str, example: str = "name: one_mass") -> tuple[Any, Mapping[str, Place]]:
-    """As ``load_mapping``, with the document as ``plain``, not to be changed: a text is parsed once, since that takes
-    most of a reading.
-    """
+    """As ``load_mapping``, with the document as ``plain``, which must not be changed; cached, since parsing is slow."""
     document, places = load_mapping(text, file, example)
     return plain(document), places
 
 
 def _refused(error: MarkedYAMLError, file: str, text: str) -> BadInput:
-    """The error of the YAML parser in words of the file, at the line on which the fault is."""
+    """The BadInput for an error of the YAML parser, in the user's terms, at the line of the fault."""
     problem = " ".join((error.problem or "malformed YAML").split())
     if problem.startswith((UNEXPECTED_COLON, NO_END)) and error.problem_mark:
         bare = _key_without_colon(text.splitlines(), error.problem_mark.line)
@@ -151,9 +149,9 @@ _WITH_BRACKETS = re.compile(
 
 
 def _bracket_in_value(lines: Sequence[str], mark: Any) -> tuple[str, str] | None:
-    """(found, expected) where the parser met a bracket inside a value, ``{q: axes[0].pos}``; None for another fault.
+    """(found, expected) for a bracket in an unquoted value within brackets, ``{q: axes[0].pos}``; None otherwise.
 
-    Inside of brackets a value without quotes ends before a bracket, so the parser misses a comma there.
+    Within brackets an unquoted value ends before a bracket, so the parser expects a comma there.
     """
     line = lines[mark.line] if mark.line < len(lines) else ""
     bracket = line[mark.column : mark.column + 1]
@@ -168,10 +166,10 @@ def _bracket_in_value(lines: Sequence[str], mark: Any) -> tuple[str, str] | None
 
 
 def _key_without_colon(lines: Sequence[str], at: int) -> tuple[int, str, str] | None:
-    """(line, key, value) of a key whose colon is missing, where the parser met the colon of the line ``at``.
+    """(line, key, value) of a key without a colon, if the parser reports the colon of the line ``at``; else None.
 
-    Words without a colon are a text, which goes on over the next lines: ``kind gcfo`` takes the key below it for its
-    own last word. A word before ``{`` does the same on one line.
+    Words without a colon are a text that continues on the next lines, so that the key below ``kind gcfo`` is read as
+    the last word of this text. A word before ``{`` has the same consequence on one line.
     """
     if at < len(lines) and (found := _BARE_MAPPING.fullmatch(lines[at])):
         return at, found[1], found[2].strip()
@@ -184,18 +182,18 @@ def _key_without_colon(lines: Sequence[str], at: int) -> tuple[int, str, str] | 
 
 
 def _key(name: object) -> str:
-    """A key as YAML writes it; some words of its own are no text."""
+    """A key as YAML writes it; ``true``, ``false`` and ``null`` are not loaded as text."""
     return {True: "true", False: "false"}[name] if isinstance(name, bool) else "null" if name is None else str(name)
 
 
 def _collect(node: Any, key: str, file: str, places: dict[str, Place], lines: Sequence[str]) -> None:
-    """Add the place of each key in a node, and of each entry of its lists.
+    """Add the places of all keys and list entries in a node to ``places``.
 
     Raises:
-        BadInput: for a number with a decimal comma in a mapping, ``{value: 24,5}``, whose comma ends the value.
+        BadInput: for a decimal comma in a mapping, ``{value: 24,5}``, at which YAML ends the value.
 
     Args:
-        lines: of the text, from which such a number is quoted: of ``05`` the node has 5.
+        lines: of the text, from which such a number is quoted, since the node of ``05`` is 5.
     """
     listed = isinstance(node, CommentedSeq)
     entries = enumerate(node) if listed else node.items() if isinstance(node, CommentedMap) else ()
@@ -214,7 +212,7 @@ def _collect(node: Any, key: str, file: str, places: dict[str, Place], lines: Se
 
 
 def _entry_at(lines: Sequence[str], position: Sequence[int] | None) -> str:
-    """The text of an entry in braces, from where it begins to the next comma or brace; "" where that is not known."""
+    """The text of an entry in braces, from its position to the next comma or brace; "" if the position is unknown."""
     if position is None or position[0] >= len(lines):
         return ""
     return re.split(r"[,{}\[\]]", lines[position[0]][position[1] :])[0].strip()
@@ -231,9 +229,9 @@ _NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w
 
 
 def changed_text(before: str, document: Any) -> str:
-    """A changed document as YAML text, in which every line without a change is as the author wrote it.
+    """A changed document as YAML text, with every unchanged line as the author wrote it.
 
-    The dumper has its own spacing and its own form of a number: -0.5e-6 becomes -5.0e-7.
+    The dumper changes spacing and the form of numbers: -0.5e-6 becomes -5.0e-7.
 
     Args:
         before: the text from which the document was loaded.
@@ -249,7 +247,7 @@ def changed_text(before: str, document: Any) -> str:
 
 
 def _content(line: str) -> str:
-    """A line without what the dumper may change of it: spaces within it, and the form of its numbers."""
+    """A line in normalised form, without differences that the dumper makes: spaces within it, and forms of numbers."""
     words = _NUMBER.sub(lambda number: repr(float(number[0])), " ".join(line.split()))
     return f"{len(line) - len(line.lstrip())} {words}"
 
