@@ -1,4 +1,4 @@
-"""The friction laws. To add one: a file with its class, and the class in LAWS."""
+"""Registry of the friction laws. To add one: a file with its class, and the class in LAWS."""
 
 from codegen.friction.law import DynamicLaw, FrictionLaw, LawParameter, LawState, MemoryLaw, ZeroMemoryLaw
 from codegen.friction.memory import Bristle, Derjaguin, HessSoomLag, Karnopp, Kato, SevenParameter

@@ -1,4 +1,4 @@
-"""The base classes of friction laws: parameters, steady-sliding level, bound on its slope, states."""
+"""Base classes of friction laws: parameters, level in steady sliding, bound on its slope, states."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Values = Mapping[str, sympy.Expr]
 """Parameter of a law → its symbol or its value."""
 States = tuple[sympy.Expr, ...]
 Ranges = tuple[tuple[sympy.Expr, sympy.Expr], ...]
-"""Low and high of each state."""
+"""(low, high) of each state."""
 
 
 @dataclass(frozen=True)
@@ -22,10 +22,10 @@ class LawParameter:
 
     Attributes:
         unit: template over {F} (the contact's force unit) and {q} (its slip's unit).
-        positive: whether the lowest value itself is excluded.
-        meaning: a few words.
-        lowest: admissible value, exact; None where there is no bound.
-        default: used where a spec leaves the parameter out; None makes it required.
+        positive: whether the parameter must be above ``lowest``, and not only at least that.
+        meaning: in a few words.
+        lowest: least admissible value, exact; None if there is no bound.
+        default: value if a spec omits the parameter; None if it is required.
     """
 
     name: str
@@ -37,14 +37,15 @@ class LawParameter:
 
 
 class FrictionLaw(ABC):
-    """A law of the force λ at one contact whose slip velocity is u.
+    """A friction law: the force λ at one contact as a function of its slip velocity u, and of states or history.
 
     Attributes:
         name: as in a spec.
-        source: where the law is published.
+        source: publication.
         parameters: in order.
-        drives: which observers can use the law: "level" (CFO, GCFO), "state" (DFO, GDFO), or "" if neither.
-        why_not: where ``drives`` is empty, the reason.
+        drives: observers that can use the law: "level" (CFO, GCFO), "state" (DFO, GDFO), or "" for none.
+        why_not: if ``drives`` is empty, the reason.
+        instead: laws to simulate in its place, if no plant can simulate this one.
     """
 
     name: ClassVar[str]
@@ -52,31 +53,32 @@ class FrictionLaw(ABC):
     parameters: ClassVar[tuple[LawParameter, ...]]
     drives: ClassVar[str]
     why_not: ClassVar[str] = ""
+    instead: ClassVar[str] = "a law of zero memory or with states"
 
     @abstractmethod
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         """The level a(|u|) ≥ 0 in steady sliding, λ = a(|u|) sgn(u), in the contact's force unit."""
 
     def bristle_stiffness(self, p: Values) -> sympy.Expr:
-        """σ of a law λ = σ z, z' = u − (σ/level) z |u|; 0 for laws of another form."""
+        """σ of a law of the form λ = σ z, z' = u − (σ/level) |u| z; 0 for other laws."""
         return sympy.Integer(0)
 
     def bristles(self, p: Values) -> tuple[sympy.Expr, sympy.Expr] | None:
-        """(σ0, σ1) of a law of LuGre's form, None of another.
+        """(σ0, σ1) of a law of the form of LuGre; None for other laws.
 
-        λ = σ0 z + σ1 z' + σ2 u with z' = u − σ0 |u| z/s(|u|), where s(|u|) is the level without its viscous part.
-        ``p`` are numbers: the form may hold for some values alone.
+        λ = σ0 z + σ1 z' + σ2 u, z' = u − σ0 |u| z/s(|u|), with s(|u|) the level without its viscous part. ``p`` are
+        numbers, since a law may have this form for some values only.
         """
         stiffness = self.bristle_stiffness(p)
         return None if stiffness == 0 else (stiffness, sympy.Integer(0))
 
     @abstractmethod
     def slope_bound(self, p: Values) -> sympy.Expr:
-        """A bound on |∂a/∂u| (Lemma 2.1 generalised), in force unit · s / slip unit; oo where there is none."""
+        """A bound on |∂a/∂u| (Lemma 2.1, generalised), in force unit · s / slip unit; oo if there is none."""
 
 
 class ZeroMemoryLaw(FrictionLaw):
-    """λ = level(|u|) sgn(u): the force depends on the present slip velocity alone."""
+    """A law λ = level(|u|) sgn(u), whose force depends on the present slip velocity only."""
 
     drives = "level"
 
@@ -95,8 +97,8 @@ class DynamicLaw(FrictionLaw):
 
     Attributes:
         states: z, in order.
-        scale: the parameter a of λ = a φ(u, z) that neither φ nor the rates contain, so that a DFO can estimate it;
-            "" where there is none, and the DFO then estimates a factor of the whole force, nominally 1.
+        scale: name of the parameter a in λ = a φ(u, z), if neither φ nor the rates contain it: a DFO estimates it. ""
+            if there is none; a DFO then estimates a factor of the whole force, nominally 1.
     """
 
     drives = "state"
@@ -116,7 +118,7 @@ class DynamicLaw(FrictionLaw):
         """An invariant interval for each state while |u| ≤ top_speed."""
 
     def in_sliding(self, p: Values) -> tuple[sympy.Expr, sympy.Expr] | None:
-        """(speed, slope): in sustained sliding above this speed |dλ/dt| ≤ slope |du/dt|; None if no bound is known."""
+        """(speed, slope) such that |dλ/dt| ≤ slope |du/dt| in sustained sliding above the speed; None if unknown."""
         return None
 
     def rest_state(self, p: Values) -> States:
@@ -125,19 +127,19 @@ class DynamicLaw(FrictionLaw):
 
 
 class MemoryLaw(FrictionLaw):
-    """A law that is not in state-space form: its force needs the slip's history, such as the time since it stopped."""
+    """A law without state-space form: its force depends on the history of slip, such as the time since it stopped."""
 
     drives = ""
 
     @abstractmethod
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
-        """The force over a whole history of slip.
+        """The force λ over a history of slip.
 
         Args:
             time: s, increasing, length N.
             slip_velocity: u at those times, length N.
             p: parameters as numbers.
-            applied_force: the force that tries to move the contact, length N, where the law needs it; else None.
+            applied_force: the tangential force on the contact at rest, length N, if the law needs it.
 
         Returns:
             λ at those times, length N.

@@ -1,4 +1,4 @@
-"""Laws whose force needs the history of slip: rising static friction, lags, stick-slip and bristles."""
+"""Laws whose force depends on the history of slip: rising static friction, lags, stick–slip and bristles."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ class RisingStatic(MemoryLaw):
     """F = F_c sgn(u) for u ≠ 0; at rest |F| ≤ F_s(t) with t the time since the slip stopped."""
 
     why_not = NEEDS_CLOCK
+    instead = "static_viscous or karnopp, whose static level does not rise"
 
     @abstractmethod
     def static_level(self, dwell: Any, p: Mapping[str, float]) -> Any:
         """F_s(t) in the contact's force unit; ``dwell`` is the time t at rest in s, a number or an array."""
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
-        """The force over a history. Rest is u = 0 exactly; a rest at the first sample begins there.
+        """The force over a history; the contact rests where u = 0 exactly.
 
         Raises:
             BadInput: if the contact rests and no applied force is given: friction at rest equals the applied force, up
@@ -120,6 +121,7 @@ class HessSoomLag(MemoryLaw):
     source = "Hess and Soom 1990; Mentzelopoulou 1994, section 1.1.2.1"
     parameters = (COULOMB, STATIC, STRIBECK_VELOCITY, LAG, VISCOUS)
     why_not = "the force needs the slip velocity of τ_L ago: a delay, not a finite number of states"
+    instead = "lorentzian, which is its steady sliding"
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
         """The force over a history; before it, the slip velocity was that of the first sample."""
@@ -164,6 +166,7 @@ class SevenParameter(MemoryLaw):
         LawParameter("gamma", "s", True, "time stuck after which half the rise is there"),
     )
     why_not = f"{NEEDS_CLOCK}; and the Stribeck part lags by a delay"
+    instead = "lugre, which has presliding and Stribeck friction, or lorentzian, which is its steady sliding"
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
         """The force over a history: a state machine, stuck or sliding, from sample to sample."""
@@ -236,15 +239,16 @@ class Karnopp(MemoryLaw):
 
 
 SEED = 1991
+"""Seed of the random numbers of ``Bristle``."""
 
 
 class Bristle(MemoryLaw):
-    """F = Σ σ0 (x − b_k), k = 1 … N, x' = u; a bond b_k that is stretched to |x − b_k| = δ_s snaps and forms anew.
+    """F = Σ σ0 (x − b_k), k = 1 … N, x' = u; a bond b_k breaks at |x − b_k| = δ_s and is replaced by a new one.
 
-    Its states, the places of the N bonds, jump at random: there is no differential equation that an observer could
-    integrate. The source lets the new bond form at a random place and leaves the distribution open. Here it is uniform
-    between the old bond and the body, so that 2δ_s/3 is the mean stretch in sliding. The random numbers are the same
-    each time.
+    The states, the positions of the N bonds, jump at random, so there is no differential equation that an observer
+    could integrate. The source puts a new bond at a random position and leaves the distribution open. Here it is
+    uniform between the old bond and the body, which gives a mean deflection of 2δ_s/3 in sliding. The random numbers
+    are the same each time.
     """
 
     name = "bristle"
@@ -255,9 +259,10 @@ class Bristle(MemoryLaw):
         LawParameter("delta_s", "{q}", True, "stretch at which a bond snaps"),
     )
     why_not = "its states, the places of N bonds, jump at random"
+    instead = "lugre, dahl or reset_integrator, whose state is a mean deflection"
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
-        """The force over a history that begins with bonds spread evenly over ±δ_s, so that the force is zero.
+        """The force over a history; at its start the bonds are spread evenly over ±δ_s, and the force is zero.
 
         Raises:
             BadInput: if N is not a whole number.
@@ -271,8 +276,7 @@ class Bristle(MemoryLaw):
         force = np.empty_like(t)
         for k, step in enumerate(travel):
             stretch = stretch + step
-            # The new bond forms at the moment of snapping and is stretched by the rest of the step, after which it may
-            # have snapped too.
+            # A new bond forms when the old one breaks, is stretched during the rest of the step, and may break too.
             while (snapped := np.abs(stretch) >= limit).any():
                 rest_of_step = np.abs(stretch[snapped]) - limit
                 new_stretch = limit * random.random(rest_of_step.size) + rest_of_step
@@ -281,7 +285,7 @@ class Bristle(MemoryLaw):
         return force
 
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
-        """The mean force over time; the stretch of one bristle deviates from its mean by δ_s/√18 rms."""
+        """The mean force over time; the deflection of one bristle has a standard deviation of δ_s/√18."""
         return sympy.Rational(2, 3) * p["N"] * p["sigma_0"] * p["delta_s"]
 
     def slope_bound(self, p: Values) -> sympy.Expr:

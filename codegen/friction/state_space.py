@@ -7,7 +7,7 @@ from typing import ClassVar
 import sympy
 
 from codegen.friction.law import DynamicLaw, LawParameter, LawState, Ranges, States, Values
-from codegen.friction.zero_memory import ExtendedCoulomb
+from codegen.friction.zero_memory import ExtendedCoulomb, gaussian_slope
 from codegen.spec.functions import Magnitude, Sgn
 
 PRESLIDING = LawParameter(
@@ -16,7 +16,7 @@ PRESLIDING = LawParameter(
 
 
 class _Normalized(DynamicLaw):
-    """λ = a f with a normalized friction force f, |f| ≤ 1, and a constant level a."""
+    """A law λ = a f with a normalized friction force f, |f| ≤ 1, and a constant level a."""
 
     states = (LawState("f", "1", "normalized friction force"),)
 
@@ -24,7 +24,7 @@ class _Normalized(DynamicLaw):
         return p[self.scale] * z[0]
 
     def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
-        """f' has the sign of u up to |f| = 1, where it vanishes or points inwards."""
+        """[−1, 1]: at |f| = 1, f' is zero or directed inwards."""
         return ((sympy.Integer(-1), sympy.Integer(1)),)
 
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
@@ -84,7 +84,7 @@ class ResetIntegrator(_Normalized):
         return (p["c"] * (u - p["D2"] * f - (p["D1"] - p["D2"]) * dead_zone),)
 
     def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
-        """±φ(top speed): there f' = c (u ∓ top speed) points inwards, as φ⁻¹ is monotone."""
+        """±φ(top speed), where f' = c (u ∓ top speed) is directed inwards, since φ⁻¹ is monotone."""
         limit = _phi(top_speed, p)
         return ((-limit, limit),)
 
@@ -92,7 +92,7 @@ class ResetIntegrator(_Normalized):
         return p["a"] * _phi(slip_speed, p)
 
     def in_sliding(self, p: Values) -> tuple[sympy.Expr, sympy.Expr] | None:
-        """Beyond D2 f stays above 1, and f'' = c (u' − D1 f'): f' comes within |u'|/D1 at the rate c D1."""
+        """Above D2, f > 1 and f'' = c (u' − D1 f'), so that |f'| settles below |u'|/D1 with the rate c D1."""
         return p["D2"], p["a"] / p["D1"]
 
     def slope_bound(self, p: Values) -> sympy.Expr:
@@ -127,7 +127,7 @@ class LuGre(DynamicLaw):
         return p["sigma_0"] * z[0] + p["sigma_1"] * self.rates(u, z, p)[0] + p["sigma_2"] * u
 
     def state_range(self, top_speed: sympy.Expr, p: Values) -> Ranges:
-        """±max g: there z' = u − |u| z/g(u) is zero or points inwards, whatever u."""
+        """±max g, where z' = u − |u| z/g(u) is zero or directed inwards for any u."""
         limit = sympy.Max(p["F_c"], p["F_s"]) / p["sigma_0"]
         return ((-limit, limit),)
 
@@ -138,8 +138,8 @@ class LuGre(DynamicLaw):
         return p["sigma_0"], p["sigma_1"]
 
     def slope_bound(self, p: Values) -> sympy.Expr:
-        """The Gaussian is steepest at v_s/√2, by √2 exp(−1/2) (F_s − F_c)/v_s."""
-        steepest = sympy.sqrt(2) * sympy.exp(-sympy.Rational(1, 2)) * (p["F_s"] - p["F_c"]) / p["v_s"]
+        """The slope of the level is extreme at standstill and where the Gaussian is steepest, at v_s/√2."""
+        steepest = gaussian_slope(1 / sympy.sqrt(2), p["v_s"]) * (p["F_s"] - p["F_c"])
         return sympy.Max(abs(p["sigma_2"]), abs(p["sigma_2"] - steepest))
 
 
@@ -208,7 +208,10 @@ class ExtendedResetIntegrator(ExtendedDynamic):
 
 
 class _RateAndState(DynamicLaw):
-    """A law of rock: λ = [F_0 + a ln(|u|/v_0) + …] sgn(u), whose state takes b of the level back in steady sliding."""
+    """A rate-and-state law of rock friction, λ = [F_0 + a ln(|u|/v_0) + …] sgn(u).
+
+    In steady sliding the level is F_0 + (a − b) ln(|u|/v_0).
+    """
 
     parameters = (
         LawParameter("F_0", "{F}", False, "level of steady sliding at v_0"),
@@ -219,6 +222,7 @@ class _RateAndState(DynamicLaw):
     )
     drives = ""
     why_not = "ln(|u|/v_0) diverges at u = 0: the law has no force at standstill and through a reversal"
+    instead = "lugre or tustin"
 
     def level(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
         return p["F_0"] + (p["a"] - p["b"]) * sympy.log(slip_speed / p["v_0"])
@@ -231,7 +235,7 @@ class _RateAndState(DynamicLaw):
 class Ruina(_RateAndState):
     """F = [F_0 + a ln(|u|/v_0) + f] sgn(u), f' = −(|u|/L) [f + b ln(|u|/v_0)].
 
-    Printed for u > 0; written here for both directions, and not regularised.
+    The source has it for u > 0; here for both directions, and not regularised.
     """
 
     name = "ruina"

@@ -1,4 +1,4 @@
-"""Laws of zero memory: λ = level(|u|) sgn(u); the Stribeck curves among them differ in the shape of their rise."""
+"""Laws of zero memory, λ = level(|u|) sgn(u): Coulomb, viscous and Stribeck friction."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class Canudas(ZeroMemoryLaw):
 
 
 class StribeckLaw(ZeroMemoryLaw):
-    """F = [F_c + (F_s − F_c) s(|u|) + F_v |u|] sgn(u) with a shape 0 ≤ s ≤ 1 that vanishes at high speed."""
+    """A Stribeck curve F = [F_c + (F_s − F_c) s(|u|) + F_v |u|] sgn(u), with 0 ≤ s ≤ 1 and s → 0 at high speed."""
 
     @abstractmethod
     def shape(self, slip_speed: sympy.Expr, p: Values) -> sympy.Expr:
@@ -132,7 +132,7 @@ class StribeckLaw(ZeroMemoryLaw):
         return p["F_c"] + (p["F_s"] - p["F_c"]) * self.shape(slip_speed, p) + p["F_v"] * slip_speed
 
     def slope_bound(self, p: Values) -> sympy.Expr:
-        """The slope is F_v + (F_s − F_c) s', which is largest in magnitude at an end of the range of s'."""
+        """max |F_v + (F_s − F_c) s'|, which is at an end of the range of s'."""
         falling, rising = self.steepest(p)
         rise = p["F_s"] - p["F_c"]
         return sympy.Max(abs(p["F_v"] + rise * falling), abs(p["F_v"] + rise * rising))
@@ -173,7 +173,7 @@ class BoPavelescu(StribeckLaw):
         return sympy.exp(-((slip_speed / p["alpha"]) ** p["n"]))
 
     def steepest(self, p: Values) -> tuple[sympy.Expr, sympy.Expr]:
-        """For n ≥ 1: where (u/α)^n = q = 1 − 1/n, by n q^q exp(−q)/α."""
+        """For n ≥ 1: −n q^q exp(−q)/α, at (u/α)^n = q = 1 − 1/n."""
         q = sympy.Max(p["n"] - 1, 0) / p["n"]
         return -p["n"] * q**q * sympy.exp(-q) / p["alpha"], sympy.Integer(0)
 
@@ -193,7 +193,7 @@ class Lorentzian(StribeckLaw):
         return 1 / (1 + (slip_speed / p["v_s"]) ** 2)
 
     def steepest(self, p: Values) -> tuple[sympy.Expr, sympy.Expr]:
-        """At v_s/√3, by 3√3/(8 v_s)."""
+        """−3√3/(8 v_s), at v_s/√3."""
         return -3 * sympy.sqrt(3) / (8 * p["v_s"]), sympy.Integer(0)
 
 
@@ -231,7 +231,7 @@ class GaussianOffset(StribeckLaw):
         return sympy.exp(-(((slip_speed - p["v_0"]) / p["v_s"]) ** 2))
 
     def steepest(self, p: Values) -> tuple[sympy.Expr, sympy.Expr]:
-        """Falling: v_s/√2 beyond the crest. Rising: as far before it, or at standstill where the crest is nearer."""
+        """Lowest: v_s/√2 above the maximum at v_0; highest: v_s/√2 below it, or at standstill if that is nearer."""
         before = sympy.Min(p["v_0"] / p["v_s"], 1 / sympy.sqrt(2))
         return -gaussian_slope(1 / sympy.sqrt(2), p["v_s"]), gaussian_slope(before, p["v_s"])
 

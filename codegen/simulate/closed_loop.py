@@ -1,4 +1,4 @@
-"""A machine simulated as its spec's ``simulation`` section says, with the spec's observer in the loop if it asks."""
+"""Closed-loop simulation by a spec's ``simulation`` section, with the spec's observer in the loop if it is chosen."""
 
 from __future__ import annotations
 
@@ -30,24 +30,24 @@ def simulate(
     method: Method = "steps",
     make_plant: PlantMaker | None = None,
 ) -> LoopRun:
-    """Simulate ``spec.simulation`` on ``system``.
+    """The run of ``spec.simulation`` on ``system``.
 
-    Inputs follow their functions of t, plus feedback of the measured position where a reference is given; see
+    Inputs are functions of t plus feedback of the measured position where a reference is given; see
     ``declared_controller``. The machine starts at rest at its reference (zero without one), with no command before
-    t = 0. With ``observer: true`` the spec's generated observer is simulated too, and ``cancel`` adds the input that
-    cancels that share of its estimate.
+    t = 0. With ``observer: true`` the generated observer is simulated too, and ``cancel`` adds that share of the
+    cancelling input.
 
     Args:
         spec: for its ``simulation`` section, and its observer.
-        system: the machine, with its effects; it may differ from what the spec declares.
+        system: the machine, with its effects; it may differ from the spec's.
         progress: called with the share that is done, from 0 to 1.
-        twin: whether the observer is the Python twin and not the compiled C.
+        twin: whether the observer is the Python twin instead of the compiled C.
         method, make_plant: of the plant, see ``run_loop``.
 
     Raises:
         BadInput: if the spec has no simulation section, a reference or gain has no counterpart, a contact's law cannot
-            be simulated, the observer cannot be sampled or its estimate not be cancelled, or the motion leaves all
-            bounds.
+            be simulated, the observer cannot be sampled, its estimate cannot be cancelled, or the motion becomes
+            unbounded.
     """
     simulation = spec.simulation
     if simulation is None:
@@ -57,7 +57,7 @@ def simulate(
     samples = round(simulation.duration / simulation.sample_time)
     controller = declared_controller(spec, simulation, samples)
     observed_spec = spec
-    if simulation.cancel is not None:  # the observer is to compute the cancelling input, also without that section
+    if simulation.cancel is not None:  # the observer must compute the cancelling input, also without its own section
         observed_spec = replace(spec, cancellation=spec.cancellation or CancellationChoice())
     start = np.zeros(len(spec.positions)) if controller.reference is None else controller.reference(0.0)
     run = run_loop(
@@ -66,7 +66,7 @@ def simulate(
         samples,
         controller,
         generated_in_loop(observed_spec, simulation, twin) if simulation.observer else None,
-        _cancellation(simulation, system),
+        None if simulation.cancel is None else declared_cancellation(simulation, system, simulation.cancel),
         declared_sensors(spec, simulation),
         input_limit(spec, simulation),
         (start, np.zeros_like(start)),
@@ -84,7 +84,7 @@ def simulate(
 
 
 def declared_sensors(spec: Spec, simulation: Simulation) -> Sensors:
-    """Noise and encoder steps of each coordinate; a declared velocity noise gives the controller tachometers."""
+    """Noise and encoder steps of each coordinate; with a velocity noise the controller has tachometers."""
     return Sensors(
         np.array([simulation.position_noise.get(x, 0.0) for x in spec.positions]),
         np.array([simulation.encoder_step.get(x, 0.0) for x in spec.positions]),
@@ -94,17 +94,14 @@ def declared_sensors(spec: Spec, simulation: Simulation) -> Sensors:
 
 
 def generated_in_loop(spec: Spec, simulation: Simulation, twin: bool = False) -> ObserverInLoop:
-    """The spec's generated observer, with the cancelling input if it has one, stepped once in so many loop samples.
+    """The spec's generated observer, with the cancelling input if the spec has one, for the loop of a simulation.
 
-    Raises BadInput for a spec without an observer, or whose simulation's sample time does not divide the observer's.
+    Raises BadInput for a spec without an observer, or if its sample time is no whole multiple of the simulation's.
     """
     observer = observer_of(spec)
     return generated_observer(spec, with_cancellation(spec, observer), steps_a_sample(spec, simulation, observer), twin)
 
 
-def _cancellation(simulation: Simulation, system: System) -> Cancellation | None:
-    """The share ``cancel`` of the cancelling input, of which the generated observer computes one output per input."""
-    if simulation.cancel is None:
-        return None
-    identity = np.eye(len(system.inputs))
-    return Cancellation(identity, simulation.cancel, simulation.cancel_delay, cancelling_outputs(system))
+def declared_cancellation(simulation: Simulation, system: System, gain: float) -> Cancellation:
+    """The cancelling input times a gain; the generated observer computes it, with one output for each input."""
+    return Cancellation(np.eye(len(system.inputs)), gain, simulation.cancel_delay, cancelling_outputs(system))

@@ -1,4 +1,4 @@
-"""Contact forces over one time step: the set-valued friction laws of all contacts, solved together."""
+"""Time stepping of set-valued friction (nonsmooth contact dynamics): the forces of all contacts over one step."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from codegen.mechanics.solve import solve_by_elimination
 
 SWEEPS = 6
 NEWTON_STEPS = 6
-_EASE = 1e-8
-"""Added to the diagonal of Newton's matrix, which is singular where stuck contacts depend on each other."""
-_MISSED = 1e-11
+_REGULARISATION = 1e-8
+"""Added to the diagonal of Newton's matrix, which is singular if stuck contacts are linearly dependent."""
+_NONLINEAR = 1e-11
 """Deviation of a law from its linear expansion, relative to all forces, above which it is not due to rounding."""
 REST = 1e-9
 """Slip speed, in slip unit/s, below which a contact whose level jumps at standstill counts as at rest."""
@@ -22,11 +22,12 @@ _TINY = 1e-300
 
 @dataclass(frozen=True)
 class Levels:
-    """Bounds of the set-valued forces: the levels of sliding for u > 0 and u < 0, each contacts by 1, not negative.
+    """Bounds of the set-valued friction forces, each contacts by 1 and not negative.
 
     Attributes:
-        held_forward, held_backward: the levels at rest where these are others, contacts by 1, or None where the level
-            is continuous at standstill; an entry of ``jumps`` says for each contact whether they count.
+        forward, backward: levels of sliding for u > 0 and u < 0.
+        held_forward, held_backward: levels at rest (static friction).
+        jumps: for each contact, whether its levels at rest differ from those of sliding; empty if none do.
     """
 
     forward: Any
@@ -37,29 +38,31 @@ class Levels:
 
 
 def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, start: Any) -> Any:
-    """Mean contact forces q over a step, so that each lies in its set-valued law.
+    """Mean contact forces q over a step that satisfy all set-valued laws, with u' = free − mobility q.
 
-    The slip velocities move as u' = free − mobility q. Each q_c is ±level while its contact slides and whatever in
-    [−level(−), level(+)] holds it while it sticks. Moreau's scheme puts the law at the end of the step only; here a
-    contact that comes to rest inside the step changes its mode at that instant, which reduces the velocity error at
-    every reversal from order step to order step². A single contact is solved exactly. Coupled contacts are solved by
-    sweeps of projected Gauss–Seidel and then by Newton's method on q = L(q), where L_c is the force of contact c by its
-    own law under the other contacts' forces. L is piecewise linear at rest and piecewise smooth otherwise, so in the
-    right mode the solution is exact to rounding. A step that reduces |q − L(q)| linearises all laws again; one that
-    does not changes the mode of one contact only, the first whose law is violated: Murty's rule, which cannot cycle
-    where U' M⁻¹ U is positive definite. The number of steps is fixed, so the iteration may end early: of random cases
-    at rest from a guess of zero, all with 2 and 3 contacts converged, and of stacks of 4 bodies all but one in 500. The
-    best q found is returned, and the next step starts from it.
+    q_c is ±level while contact c slides, and the force in [−level(−), level(+)] that keeps u_c = 0 while it sticks.
+    Moreau's scheme applies the law at the end of the step only; here a contact that comes to rest within the step
+    changes its mode at that instant, which reduces the velocity error at a reversal from order step to order step².
 
-    Where U' M⁻¹ U is positive definite, q is unique. Where contacts depend on each other their forces are not, but U q
-    and the motion are; q is then the one near ``start``.
+    A single contact is solved exactly. Coupled contacts are solved by sweeps of projected Gauss–Seidel, then by
+    Newton's method on q = L(q), where L_c is the force of contact c by its own law for given forces of the others. L is
+    piecewise linear at rest and piecewise smooth otherwise, so in the right mode the solution is exact to rounding. A
+    step that reduces |q − L(q)| linearises all laws again. Otherwise only the first contact whose law is violated
+    changes its mode (Murty's rule), which cannot cycle if U' M⁻¹ U is positive definite. The number of steps is fixed,
+    so the iteration
+    may end early: of random cases at rest from q = 0, all with 2 and 3 contacts converged, and of stacks of 4 bodies
+        all
+    but one in 500. The best q is returned, and the next step starts from it.
+
+    If U' M⁻¹ U is positive definite, q is unique. If contacts are linearly dependent, only U q and the motion are
+    unique, and q is a solution near ``start``.
 
     Args:
         slip: u at the start, contacts by 1.
         free: slip acceleration without contact forces, contacts by 1.
         mobility: U' M⁻¹ U, contacts by contacts.
         step: h, seconds.
-        start: the guess for q, contacts by 1, such as the step before.
+        start: initial guess of q, contacts by 1, such as q of the step before.
 
     Returns:
         q, contacts by 1, positive opposes u > 0.
@@ -73,7 +76,7 @@ def contact_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
 
 
 def coupled_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, q: Any) -> Any:
-    """``contact_forces`` of coupled contacts, from a guess."""
+    """``contact_forces`` of coupled contacts, from an initial guess q."""
     for _ in range(SWEEPS - 1):
         q = sweep(slip, free, mobility, levels, step, q)
     others = mobility - casadi.diag(casadi.diag(mobility))
@@ -81,7 +84,7 @@ def coupled_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
     value, slope = _law_responses(slip, alone, mobility, levels, step)
     best, least = q, casadi.norm_1(value - q)
     for _ in range(NEWTON_STEPS):
-        matrix = (1 + _EASE) * casadi.SX.eye(slip.shape[0]) + casadi.mtimes(casadi.diag(slope), others)
+        matrix = (1 + _REGULARISATION) * casadi.SX.eye(slip.shape[0]) + casadi.mtimes(casadi.diag(slope), others)
         expanded = value + slope * (free - casadi.mtimes(others, q) - alone)
         q = q + solve_by_elimination(casadi.densify(matrix), expanded - q)
         there = free - casadi.mtimes(others, q)
@@ -98,10 +101,10 @@ def coupled_forces(slip: Any, free: Any, mobility: Any, levels: Levels, step: An
 
 
 def _relinearised(missed: Any, answer: Any, closer: Any) -> Any:
-    """Contacts whose law is linearised again: all after a step that came closer, else the first that deviates."""
+    """Contacts whose law is linearised again: all after a step that reduced |q − L(q)|, else the first violated one."""
     rows = []
     found = closer * 0
-    size = _MISSED * casadi.norm_1(answer)
+    size = _NONLINEAR * casadi.norm_1(answer)
     for c in range(answer.shape[0]):
         off = casadi.fabs(missed[c]) > size
         rows.append(casadi.logic_or(closer, casadi.logic_and(off, casadi.logic_not(found))))
@@ -110,7 +113,7 @@ def _relinearised(missed: Any, answer: Any, closer: Any) -> Any:
 
 
 def _law_responses(slip: Any, alone: Any, mobility: Any, levels: Levels, step: Any) -> tuple[Any, Any]:
-    """L and its slope ∂L_c/∂(alone_c), contacts by 1; ``alone`` is each slip acceleration without c's own force."""
+    """L and ∂L_c/∂(alone_c), contacts by 1; ``alone_c`` is the slip acceleration without the force of contact c."""
     count = slip.shape[0]
     pushed = casadi.SX.sym("pushed", count)
     answers = casadi.vertcat(
@@ -135,13 +138,13 @@ def sweep(slip: Any, free: Any, mobility: Any, levels: Levels, step: Any, start:
 
 
 def coupled(mobility: Any) -> bool:
-    """Whether the force of one contact moves another."""
+    """Whether the force of one contact accelerates the slip of another."""
     rows, columns = mobility.shape
     return any(not mobility[c, d].is_zero() for c in range(rows) for d in range(columns) if c != d)
 
 
 def _lone_contact(slip: Any, free: Any, mobility: Any, levels: Levels, c: int, step: Any) -> Any:
-    """Exact mean force of one contact under a constant ``free``: slide to rest, then stick or turn round."""
+    """Exact mean force of one contact for a constant ``free``: sliding until rest, then sticking or sliding back."""
     forward, backward = levels.forward[c], levels.backward[c]
     onward = slip >= 0
     sliding = casadi.if_else(onward, forward, -backward)

@@ -1,4 +1,4 @@
-"""The sampled controller of a simulated machine: feedforward and PID feedback, from a spec's ``simulation`` section."""
+"""Sampled controller of a simulated machine: feedforward and PID feedback, from a spec's ``simulation`` section."""
 
 from __future__ import annotations
 
@@ -117,18 +117,18 @@ GAINS = ("position_gain", "velocity_gain", "integral_gain")
 
 @dataclass(frozen=True)
 class Loop:
-    """A controlled input: the index of the coordinate that it moves, and that coordinate's reference over t."""
+    """A control loop of one input: the index of the controlled coordinate, and its reference over t."""
 
     coordinate: int
     reference: sympy.Expr
 
 
 def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
-    """Input index → its loop.
+    """Input index → its control loop.
 
-    A key of ``reference:`` is the name of a coordinate or of an input. A coordinate is paired with the input that acts
-    on it by ``force:``, or with the only input of the machine; an input with the coordinate on which it acts. Of
-    several, the one of the same index is taken.
+    A key of ``reference:`` names a coordinate or an input. A coordinate is paired with the input that acts on it by
+    ``force:``, or with the only input of the machine; an input with the coordinate on which it acts. Of several, the
+    one with the same index is taken.
 
     Raises:
         BadInput: for a reference without such an input or without a position gain, two references for one input, two
@@ -156,7 +156,7 @@ def control_loops(spec: Spec, simulation: Simulation) -> dict[int, Loop]:
 
 
 def _paired(spec: Spec, name: str, place: Place) -> tuple[int, int]:
-    """(input, coordinate) of the control loop that follows a reference; the name is that of either."""
+    """Indices (input, coordinate) of the control loop of a reference, from the name of either."""
     coordinates, inputs, acting = list(spec.positions), [i.name for i in spec.inputs], _acting(spec)
     controls = name in coordinates
     own, others = (coordinates, inputs) if controls else (inputs, coordinates)
@@ -176,7 +176,7 @@ def _paired(spec: Spec, name: str, place: Place) -> tuple[int, int]:
 def _acting(spec: Spec) -> list[tuple[int, int]]:
     """(input, coordinate) for each coordinate on which an input acts by ``force:``.
 
-    An input that stands nowhere there, as that of a motor in a robot file, acts on the coordinate of its own index.
+    An input that does not occur there, such as a motor of a robot file, acts on the coordinate of its own index.
     """
     symbols = [{s.name for s in force.free_symbols} for force in spec.force]
     found = [(j, k) for j, i in enumerate(spec.inputs) for k, names in enumerate(symbols) if i.name in names]

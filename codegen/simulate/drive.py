@@ -1,4 +1,4 @@
-"""Commands behind the actuators, as means over each step of a plant: over a whole log, or sample by sample."""
+"""Actuator models: effective inputs from commands, averaged over each step of a plant; by log or by sample."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import System
 
 NEAR_LIMIT = 1 - 1e-9
-"""Share of a limit up to which a rounded saturation is inverted; at the limit the input would be infinite."""
+"""Share of a limit up to which a rounded saturation is inverted; at the limit its inverse is infinite."""
 UNEVEN = 1e-6
 """Largest deviation of a step from the mean one, as a share of it, in evenly spaced times."""
 
 
 class Chains:
-    """The actuators of all inputs of a system as functions of parameters, such as those of a fit."""
+    """The actuators of all inputs of a system, as functions of parameters, such as those of a fit."""
 
     def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
         """Args:
-        symbols: whose values ``act`` is given, in order.
+        symbols: parameters whose values are an argument of ``act``, in order.
         """
         chains = [system.actuator(i) for i in range(len(system.inputs))]
         self._chains = [_Chain(a, w, symbols, system) for a, w in zip(chains, system.inputs, strict=True)]
@@ -33,13 +33,13 @@ class Chains:
         self._last: tuple[Array, tuple[float, ...], Array] | None = None
 
     def act(self, commands: Array, numbers: Array, sample_time: float, substeps: int) -> Array:
-        """(N substeps, m) mean effective inputs over each substep, of commands (N, m) held from t_k to t_(k+1).
+        """Mean effective inputs over each substep, (N substeps, m), of commands (N, m) held from t_k to t_(k+1).
 
-        Before the log the first command is taken to have been held.
+        Before the log the command is assumed to equal the first one.
         """
         values = (*map(float, self._numbers(*numbers)), sample_time, substeps)
         last = self._last
-        if last is not None and last[0] is commands and last[1] == values:  # most steps of a fit move no actuator
+        if last is not None and last[0] is commands and last[1] == values:  # most steps of a fit change no actuator
             return last[2]
         columns = [c.act(commands[:, i], numbers, sample_time, substeps) for i, c in enumerate(self._chains)]
         inputs = np.ascontiguousarray(np.column_stack(columns))
@@ -48,7 +48,7 @@ class Chains:
 
 
 class _Chain:
-    """One actuator: static(command) held, then the delay and the lag, which commute with holding and each other."""
+    """One actuator: its static part (gain, dead zone, saturation), then delay and lag, on a held command."""
 
     def __init__(self, chain: Actuator, w: sympy.Symbol, symbols: tuple[sympy.Symbol, ...], system: System) -> None:
         static = chain.static(w)
@@ -94,11 +94,10 @@ def drive_columns(system: System, time: Array, inputs: Array, substeps: int) -> 
 
 
 def mean_about_samples(system: System, index: int, sample_time: float, commands: Array) -> Array:
-    """The mean effective input about each t_k, (N,): over the sample before and the sample after it.
+    """The effective input averaged over the samples before and after each t_k, (N,).
 
-    Of the effective input where it lags or has a threshold; else the command that gain, dead zone and saturation turn
-    into that mean. A command that steps through a dead zone has a mean that says nothing about the mean effective
-    input.
+    If the static part of the actuator has an inverse, the result is the command that gives this mean. The mean of the
+    command itself would be wrong: it is not the mean effective input where the command steps through a dead zone.
     """
     chain = system.actuator(index)
     after = _Chain(chain, system.inputs[index], (), system).act(commands, np.zeros(0), sample_time, 1)
@@ -112,10 +111,7 @@ def mean_about_samples(system: System, index: int, sample_time: float, commands:
 
 
 def _before_limit(w: Array, height: float, rounding: float) -> Array:
-    """The input that a rounded saturation turns into ``w``: w √((L² − (1 − r²) w²)/(L² − w²)).
-
-    A sharp corner leaves what is within the limit as it is.
-    """
+    """Inverse of a rounded saturation, w √((L² − (1 − r²) w²)/(L² − w²)), of height L and rounding r; w for r = 0."""
     if rounding == 0.0:
         return w
     within = np.clip(w, -NEAR_LIMIT * height, NEAR_LIMIT * height)
@@ -123,7 +119,7 @@ def _before_limit(w: Array, height: float, rounding: float) -> Array:
 
 
 def _delayed(w: Array, steps: float) -> Array:
-    """Held values delayed by a number of substeps, which may be fractional; before the log the first value is held."""
+    """Held values delayed by a number of substeps, also fractional; before the log the value is the first one."""
     steps = float(np.clip(steps, -len(w), len(w)))
     whole = int(np.floor(steps))
     share = steps - whole
@@ -133,14 +129,14 @@ def _delayed(w: Array, steps: float) -> Array:
 
 
 def _lagged(w: Array, steps: float, order: int) -> Array:
-    """Equal first-order lags of held values in series, exact (``decayed``), and the last one's mean over each substep.
+    """Output of equal first-order lags in series for held values w, exact, averaged over each substep.
 
-    With h = T/steps, the mean of the last is w − steps Σ (y_i(h) − y_i(0)), since tau y_i' = y_(i−1) − y_i.
+    tau y_i' = y_(i−1) − y_i, so the mean of the last is w − steps Σ (y_i(h) − y_i(0)).
 
     Args:
-        steps: time constant over the substep.
+        steps: time constant tau over the substep h.
     """
-    from scipy.signal import lfilter  # a second, which machines without a lag do without
+    from scipy.signal import lfilter  # its import takes a second, which is saved for machines without a lag
 
     decay, mean = float(np.exp(-1.0 / steps)), w
     errors: list[Array] = []
@@ -154,17 +150,15 @@ def _lagged(w: Array, steps: float, order: int) -> Array:
 
 
 class HeldInput:
-    """The input of a System, sample by sample; nothing was commanded before the first.
+    """The effective inputs of a System, sample by sample, averaged over parts of each sample; zero before the first.
 
-    A part in which a delayed command changes gets the exact mean, and so does every one behind a lag, except that the
-    lag takes the part of such a change with its mean.
+    The means are exact, also in a part in which a delayed command changes, except that a lag is driven by the mean of
+    such a part.
     """
 
     def __init__(self, system: System, period: float, edges: Array) -> None:
-        """Work out which command acts when.
-
-        Args:
-            edges: (parts + 1,) where the parts of a sample begin and end, from 0 to 1.
+        """Args:
+        edges: (parts + 1,) limits of the parts of a sample, from 0 to 1.
         """
         chains = [system.actuator(k) for k in range(len(system.inputs))]
         delays = _delays(system, period)
@@ -187,7 +181,7 @@ class HeldInput:
         self._lagged = np.zeros((max(self._orders, default=1), len(chains)))
 
     def take(self, command: Array) -> Array:
-        """Hold a command (m,) from now on: (parts, m) effective inputs of this sample, valid until the next call."""
+        """Hold a command (m,) from now on; effective inputs of this sample, (parts, m), valid until the next call."""
         if self._static is not None:
             command = self._static(command)
         if len(self._past) == 1:
@@ -200,6 +194,7 @@ class HeldInput:
         return self._behind_lag(driven) if self._has_lag else driven
 
     def _behind_lag(self, driven: Array) -> Array:
+        """Outputs of the lags for the inputs (parts, m), averaged over each part; their states are advanced."""
         means = np.array(driven)
         for i, order in enumerate(self._orders):
             own = self._lagged[:order, i]
@@ -224,17 +219,17 @@ class _Static:
         self._buffer, self._trigger = in_place(function, [self._given], [self._acting])
 
     def __call__(self, command: Array) -> Array:
-        """(m,) the inputs behind the static parts of the actuators, of (m,) commands."""
+        """Outputs (m,) of the static parts of the actuators for commands (m,)."""
         self._given[:] = command
         self._trigger()
         return self._acting.copy()
 
 
 def edges_at_changes(system: System, period: float) -> Array:
-    """The parts of a sample between which an input changes."""
+    """The times within a sample, from 0 to 1, at which a delayed command changes, with both ends."""
     return np.array(sorted({0.0, 1.0} | {d - floor(d) for d in _delays(system, period)}))
 
 
 def _delays(system: System, period: float) -> list[float]:
-    """In samples, for each input."""
+    """The delay of each input, in samples."""
     return [float(system.actuator(k).delay.subs(system.values)) / period for k in range(len(system.inputs))]

@@ -1,4 +1,4 @@
-"""Contacts whose laws have states, over one time step: slip and states together, stiffly stable, inside CasADi."""
+"""Time stepping of friction laws with states: slip and states together by an L-stable Runge–Kutta method, in CasADi."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from codegen.spec.functions import Sgn
 
 ITERATIONS = 6
 STANDSTILL = 1e-9
-"""Half width of the slip speeds over which sgn(u) goes from −1 to 1, in slip unit/s."""
+"""Slip speed at which the regularised sgn(u) reaches ±1, in slip unit/s."""
 _GAMMA = 1 - 1 / sqrt(2)
 INSIDE = 1 - 1e-9
-"""Factor that keeps states just inside their limits: a power of the distance to the limit may have an infinite slope
-there."""
+"""Factor on the states at which slopes are evaluated, just inside their limits, where a slope may be infinite."""
 DIRECTION = sympy.Symbol("direction", real=True)
 _TOP_SPEED = sympy.Symbol("top_speed", real=True)
 
 
 def has_states(contact: ContactFriction) -> bool:
-    """Whether the plant integrates the contact's law; it cannot for a law without a force at standstill."""
+    """Whether the contact's law has states that the plant integrates; it cannot for a law without a force at rest."""
     return isinstance(contact.law, DynamicLaw) and contact.level_at_rest is not None
 
 
 @dataclass(frozen=True)
 class LawTerms:
-    """The law of one contact in terms of its slip symbol, ``DIRECTION`` for the sign of slip, and ``states``.
+    """The law of one contact over its slip symbol, ``DIRECTION`` for the sign of slip, and ``states``.
 
     Attributes:
-        limits: (low, high) of each state; None where the limit depends on the slip speed.
-        rest: states without load.
+        force, rates: λ(u, z) and dz/dt.
+        limits: (low, high) of each state; None for a limit that depends on the slip speed.
+        rest: states at rest without load.
     """
 
     force: sympy.Expr
@@ -69,7 +69,7 @@ def sign_of(slip: Any) -> Any:
 
 
 def exponents(contact: ContactFriction, values: Mapping[sympy.Symbol, Any]) -> dict[sympy.Symbol, Any]:
-    """Dimensionless law parameters among ``values`` as numbers, so that powers become products."""
+    """Values of the law's dimensionless parameters, to be inserted as numbers, so that powers become products."""
     plain = {q.name for q in contact.law.parameters if q.unit == "1"}
     return {s: values[s] for name, s in contact.law_parameters.items() if name in plain and s in values}
 
@@ -119,11 +119,11 @@ class DynamicContacts:
         self.stiffness = self._stiffness()
 
     def step(self, slip: Any, free: Any, mobility: Any, states: Any, step: Any) -> tuple[Any, Any]:
-        """Mean forces over a step and the states after it, by a two-stage, L-stable, second-order SDIRK.
+        """Mean forces over a step and the states after it, by a two-stage, L-stable, second-order SDIRK method.
 
-        The slips move as u' = free − mobility λ(u, z). Each stage is solved by ``ITERATIONS`` of Newton's method for
-        slips and states at once; an iterate that would pass standstill stops there, where the laws have a kink, and
-        states stay in the range that their law cannot leave.
+        u' = free − mobility λ(u, z). Each stage is solved by ``ITERATIONS`` of Newton's method for slips and states
+        together. An iterate that would cross u = 0 is set to u = 0, where the laws are not smooth, and the states are
+        limited to their invariant range.
 
         Args:
             slip, free: u at the start and the slip acceleration without these contacts' forces, contacts by 1.
@@ -151,14 +151,14 @@ class DynamicContacts:
     def _stage(
         self, base_slip: Any, base_states: Any, slip: Any, states: Any, free: Any, mobility: Any, part: Any
     ) -> tuple[Any, Any]:
-        """Solve U = base + part (free − mobility λ(U, Z)), Z = base + part ξ(U, Z), from a guess."""
+        """Solve U = base + part (free − mobility λ(U, Z)), Z = base + part ξ(U, Z) for U, Z, from an initial guess."""
         count, size = len(self.contacts), len(self.rest)
         for _ in range(ITERATIONS):
             laws, slopes = self._laws(slip, states), self._slopes(slip, INSIDE * states)
             force, rate = laws[:count], laws[count:]
             miss_slip = slip - base_slip - part * (free - casadi.mtimes(mobility, force))
             miss_states = states - base_states - part * rate
-            # The states first: their block is diagonal, one law after the other.
+            # The states come first in the matrix, since their block is block-diagonal, one block for each law.
             matrix = casadi.blockcat(
                 [
                     [casadi.SX.eye(size) - part * slopes[count:, count:], -part * slopes[count:, :count]],

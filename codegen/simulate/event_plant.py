@@ -1,4 +1,4 @@
-"""A plant integrated from event to event: the independent reference for the time stepper."""
+"""Event-driven simulation of a plant with stick and slip: the independent reference for the time stepper."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from codegen.simulate.mode_search import Limits, Mode, NoMode, find_mode, forces
 from codegen.simulate.plant_contacts import PlantContacts
 
 TOLERANCE = 1e-11
-"""Relative error of a step of the integrator; absolute 1/10 of it."""
+"""Relative tolerance of the integrator; the absolute one is a tenth of it."""
 _REST = 1e-11
-"""Slip speed below which a contact is at rest where another comes to rest."""
+"""Slip speed below which a contact counts as at rest at an event."""
 _BACK = 1e-12
-"""A contact's mode ends at this slip speed against its direction, or at this share of the level above it.
+"""A sliding mode ends at this slip speed against its direction, a sticking one at this share of the level above it.
 
-With zero in its place, rounding would end the mode of a contact that barely slides or sticks at every step.
+With zero instead, rounding would end the mode of a contact that barely slides or sticks at every step.
 """
 _ROUNDING = 64 * float(np.finfo(np.float64).eps)
 _MOST_EVENTS = 10_000
@@ -32,23 +32,22 @@ _STEPPER = "`--method steps`, or a machine without it"
 
 
 class EventPlant:
-    """A System whose contacts' laws are all set-valued, exact between events to ``TOLERANCE``.
+    """Event-driven plant of a System whose friction laws are all set-valued.
 
-    A contact slides one way or sticks. Within a mode the motion is a smooth differential equation (DOP853), with
-    U'v = 0 of the stuck contacts kept by their forces; it ends where a slip reaches zero or a stuck contact's force its
-    level, found on the integrator's dense output. There the next mode is found among all possible ones.
+    A mode says for each contact whether it slides forward, backward, or sticks. Within a mode the motion is a smooth
+    differential equation (DOP853), in which forces keep U'v = 0 of the stuck contacts. The mode ends when a slip
+    reaches zero or the force of a stuck contact its level, an event located on the integrator's dense output. The next
+    mode is the consistent one among all possible modes.
 
     Attributes:
-        state: (2 n,) positions and velocities now; positions, velocities: views of it.
+        state: (2 n,) positions and velocities now.
+        positions, velocities: (n,) views of ``state``.
         forces: λ at the beginning of the last sample.
-        events: how many occurred.
+        events: number of events so far.
     """
 
     def __init__(self, system: System, period: float, x: Array, v: Array) -> None:
-        """Build the functions.
-
-        Raises BadInput for a contact whose law has states, an actuator that lags, or a load behind a spring.
-        """
+        """Raises BadInput for a law with states, an actuator with a lag, or a load behind a spring."""
         contacts = PlantContacts(system)
         lags = any(system.actuator(k).lag is not None for k in range(len(system.inputs)))
         laws = [f"the law {system.contacts[c].law.name}" for c in contacts.dynamic.contacts]
@@ -72,7 +71,7 @@ class EventPlant:
         self._set_directions(_REST)
 
     def move(self, time: float, command: Array) -> None:
-        """One sample on under a command held from ``time``."""
+        """Simulate one sample under a command held from ``time``."""
         marks = time + self._period * self._edges
         for piece, w in enumerate(self._held.take(command)):
             mode = self._mode(marks[piece], w)
@@ -81,7 +80,8 @@ class EventPlant:
             self._until(marks[piece], marks[piece + 1], w, mode)
 
     def _until(self, now: float, end: float, w: Array, mode: Mode) -> None:
-        from scipy.integrate import solve_ivp  # half a second that the method of steps need not pay
+        """Integrate from ``now`` to ``end`` under the input w, from event to event; NaN if that fails."""
+        from scipy.integrate import solve_ivp  # its import takes half a second, which the time stepper saves
 
         for _ in range(_MOST_EVENTS):
             watched = range(len(mode.directions))
@@ -111,7 +111,7 @@ class EventPlant:
         self.state[:] = np.nan
 
     def _set_directions(self, rest: float) -> None:
-        """Contacts slower than ``rest`` come to rest, exactly; the others slide as their slip says."""
+        """Set the directions by the slip velocities; a slip below ``rest`` is set to zero exactly, by an impulse."""
         laws = self._at(0.0, self.state, None)
         slow = np.abs(laws.slip) <= rest
         self._directions = np.where(slow, 0, np.sign(laws.slip)).astype(int)
@@ -121,6 +121,7 @@ class EventPlant:
             self.velocities -= laws.compliance[:, chosen] @ np.linalg.lstsq(own, laws.slip[chosen], rcond=1e-11)[0]
 
     def _mode(self, time: float, w: Array, leaving: dict[int, int] | None = None) -> Mode:
+        """The consistent mode at the present state; ``leaving`` as of ``find_mode``, ignored if inconsistent."""
         laws = self._at(time, self.state, w)
         resting = np.flatnonzero(self._directions == 0).tolist()
         parts = list(self._directions), resting, laws.free, laws.mobility, laws.limits
@@ -132,20 +133,22 @@ class EventPlant:
         return mode
 
     def _way_out(self, time: float, w: Array, mode: Mode, c: int) -> int:
+        """The direction, ±1, in which a stuck contact at its level begins to slide."""
         laws = self._at(time, self.state, w)
         return 1 if forces_of(mode.directions, laws.free, laws.mobility, laws.limits)[c] > 0 else -1
 
     def _rate(self, time: float, state: Array, w: Array, directions: tuple[int, ...]) -> Array:
+        """d(state)/dt within a mode."""
         laws = self._at(time, state, w)
         forces = forces_of(directions, laws.free, laws.mobility, laws.limits)
         held = laws.compliance @ forces
         size = np.abs(laws.motion) + np.abs(laws.compliance) @ np.abs(forces)
-        # Rounding of forces that balance is taken as zero, so that a contact at rest stays at rest.
+        # The rounding error of balanced forces is set to zero, so that a contact at rest stays at rest.
         moved = np.where(np.abs(laws.motion - held) <= _ROUNDING * size, 0.0, laws.motion - held)
         return np.concatenate([state[self._n :], moved])
 
     def _distance(self, time: float, state: Array, w: Array, directions: tuple[int, ...], c: int) -> float:
-        """How far a sliding contact is from rest, or a stuck one from break-away."""
+        """Event function of a contact: distance of a sliding one from rest, or of a stuck one from break-away."""
         laws = self._at(time, state, w)
         if directions[c]:
             return float(directions[c] * laws.slip[c] + _BACK)
@@ -164,7 +167,16 @@ class EventPlant:
 
 
 class _Laws:
-    """Quantities at a state: M⁻¹U, M⁻¹(g − U smooth), u, u' without set-valued forces, U'M⁻¹U and the levels."""
+    """Quantities at a state, unpacked from the columns of ``_laws``.
+
+    Attributes:
+        compliance: M⁻¹U, (n, contacts).
+        motion: M⁻¹(g − U smooth), the accelerations without set-valued forces, (n,).
+        slip, free: u, and u' without set-valued forces, (contacts,).
+        smooth: smooth contact forces, (contacts,).
+        mobility: U'M⁻¹U.
+        limits: levels of the set-valued forces.
+    """
 
     def __init__(self, columns: Sequence[Array], n: int) -> None:
         compliance, self.motion, self.slip, self.free, self.smooth, *levels, mobility = columns

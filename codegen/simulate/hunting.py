@@ -1,4 +1,4 @@
-"""Limit cycles: whether a motion ends in one, and up to which gain of the cancelling input a machine has none."""
+"""Friction-induced limit cycles (hunting): detection, and the largest gain of the cancelling input without one."""
 
 from __future__ import annotations
 
@@ -10,21 +10,24 @@ import sympy
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.cancellation import cancelling_outputs
 from codegen.mechanics.sampling import numbers_over
 from codegen.mechanics.system import System
-from codegen.simulate.closed_loop import declared_sensors, generated_in_loop
+from codegen.simulate.closed_loop import declared_cancellation, declared_sensors, generated_in_loop
 from codegen.simulate.controller import control_loops, declared_controller, input_limit
 from codegen.simulate.observed_loop import run_loop
-from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop
+from codegen.simulate.observer_in_loop import ObserverInLoop
 from codegen.simulate.simulable import refuse_unsimulable
 from codegen.spec.model import CancellationChoice, Simulation, Spec
 from codegen.spec.numerics import numerical
 
 WINDOWS = 3
+"""Windows of the second half of a run, over which amplitudes are compared."""
 PERIODS = 2
+"""Least number of periods in a window."""
 KEEPS = 0.95
+"""Least ratio of the last window's amplitude to the first's."""
 HYSTERESIS = 0.25
+"""Share of the amplitude below the middle that begins a new period."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +36,8 @@ class LimitCycle:
 
     Attributes:
         coordinate: its index.
-        amplitude: half of peak to peak in the last window; infinite where the motion left all bounds.
-        period: s; NaN where the motion left all bounds.
+        amplitude: half of peak to peak in the last window; infinite if the motion is unbounded.
+        period: s; NaN if the motion is unbounded.
     """
 
     coordinate: int
@@ -43,17 +46,17 @@ class LimitCycle:
 
 
 def limit_cycle(time: Array, positions: Array, floor: Array) -> LimitCycle | None:
-    """The limit cycle that a run ends in, or None.
+    """The limit cycle at the end of a run, of the coordinate with the largest amplitude/floor; None if there is none.
 
-    The second half of the run is cut into three windows. A coordinate is in a limit cycle if in each window it goes
-    through at least two periods, and its amplitude is at least ``floor`` and does not decay: that of the last window is
-    95 % or more of that of the first. A period ends where the motion passes the middle of its swing upwards, after it
-    was a quarter of the amplitude below. A machine at rest, or one that creeps, is in none.
+    The second half of the run is divided into three windows. A coordinate is in a limit cycle if it has at least two
+    periods in each window, and an amplitude of at least ``floor`` that does not decay: in the last window it is 95 % or
+    more of that in the first. A period ends when the motion crosses its mid-range upwards, after it was a quarter of
+    the amplitude below. A machine at rest or creeping has none.
 
     Args:
         time: (N,) s, evenly spaced.
         positions: (N, n); NaN from where the motion is not finite, which counts as a limit cycle.
-        floor: (n,) amplitudes below which nothing counts, such as a few encoder steps.
+        floor: (n,) smallest amplitudes that count, such as a few encoder steps.
     """
     if not np.isfinite(positions).all():
         return LimitCycle(int(np.argmin(np.isfinite(positions).all(axis=0))), float("inf"), float("nan"))
@@ -64,12 +67,13 @@ def limit_cycle(time: Array, positions: Array, floor: Array) -> LimitCycle | Non
 
 
 def at_rest(positions: Array, floor: Array) -> bool:
-    """Whether no coordinate moved by ``floor`` in the last sixth of a run."""
+    """Whether no coordinate moved by ± ``floor`` or more in the last sixth of a run."""
     late = positions[-max(2, len(positions) // (2 * WINDOWS)) :]
     return bool(np.isfinite(late).all() and np.all(np.ptp(late, axis=0) < 2 * floor))
 
 
 def _of_coordinate(time: Array, x: Array, index: int, floor: float) -> LimitCycle | None:
+    """As ``limit_cycle``, for one coordinate over the second half of a run."""
     amplitudes, periods = [], []
     for part, at in zip(np.array_split(x, WINDOWS), np.array_split(time, WINDOWS), strict=True):
         amplitude = float(np.ptp(part)) / 2
@@ -86,7 +90,7 @@ def _of_coordinate(time: Array, x: Array, index: int, floor: float) -> LimitCycl
 
 
 def _upward_passes(x: Array, band: float) -> list[int]:
-    """Where x passes zero upwards, each time after it was below −band."""
+    """Indices at which x crosses zero upwards, after it was below −band."""
     passes, below = [], False
     for k, value in enumerate(x.tolist()):
         if value < -band:
@@ -98,16 +102,23 @@ def _upward_passes(x: Array, band: float) -> list[int]:
 
 
 HALVINGS = 6
+"""Bisections of the gain."""
 FLOOR = 1e-3
+"""Smallest amplitude that counts, as a share of the initial displacement."""
 STEPS = 2
+"""The same in encoder steps."""
 LONGER = 4
+"""Factor on the duration of a run that is repeated."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One gain: the limit cycle from rest away from the reference, and from a push at the reference.
+    """Two runs at one gain of the cancelling input.
 
-    ``decided`` says whether each run ended at rest or in a limit cycle, and not still creeping or dying out.
+    Attributes:
+        from_rest: limit cycle of the run that starts at rest, displaced from the reference; None without one.
+        from_push: that of the run that starts at the reference with a velocity.
+        decided: whether both runs ended at rest or in a limit cycle, not creeping or decaying.
     """
 
     gain: float
@@ -117,21 +128,22 @@ class Trial:
 
     @property
     def cycle(self) -> LimitCycle | None:
-        """That with the larger amplitude."""
+        """The limit cycle of the larger amplitude; None if neither run has one."""
         found = [c for c in (self.from_rest, self.from_push) if c is not None]
         return max(found, key=lambda c: c.amplitude, default=None)
 
 
 @dataclass(frozen=True)
 class Hunting:
-    """The gains that were tried, and the largest without a limit cycle.
+    """Trials at several gains of the cancelling input, and the largest gain without a limit cycle.
 
     Attributes:
-        trials: by rising gain; without cancellation (0) and full cancellation (1) among them.
-        largest: the largest gain up to 1 below which no trial hunted, to 1/64; None where the machine hunts without.
-        away, push: (n,) initial distance from the reference, and initial velocity at it; SI.
+        trials: in the order of the gain; no cancellation (0) and full cancellation (1) are among them.
+        largest: largest gain up to 1, to 1/64, up to which no trial has a limit cycle; None if the machine has one
+            without cancellation.
+        away, push: (n,) initial displacement from the reference, and initial velocity at it; SI.
         delay: samples of the observer between estimate and use.
-        duration: s of each run.
+        duration: of each run, s.
     """
 
     trials: tuple[Trial, ...]
@@ -144,13 +156,13 @@ class Hunting:
 
 @numerical("the closed loop")
 def hunting(spec: Spec, system: System, progress: Callable[[float], None] | None = None) -> Hunting:
-    """Close the loop of the spec's controller and generated observer at several gains of the cancelling input.
+    """The largest gain of the cancelling input without a limit cycle, by simulation of the closed loop.
 
-    The reference stays at its first value; each gain is run from rest at half the reference's swing from it, and from
-    the reference with the velocity that carries as much energy against the controller's spring. Encoders have their
-    steps and no noise. Where full cancellation hunts, the gain is halved in between six times; every gain below the
-    found one that was tried is then free of it, but a gain in between was not tried. A run that ends neither at rest
-    nor in a limit cycle is run again four times as long.
+    The reference is constant at its first value. Each gain is simulated twice: from rest, displaced by half the swing
+    of the declared reference, and from the reference with a velocity of the same energy against the controller's
+    stiffness. Encoders have their steps and no noise. If full cancellation has a limit cycle, the gain is bisected six
+    times; gains between those tried are not examined. A run that ends neither at rest nor in a limit cycle is repeated
+    four times as long.
 
     Args:
         progress: called with the share that is done, from 0 to 1.
@@ -159,7 +171,7 @@ def hunting(spec: Spec, system: System, progress: Callable[[float], None] | None
         BadInput: for a spec without an observer or without a controller, or a machine that cannot be simulated or
             cancelled.
     """
-    loop = Loop(spec, system)
+    loop = RegulatorLoop(spec, system)
     trials: dict[float, Trial] = {}
     total = 2 + HALVINGS + 2
 
@@ -175,7 +187,7 @@ def hunting(spec: Spec, system: System, progress: Callable[[float], None] | None
 
 
 def _searched(hunts: Callable[[float], bool]) -> float | None:
-    """The largest gain up to 1 that does not hunt, to 1/64; None where the machine hunts without cancellation."""
+    """The largest gain up to 1 without a limit cycle, to 1/64; None if there is one without cancellation."""
     if hunts(0.0):
         hunts(1.0)
         return None
@@ -188,8 +200,11 @@ def _searched(hunts: Callable[[float], bool]) -> float | None:
     return low
 
 
-class Loop:
-    """The closed loop about a constant reference; raises BadInput as ``hunting``."""
+class RegulatorLoop:
+    """The closed loop of controller, observer and cancelling input at a constant reference.
+
+    Raises BadInput as ``hunting``.
+    """
 
     def __init__(self, spec: Spec, system: System) -> None:
         simulation = spec.simulation
@@ -222,25 +237,26 @@ class Loop:
         self._observer: ObserverInLoop = generated_in_loop(spec, self.simulation)
 
     def trial(self, gain: float) -> Trial:
+        """Both runs at one gain."""
         still = np.zeros_like(self._at)
         rest, rested = self._run(gain, self._at + self.away, still)
         push, settled = self._run(gain, self._at, self.push)
         return Trial(gain, rest, push, rested and settled)
 
     def _run(self, gain: float, x: Array, v: Array) -> tuple[LimitCycle | None, bool]:
+        """(limit cycle, decided) of a run from x, v; an undecided run is repeated with a longer duration."""
         cycle, decided = self._once(gain, x, v, self._samples)
         return (cycle, decided) if decided else self._once(gain, x, v, LONGER * self._samples)
 
     def _once(self, gain: float, x: Array, v: Array, samples: int) -> tuple[LimitCycle | None, bool]:
         simulation, system = self.simulation, self._system
-        identity = np.eye(len(system.inputs))
         run = run_loop(
             system,
             simulation.sample_time,
             samples,
             declared_controller(self._spec, simulation, samples),
             self._observer,
-            Cancellation(identity, gain, simulation.cancel_delay, cancelling_outputs(system)),
+            declared_cancellation(simulation, system, gain),
             self._sensors,
             input_limit(self._spec, simulation),
             (x, v),
@@ -250,11 +266,12 @@ class Loop:
 
 
 def _constant(reference: sympy.Expr) -> sympy.Expr:
+    """The reference at zero time, as a number."""
     return sympy.Float(reference.subs(dict.fromkeys(reference.free_symbols, 0)))
 
 
 def _swing(spec: Spec, simulation: Simulation, course: Array) -> Array:
-    """(n,) half the swing of each reference; where all are constant, a tenth of them, or of a metre or radian."""
+    """Half of peak to peak of each reference, (n,); if all are constant, a tenth of their values, or 0.1 m or rad."""
     swing = np.ptp(course, axis=0) / 2
     if not swing.any():
         moved = {loop.coordinate for loop in control_loops(spec, simulation).values()}
@@ -264,7 +281,7 @@ def _swing(spec: Spec, simulation: Simulation, course: Array) -> Array:
 
 
 def _stiffness_rate(spec: Spec, simulation: Simulation, system: System, at: Array) -> Array:
-    """(n,) √(k_p B / M) of each controlled coordinate at the reference, 1/s; 1 where that is not positive."""
+    """√(k_p B / M) of each controlled coordinate at the reference, (n,) in 1/s; 1 where that is not positive."""
     rates = np.ones(len(at))
     B, M = (
         numbers_over(m, system.values, system.positions, at[None, :])[0]

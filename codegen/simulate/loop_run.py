@@ -1,4 +1,4 @@
-"""Result of a simulated loop: its log file, and where its motion leaves the spec's envelope."""
+"""Result of a closed-loop simulation: its log file, and excursions from the spec's envelope."""
 
 from __future__ import annotations
 
@@ -17,17 +17,19 @@ from codegen.spec.model import Spec
 
 @dataclass(frozen=True)
 class LoopRun:
-    """A simulated log, the observer's estimates, and the true values of both; SI, one row per sample.
+    """Signals of a simulated loop, measured and true; SI, one row per sample.
 
     Attributes:
         time: (N,) seconds from 0.
-        positions: (N, n) as the encoders see them: with noise, in steps.
-        velocities: (N, n) as tachometers see them: with noise.
-        inputs: (N, m) commands sent, held from t_k to t_(k+1); cancelling: (N, m) the part ū of them, before the limit.
+        positions: (N, n) encoder readings, with noise and in steps.
+        velocities: (N, n) tachometer readings, with noise.
+        inputs: (N, m) commands sent, held from t_k to t_(k+1).
+        cancelling: (N, m) the cancelling input ū in them, before the limit.
         true_positions, true_velocities: (N, n).
-        contact_forces: (N, contacts), λ just after t_k; positive opposes u > 0. friction: (N, n), U λ.
+        contact_forces: (N, contacts) λ just after t_k; positive opposes u > 0.
+        friction: (N, n) U λ.
         outputs: names of the observer's outputs; none without an observer.
-        estimates: (N, outputs) of the sample, or of the observer's last one before it.
+        estimates: (N, outputs) of the observer's latest sample.
         faults: (N,) 1 where the observer held its estimates.
     """
 
@@ -46,16 +48,15 @@ class LoopRun:
 
     @property
     def friction_estimate(self) -> Array:
-        """(N, n) the observer's friction force on each coordinate."""
+        """The observer's estimate of the friction force on each coordinate, (N, n)."""
         return self.estimates[:, [k for k, name in enumerate(self.outputs) if name.startswith("F_hat_on_")]]
 
 
 def write_log(path: Path, spec: Spec, run: LoopRun) -> None:
-    """Write t, coordinates, inputs and estimates as CSV, whole or not at all: the same run gives the same bytes.
+    """Write t, coordinates, inputs and estimates as CSV, atomically; the same run gives the same bytes.
 
-    Measured velocities are written where the spec's observer takes them or its simulation gives them a noise. Columns
-    are called and scaled as the spec's ``log:`` section says, and in the unit that such a name states, so that the spec
-    reads its own log back.
+    Velocities are written if the spec's observer measures them or its simulation gives them a noise. Names, scales and
+    units of the columns are those of the spec's ``log:`` section, so that the spec can read the log.
 
     Raises:
         BadInput: if the folder cannot be written to.
@@ -73,7 +74,7 @@ def write_log(path: Path, spec: Spec, run: LoopRun) -> None:
 
 
 def _factor(spec: Spec, name: str) -> float:
-    """From the column of a quantity to SI."""
+    """Factor from the column of a quantity to SI."""
     if name in spec.log.scale:
         return spec.log.scale[name]
     called = spec.log.columns.get(name)
@@ -90,16 +91,18 @@ def velocity_is_measured(spec: Spec) -> bool:
 
 
 ROUNDING = 1e-9
-"""Share of a range by which a quantity may leave it without an excursion."""
+"""Share of a range that a quantity may exceed it by, for rounding."""
 
 
 @dataclass(frozen=True)
 class Excursion:
-    """A quantity of the envelope that leaves its range.
+    """A quantity that leaves its range of the envelope.
 
     Attributes:
-        low, high: the range; value: furthest out, in ``unit``; time: of it, s.
-        beyond: how far that is out, in ``unit``; share: of the samples that are out.
+        low, high: the range, in ``unit``.
+        value, time: the value farthest outside, in ``unit``, and its time, s.
+        beyond: its distance from the range, in ``unit``.
+        share: of the samples that are outside.
     """
 
     name: str
@@ -113,9 +116,9 @@ class Excursion:
 
 
 def excursions(spec: Spec, run: LoopRun) -> tuple[Excursion, ...]:
-    """The envelope's positions, velocities, accelerations, position noises and inputs that leave it, the worst first.
+    """Positions, velocities, accelerations, position noises and inputs that leave the envelope, the worst first.
 
-    An acceleration is the mean over a sample; noise is what a sensor shows less what is true.
+    An acceleration is the mean over a sample; noise is the reading of a sensor minus the true value.
     """
     found = []
     for name, (unit, values) in _quantities(spec, run).items():
@@ -134,6 +137,7 @@ def excursions(spec: Spec, run: LoopRun) -> tuple[Excursion, ...]:
 
 
 def _quantities(spec: Spec, run: LoopRun) -> dict[str, tuple[str, Array]]:
+    """Name in the envelope → (unit, values over the run)."""
     period = float(np.diff(run.time[:2])[0]) if len(run.time) > 1 else 1.0
     found: dict[str, tuple[str, Array]] = {}
     for j, c in enumerate(spec.coordinates):

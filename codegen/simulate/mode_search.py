@@ -1,4 +1,4 @@
-"""Sticking and sliding of contacts at rest: the consistent mode, found by enumeration."""
+"""Stick–slip modes of contacts at rest: the consistent mode, found by enumeration."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 from codegen.base.arrays import Array
 
 ROUNDING = 1e-9
-"""What an inequality may miss, relative to the sizes it compares."""
+"""Relative tolerance of an inequality."""
 _SINGULAR = 1e-11
 _FAINT = 64 * float(np.finfo(np.float64).eps)
 
 
 class NoMode(Exception):
-    """No mode is consistent: something is not finite."""
+    """No mode is consistent, as when a quantity is not finite."""
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,13 @@ class Limits:
 
 @dataclass(frozen=True)
 class Mode:
-    """A consistent mode: the forces obey each contact's law and the slips move as they must.
+    """A stick–slip mode with its forces and accelerations.
 
     Attributes:
         directions: of each contact: 1 slides forward, −1 backward, 0 sticks.
-        forces: λ (contacts,). Unique where the stuck contacts are independent, else one of those that hold.
+        forces: λ (contacts,); unique if the stuck contacts are linearly independent.
         accelerations: u' (contacts,), exactly zero where a contact sticks.
-        margin: the least distance from a broken inequality, relative; −ROUNDING at least.
+        margin: the smallest relative distance from a violated inequality; the mode is consistent above −ROUNDING.
     """
 
     directions: tuple[int, ...]
@@ -55,14 +55,14 @@ def find_mode(
     limits: Limits,
     leaving: Mapping[int, int] | None = None,
 ) -> Mode:
-    """The consistent mode of the contacts at rest, from all 3^resting of them; the others slide on.
+    """The consistent mode among all 3^resting modes of the contacts at rest; the other contacts continue to slide.
 
     A contact that sticks has u' = 0 and λ within its levels at rest; one that begins to slide has u' along its
     direction and λ at its level of sliding. For Coulomb friction and U'M⁻¹U positive definite this is a linear
-    complementarity problem of a P-matrix: exactly one acceleration is consistent, and modes that share it differ
-    at boundaries only. With a static level above the sliding one several modes may be consistent: a contact at
-    rest breaks away only if it must, so that the mode with the most stuck contacts is taken, and of these the one with
-    the largest margin.
+    complementarity problem with a P-matrix: exactly one acceleration is consistent, and modes with this acceleration
+    differ at boundaries only. With a static level above the sliding one several modes may be consistent. A contact at
+    rest breaks away only if it must, so the mode with the most stuck contacts is chosen, and of these the one with the
+    largest margin.
 
     Args:
         directions: of each contact; those of ``resting`` are not used.
@@ -70,10 +70,10 @@ def find_mode(
         free: slip accelerations without contact forces, (contacts,).
         mobility: U'M⁻¹U.
         limits: levels at the present state.
-        leaving: contacts whose force has just reached a level, and the direction in which they begin to slide.
+        leaving: contact whose force has just reached a level → direction in which it begins to slide.
 
     Raises:
-        NoMode: where none is consistent.
+        NoMode: if none is consistent.
 
     Source: Lötstedt 1981, Coulomb friction in two-dimensional rigid body systems; Cottle, Pang and Stone 1992,
     theorem 3.3.7.
@@ -95,7 +95,7 @@ def find_mode(
 
 
 def forces_of(directions: Sequence[int], free: Array, mobility: Array, limits: Limits) -> Array:
-    """λ of a mode: the level of sliding where a contact slides, what keeps u' = 0 where it sticks."""
+    """The forces λ of a mode: ±level of a sliding contact, and the force that keeps u' = 0 of a stuck one."""
     way = np.asarray(directions)
     forces = np.where(way > 0, limits.forward, np.where(way < 0, -limits.backward, 0.0))
     stuck = np.flatnonzero(way == 0)
@@ -107,14 +107,14 @@ def forces_of(directions: Sequence[int], free: Array, mobility: Array, limits: L
 
 
 def _holding(own: Array, needed: Array, forward: Array, backward: Array) -> Array:
-    """q with own q = needed; of many, where stuck contacts depend on each other, one within the levels if there is."""
+    """The q with own q = needed; if stuck contacts are linearly dependent, a solution within the levels if possible."""
     values = np.linalg.eigvalsh(own)
     if values[0] > _SINGULAR * values[-1]:
         force = np.asarray(np.linalg.solve(own, needed), dtype=float)
-        # A force that is the rounding of its neighbours' is none: what it holds would creep.
+        # A force that is only the rounding error of the others is set to zero: it would make the contact creep.
         tiny = np.abs(np.diag(own) * force) <= _FAINT * (np.abs(own) @ np.abs(force))
         return np.where(tiny, 0.0, force)
-    from scipy.optimize import lsq_linear  # half a second, and seldom needed
+    from scipy.optimize import lsq_linear  # its import takes half a second, and is seldom needed
 
     room = np.finfo(float).tiny
     within = lsq_linear(own, needed, (-backward - room, forward + room), method="bvls", tol=1e-14).x
@@ -124,6 +124,7 @@ def _holding(own: Array, needed: Array, forward: Array, backward: Array) -> Arra
 
 
 def _tried(directions: tuple[int, ...], resting: Sequence[int], free: Array, mobility: Array, limits: Limits) -> Mode:
+    """The forces, accelerations and margin of a mode, consistent or not."""
     forces = forces_of(directions, free, mobility, limits)
     accelerations = free - mobility @ forces
     sizes = np.abs(free) + np.abs(mobility) @ np.abs(forces) + np.finfo(float).tiny

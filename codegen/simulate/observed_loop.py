@@ -1,4 +1,4 @@
-"""The closed loop: plant, sensors, sampled controller and observer, cancelling input, limits and delay."""
+"""Simulation of a closed loop: plant, sensors, sampled controller and observer, cancelling input, limits and delay."""
 
 from __future__ import annotations
 
@@ -25,15 +25,16 @@ if TYPE_CHECKING:
 Method = Literal["steps", "events"]
 METHODS: tuple[Method, ...] = get_args(Method)
 PARTS = 20
-"""Reports of progress in a run."""
+"""Number of progress reports in a run."""
 PERFECT = Sensors()
 
 
 class MovedPlant(Protocol):
-    """A plant that a loop moves sample by sample.
+    """Interface of a plant that is simulated sample by sample.
 
     Attributes:
-        state: (2 n or more,) positions, velocities, then states of its own; positions, velocities: (n,) views of it.
+        state: (2 n or more,) positions, velocities, then states of its own.
+        positions, velocities: (n,) views of ``state``.
         forces: (contacts,) λ at the beginning of the last sample.
     """
 
@@ -43,11 +44,11 @@ class MovedPlant(Protocol):
     forces: Array
 
     def move(self, time: float, command: Array) -> None:
-        """One sample on under a command held from ``time``."""
+        """Simulate one sample under a command held from ``time``."""
 
 
 PlantMaker = Callable[[float, Array, Array], MovedPlant]
-"""(sample time, positions, velocities at the start) → a plant."""
+"""Function (sample time, initial positions, initial velocities) → plant."""
 
 
 def run_loop(
@@ -69,30 +70,31 @@ def run_loop(
     """Simulate a machine with a sampled controller and a sampled observer.
 
     At each sample, in this order: the sensors are read; the controller's command and the cancelling input are added,
-    limited and sent; the observer steps over the measurement and the command sent; the plant moves on under the held
-    command. The controller's estimates are those of the same instant, unless the cancellation takes late ones. The
-    machine starts without load on its friction, with nothing commanded before.
+    limited and sent; the observer makes a step with the measurement and the command sent; the plant is simulated under
+    the held command. The controller has the estimates of the same instant, unless the cancellation has a delay. The
+    friction is unloaded at the start, and there is no command before.
 
     Args:
-        system: the plant, with its effects; the observer may have been made for another.
-        period: s between samples.
-        controller: asked once a sample.
-        observer: with its own ratio ``every``; None leaves it out.
-        cancellation: of the observer's estimates; None leaves it out.
+        system: the plant, with its effects; the observer may be one of another system.
+        period: sample time, s.
+        controller: called once a sample.
+        observer: stepped once in ``every`` samples; None for none.
+        cancellation: of the observer's estimates; None for none.
         sensors: perfect by default.
-        limit: (m,) of the magnitude of what is sent; None is without limit.
+        limit: (m,) of the magnitudes of the inputs; None for none.
         start: positions and velocities (n,), zero by default.
-        substeps: plant steps in a sample; by default as many as ``substeps_of`` says.
+        substeps: plant steps in a sample; by default those of ``substeps_of``.
+        seed: of the sensor noise.
         progress: called with the share that is done, from 0 to 1.
-        method: of the plant: the time stepper, or the slow reference that is exact between events.
-        make_plant: another plant in place of both, such as one of another simulator.
+        method: ``steps``, the time stepper, or ``events``, the slow event-driven reference.
+        make_plant: maker of another plant in place of both, such as one of another simulator.
 
     Returns:
-        The run; NaN from where the motion is not finite.
+        The run; NaN from the sample on at which the motion is not finite.
 
     Raises:
-        BadInput: for a law with states under ``events``.
-        ValueError: for a cancellation without an observer, or an observer that takes inputs the system has not.
+        BadInput: for a law with states and the method ``events``.
+        ValueError: for a cancellation without an observer, or an observer with inputs that the system does not have.
     """
     if cancellation is not None and observer is None:
         raise ValueError("a cancellation without an observer; expected one whose estimates it cancels")
@@ -102,7 +104,7 @@ def run_loop(
     if make_plant is not None:
         plant = make_plant(period, x, v)
     elif method == "events":
-        # SciPy's integrators cost a second that the time stepper need not pay.
+        # The import of SciPy's integrators takes a second, which the time stepper saves.
         from codegen.simulate.event_plant import EventPlant
 
         plant = EventPlant(system, period, x, v)
@@ -124,10 +126,10 @@ def run_loop(
             is_observed = estimator is not None and k % estimator.observer.every == 0
             if estimator is not None and is_observed:
                 estimator.measure(measured, measured_velocity, sent)
-                # The estimates need only what is measured by now: they are known before this sample's command, though
-                # the observer's states can be updated only with it.
+                # The estimates depend on the measurements only, so they are known before this sample's command; the
+                # observer's states can be updated only with the command.
                 if cancellation is None or cancellation.delay == 0:
-                    estimator.foresee()
+                    estimator.estimate()
             filtered_velocity = low_passed_velocity(measured, previous, filtered_velocity, period)
             previous = measured
             estimates = estimator.latest if estimator is not None else np.zeros(0)
@@ -154,7 +156,7 @@ def run_loop(
 
 
 class _Plant:
-    """The time stepper sample by sample; CasADi reads and writes the arrays of this object in place."""
+    """The time stepper as a ``MovedPlant``; CasADi reads and writes the arrays of this object in place."""
 
     def __init__(self, system: System, period: float, substeps: int, x: Array, v: Array) -> None:
         plant, n = Plant(system, substeps), system.degrees_of_freedom
@@ -170,7 +172,7 @@ class _Plant:
         self._buffer, self._evaluate = in_place(plant.sample, arguments, results)
 
     def move(self, time: float, command: Array) -> None:
-        """One sample on under a command held from ``time``."""
+        """Simulate one sample under a command held from ``time``."""
         self._drive[0] = time
         self._inputs[:] = self._actuators.take(command)
         self._evaluate()
@@ -178,7 +180,7 @@ class _Plant:
 
 
 def _empty_run(system: System, period: float, samples: int, outputs: tuple[str, ...]) -> LoopRun:
-    """A run to be filled in: NaN in every column but time and faults."""
+    """A run to be filled: all signals NaN except time and faults."""
     n, m, contacts = system.degrees_of_freedom, len(system.inputs), len(system.contacts)
 
     def nan(width: int) -> Array:

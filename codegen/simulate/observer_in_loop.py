@@ -1,4 +1,4 @@
-"""The generated observer in simulation with a plant, and the input that cancels the estimated friction."""
+"""A generated observer in a simulated loop, and the input that cancels the estimated friction."""
 
 from __future__ import annotations
 
@@ -34,16 +34,17 @@ class ObserverInLoop:
 
     @property
     def outputs(self) -> tuple[str, ...]:
+        """Names of the observer's outputs."""
         return tuple(name for name, _, _ in self.program.outputs)
 
     @property
     def friction(self) -> tuple[str, ...]:
-        """The outputs that are the friction force on each coordinate."""
+        """Names of the outputs that are the friction force on a coordinate."""
         return tuple(name for name in self.outputs if name.startswith(FRICTION))
 
 
 def generated_observer(spec: Spec, observer: Observer, every: int = 1, twin: bool = False) -> ObserverInLoop:
-    """The generated code of an observer, ready to step: compiled C, or the twin on demand or without a C compiler.
+    """An observer's generated code, ready to run: compiled C; with ``twin``, or without a C compiler, the Python twin.
 
     Raises BadInput if the compiler refuses the code.
     """
@@ -57,12 +58,12 @@ class Cancellation:
     """The cancelling input ū = gain · C · F̂, added to the controller's command.
 
     Attributes:
-        matrix: C, (m, outputs chosen).
+        matrix: C, (m, outputs).
         gain: 1 cancels the whole estimate.
-        delay: samples of the observer between estimate and use. 0 uses the estimate of the same instant: outputs need
-            only what was measured by then, so that they are asked for first and the step is done once the command is
-            known. 1 is a program that computes the command, sends it and then calls the observer.
-        outputs: which of the observer's outputs C multiplies; the friction force on each coordinate by default.
+        delay: samples of the observer between estimate and use. 0: the estimate of the same instant, which depends on
+            measurements only, so it is computed before the command. 1: a program that computes and sends the command,
+            and then calls the observer.
+        outputs: names of the observer's outputs F̂; by default the friction force on each coordinate.
     """
 
     matrix: Array
@@ -77,13 +78,10 @@ class Cancellation:
 
 
 class Estimator:
-    """An observer while a loop runs: its estimates so far, and the cancelling input from them."""
+    """An observer during a run: its latest estimates, and the cancelling input computed from them."""
 
     def __init__(self, observer: ObserverInLoop, system: System, cancellation: Cancellation | None) -> None:
-        """Match the observer's inputs with the system's; keep as many estimates as the cancellation looks back.
-
-        Raises ValueError for an input of the observer that the system has not.
-        """
+        """Raises ValueError for an input of the observer that the system does not have."""
         self.observer = observer
         names = [s.name for s in (*system.positions, *system.velocities)]
         inputs = [w.name for w in system.inputs]
@@ -104,26 +102,26 @@ class Estimator:
         self._older: deque[Array] = deque(maxlen=1 if cancellation is None else max(cancellation.delay, 1))
 
     def measure(self, positions: Array, velocities: Array, sent: Array) -> None:
-        """Take a sample's measurements; ``sent`` is the command that acts until now."""
+        """Set the measurements of a sample; ``sent`` is the command until now."""
         self._row[0, self._heads] = np.concatenate([positions, velocities])[self._measured]
         self._row[0, self._tails] = sent[self._commanded]
         if not self._started:
             self.observer.engine.start(self._row[0])
             self._started = True
 
-    def foresee(self) -> None:
-        """Estimates of the sample measured, before its command is known."""
-        self.latest = self.observer.engine.peek(self._row)
+    def estimate(self) -> None:
+        """Compute the estimates of the measured sample before its command is known; the state is unchanged."""
+        self.latest = self.observer.engine.trial_step(self._row)
 
     def step(self, sent: Array) -> None:
-        """The observer's step over the sample measured, under its command."""
+        """Step the observer with the measured sample and its command."""
         self._row[0, self._tails] = sent[self._commanded]
         estimates, faults = self.observer.engine.run(self._row)
         self.latest, self.fault = estimates[0], int(faults[0])
         self._older.append(self.latest)
 
     def cancelling(self, cancellation: Cancellation) -> Array:
-        """ū (m,), zero before there is an estimate old enough."""
+        """ū (m,); zero until an estimate of the age ``delay`` exists."""
         if cancellation.delay == 0:
             estimate = self.latest
         elif len(self._older) == cancellation.delay:

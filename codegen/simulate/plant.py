@@ -1,4 +1,4 @@
-"""A System as a time-stepping plant with real stick and slip, whole runs inside CasADi."""
+"""Time-stepping simulation of a System with set-valued friction (stick and slip), as CasADi functions."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ _ROUNDING = 64 * float(np.finfo(np.float64).eps)
 
 
 class Plant:
-    """The time stepper of a System, its parameters baked in as numbers.
+    """Time stepper of a System with the values of its parameters.
 
     One step of length h, after Moreau (1988): x_m = x + h/2 v; v⁺ from M(x_m)(v⁺ − v) = h (g(x_m, v_m, w, t_m) − U λ);
-    x⁺ = x_m + h/2 v⁺. A first pass with the forces at v gives v_m = (v + v⁺)/2 for the second: smooth motion is
-    second-order accurate. Velocity-dependent forces are explicit: h must stay below 2/rate of the fastest damping.
+    x⁺ = x_m + h/2 v⁺. A first pass with the forces at v gives v_m = (v + v⁺)/2 for the second, so smooth motion is
+    second-order accurate. Velocity-dependent forces are explicit: h must be below 2/rate of the fastest damping.
 
-    Laws with states are integrated together with that by an L-stable scheme of second order, for any stiffness.
+    Laws with states are integrated together with this by an L-stable method of second order, for any stiffness.
 
-    The state is the column (x, v, loads, q, z): n positions, n velocities, the positions and then the velocities of
-    loads behind springs, each set-valued force of the last substep, the guess for the next, and the states of the laws
-    that have any. ``t`` in an expression is time from the start of the run, in seconds.
+    The state is the column (x, v, loads, q, z): n positions, n velocities, positions and then velocities of loads
+    behind springs, the set-valued forces of the last substep as initial guess of the next, and the states of friction
+    laws. ``t`` in an expression is the time from the start of the run, in seconds.
 
     Attributes:
         substeps: steps in one sample.
@@ -41,7 +41,7 @@ class Plant:
     """
 
     def __init__(self, system: System, substeps: int = 10) -> None:
-        """Build the functions. Raises ValueError if ``substeps`` is not positive."""
+        """Raises ValueError if ``substeps`` is not positive."""
         if substeps < 1:
             raise ValueError(f"{substeps} substeps; expected 1 or more")
         self.system, self.substeps = system, substeps
@@ -51,18 +51,14 @@ class Plant:
         self._step = _step_function(self.contacts, system.degrees_of_freedom)
         self.sample = self._sample_function()
 
-    def start(self, positions: Array, velocities: Array, contact_states: Array | None = None) -> Array:
-        """The state (state_size,) from positions and velocities (n,), loads behind springs as their motors.
-
-        Args:
-            contact_states: (states,) of the laws that have any; as at rest without load if not given.
-        """
-        z = self.contacts.dynamic.rest if contact_states is None else contact_states
+    def start(self, positions: Array, velocities: Array) -> Array:
+        """The initial state (state_size,) at positions and velocities (n,), with unloaded springs and friction."""
         loaded = [t.coordinate for t in self.system.transmissions]
-        forces = np.zeros(len(self.contacts.set_valued))
+        forces, z = np.zeros(len(self.contacts.set_valued)), self.contacts.dynamic.rest
         return np.concatenate([positions, velocities, positions[loaded], velocities[loaded], forces, z])
 
     def _sample_function(self) -> Any:
+        """The function ``sample``: all substeps of one sample."""
         m = len(self.system.inputs)
         state = casadi.SX.sym("state", self.state_size)
         drive = casadi.SX.sym("drive", 2 + m * self.substeps)
@@ -75,15 +71,9 @@ class Plant:
 
 
 def simulate_open_loop(
-    system: System,
-    time: Array,
-    inputs: Array,
-    x0: Array,
-    v0: Array,
-    substeps: int = 10,
-    contact_states: Array | None = None,
+    system: System, time: Array, inputs: Array, x0: Array, v0: Array, substeps: int = 10
 ) -> tuple[Array, Array]:
-    """The motion under a recorded input, held from t_k to t_(k+1), with the system's input delay.
+    """The motion under recorded commands, held from t_k to t_(k+1), which pass through the system's actuators.
 
     Args:
         system: with its effects.
@@ -91,13 +81,12 @@ def simulate_open_loop(
         inputs: (N, m) commands in SI.
         x0, v0: (n,) state at time[0].
         substeps: steps in one sample.
-        contact_states: (states,) of the laws that have any, at time[0]; as at rest without load if not given.
 
     Returns:
-        positions (N, n) and velocities (N, n) at ``time``; inf from where the motion is not finite.
+        positions (N, n) and velocities (N, n) at ``time``; inf from the sample on at which the motion is not finite.
     """
     plant, n = Plant(system, substeps), system.degrees_of_freedom
-    start = plant.start(np.asarray(x0, dtype=float), np.asarray(v0, dtype=float), contact_states)
+    start = plant.start(np.asarray(x0, dtype=float), np.asarray(v0, dtype=float))
     drives = drive_columns(system, np.asarray(time, dtype=float), np.asarray(inputs, dtype=float), substeps)
     states = start[None, :]
     if len(time) > 1:
@@ -108,7 +97,7 @@ def simulate_open_loop(
 
 
 def _step_function(contacts: PlantContacts, motors: int) -> Any:
-    """CasADi function (state, w, t, h) → (state, λ) of one step; the first ``motors`` coordinates are the system's."""
+    """CasADi function (state, w, t, h) → (state, λ) of one step; coordinates after the first ``motors`` are loads."""
     system = contacts.system
     n = system.degrees_of_freedom
     state = casadi.SX.sym("state", 2 * n + contacts.memory_size)
@@ -123,7 +112,7 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
     mobility = casadi.mtimes(U.T, compliance) if system.contacts else casadi.SX(0, 0)
 
     def end_velocity(velocity: Any, guess: Any) -> tuple[Any, Any, Any]:
-        """v⁺, the contacts' memory and whole contact forces, with the smooth forces at ``velocity``."""
+        """v⁺, the memory of the contacts, and the contact forces, with the smooth forces evaluated at ``velocity``."""
         here = names | {s: velocity[i] for i, s in enumerate(system.velocities)}
         force = to_casadi(system.force, here)
         if not system.contacts:
@@ -144,25 +133,29 @@ def _step_function(contacts: PlantContacts, motors: int) -> Any:
 
 
 def _moved(v: Any, h: Any, free: Any, compliance: Any, found: Any) -> Any:
-    """v + h (free − M⁻¹U λ); exactly zero where only rounding is left, so that a contact at rest stays at rest."""
+    """v + h (free − M⁻¹U λ); rounding errors are set to zero, so that a contact at rest stays at rest."""
     after = v + h * (free - casadi.mtimes(compliance, found))
     size = casadi.fabs(v) + h * (casadi.fabs(free) + casadi.mtimes(casadi.fabs(compliance), casadi.fabs(found)))
     return casadi.if_else(casadi.fabs(after) / size <= _ROUNDING, 0, after)
 
 
 LONGEST_SUBSTEP = 1e-4
+"""In s."""
 STEP_OF_PRESLIDING = 0.05
+"""Longest substep times the fastest rate of presliding or of a spring, in rad."""
 MOST_SUBSTEPS = 1000
+"""Most substeps in a sample."""
 
 
 def substeps_of(system: System, period: float, position: Array) -> int:
-    """Substeps of a sample: at most ``LONGEST_SUBSTEP`` long and, where a law has states or a load is behind a spring,
-    1/20 of what a radian of the oscillation takes, and of the time in which the spring's damping stops it. Position and
-    velocity then agree with an exact integration to 1e-5 of their size.
+    """Number of substeps of a sample for relative errors of position and velocity of about 1e-5.
+
+    A substep is at most ``LONGEST_SUBSTEP``. With law states or loads behind springs it is also at most 1/20 of 1/ω of
+    their oscillations, and of the time constant of a spring's damping.
 
     Args:
-        period: s.
-        position: (n,) where M and U are taken.
+        period: sample time, s.
+        position: (n,) at which M and U are evaluated.
     """
     longest = LONGEST_SUBSTEP
     dynamic = DynamicContacts(system)

@@ -1,4 +1,4 @@
-"""All contacts of a plant in one step: which are set-valued, which have states, and what each exerts."""
+"""Contact forces of a plant over one step: set-valued laws, laws with states, and smooth parts of all contacts."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _STANDSTILL = 1e-30
 class PlantContacts:
     """The contacts of a System, each with up to three parts: a set-valued one, one with states, a smooth one.
 
-    A law of zero memory is set-valued. A law with states is integrated, and what declared effects add to its level is
-    a set-valued part beside it: λ = force(u, z) + sgn(u) extra_level + extra_force. A law that has neither form stands
-    by its level of steady sliding, which ``refuse_unsimulable`` keeps from a simulation.
+    A law of zero memory is set-valued. A law with states is integrated; the level that declared effects add to it is a
+    further set-valued part: λ = force(u, z) + sgn(u) extra_level + extra_force. Other laws are represented by their
+    level in steady sliding; ``refuse_unsimulable`` excludes them from a simulation.
 
     Attributes:
-        set_valued: indices of the contacts that have a set-valued part.
+        set_valued: indices of the contacts with a set-valued part.
         dynamic: the contacts whose laws have states.
-        memory_size: set-valued forces of the last substep, as a guess for the next, and states.
+        memory_size: size of the memory: set-valued forces of the last substep (initial guess of the next), and states.
     """
 
     def __init__(self, system: System) -> None:
@@ -41,12 +41,12 @@ class PlantContacts:
         self.memory_size = len(self.set_valued) + len(self.dynamic.rest)
 
     def forces(self, memory: Any, slip: Any, free: Any, mobility: Any, levels: Levels, step: Any) -> tuple[Any, Any]:
-        """Mean contact forces of a step, contacts by 1 and without the smooth part, and the memory after it.
+        """Mean contact forces of a step without the smooth part, contacts by 1, and the memory after it.
 
-        Set-valued parts and states that move each other are solved in turns.
+        Coupled set-valued laws and laws with states are solved alternately (Gauss–Seidel).
 
         Args:
-            memory: as it was before the step, memory_size by 1.
+            memory: before the step, memory_size by 1.
             slip, free, mobility: of all contacts, as in ``contact_forces``.
             levels: of the set-valued parts, see ``levels``.
         """
@@ -74,15 +74,16 @@ class PlantContacts:
         return total, casadi.vertcat(q, after)
 
     def guess(self, memory: Any, found: Any) -> Any:
-        """The memory before a step, with the set-valued forces that a first pass through it found."""
+        """The memory before a step, with the set-valued forces from a first pass through the step."""
         return casadi.vertcat(self._split(found)[0], self._split(memory)[1])
 
     def _split(self, memory: Any) -> list[Any]:
+        """[set-valued forces, states] of a memory."""
         count = len(self.set_valued)
         return list(casadi.vertsplit(memory, [0, count, self.memory_size]))
 
     def levels(self, slip: Any, names: dict[sympy.Symbol, Any]) -> Levels:
-        """The set-valued parts' levels at slip velocities ``slip``, contacts by 1."""
+        """Levels of the set-valued parts at slip velocities ``slip``, contacts by 1."""
         columns: list[list[Any]] = [[], [], [], []]
         for c, level in zip(self.set_valued, self._levels, strict=True):
             symbol = self.system.contacts[c].slip
@@ -93,13 +94,13 @@ class PlantContacts:
         return Levels(forward, backward, held_forward, held_backward, self._jumps)
 
     def smooth(self, slip: Any, names: dict[sympy.Symbol, Any]) -> Any:
-        """What declared effects add to each contact's force, contacts by 1."""
+        """Smooth forces that declared effects add to each contact, contacts by 1."""
         contacts = enumerate(self.system.contacts)
         return casadi.vertcat(*[to_casadi(c.extra_force, names | {c.slip: slip[k]}) for k, c in contacts])
 
 
 def set_valued_level(contact: ContactFriction) -> sympy.Expr:
-    """Of a law without states. Karnopp's is taken with a band of no width: static, Coulomb and viscous friction."""
+    """The level of a law without states; Karnopp's has a band of zero width: static, Coulomb and viscous friction."""
     if isinstance(contact.law, Karnopp):
         return StaticViscous().level(Magnitude(contact.slip), contact.law_parameters) + contact.extra_level
     return contact.law_level + contact.extra_level

@@ -1,4 +1,4 @@
-"""Sensors of a simulated machine: noise, encoder steps, low-passed velocity, and declared errors of the reading."""
+"""Sensor models of a simulated machine: noise, encoder steps, low-passed velocity, and declared sensor errors."""
 
 from __future__ import annotations
 
@@ -14,30 +14,26 @@ from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
 from codegen.mechanics.system import System
 
 VELOCITY_FILTER_SAMPLES = 4
-
-
-def _none() -> Array:
-    return np.zeros(1)
+"""Time constant of the low-pass of a differentiated position, in samples."""
 
 
 @dataclass(frozen=True)
 class Sensors:
-    """Encoders and, where there are any, tachometers; an entry a coordinate, or one for all.
+    """Encoders and tachometers; an array has an entry for each coordinate, or one for all.
 
-    Noise is white and discrete: each sample draws its own, independent of all others and of the sample time, with the
-    RMS given. Its spectral density, RMS² times the sample time up to half the sample rate, so falls as sampling gets
-    faster; who means a noise of fixed density S gives each sample time its own RMS, √(S/sample time).
+    Noise is discrete white noise with the given RMS, independent of the sample time. Its spectral density is RMS² times
+    the sample time, up to half the sample rate. For noise of a fixed density S, RMS = √(S/sample time).
 
     Attributes:
         position_noise: RMS, in the position's unit, added before rounding.
-        encoder_step: positions are rounded to its multiples; 0 rounds nothing.
+        encoder_step: positions are rounded to its multiples; 0 for no rounding.
         velocity_noise: RMS of a measured velocity.
-        tachometer: whether the controller gets the measured velocity, and not a low-passed difference of positions.
+        tachometer: whether the controller has the measured velocity, not a low-passed difference of positions.
     """
 
-    position_noise: Array = field(default_factory=_none)
-    encoder_step: Array = field(default_factory=_none)
-    velocity_noise: Array = field(default_factory=_none)
+    position_noise: Array = field(default_factory=lambda: np.zeros(1))
+    encoder_step: Array = field(default_factory=lambda: np.zeros(1))
+    velocity_noise: Array = field(default_factory=lambda: np.zeros(1))
     tachometer: bool = False
 
     def noise(self, count: int, n: int, seed: int) -> tuple[Array, Array]:
@@ -56,18 +52,18 @@ class Sensors:
 
     @cached_property
     def _rounds(self) -> Literal["all", "some", "none"]:
-        """Which positions are rounded; asked once, since a loop encodes thousands of samples one by one."""
+        """Which positions are rounded; cached, since a loop encodes thousands of samples one by one."""
         has_step = self.encoder_step > 0
         return "all" if has_step.all() else "some" if has_step.any() else "none"
 
     @cached_property
     def _whole(self) -> Array:
-        """The steps, 1 where there is none."""
+        """The encoder steps, 1 where there is none."""
         return np.where(self.encoder_step > 0, self.encoder_step, 1.0)
 
 
 def low_passed_velocity(measured: Array, before: Array, velocity: Array, period: float) -> Array:
-    """Backward difference of the measured position through a first-order low-pass of a few samples."""
+    """Velocity estimate: backward difference of the measured position through a first-order low-pass filter."""
     share = 1 / (1 + VELOCITY_FILTER_SAMPLES)
     result: Array = velocity + share * ((measured - before) / period - velocity)
     return result
@@ -77,9 +73,9 @@ ITERATIONS = 12
 
 
 class SensorError:
-    """x_measured = x + η(x) on each coordinate whose sensor has a declared error.
+    """Sensor error x_measured = x + η(x) of each coordinate that has a declared one.
 
-    A reading belongs to one position where |η'| < 1, which the catalogue demands.
+    The reading is invertible since |η'| < 1, which the catalogue of effects requires.
     """
 
     def __init__(self, system: System) -> None:
@@ -96,7 +92,7 @@ class SensorError:
         return positions + _over(self._error, positions) if self._any else positions
 
     def true(self, readings: Array) -> Array:
-        """Positions that give these readings, by Newton's method; both (N, n) or (n,)."""
+        """True positions of readings, by Newton's method; both (N, n) or (n,)."""
         if not self._any:
             return readings
         x = readings - _over(self._error, readings)
@@ -105,7 +101,7 @@ class SensorError:
         return np.asarray(x, dtype=float)
 
     def true_velocities(self, positions: Array, velocities: Array) -> Array:
-        """From the rate of readings at true positions."""
+        """True velocities from the rate of the readings, at true positions; all (N, n) or (n,)."""
         return velocities / (1 + _over(self._slope, positions)) if self._any else velocities
 
 

@@ -11,7 +11,7 @@ import stiction
 from codegen.base.text import render
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics.build import build_system
-from codegen.simulate.hunting import Loop, Trial, at_rest, hunting, limit_cycle
+from codegen.simulate.hunting import RegulatorLoop, Trial, at_rest, hunting, limit_cycle
 from tests.machines import read
 from tests.told import refused
 
@@ -59,7 +59,7 @@ def test_more_than_the_friction_cancelled_is_a_limit_cycle_of_known_size():
     mass = Mass(1, 100, 4, 1, -40, h=0.001)
     assert threshold(mass.describing) == pytest.approx(1, abs=1e-3)
     ((w, amplitude),) = mass.describing(1.5)
-    loop = Loop(*machine(QUICK))
+    loop = RegulatorLoop(*machine(QUICK))
     quiet, hunting_one = loop.trial(0.9), loop.trial(1.5)
     assert quiet.decided and quiet.cycle is None
     for cycle in (hunting_one.from_rest, hunting_one.from_push):
@@ -83,7 +83,7 @@ def test_an_estimate_that_overshoots_hunts_from_tsypkin_s_threshold_on():
     mass = replace(RESONANT, h=0.0005)
     least = threshold(mass.tsypkin)
     assert 0.5 < least < 0.6
-    loop = Loop(*machine(RESONANT_TEXT.replace("sample_time: 0.001", "sample_time: 0.0005")))
+    loop = RegulatorLoop(*machine(RESONANT_TEXT.replace("sample_time: 0.001", "sample_time: 0.0005")))
     below, above = loop.trial(0.95 * least), loop.trial(0.75)
     assert below.cycle is None
     ((w, amplitude),) = mass.tsypkin(0.75)

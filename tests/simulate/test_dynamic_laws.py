@@ -170,7 +170,8 @@ def test_reset_integrator_creeps_on_a_slope_at_the_speed_its_law_says():
 def test_steady_sliding_has_the_level_of_the_law():
     _, system = sliding(list(SMOOTH)[6], k=0)
     plant = Plant(system, 50)
-    state = plant.start(STILL, np.full(1, 1.0), np.full(1, 2 / 1e4))
+    state = plant.start(STILL, np.full(1, 1.0))
+    state[-1] = 2 / 1e4
     force = plant.sample(state, np.array([0, 2e-4, *[2.4] * 50]))[1]
     assert float(force) == pytest.approx(2.4, rel=1e-6)
 

@@ -105,7 +105,7 @@ def test_loop_is_the_one_that_scipy_and_the_twin_close_by_hand(delay: int):
         difference += ((x - before) / 0.01 - difference) / 5
         before = x
         if delay == 0:
-            friction.append(engine.peek(np.array([[x, sent]]))[3])
+            friction.append(engine.trial_step(np.array([[x, sent]]))[3])
         used = friction[-1] if delay == 0 else friction[-delay]
         sent = 40 * (reference - x) - 8 * difference + 0.7 * used
         estimate = engine.run(np.array([[x, sent]]))[0][0]
@@ -248,8 +248,8 @@ def test_peeking_leaves_the_observer_as_it_is():
         observer.engine.start(rows[0])
         peeked, stepped = [], []
         for row in rows:
-            peeked.append(observer.engine.peek(row[None] * [1, 0]))
-            observer.engine.peek(np.full((1, 2), np.nan))
+            peeked.append(observer.engine.trial_step(row[None] * [1, 0]))
+            observer.engine.trial_step(np.full((1, 2), np.nan))
             stepped.append(observer.engine.run(row[None])[0][0])
         assert np.array_equal(np.array(stepped), plain)
         assert np.array_equal(np.array(peeked), plain)
