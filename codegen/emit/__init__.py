@@ -1,4 +1,4 @@
-"""Program → files. Adding a printer: a folder with its function, and its name in PRINTERS."""
+"""Code generation: Program → source files. Adding a printer: a folder with its function, and its name in PRINTERS."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Node → text: the one place where code is made of strings, and only for expressions."""
+"""Printing of expression nodes as source text; the only place where code is assembled from strings."""
 
 from __future__ import annotations
 
@@ -11,23 +11,25 @@ import numpy as np
 from codegen.program.graph import Node, out_of_range
 
 ATOM, UNARY, PRODUCT, SUM = 4, 3, 2, 1
-"""Binding strength of a text: how tightly its outermost operator binds. A weaker operand is put in parentheses."""
+"""Precedence of a text's outermost operator. An operand of lower precedence than required is put in parentheses."""
 WIDTH = 112
+"""Longest line of a wrapped expression, in characters."""
 DEEPEST_BREAK = 6
-"""Parentheses inside which no line is broken."""
+"""Depth of parentheses from which on no line is broken."""
 
 
 @dataclass(frozen=True)
 class Language:
-    """A language at one precision.
+    """Expression syntax of an output language at one precision.
 
     Attributes:
-        calls: function → its name; ``quotient`` is a division whose divisor may be zero.
+        calls: function → its name in the language; ``quotient`` is a division whose divisor may be zero.
         single: whether numbers are single precision.
         number: format of a literal with {digits}.
-        opening, closing: around an expression that takes several lines.
-        narrows: whether the language itself rounds a literal to single precision: what is no single is then written as
-            the double that it is, which the checker reads in the twin as the certificate's number.
+        opening, closing: parentheses around an expression that takes several lines.
+        rounds_literals: whether the printed code rounds its literals to single precision itself, as ``float32(0.1)``
+            does. A number that is no single is then printed with the digits of the double, so that the checker reads
+            the certificate's number in the Python twin.
     """
 
     calls: Mapping[str, str]
@@ -35,32 +37,33 @@ class Language:
     number: str = "{digits}"
     opening: str = ""
     closing: str = ""
-    narrows: bool = False
+    rounds_literals: bool = False
 
     def literal(self, value: float) -> str:
-        """The shortest decimal that is this number, with a point or an exponent.
+        """The shortest decimal that rounds to this number, with a point or an exponent.
 
         Raises:
-            BadInput: for a number that no literal can express, or that vanishes or overflows in single precision.
+            BadInput: for a number that is not finite, or that underflows to zero or overflows in single precision.
         """
         with np.errstate(over="ignore", under="ignore"):
             rounded = np.float32(value) if self.single else np.float64(value)
         if not math.isfinite(rounded) or (value != 0) != (rounded != 0):
             raise out_of_range(f"the constant {value}", "single" if self.single else "double")
-        as_double = not self.single or (self.narrows and float(rounded) != value)
+        as_double = not self.single or (self.rounds_literals and float(rounded) != value)
         digits = repr(float(value)) if as_double else str(rounded)
         return self.number.format(digits=digits)
 
 
 class Expressions:
-    """Writes nodes in a language, with the parentheses that its operators need.
+    """Printer of expressions in a language, with the parentheses that operator precedence requires.
 
-    Sums and products associate to the left in every language, so their first operand may bind as loosely as they do and
-    the others need more: a − (b − c), a / (b * c).
+    Sums and products are left-associative in every language: the first operand may have the same precedence as the
+    operator, the others need a higher one, as in a − (b − c) and a / (b * c).
 
     Args:
-        words: name of a symbol → its text. names: node → the name under which its value is stored.
-        place: the text of an array element or a local.
+        words: name of a symbol → its text.
+        names: node → the variable that stores its value.
+        place: function that prints an array element or a local.
     """
 
     def __init__(
@@ -73,11 +76,11 @@ class Expressions:
         self.language, self.words, self.names, self.place = language, words, names, place
 
     def text(self, node: Node, whole: bool = False) -> str:
-        """The expression; ``whole`` writes out a node that has a name, for its definition."""
+        """The text of a node; ``whole`` prints the expression also where the node has a name, for its definition."""
         return self._write(node, whole)[0]
 
     def _write(self, node: Node, whole: bool = False) -> tuple[str, int]:
-        """(text, binding strength)."""
+        """The text of a node and the precedence of its outermost operator."""
         if not whole and node in self.names:
             return self.names[node], ATOM
         arguments = node.arguments
@@ -101,22 +104,24 @@ class Expressions:
             case "product":
                 first, *rest = arguments
                 return " * ".join([self._bound(first, PRODUCT), *(self._bound(a, UNARY) for a in rest)]), PRODUCT
-        parts = [self._bound(arguments[0], SUM if node.signs[0] > 0 else ATOM)]  # as --2.0 decrements in C
+        parts = [self._bound(arguments[0], SUM if node.signs[0] > 0 else ATOM)]  # -(-2.0): --2.0 is a decrement in C
         parts[0] = parts[0] if node.signs[0] > 0 else f"-{parts[0]}"
         for sign, term in zip(node.signs[1:], arguments[1:], strict=True):
             parts.append(f"{'+' if sign > 0 else '-'} {self._bound(term, PRODUCT)}")
         return " ".join(parts), SUM
 
     def _bound(self, node: Node, least: int) -> str:
-        """The text of an operand, in parentheses where it binds less than ``least``."""
-        text, strength = self._write(node)
-        return text if strength >= least else f"({text})"
+        """The text of an operand, in parentheses where its precedence is below ``least``."""
+        text, precedence = self._write(node)
+        return text if precedence >= least else f"({text})"
 
 
 def wrapped(text: str, start: int, language: Language, indent: int = 8) -> str:
-    """An expression that starts at a column, in lines of at most ``WIDTH``, broken before binary operators.
+    """An expression broken before binary operators into lines of at most ``WIDTH`` characters.
 
-    The lines after the first are indented by ``indent``.
+    Args:
+        start: column at which the first line starts.
+        indent: of the further lines.
     """
     if start + len(text) <= WIDTH:
         return text
@@ -133,7 +138,7 @@ def wrapped(text: str, start: int, language: Language, indent: int = 8) -> str:
 
 
 def _pieces(text: str) -> list[tuple[str, int]]:
-    """The text cut before its binary operators, each piece with the depth of parentheses at its beginning."""
+    """The text split before its binary operators: (piece, depth of parentheses at its beginning)."""
     pieces: list[tuple[str, int]] = []
     depth = begin = depth_at_begin = 0
     for k, c in enumerate(text):

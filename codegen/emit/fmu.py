@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import platform
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +25,9 @@ from codegen.spec.units import base_units
 
 VERSIONS = ("3.0", "2.0")
 LONGEST_HEAD = 4096
+"""Bytes at the beginning of a model description in which its generator is named."""
 EPOCH = (1980, 1, 1, 0, 0, 0)
+"""Time stamp of every file in the zip: the earliest that the format has."""
 _HEADERS = {
     "2.0": ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
     "3.0": ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
@@ -33,8 +35,6 @@ _HEADERS = {
 _SYSTEMS = {"Linux": ("linux", ".so"), "Darwin": ("darwin", ".dylib"), "Windows": ("windows", ".dll")}
 _MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 _OF_FMI2 = {"x86_64-linux": "linux64", "x86_64-darwin": "darwin64", "x86_64-windows": "win64"}
-
-Compile = Callable[[Mapping[str, str], tuple[str, ...]], bytes]
 
 
 @dataclass(frozen=True)
@@ -50,17 +50,16 @@ class Fmu:
     data: bytes
 
 
-def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", compiled: Compile | None = None) -> Fmu:
-    """Build the co-simulation FMU of an observer from its generated C, which it holds unchanged.
+def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0") -> Fmu:
+    """Build the co-simulation FMU of an observer from its generated C, which it contains unchanged.
 
     Args:
         files: name → text of generated/NAME/: NAME.h, NAME.c, README.md and, where there is one, certificate.json.
         version: of FMI, ``3.0`` or ``2.0``.
-        compiled: replaces the local compiler in tests.
 
     Raises:
-        BadInput: for another version, a platform for which the version defines no folder, a missing C compiler, or a
-            quantity with a name that is reserved (``time``, ``fault``).
+        BadInput: for another version, a platform for which the version defines no binary folder, a missing C compiler,
+            or a quantity with a reserved name (``time``, ``fault``).
     """
     if version not in VERSIONS:
         raise BadInput("--fmi", f"`{version}`", f"one of {', '.join(VERSIONS)}", code="CALL001")
@@ -81,7 +80,7 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0", c
     sources[wrapper] = render(f"fmu/fmi{version[0]}.c.j2", token=token, **given)
     folder = resource_folder("templates") / "fmu" / "headers"
     sources |= {file: (folder / file).read_text(encoding="utf-8") for file in _HEADERS[version]}
-    binary = (compiled or _compiled)(sources, given["sources"])
+    binary = compile_shared(sources, given["sources"], ("-DFMI3_OVERRIDE_FUNCTION_PREFIX",))
 
     members: dict[str, str | bytes] = {f"sources/{file}": text for file, text in sources.items()}
     members["modelDescription.xml"] = render(f"fmu/model_description_{version[0]}.xml.j2", token=token, **given)
@@ -102,10 +101,6 @@ def is_ours(data: bytes) -> bool:
         return False
 
 
-def _compiled(sources: Mapping[str, str], units: tuple[str, ...]) -> bytes:
-    return compile_shared(sources, units, ("-DFMI3_OVERRIDE_FUNCTION_PREFIX",))
-
-
 def _library(name: str, version: str) -> str:
     """Path of this platform's binary within the zip."""
     system, ending = _SYSTEMS.get(platform.system(), ("", ""))
@@ -120,7 +115,7 @@ def _library(name: str, version: str) -> str:
 
 
 def _token(program: Program, files: Mapping[str, str], version: str, variables: tuple[Variable, ...]) -> str:
-    """The instantiation token, which must agree in description and binary: a hash of code and variables as a GUID."""
+    """The instantiation token: a hash of code and variables as a GUID, the same in description and binary."""
     code = [files[f"{program.name}.h"], files[f"{program.name}.c"]]
     digest = sha256("\0".join([VERSION, version, *code, repr(variables)]))
     return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
@@ -176,7 +171,7 @@ class Variable:
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit as exponents of SI base units; empty if it is not SI, or an exponent is not a whole number."""
+    """A unit as integer exponents of SI base units; none for a unit that has no such form."""
 
     name: str
     exponents: tuple[tuple[str, int], ...]
@@ -186,7 +181,7 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
     """Time, parameters, inputs and outputs, numbered from 0 in this order.
 
     Raises:
-        BadInput: for a quantity with a name that is reserved (``time``, ``fault``).
+        BadInput: for a quantity with a reserved name (``time``, ``fault``).
     """
     found = [Variable(0, TIME, "s", "time of the simulation", "time", "time")]
 

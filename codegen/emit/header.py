@@ -1,4 +1,4 @@
-"""What generated files say of where they come from: the header of each, and the manifest with their hashes."""
+"""Provenance of generated files: the header comment of each, and the manifest with their hashes."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from codegen.base.user_text import UserText, file_text
 from codegen.base.version import VERSION
 
 OWN = "sha256"
-"""The field with the hash of all other fields, as JSON without blanks: line ends and layout may change."""
+"""Manifest field with the hash of all other fields as JSON without blanks, so that line ends and layout may change."""
 
 
 def manifest_text(content: Mapping[str, Any]) -> str:
-    """The manifest with these fields, and its own hash in place of one that is among them."""
+    """The manifest with these fields and its own hash; one among the fields is replaced."""
     fields = {name: value for name, value in content.items() if name != OWN}
     return json.dumps({**fields, OWN: _hash(fields)}, indent=2) + "\n"
 
 
 def is_edited(text: str) -> bool:
-    """Whether a manifest has another hash of its own than that of what it says; one of an older version has none."""
+    """Whether a manifest's own hash differs from that of its content; a manifest of an older version has none."""
     try:
         content = json.loads(text)
         stated = content.pop(OWN, None)
@@ -37,7 +37,7 @@ def _hash(fields: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class Header:
-    """Where generated files are from; no date, so that the same spec gives the same bytes.
+    """Provenance that generated files print; no date, so that the same spec gives the same bytes.
 
     Attributes:
         spec_file: its name, reduced to letters, digits, ``_``, ``.``, ``-`` and ``+``.

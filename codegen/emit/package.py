@@ -24,7 +24,7 @@ def emit_sources(program: Program, header: Header, targets: Sequence[str] = ALWA
 
 
 def proof_lines(name: str, proof: str) -> str:
-    """The README's lines on a region's proof, from its file's text; "" for other proofs."""
+    """The README's lines on a region's proof, from the text of its file; empty for other proofs."""
     return render("text/proof_lines.j2", name=name, content=json.loads(proof), regions=REGION_PROOFS)
 
 
@@ -37,11 +37,11 @@ def emit_readme(
     kernel: bool = False,
     bounds: Sequence[Any] = (),
 ) -> str:
-    """How to call what was generated.
+    """The README.md of generated/NAME/: its files, how to call the code, and what is certified.
 
     Args:
         certificate: a dict, or the reason of a refusal.
-        files: in the same folder.
+        files: names of those in the same folder.
         proofs: file → its text.
         kernel: whether the kernel's proof of the C is among the files.
         bounds: on each friction error, as proved of the C.
@@ -66,7 +66,7 @@ def emit_readme(
 
 
 def emit_manifest(header: Header, files: dict[str, str]) -> str:
-    """Hashes of the spec, of every file beside the manifest, and of the manifest itself."""
+    """The manifest.json: hashes of the spec, of every generated file, and of the manifest itself."""
     robot = {"robot": {"file": header.robot[0].raw, "sha256": header.robot[1]}} if header.robot else {}
     content = {
         "tool": {"name": "stiction", "version": header.version, "command": header.command.raw},

@@ -1,4 +1,4 @@
-"""Lines of rolled code → text: what the templates of a language call for each assignment, sum and derived constant."""
+"""Printing of assignments, sums and derived constants of a Code; the templates of every language call it."""
 
 from __future__ import annotations
 
@@ -15,35 +15,37 @@ from codegen.program.model import HELD, LARGEST
 
 INDEX = "i"
 _SUM_STARTS = 25
-"""Column at which the value of a sum starts, for its wrapping."""
+"""Column from which the terms of a sum are wrapped."""
 
 
 @dataclass(frozen=True)
 class Style:
-    """How a language writes fields of structs and locals: formats with {name}, which may have an index behind it.
+    """Syntax of struct fields and local variables in a language: formats with {name}, which may end with an index.
 
     Attributes:
-        structs: struct → format; ``local`` of arrays and of locals of the function, ``inner`` of those of a loop.
-        declared: before a local that is declared where it gets its value; ``declares`` whether one of the function is.
-        indent: of a line outside loops; that of a loop is four deeper.
+        structs: struct → format of its fields.
+        local, inner: format of a local of the function, and of a local of a loop body.
+        declaration: format of a local that is declared where it is assigned, as are those of a loop body.
+        declares_locals: whether locals of the function are declared where they are assigned too.
+        indent: of a line outside loops; a loop body is indented by four more.
     """
 
     language: Language
     structs: Mapping[str, str]
     local: str
     inner: str
-    declared: str
-    declares: bool
+    declaration: str
+    declares_locals: bool
     indent: int
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A declared field.
+    """A struct field as declared: a scalar, or an array of numbered quantities.
 
     Attributes:
-        name: of the field; ``count`` is 0 for a scalar, the length of an array otherwise.
-        unit, meaning: for the comment; the meaning of an array lists the names of the spec that are its elements.
+        count: length of an array; 0 for a scalar.
+        unit, meaning: for the comment; the meaning of an array names its first and last element.
         values: one for each element.
     """
 
@@ -55,10 +57,12 @@ class Entry:
 
     @property
     def declared(self) -> str:
+        """The declarator: x, or x[16]."""
         return f"{self.name}[{self.count}]" if self.count else self.name
 
 
 Row = tuple[str, str, str, float]
+"""Name, unit, meaning and value of a scalar."""
 
 
 def entries(program: Program, struct: str) -> tuple[Entry, ...]:
@@ -99,9 +103,9 @@ class DerivedEntry:
 
 
 class Writer:
-    """The text of a program's code in one style.
+    """Printer of a program's code in one style.
 
-    Its methods raise BadInput for a number that the language has no literal for.
+    Its methods raise BadInput for a number that no literal of the language expresses.
     """
 
     def __init__(self, program: Program, code: Code, style: Style) -> None:
@@ -116,17 +120,17 @@ class Writer:
         self._expressions = Expressions(self.language, words, {}, self._place)
 
     def target(self, line: Line, stretch: Stretch) -> str:
-        """What a line assigns to, with its declaration where it has one."""
+        """The left-hand side of an assignment, with the declaration of a local where it is declared here."""
         if line.field:
             node = line.target
             name = f"{node.name}[{_index(node)}]" if node.kind == "element" else node.name
             return self.style.structs[line.field].format(name=name)
         name = self._place(line.target)
-        declared = line.target.kind == "local" and (stretch.loop or self.style.declares)
-        return self.style.declared.format(name=name) if declared else name
+        declares = line.target.kind == "local" and (stretch.loop or self.style.declares_locals)
+        return self.style.declaration.format(name=name) if declares else name
 
     def value(self, line: Line, stretch: Stretch) -> str:
-        """What a line assigns, wrapped."""
+        """The right-hand side of an assignment, wrapped."""
         indent = self.style.indent + (4 if stretch.loop else 0)
         comment = 0 if self._loops or line.field else len(line.unit)
         start = indent + len(self.target(line, stretch)) + 3 + comment
@@ -138,7 +142,7 @@ class Writer:
         return wrapped(text, _SUM_STARTS, self.language, self.style.indent + 4)
 
     def reads(self, nodes: Iterable[Node]) -> frozenset[str]:
-        """The structs that the expressions depend on."""
+        """The structs whose fields the expressions use."""
         return frozenset(self._struct[n.name] for n in reachable(nodes) if n.kind == "symbol")
 
     @property
@@ -165,7 +169,7 @@ class Writer:
         )
 
     def _place(self, node: Node) -> str:
-        """An element or a local."""
+        """The text of an array element or a local."""
         if node.kind == "local":
             return (self.style.inner if node.signs else self.style.local).format(name=node.name)
         kind = self.code.rolled.storage[node.name]
@@ -174,7 +178,7 @@ class Writer:
 
 
 def template_words(program: Program, code: Code, header: Header, style: Style, real: str) -> dict[str, Any]:
-    """What the templates of every language are given; ``real`` is the type of a number."""
+    """The variables that the templates of every language use; ``real`` is the type of a number."""
     literal, largest = style.language.literal, LARGEST[program.precision]
     return {
         "program": program,

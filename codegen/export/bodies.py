@@ -1,4 +1,4 @@
-"""The bodies of a machine with their joints, as simulators describe them."""
+"""Rigid bodies and joints of a machine, for multibody simulators."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from codegen.export.mechanism import Mechanism
 from codegen.export.numbers import number, numbers
 
 MARGIN = 1e-9
-"""Of the triangle inequality of principal moments."""
+"""Relative margin in the triangle inequality of principal moments."""
 SWEEPS, DIAGONAL = 8, 1e-14
 """Sweeps of Jacobi's rotations, and the off-diagonal remainder at which they end, as a share of the trace."""
 APART = 0.3
@@ -22,15 +22,15 @@ APART = 0.3
 
 @dataclass(frozen=True)
 class Link:
-    """A body and the joint that moves it.
+    """A body and the joint between it and its parent.
 
     Attributes:
-        name: of the joint, which is the coordinate's.
-        parent: index of the link that carries the joint, −1 for the base.
-        turns: whether the joint is a hinge; else it slides.
-        offset, rotation: of the joint's frame in the parent's: metres, and a matrix.
+        name: of the joint and the coordinate.
+        parent: index of the parent link, −1 for the base.
+        turns: whether the joint is revolute; else it is prismatic.
+        offset, rotation: position in m, and orientation matrix, of the joint's frame in the parent's.
         axis: of the joint, in its frame.
-        mass, centre, inertia: of the body; its inertia is about the centre of mass.
+        mass, centre, inertia: of the body; the inertia is about the centre of mass.
     """
 
     name: str
@@ -47,23 +47,23 @@ class Link:
 
     @property
     def quat(self) -> str:
-        """w, x, y, z."""
+        """Orientation as a quaternion w, x, y, z."""
         return numbers(quaternion(self.rotation))
 
     @property
     def rpy(self) -> str:
-        """Roll, pitch and yaw about fixed axes."""
+        """Orientation as roll, pitch and yaw about fixed axes, rad."""
         return numbers(roll_pitch_yaw(self.rotation))
 
     @property
     def full(self) -> str:
-        """xx, yy, zz, xy, xz, yz."""
+        """Entries xx, yy, zz, xy, xz, yz of the inertia tensor."""
         i = self.inertia
         return numbers([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]])
 
     @property
     def moments(self) -> list[tuple[str, str]]:
-        """Names and values of the tensor's entries."""
+        """Names and values of the inertia tensor's entries."""
         places = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
         return [(name, number(self.inertia[at])) for name, at in places.items()]
 
@@ -75,23 +75,24 @@ def links_of(mechanism: Mechanism) -> list[Link]:
         return [_plain(k, x.name, unit == "rad", inertia) for k, (x, unit, inertia) in enumerate(units)]
     found = []
     for body in mechanism.tree.bodies:
-        # Exact, since the parallel-axis theorem takes the difference of two large numbers where the frame is far away.
+        # Exact arithmetic: the parallel-axis theorem is a difference of two large numbers if the frame is far away.
         exact = np.array(body.first_moment, dtype=object) / body.mass
         about = np.array(body.inertia, dtype=object) - body.mass * (
             (exact @ exact) * np.eye(3, dtype=int).astype(object) - np.outer(exact, exact)
         )
-        c, inertia = exact.astype(float), of_a_body(about.astype(float))
+        c, inertia = exact.astype(float), physical_inertia(about.astype(float))
         offset, axis = np.array(body.offset, dtype=float), np.array(body.axis, dtype=float)
         rotation, turns = np.array(body.rotation, dtype=float), body.kind == "revolute"
         found.append(Link(body.joint, body.parent, turns, offset, rotation, axis, float(body.mass), c, inertia))
     return found
 
 
-def of_a_body(inertia: Array) -> Array:
-    """The nearest inertia that a body can have: its largest principal moment is at most the sum of the others.
+def physical_inertia(inertia: Array) -> Array:
+    """The inertia tensor (3, 3), corrected to satisfy the triangle inequality of principal moments.
 
-    Robot files round their numbers, and a thin plate is at the edge; simulators refuse what is beyond. The two smaller
-    moments are raised, by at most what the reader of a robot file lets through, 1e-3 of the largest.
+    Simulators refuse a tensor whose largest principal moment exceeds the sum of the others. Rounded numbers of a robot
+    file may violate this for a thin plate. The two smaller moments are then raised; the reader of robot files accepts
+    violations of up to 1e-3 of the largest moment.
     """
     moments, axes = np.linalg.eigh(inertia)
     lacking = moments[2] * (1 + MARGIN) - moments[0] - moments[1]
@@ -102,7 +103,7 @@ def of_a_body(inertia: Array) -> Array:
 
 
 def principal(inertia: Array) -> tuple[Array, Array]:
-    """(3,) moments and (3, 3) rotation whose columns are their axes, by Jacobi's rotations; a diagonal one stays."""
+    """Principal moments (3,) and rotation (3, 3) whose columns are their axes, by Jacobi's method."""
     a, axes = np.array(inertia), np.eye(3)
     for p, q in SWEEPS * ((0, 1), (0, 2), (1, 2)):
         if abs(a[p, q]) > DIAGONAL * np.trace(a):
@@ -116,7 +117,7 @@ def principal(inertia: Array) -> tuple[Array, Array]:
 
 
 def _plain(index: int, name: str, turns: bool, inertia: float) -> Link:
-    """A body of its own: it slides along x, or turns about z."""
+    """A body on a prismatic joint along x, or a revolute joint about z, at the base."""
     axis = np.array([0.0, 0.0, 1.0] if turns else [1.0, 0.0, 0.0])
     mass, size = (1.0, inertia) if turns else (inertia, 1.0)
     offset = np.array([0.0, round(APART * index, 1), 0.0])

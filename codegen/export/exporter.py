@@ -1,4 +1,4 @@
-"""What all exported models share: forces compared with ours over the envelope, and remarks on what a target holds."""
+"""Base class of all exported models: force errors over the envelope, and remarks on what a target represents."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from codegen.spec.model import Spec
 POINTS = 4096
 SPEEDS = 1000
 NEGLIGIBLE = 0.05
-"""A mean below this share of the force's root mean square counts as zero: it comes from the choice of points."""
+"""A mean below this share of the force's RMS counts as zero: it is due to the random points."""
 
 
 class Exporter:
-    """A mechanism in which other forces are replaced by their means over the envelope, and remarks on the result.
+    """A mechanism whose other forces are replaced by their means over the envelope, with remarks.
 
-    Forces for which no target has an element become constant forces and friction levels; the deviation is the error.
+    Forces for which no target has an element become constant forces or friction levels; the deviation is the error.
     """
 
     def __init__(self, spec: Spec, mechanism: Mechanism) -> None:
@@ -38,12 +38,12 @@ class Exporter:
         self.mechanism = replace(mechanism, lines=tuple(lines.values()), other_forces=())
 
     def remark(self, where: str, held: Held, how: str, errors: Array | None = None, unit: str = "") -> None:
-        """Add a remark, with the force errors at sampled points where there are any."""
-        made = Remark(where, held, how) if errors is None else Remark.costing(where, held, how, errors, unit)
+        """Add a remark, with the force errors at sampled points, if given."""
+        made = Remark(where, held, how) if errors is None else Remark.with_errors(where, held, how, errors, unit)
         self.remarks.append(made)
 
     def unit(self, direction: Direction) -> str:
-        """The unit of a force along a line: that of the first coordinate in it."""
+        """The unit of a force along a line, which is that of its first coordinate."""
         return self.system.force_unit(next((i for i, c in enumerate(direction) if c), 0))
 
     def line_name(self, direction: Direction) -> str:
@@ -57,7 +57,7 @@ class Exporter:
         return " ".join(parts).removeprefix("+ ")
 
     def assumed(self, force: sympy.Expr, direction: Direction = ()) -> str:
-        """The assumed ranges over which a force was evaluated, in words; empty where the spec gives all of them."""
+        """The assumed ranges over which a force was evaluated, in words; empty if the spec gives all of them."""
         names = {s for s in force.free_symbols if isinstance(s, sympy.Symbol)}
         if SPEED in names:
             names |= {v for c, v in zip(direction, self.system.velocities, strict=False) if c}
@@ -65,6 +65,7 @@ class Exporter:
         return f" (over {', '.join(ranges)}, assumed: the envelope has no range for it)" if ranges else ""
 
     def _take(self, other: OtherForce, lines: dict[Direction, Line]) -> None:
+        """Add the mean of a force to its line, and a remark."""
         values = self.region.sampled(other.force, other.direction)
         finite = values[np.isfinite(values)]
         mean = float(finite.mean()) if len(finite) else 0.0
@@ -83,16 +84,17 @@ class Exporter:
 
 
 def _shown(expression: sympy.Expr) -> str:
-    """With six digits of each number; ``s`` is the slip speed."""
+    """An expression as text, numbers with six digits; ``s`` is the slip speed."""
     fractions = {r: sympy.Float(r, 6) for r in expression.atoms(sympy.Rational) if not r.is_Integer}
     return str(sympy.sstr(expression.xreplace(fractions)))
 
 
 class Region:
-    """Ranges of positions, velocities, inputs and time.
+    """Ranges of positions, velocities, inputs and time, over which errors are evaluated.
 
     Attributes:
-        assumed: the ranges that no section of the spec gives, in words.
+        ranges: symbol → (low, high).
+        assumed: ranges that the spec does not give, in words.
     """
 
     def __init__(self, spec: Spec, system: System) -> None:
@@ -128,7 +130,7 @@ class Region:
         return [text for text in self.assumed if text.split(" ")[0] in {s.name for s in names}]
 
     def speeds(self, direction: Direction) -> Array:
-        """Speeds along a line, above 0 up to the highest of the region, evenly."""
+        """Evenly spaced speeds along a line, from above 0 to the highest in the region, (SPEEDS,)."""
         pairs = zip(direction, self._system.velocities, strict=True)
         top = sum(abs(c) * max(map(abs, self.ranges[v])) for c, v in pairs if c)
         return (np.arange(SPEEDS) + 0.5) / SPEEDS * top

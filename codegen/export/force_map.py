@@ -1,9 +1,9 @@
-"""Cogging and position-dependent friction as a table over a turn, as motor firmware takes it.
+"""Compensation table of cogging and position-dependent friction over one revolution, for motor firmware.
 
-A row k stands for the position k·turn/counts. Its force is what has to be added to the command to cancel what repeats
-with the position whatever the direction; its level is the friction that is added while the axis moves forwards, and
-subtracted backwards. Only effects are in it: what stands in ``force:``, and weights, belong to the machine's model.
-Of a motor behind a gear of ratio N (turns of the motor a turn of the joint) the position is N·q and the torque τ/N.
+Row k is for the position k·turn/counts. Its ``force`` is added to the command and cancels forces that depend on the
+position only; its ``level`` is friction, added in forward motion and subtracted in backward motion. The table contains
+effects only: the forces of ``force:`` and weights belong to the machine's model. For a motor with a gear of ratio N
+(revolutions of the motor per revolution of the joint) the position is N·q and the torque τ/N.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from codegen.export.remarks import Remark
 from codegen.spec.model import DeclaredEffect, Spec
 
 WHOLE = 1e-6
-"""Greatest distance to a whole number at which a wave counts as repeating a whole number of times in a turn."""
+"""Largest deviation from a whole number of periods per turn that counts as rounding."""
 NEARLY = 0.05
-"""The same for a fitted period, which is then taken for that whole number of waves."""
+"""Largest deviation for which a fitted period is rounded to the whole number of periods per turn."""
 MOST_COUNTS = 2**22
 ODRIVE_COUNTS = 3600
-"""Of ``cogging_map`` in ODrive's firmware 0.5 (Firmware/MotorControl/controller.hpp), over one turn of the motor."""
+"""Length of ``cogging_map`` in ODrive's firmware 0.5 (Firmware/MotorControl/controller.hpp), per turn of the motor."""
 
 
 @dataclass(frozen=True)
@@ -37,10 +37,11 @@ class ForceMap:
     """The periodic forces of one coordinate.
 
     Attributes:
-        turn: the length of the table: 2π rad of the motor, or on a length the longest period.
-        gear: turns of the motor a turn of the coordinate.
-        forces: that act whatever the direction; levels: that oppose the motion.
-        unit: of both; position_unit.
+        turn: the range of the table: 2π rad of the motor, or for a length the longest period.
+        forces: periodic forces that do not depend on the direction of motion.
+        levels: periodic friction levels, which oppose the motion.
+        unit, position_unit: of forces and levels, and of the position.
+        gear: revolutions of the motor per revolution of the coordinate.
     """
 
     coordinate: str
@@ -54,14 +55,15 @@ class ForceMap:
 
     @property
     def place(self) -> str:
-        """What the table's position is, in words."""
+        """The position over which the table is given, in words."""
         return self.coordinate if self.gear == 1 else f"the motor's angle, {self.gear:.12g}*{self.coordinate}"
 
     def compensation(self, position: Array) -> Array:
-        """What cancels the forces."""
+        """The force that cancels ``forces`` at positions (N,)."""
         return -_sum(self.forces, position)
 
     def level(self, position: Array) -> Array:
+        """The friction level at positions (N,)."""
         return _sum(self.levels, position)
 
 
@@ -71,14 +73,15 @@ def force_map(
     """The map of one coordinate.
 
     Args:
-        on: the coordinate; None where only one has such a force.
-        gear: turns of the motor a turn of the coordinate, negative where it turns the other way; None: not stated.
-        turning: whether the map must be of a motor that turns the coordinate, an angle.
+        on: the coordinate; None if only one has such a force.
+        gear: revolutions of the motor per revolution of the coordinate, negative for the opposite direction; None if
+            not stated.
+        turning: whether the coordinate must be an angle with a stated gear.
 
     Raises:
-        BadInput: where no coordinate has one, several have and none is named, or a name is none of them; where a table
-            can repeat none of them; for a gear of no size, or of a coordinate that is no angle; with ``turning``, for a
-            length or no gear.
+        BadInput: if no coordinate has a periodic force, several have and none is named, or the named one has none; if
+            no force fits a whole number of times into the table; for a gear that is zero or not finite, or of a length;
+            with ``turning``, for a length or without a gear.
     """
     if gear is not None and not (isfinite(gear) and gear != 0):
         expected = "turns of the motor a turn of the joint, such as 100, or -100 where it turns the other way"
@@ -126,7 +129,7 @@ def force_map(
 
 
 def _refuse_length(name: str, mechanism: Mechanism) -> None:
-    """Raises BadInput for a coordinate that is no angle or a force that is no torque."""
+    """Raise BadInput for a coordinate that is no angle, or a force that is no torque."""
     index = mechanism.system.position_index(name)
     position_unit, unit = mechanism.system.position_units[index], mechanism.system.force_unit(index)
     if position_unit != "rad" or unit != "N*m":
@@ -138,7 +141,7 @@ def _refuse_length(name: str, mechanism: Mechanism) -> None:
 
 
 def _modelled(spec: Spec) -> dict[str, list[Wave]]:
-    """The waves of each coordinate that are the model's: all but those of its effects, and the weights among these."""
+    """Coordinate → its periodic forces that belong to the model: those of ``force:``, and weights among the effects."""
     without = replace(spec, effects=tuple(effect for effect in spec.effects if _is_weight(effect)))
     mechanism = mechanism_of(without, system_of(without))
     return {x.name: _waves(mechanism, i) for i, x in enumerate(mechanism.system.positions)}
@@ -155,7 +158,7 @@ def _is_weight(declared: DeclaredEffect) -> bool:
 
 
 def _less(waves: list[Wave], modelled: list[Wave]) -> list[Wave]:
-    """The waves less those of the model; a wave of one rate and phase may be partly the model's."""
+    """The waves minus those of the model, by rate and phase; a wave may belong to the model in part."""
     left: dict[tuple[float, float], float] = {}
     for sign, some in ((1, waves), (-1, modelled)):
         for wave in some:
@@ -177,7 +180,7 @@ def _kept_out(wave: Wave, name: str, unit: str) -> Remark:
 def _map(
     name: str, own: list[Wave], levels: list[Wave], left_out: list[Remark], mechanism: Mechanism, gear: float
 ) -> ForceMap:
-    """What repeats on a coordinate by its own position, over the turn of the motor."""
+    """The map of a coordinate, from its own waves and friction levels, over a revolution of the motor."""
     index = mechanism.system.position_index(name)
     position_unit, unit = mechanism.system.position_units[index], mechanism.system.force_unit(index)
     if gear != 1 and position_unit != "rad":
@@ -201,7 +204,7 @@ def _geared(wave: Wave, gear: float, amplitude: float) -> Wave:
 
 
 def _fitting(wave: Wave, turn: float, where: str, unit: str, position_unit: str) -> tuple[Wave | None, Remark]:
-    """The wave as the table holds it: a whole number of times, or not at all."""
+    """The wave with a whole number of periods per turn, or None if it is too far from that; and a remark."""
     times = wave.rate * turn / (2 * pi)
     whole, size = round(times), abs(wave.amplitude)
     how = f"{wave.amplitude:.6g} {unit}, {times:.6g} waves over {turn:.6g} {position_unit}"
@@ -217,7 +220,7 @@ def _fitting(wave: Wave, turn: float, where: str, unit: str, position_unit: str)
 
 
 def csv_map(table: ForceMap, counts: int, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
-    """``count,position,force,level``, to be read with linear interpolation between counts, the last to the first.
+    """The CSV ``count,position,force,level``, for periodic linear interpolation between counts.
 
     Raises:
         BadInput: for a number of counts out of range.
@@ -238,9 +241,9 @@ def csv_map(table: ForceMap, counts: int, header: list[str]) -> tuple[str, tuple
 def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
     """A C header with the 3600 torques of ODrive's firmware 0.5.
 
-    The firmware takes entry ⌊3600·position in turns⌋ and adds it to the torque, without interpolation, so an entry is
-    the mean of what it stands for. ODrive documents no file and its protocol no way to write the map: the table is
-    compiled into the firmware.
+    The firmware adds entry ⌊3600·position in turns⌋ to the torque without interpolation, so an entry is the mean over
+    its interval. ODrive documents neither a file for the map nor a protocol to write it: the table is compiled into the
+    firmware.
 
     Args:
         table: of an angle, with torques in N*m: ``force_map`` with ``turning``.
@@ -255,7 +258,7 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
     if table.levels:
         size = table.level(fine)
         how = "a level that changes sign with the direction: the map has none"
-        remarks.append(Remark.costing(f"friction level on {table.coordinate}", "dropped", how, size, table.unit))
+        remarks.append(Remark.with_errors(f"friction level on {table.coordinate}", "dropped", how, size, table.unit))
     lines = [UserText(line) for line in (*header, *(r.text for r in remarks))]
     values = [f"{value:.9e}f" for value in entries]
     rows = [values[k : k + 6] for k in range(0, len(values), 6)]
@@ -264,7 +267,7 @@ def odrive_map(table: ForceMap, header: list[str]) -> tuple[str, tuple[Remark, .
 
 
 def _interpolation(table: ForceMap, how: str, errors: Array) -> Remark:
-    return Remark.costing(f"map of {table.coordinate}", "nearest", how, errors, table.unit)
+    return Remark.with_errors(f"map of {table.coordinate}", "nearest", how, errors, table.unit)
 
 
 def _sum(waves: tuple[Wave, ...], position: Array) -> Array:

@@ -1,8 +1,8 @@
-"""Approximation of a law's steady-sliding force by the terms of a simulator, with its error in force.
+"""Approximation of a friction law in steady sliding by the terms of a simulator, with the error in force.
 
-The terms: a level, powers of the speed, and a rise r exp(−(s/v_s)²) at standstill (Stribeck). A law that is a sum of
-terms that the target has is taken as it stands. Any other is fitted by least squares over the speeds of the envelope,
-with no term negative, so that what is exported never drives.
+Terms: a level, powers of the speed s, and a Stribeck rise r exp(−(s/v_s)²). A law that is a sum of terms of the target
+is exported exactly. Any other is fitted by non-negative least squares over the speeds of the envelope, so that the
+exported friction is dissipative.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from codegen.export.mechanism import HIGHEST, SPEED
 from codegen.mechanics.casadi_form import at_points, function_of
 
 WIDTHS = 120
+"""Number of Stribeck velocities that are tried."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +31,14 @@ class Terms:
     stribeck: float = 0.0
 
     def at(self, speed: Array) -> Array:
+        """The force at speeds (N,)."""
         force = self.level + sum(d * speed ** (j + 1) for j, d in enumerate(self.damping)) + 0 * speed
         return force + self.rise * np.exp(-((speed / self.stribeck) ** 2)) if self.rise else force
 
 
 @dataclass(frozen=True)
 class FrictionFit:
-    """Terms with their error over the speeds of the envelope, in force: the largest, and the root mean square."""
+    """Fitted terms, with their largest and RMS force error over the speeds of the envelope."""
 
     terms: Terms
     exact: bool
@@ -44,18 +46,19 @@ class FrictionFit:
     rms: float
 
     def cost(self, unit: str) -> tuple[float | None, float | None, str]:
-        """What a remark says of it."""
+        """(worst, rms, unit) of a ``Remark``."""
         return (None, None, "") if self.exact else (self.worst, self.rms, unit)
 
 
 def fit_friction(level: sympy.Expr, speeds: Array, powers: int, stribeck: bool) -> FrictionFit:
-    """The nearest terms.
+    """The terms nearest to a friction level.
 
     Args:
         level: over SPEED, in force.
-        powers: of the speed that the target has: 1 for viscous friction alone. A law is fitted by the first alone:
-            higher powers of a fit run away beyond the envelope.
-        stribeck: whether it has the rise at standstill.
+        speeds: at which it is fitted.
+        powers: highest power of the speed that the target has; 1 for viscous friction. A fit uses the first power only,
+            since higher ones would grow quickly beyond the envelope.
+        stribeck: whether the target has the Stribeck rise.
     """
     found = _exact(level, powers, stribeck)
     values = level_at(level, speeds)
@@ -80,12 +83,12 @@ def fit_friction(level: sympy.Expr, speeds: Array, powers: int, stribeck: bool) 
 
 
 def level_at(level: sympy.Expr, speeds: Array) -> Array:
-    """A level over SPEED at many speeds."""
+    """Values of a level over SPEED at speeds (N,)."""
     return np.asarray(at_points(function_of(level, [SPEED]), speeds[:, None]).ravel(), dtype=float)
 
 
 def _exact(level: sympy.Expr, powers: int, stribeck: bool) -> Terms | None:
-    """The law's own terms, or None where the target has not all of them."""
+    """The terms of a law, if the target has all of them; else None."""
     constant, rise, width = 0.0, 0.0, 0.0
     damping = [0.0] * HIGHEST
     for term in sympy.Add.make_args(sympy.expand(level)):

@@ -1,4 +1,4 @@
-"""The generated observer as a package: what every target needs of it, an Arduino library and a Simulink block."""
+"""Export of the generated observer: the common base of its targets, the Arduino library and the Simulink block."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class GeneratedObserver:
 
     Attributes:
         sources: file → text of the C and of the Python twin.
-        certify: computes the certificate, or the reason why there is none. It is slow, so it is called only by targets
-            that can represent the observer.
+        certify: function that computes the certificate, or the reason why there is none. It is slow, so it is called
+            only by targets that can represent the observer.
     """
 
     program: Program
@@ -32,6 +32,7 @@ class GeneratedObserver:
 
     @property
     def certified(self) -> bool:
+        """Whether the observer has a certificate."""
         return isinstance(self.certify(), Certificate)
 
     @property
@@ -48,7 +49,7 @@ class GeneratedObserver:
         return next(p.value for p in self.program.parameters if p.name == "sample_time" and p.value is not None)
 
     def words(self, header: list[str]) -> dict[str, Any]:
-        """Variables of the templates, common to all targets."""
+        """Variables that the templates of all targets use."""
         program = self.program
         return {
             "program": program,
@@ -62,12 +63,12 @@ class GeneratedObserver:
         }
 
     def c(self, folder: str = "") -> dict[str, str]:
-        """NAME.h and NAME.c in a folder."""
+        """NAME.h and NAME.c, with their path in a folder → text."""
         return {f"{folder}{file}": self.sources[file] for file in (f"{self.program.name}.h", f"{self.program.name}.c")}
 
 
 def with_manifest(files: Mapping[str, str]) -> dict[str, str]:
-    """The files and a manifest with their hashes, by which a later run recognises files that it may overwrite."""
+    """The files, and a manifest with their hashes, by which a later run recognises files that it may overwrite."""
     hashes = {name: sha256(text) for name, text in sorted(files.items())}
     manifest = {"tool": {"name": "stiction", "version": VERSION}, "files": hashes}
     return {**files, "manifest.json": manifest_text(manifest)}

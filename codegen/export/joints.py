@@ -1,4 +1,4 @@
-"""Reduction of a machine to joints with viscous damping and Coulomb friction only, as URDF, SDF and USD have them."""
+"""Reduction of a machine to joints with viscous damping and Coulomb friction, for URDF, SDF and USD."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from codegen.spec.model import Spec
 
 @dataclass(frozen=True)
 class JointTerms:
-    """A joint's ``<dynamics>``: damping·v + friction·sgn(v); where it has a spring,
-    −stiffness (x − reference).
+    """Dynamics of a joint: friction force damping·v + friction·sgn(v), spring force −stiffness (x − reference).
 
     Attributes:
-        effort: the greatest force of its drive, or None where no saturation is declared.
+        effort: largest force of its drive; None if no saturation is declared.
         armature: inertia of a rotor at the joint, kg m² or kg.
     """
 
@@ -38,8 +37,9 @@ def joint_terms(
     """The terms of each joint, and remarks on how they represent the machine.
 
     Args:
-        target: its name in the remarks.
-        springs: whether its joints have linear springs. armatures: whether they have inertias of their own.
+        target: name of the format, for the remarks.
+        springs: whether its joints have linear springs.
+        armatures: whether its joints have inertias of their own.
     """
     reduction = _Reduction(spec, mechanism, target, springs, armatures)
     joints = tuple(reduction.joint(i) for i in range(len(mechanism.system.positions)))
@@ -48,11 +48,14 @@ def joint_terms(
 
 
 class _Reduction(Exporter):
+    """The reduction of one machine; ``joint`` for each coordinate, then ``others``."""
+
     def __init__(self, spec: Spec, mechanism: Mechanism, target: str, springs: bool, armatures: bool) -> None:
         super().__init__(spec, mechanism)
         self.target, self.springs, self.armatures = target, springs, armatures
 
     def joint(self, index: int) -> JointTerms:
+        """The terms of one joint; remarks are added on the way."""
         x = self.system.positions[index]
         direction = unit_direction(index, len(self.system.positions))
         line = self.mechanism.joint_line(index) or Line(direction)
@@ -79,7 +82,7 @@ class _Reduction(Exporter):
         return JointTerms(x.name, terms.damping[0], terms.level, stiffness, reference, self._effort(index), armature)
 
     def _armature(self, index: int) -> float:
-        """What is added to the inertia of a robot file's bodies, as far as the target has an armature."""
+        """The inertia that is added to the bodies of a robot file; 0, with a remark, if the target has no armature."""
         where, inertia = f"inertia of {self.system.positions[index]}", self.mechanism.inertias[index]
         if self.mechanism.tree is None or not inertia:
             return 0.0
@@ -91,7 +94,7 @@ class _Reduction(Exporter):
         return 0.0
 
     def _lost(self, line: Line, direction: tuple[float, ...], stiffness: float, reference: float) -> None:
-        """Remarks on forces of position, and constant ones, that the target does not have."""
+        """Add remarks on constant and position-dependent forces that the target does not have."""
         index = direction.index(1.0)
         x = self.system.positions[index]
         force = sympy.Float(line.constant) - line.spring(x)
@@ -109,12 +112,12 @@ class _Reduction(Exporter):
             self._drop(f"force on {x}", how, force, direction)
 
     def _may_be_weight(self, index: int, line: Line) -> bool:
-        """Whether a force on an angle has one period a turn, as the weight of a link whose masses are not known."""
+        """Whether a force on an angle has one period per turn, like the weight of a link whose masses are not known."""
         rotary = self.system.position_units[index] == "rad"
         return self.mechanism.tree is None and rotary and any(abs(wave.rate) == 1 for wave in line.waves)
 
     def others(self) -> None:
-        """Lines between coordinates, drives, sensors."""
+        """Add remarks on lines between coordinates, drives and sensors."""
         for line in self.mechanism.lines:
             if sum(map(bool, line.direction)) > 1:
                 words, names = self.line_name(line.direction), zip(line.direction, self.system.positions, strict=True)
@@ -130,6 +133,7 @@ class _Reduction(Exporter):
             self.remark(f"sensor of {x}", "dropped", f"its error: {self.target} has no joint sensors")
 
     def _drive(self, drive: Drive) -> None:
+        """Add remarks on an input: its gain, delay, lag, dead zone and limit."""
         w, unit = self.system.inputs[drive.index], self.system.input_units[drive.index]
         where = f"input {w}"
         moved = [c for c in drive.direction if c]
@@ -155,7 +159,7 @@ class _Reduction(Exporter):
             self.remark(where, "dropped", f"its limit of {drive.limit:.6g} {unit}")
 
     def _effort(self, index: int) -> float | None:
-        """Of a joint that one limited input alone moves."""
+        """The effort limit of a joint that is moved by one input only, and that a limited one."""
         drives = [d for d in self.mechanism.drives if d.direction[index]]
         if len(drives) != 1 or drives[0].limit is None or sum(map(bool, drives[0].direction)) != 1:
             return None

@@ -1,8 +1,8 @@
-"""System → bodies on joints, and elements along lines, as multibody simulators describe a machine.
+"""Multibody description of a System: bodies on joints, and force elements along lines.
 
-A line is a combination y = Σ c_i x_i of coordinates with constant coefficients: a joint by itself, the slip of a
-contact between two bodies, or the way of a motor that drives several. An element pushes with a force f along it, which
-puts c_i f on coordinate i. Springs, dampers, friction, periodic forces and actuators are elements.
+A line is a linear combination y = Σ c_i x_i of coordinates: a single joint, the slip of a contact between two bodies,
+or the displacement of a motor that drives several joints. An element with the force f along a line exerts c_i f on
+coordinate i. Elements are springs, dampers, friction, periodic forces and actuators.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ class Wave:
 
 @dataclass(frozen=True)
 class LineFriction:
-    """Friction of one contact along a line, in the line's own units.
+    """Friction of one contact along a line, in the units of the line.
 
     Attributes:
-        level: over SPEED alone, in steady sliding: what opposes the motion.
+        level: friction level in steady sliding, over SPEED only.
         bristles: (σ0, σ1) of a law of LuGre's form, else None.
-        has_states: whether its law has states, or another memory.
-        at_rest: the level at standstill, where the law jumps there; else None.
+        has_states: whether the law has states or another memory.
+        at_rest: level at standstill if it differs from that of slow sliding; else None.
     """
 
     contact: str
@@ -62,12 +62,12 @@ class LineFriction:
 
 @dataclass
 class Line:
-    """All that acts along one line.
+    """All force elements along one line y.
 
     Attributes:
-        constant: a force that does not depend on the motion.
-        stiffness, damping: of −Σ k_j y^(j+1) and −Σ d_j |y'|^(j+1) sgn(y'), j from 0.
-        gap: full width of the play in which the spring does not act.
+        constant: constant force.
+        stiffness, damping: coefficients k_j, d_j of the forces −Σ k_j y^(j+1) and −Σ d_j |y'|^(j+1) sgn(y'), j from 0.
+        gap: full width of the play (backlash) in which the spring does not act.
     """
 
     direction: Direction
@@ -80,26 +80,27 @@ class Line:
 
     @property
     def level(self) -> sympy.Expr:
-        """What opposes the motion, over SPEED: friction and damping."""
+        """Friction and damping force against the motion, over SPEED."""
         damping = [sympy.Float(d) * SPEED ** (j + 1) for j, d in enumerate(self.damping) if d]
         return sympy.Add(*[f.level for f in self.frictions]) + sympy.Add(*damping)
 
     def spring(self, way: sympy.Expr) -> sympy.Expr:
-        """Σ k_j y^(j+1) at y = ``way``, against which the spring pushes."""
+        """Σ k_j y^(j+1) at y = ``way``; the spring force is its negative."""
         return sympy.Add(*[sympy.Float(k) * way ** (j + 1) for j, k in enumerate(self.stiffness) if k])
 
 
 @dataclass(frozen=True)
 class Drive:
-    """An input: its force along a line is the delayed, lagged and limited command, times 1.
+    """An actuator: its force along a line is the command after delay, lag and limit.
 
     Attributes:
         index: of the input.
-        direction: of the line; the coefficients hold the gain.
-        limit: of the command, or None; delay and lag in s; dead_zone in the input's unit, before the gain: the most
-            that is lost of a command, also up to a threshold.
-        order: number of such lags in series.
-        rounded: whether the limit is approached gradually.
+        direction: of the line; the coefficients include the gain.
+        limit: of the command, or None.
+        delay, lag: s.
+        dead_zone: largest part of a command that is lost, also to a threshold; in the input's unit, before the gain.
+        rounded: whether the limit is a rounded saturation.
+        order: number of equal lags in series.
     """
 
     index: int
@@ -114,13 +115,12 @@ class Drive:
 
 @dataclass(frozen=True)
 class OtherForce:
-    """A force that none of the elements above represents.
+    """A force along a line that none of the elements above represents.
 
     Attributes:
-        where: words, such as ``the force on x``.
-        force: along the line, over coordinates, velocities, inputs, the time and SPEED; of a friction what opposes the
-            motion.
-        friction: the contact whose level it is a part of, or "".
+        where: in words, such as ``the force on x``.
+        force: over coordinates, velocities, inputs, time and SPEED; for friction the force against the motion.
+        friction: the contact to whose level it belongs, or "".
     """
 
     direction: Direction
@@ -134,10 +134,10 @@ class Mechanism:
     """A machine as bodies, lines, drives and other forces.
 
     Attributes:
-        system: with a coordinate more for each load behind a spring.
-        tree: the bodies of a robot file; None for one body a coordinate, of these inertias.
-        inertias: (n,) constant, on a tree those added to the joints.
-        lines: each direction once.
+        system: with one more coordinate for each load behind a spring.
+        tree: the bodies of a robot file; None for one body per coordinate.
+        inertias: (n,) constant inertias of the bodies; with a tree, those added at the joints.
+        lines: one for each direction.
     """
 
     system: System
@@ -148,30 +148,30 @@ class Mechanism:
     other_forces: tuple[OtherForce, ...]
 
     def joint_line(self, index: int) -> Line | None:
-        """What acts along one coordinate alone."""
+        """The line of a single coordinate; None if nothing acts along it."""
         return next((line for line in self.lines if coordinate_of(line.direction) == index), None)
 
 
 def unit_direction(index: int, n: int) -> Direction:
-    """The direction of one coordinate alone."""
+    """The direction of the line y = x_index, (n,)."""
     return tuple(float(i == index) for i in range(n))
 
 
 def coordinate_of(direction: Direction) -> int | None:
-    """The coordinate whose own direction this is, else None."""
+    """The index i of a line y = x_i; None for another line."""
     n = len(direction)
     return next((i for i in range(n) if direction == unit_direction(i, n)), None)
 
 
 def mechanism_of(spec: Spec, system: System) -> Mechanism:
-    """The machine as elements.
+    """The multibody description of a machine.
 
     Args:
         system: of the spec, with its declared effects.
 
     Raises:
-        BadInput: for a machine whose mass matrix is neither that of a robot file nor constant and diagonal, or a
-            contact whose direction changes with the position.
+        BadInput: if the mass matrix is neither that of a robot file nor constant and diagonal, or the direction of a
+            contact depends on the position.
     """
     tree = spec.form if isinstance(spec.form, KinematicTree) else None
     if tree is not None:
@@ -182,13 +182,13 @@ def mechanism_of(spec: Spec, system: System) -> Mechanism:
         if system.transmissions:
             found = "a load behind a spring on a joint of a robot file"
             raise BadInput(spec.place("effects"), found, "a joint of its own for it in the robot file", code="SPEC036")
-        # The simulator computes the dynamics of the tree itself: only what the spec and its effects add is left.
+        # The simulator computes the dynamics of the tree: only forces and inertias added by spec and effects remain.
         without_effects = build_system(spec)
         added_force = Matrix(system.force - without_effects.force + Matrix(spec.force))
         system = replace(
             system, force=added_force, mass_matrix=Matrix(system.mass_matrix - without_effects.mass_matrix)
         )
-    # Play is taken out, so that the spring to a load is a linear term of g, and noted on the line of the spring.
+    # Without its play, the spring to a load is a linear term of g; the play is stored in the spring's line.
     gaps = [float(t.gap.subs(system.values)) for t in system.transmissions]
     motors = [t.coordinate for t in system.transmissions]
     n = len(system.positions)
@@ -219,11 +219,11 @@ class _Elements:
             self._contact(index, contact)
 
     def line(self, direction: Direction) -> Line:
-        """The line of a direction, made where there is none yet."""
+        """The line of a direction, created on first use."""
         return self.lines.setdefault(direction, Line(direction))
 
     def _numeric(self, expression: Any) -> Any:
-        """An expression with the parameters' values, multiplied out."""
+        """An expression with the values of the parameters, expanded."""
         return sympy.expand(sympy.sympify(expression).subs(self._values))
 
     def _inertias(self) -> tuple[float, ...]:
@@ -242,7 +242,7 @@ class _Elements:
     def _smooth_forces(self) -> None:
         """Sort the terms of g: gains of inputs, springs, dampers, elements along one coordinate, and other forces.
 
-        A term is a constant factor times a shape, which is what depends on x, v, w or t.
+        A term is a constant factor times a shape, the part that depends on x, v, w or t.
         """
         x, v, w = self.system.positions, self.system.velocities, self.system.inputs
         gains = sympy.zeros(self.n, len(w))
@@ -269,9 +269,9 @@ class _Elements:
                 self.other_forces.append(OtherForce(unit_direction(i, self.n), where, rest[i]))
 
     def _along_coordinate(self, i: int, factor: float, shape: sympy.Expr) -> bool:
-        """Add a term of row i to the line of coordinate i; False where it is none of the line's elements.
+        """Add a term of row i to the line of coordinate i, if it is one of its elements; False otherwise.
 
-        These are a constant force, nonlinear springs and dampers, and periodic forces.
+        Elements are a constant force, nonlinear springs and dampers, and periodic forces.
         """
         x, v = self.system.positions[i], self.system.velocities[i]
         springs = {x**power: power - 1 for power in range(2, HIGHEST + 1)}
@@ -293,15 +293,16 @@ class _Elements:
     def _linear_elements(
         self, matrix: Any, symbols: tuple[sympy.Symbol, ...], kind: str, rest: list[sympy.Expr]
     ) -> None:
-        """Linear forces of x or v as springs or dampers: each symmetric pair between two coordinates, the rest on each.
+        """Add linear forces of x or v as springs or dampers between two coordinates, and on each coordinate.
 
-        A pair of +k acts along x_i − x_j, one of −k along x_i + x_j, so that no element between two is negative. It
-        also puts |k| on the diagonal of each, which is taken off there.
+        A symmetric pair of entries +k is an element along x_i − x_j, a pair −k one along x_i + x_j, so that no element
+        between two coordinates is negative. Such an element also contributes |k| to both diagonal entries, which is
+        subtracted there.
 
         Args:
             matrix: (n, n) of the force matrix·symbols.
             kind: the attribute of ``Line``.
-            rest: (n,) the forces that no element represents, to which pairs without symmetry are added.
+            rest: (n,) forces that no element represents; unsymmetric pairs are added to it.
         """
         own = [-matrix[i, i] for i in range(self.n)]
         for i in range(self.n):
@@ -320,9 +321,9 @@ class _Elements:
                 getattr(self.line(unit_direction(i, self.n)), kind)[0] += float(k)
 
     def _drive(self, index: int, gains: Any) -> None:
-        """The drive of an input whose effective value has these gains on the coordinates, (n, 1).
+        """Add the actuator of an input, whose effective value has the gains (n, 1) on the coordinates.
 
-        The actuator's own gain goes into the direction, so its limit and dead zone are divided by it.
+        The actuator's own gain is included in the direction, so its limit and dead zone are divided by it.
         """
         chain = self.system.actuator(index)
         lost = chain.dead_zone + sum(chain.thresholds)
@@ -335,12 +336,11 @@ class _Elements:
         self.drives.append(Drive(index, direction, limit, delay, lag, dead / gain, rounded, chain.order))
 
     def _contact(self, index: int, contact: ContactFriction) -> None:
-        """The friction of a contact along its line.
+        """Add the friction of a contact along its line.
 
-        Its force is split into λ = odd + even in the direction of slip. The odd part changes sign with the slip: it is
-        a friction level. The even part does not: it is another force. On a line along one coordinate y the slip is
-        c y' with c the entry of U, and the force on it −c λ: the level gets the factor ``scale`` = |c|, and its
-        argument too, and other forces get ``sign`` as well.
+        λ is split into a part that is odd in the direction of slip, a friction level, and an even part, another force.
+        On a line along one coordinate y the slip is c y', with c the entry of U, and the force on y is −c λ. So the
+        level and its argument have the factor ``scale`` = |c|, and other forces also the sign of c.
         """
         column = [self._numeric(e) for e in self.system.distribution[:, index]]
         if any(e.free_symbols for e in column):
@@ -381,7 +381,7 @@ class _Elements:
         self.line(direction).frictions.append(friction)
 
     def _jump(self, contact: ContactFriction, scale: float) -> float | None:
-        """The level at rest, where it is another than that of the slowest sliding."""
+        """The level at rest, if it differs from the limit of the level at low speed; else None."""
         resting = contact.level_at_rest
         if resting is None or not isinstance(contact.law, ZeroMemoryLaw):
             return None
@@ -392,7 +392,7 @@ class _Elements:
 
 
 def wave_of(factor: float, shape: sympy.Expr, x: sympy.Symbol) -> Wave | None:
-    """factor·shape as a wave of positive rate, where shape is a sine or cosine of a linear function of x; else None."""
+    """factor·shape as a wave of positive rate, if shape is a sine or cosine of a linear function of x; else None."""
     if not isinstance(shape, (sympy.sin, sympy.cos)):
         return None
     angle = sympy.expand(shape.args[0])

@@ -1,9 +1,8 @@
-"""The machine as an MJCF model of MuJoCo 3.7 or later, whose ``dcmotor`` holds LuGre friction and cogging.
+"""Export as an MJCF model for MuJoCo 3.7 or later.
 
-MuJoCo's joints and fixed tendons have polynomial springs and dampers and a friction loss. That is a constraint: a level
-of Coulomb friction which is set-valued up to a small creep. A ``dcmotor`` with ``input="none"`` is a passive force on a
-joint or tendon: amplitude·sin(poles·θ + phase) of its cogging, and LuGre friction. Actuators have gain, limits, delay
-and lag.
+MuJoCo's joints and fixed tendons have polynomial springs and dampers, and a ``frictionloss``: Coulomb friction as a
+constraint, set-valued up to a small creep. A ``dcmotor`` with ``input="none"`` is a passive force on a joint or tendon:
+cogging amplitude·sin(poles·θ + phase), and LuGre friction. Actuators have gain, limits, delay and lag.
 """
 
 from __future__ import annotations
@@ -30,18 +29,19 @@ from codegen.spec.model import Spec
 Tendon = tuple[str, list[tuple[str, str]], list[tuple[str, str]]]
 """Name, attributes, coefficients by joint."""
 LONGEST_STEP = 1e-4
+"""Longest time step, s."""
 IMPEDANCE = 0.9999
-"""d of MuJoCo's friction constraint: the nearer to 1, the less a contact at rest creeps."""
+"""Impedance d of MuJoCo's friction constraint; the creep of a contact at rest is proportional to 1 − d."""
 STIFF = 0.2
-"""Of bristles that stand for a set-valued law: their frequency times the time step. Their σ1 is zero (see LATE)."""
+"""ω h of the bristles that replace a set-valued law, with ω their frequency and h the time step; their σ1 is zero."""
 LATE = 1e-3
-"""σ1·h of LuGre friction, as a share of the inertia that its line moves. MuJoCo forms σ1 z' with the velocity of a step
-and the deflection of the one before: near the Stribeck velocity that acts as an inertia of up to this size."""
+"""Largest σ1·h of LuGre friction, as a share of the line's inertia. MuJoCo computes σ1 z' with the velocity of a step
+and the deflection of the step before, which acts like an inertia of up to σ1·h near the Stribeck velocity."""
 
 
 @dataclass
 class Body:
-    """A link with the attributes of its joint, as the template writes it."""
+    """A link with the XML attributes of its joint, and its child bodies."""
 
     link: Link
     joint: dict[str, str] = field(default_factory=dict)
@@ -50,7 +50,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Element:
-    """A friction, wave or drive on a joint or tendon: XML tag's attributes in order."""
+    """An actuator element (friction, periodic force or drive) on a joint or tendon: XML tag and attributes in order."""
 
     tag: str
     attributes: dict[str, str]
@@ -58,12 +58,13 @@ class Element:
 
 @dataclass(frozen=True)
 class FrictionElement:
-    """Which elements of the model are the friction of one contact, so that its force can be read from a simulation.
+    """The elements of the model that are the friction of one contact, to read its force in a simulation.
 
     Attributes:
-        contact: its name; line: of the mechanism.
-        terms: as written; lugre: name of the actuator that holds a part of it, or "".
-        loss: the contact's share of the line's friction loss.
+        contact, direction: name of the contact, and direction of its line.
+        sliding: the exported terms.
+        lugre: name of the actuator that has a part of it, or "".
+        loss: the contact's share of the line's ``frictionloss``.
     """
 
     contact: str
@@ -75,7 +76,7 @@ class FrictionElement:
 
 @dataclass(frozen=True)
 class MjcfModel:
-    """An MJCF model and what it holds.
+    """An MJCF model, with the names of its elements.
 
     Attributes:
         timestep: s.
@@ -93,18 +94,19 @@ class MjcfModel:
 
 
 def build_mjcf(spec: Spec, mechanism: Mechanism, header: list[str]) -> MjcfModel:
-    """Write a mechanism as MJCF, with the lines of the header in a comment on top."""
+    """The MJCF model of a mechanism, with the lines of the header in a comment at its top."""
     return _Writer(spec, mechanism).model(header)
 
 
 @dataclass(frozen=True)
 class Parts:
-    """What a user's own model takes of a machine.
+    """The elements of a machine that are added to a user's own model.
 
     Attributes:
         joints: coordinate → attributes of its joint.
-        tendons: (name, attributes, coefficients of the joints); actuators: passive ones alone.
-        assumed: lines about the envelope.
+        tendons: (name, attributes, coefficients of the joints).
+        actuators: passive ones only.
+        assumed: lines about assumed ranges of the envelope.
     """
 
     joints: Mapping[str, Mapping[str, str]]
@@ -122,12 +124,14 @@ def parts_for(
     Args:
         timestep: of that model, s.
         labels: coordinate → the joint's name there.
-        springs: coordinate → the constant force that the joint's spring has there, by its rest position.
+        springs: coordinate → constant force of the joint's spring there, stiffness · rest position.
     """
     return _Writer(spec, mechanism, timestep, labels).parts(springs)
 
 
 class _Writer(Exporter):
+    """Builder of the elements of one MJCF model."""
+
     def __init__(
         self, spec: Spec, mechanism: Mechanism, timestep: float | None = None, labels: Mapping[str, str] | None = None
     ) -> None:
@@ -140,7 +144,7 @@ class _Writer(Exporter):
         self.names = [(labels or {}).get(link.name, link.name) for link in links_of(self.mechanism)]
 
     def parts(self, springs: Mapping[str, float]) -> Parts:
-        """What acts on joints and lines; inputs are the other model's own actuators."""
+        """The elements on joints and lines; the inputs are actuators of the user's model."""
         coordinates = [link.name for link in links_of(self.mechanism)]
         joints: dict[str, dict[str, str]] = {name: {} for name in coordinates}
         self._armatures(list(joints.values()))
@@ -181,6 +185,7 @@ class _Writer(Exporter):
         return tuple(found)
 
     def model(self, header: list[str]) -> MjcfModel:
+        """The whole model."""
         bodies = [Body(link) for link in links_of(self.mechanism)]
         attributes = [body.joint for body in bodies]
         self._armatures(attributes)
@@ -217,13 +222,13 @@ class _Writer(Exporter):
 
     @property
     def _assumptions(self) -> tuple[str, ...]:
-        """The ranges over which errors were computed, where there are errors and the envelope does not give them."""
+        """A line on the assumed ranges over which errors were computed; none without errors or assumed ranges."""
         if not self.region.assumed or all(r.worst is None for r in self.remarks):
             return ()
         return (f"errors are over the envelope; ranges that it lacks are assumed: {', '.join(self.region.assumed)}",)
 
     def _timestep(self) -> float:
-        """A whole part of the sample time: as short as ours for laws with states, and so that bristles are not late."""
+        """The time step: the sample time over a whole number, as short as laws with states and ``LATE`` require."""
         simulation, observer = self.spec.simulation, self.spec.observer
         period = simulation.sample_time if simulation else float(observer.sample_time) if observer else 1e-3
         substeps = ceil(period / LONGEST_STEP - 1e-9)
@@ -275,7 +280,7 @@ class _Writer(Exporter):
             self.remark(f"Coulomb friction along {words}", "nearest", how)
 
     def _creep(self, direction: Direction, loss: float) -> float:
-        """Speed at which a contact that is pushed by its level moves: b v = R f of MuJoCo's constraint.
+        """Creep speed v of a contact under a force equal to its level f: b v = R f of MuJoCo's constraint.
 
         R = (1 − d)/d · A with A = c'M⁻¹c, b = 2/(d·timeconst), timeconst = 2·timestep.
         """
@@ -284,7 +289,7 @@ class _Writer(Exporter):
     def _friction(
         self, friction: LineFriction, line: Direction, target: dict[str, str], damping: list[float], name: str
     ) -> float:
-        """Write one contact's friction; its part of the line's friction loss."""
+        """Add the friction of one contact, and return its part of the line's ``frictionloss``."""
         speeds, unit = self.region.speeds(line), self.unit(line)
         fit = fit_friction(friction.level, speeds, HIGHEST, True)
         terms, lugre, loss = fit.terms, "", 0.0
@@ -319,7 +324,7 @@ class _Writer(Exporter):
         return loss
 
     def _stiff_bristles(self, direction: Direction) -> float:
-        """σ0 as stiff as the time step allows for what the line moves."""
+        """The largest σ0 that the time step allows, (STIFF/h)² times the inertia along the line."""
         return float(f"{(STIFF / self.timestep) ** 2 / self._mobility(direction):.3g}")
 
     def _passive(self, target: dict[str, str], what: dict[str, str], name: str, gear: float = 1.0) -> None:
@@ -367,7 +372,7 @@ class _Writer(Exporter):
 
 
 def _mobility(mechanism: Mechanism) -> Any:
-    """c'M⁻¹c of a line with the coefficients c, where all joints are at zero."""
+    """Function direction c → c'M⁻¹c, with all joints at zero."""
     n = len(mechanism.system.positions)
     mass = np.diag(mechanism.inertias)
     if mechanism.tree is not None:

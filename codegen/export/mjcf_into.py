@@ -1,9 +1,9 @@
-"""A user's own MuJoCo model with the friction that was found: attributes of its joints, and elements behind its own.
+"""Export of friction into a user's own MuJoCo model: attributes of its joints, and elements added at the end.
 
-All else stays byte for byte: bodies, shapes, actuators, sensors, keyframes, comments. Of a joint ``damping`` and
-``frictionloss`` are set where the compiled model has another value, ``stiffness`` where the machine has one besides,
-and ``armature`` so that the joint's inertia is the machine's. What MuJoCo holds in a ``dcmotor`` or a tendon (cogging,
-LuGre friction, friction between joints) is added at the end of the file.
+Everything else is unchanged byte for byte: bodies, shapes, actuators, sensors, keyframes, comments. ``damping`` and
+``frictionloss`` of a joint are set if the compiled model has other values, ``stiffness`` if the machine has one, and
+``armature`` so that the joint's inertia is that of the machine. Elements that need a ``dcmotor`` or a tendon (cogging,
+LuGre friction, friction between joints) are added at the end of the file.
 """
 
 from __future__ import annotations
@@ -43,8 +43,10 @@ class _Joint:
     """A joint of the user's model.
 
     Attributes:
-        label: its name; dof: its degree of freedom.
-        values: after defaults; spring_force: of its spring at zero.
+        label: its name.
+        dof: index of its degree of freedom.
+        values: attribute → value in the compiled model.
+        spring_force: force of its spring at zero.
     """
 
     label: str
@@ -54,13 +56,13 @@ class _Joint:
 
 
 def mjcf_into(spec: Spec, mechanism: Mechanism, path: Path, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
-    """The user's model with the machine's friction, and what it holds.
+    """The text of the user's model with the machine's friction, and remarks.
 
     Args:
         path: the model; its joints are named like the coordinates.
 
     Raises:
-        BadInput: for a file that is no model, a coordinate without a joint, or a joint of an included file.
+        BadInput: for a file that is no model, a coordinate without a joint, or a joint in an included file.
     """
     mujoco, model = compiled(path)
     joints = _joints(mujoco, model)
@@ -84,7 +86,7 @@ def mjcf_into(spec: Spec, mechanism: Mechanism, path: Path, header: list[str]) -
 
 
 def _joints(mujoco: Any, model: Any) -> dict[str, _Joint]:
-    """Hinge and slide joints that have a name, by the identifier made of it."""
+    """Hinge and slide joints with a name, by the identifier made of it."""
     found = {}
     moving = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
     for j in range(model.njnt):
@@ -102,9 +104,9 @@ def _joints(mujoco: Any, model: Any) -> dict[str, _Joint]:
 def _armatures(
     mujoco: Any, model: Any, mechanism: Mechanism, joints: list[_Joint]
 ) -> tuple[dict[str, dict[str, str]], tuple[Remark, ...]]:
-    """By joint the armature with which its inertia is the machine's, and what was changed or cannot be.
+    """Joint → the armature with which its inertia is that of the machine, and remarks.
 
-    A machine of a robot file has its bodies there, and its inertias are armatures already.
+    None for the machine of a robot file, whose bodies are there and whose other inertias are armatures already.
     """
     found: dict[str, dict[str, str]] = {}
     remarks: list[Remark] = []
@@ -132,7 +134,7 @@ def _armatures(
 
 
 def _rows(mujoco: Any, model: Any, joints: list[_Joint], away: float) -> Any:
-    """The joints' rows of the mass matrix, with every joint moved by ``away`` from the reference position."""
+    """Rows of the mass matrix for the joints, with every joint displaced by ``away`` from the reference position."""
     data = mujoco.MjData(model)
     data.qpos[:] = model.qpos0
     mujoco.mj_integratePos(model, data.qpos, np.ones(model.nv), away)
@@ -144,7 +146,7 @@ def _rows(mujoco: Any, model: Any, joints: list[_Joint], away: float) -> Any:
 
 
 def _changed(joint: _Joint, wanted: Mapping[str, str]) -> dict[str, str]:
-    """Attributes that differ from what the model has; friction that the machine does not have becomes zero."""
+    """Attributes with other values than in the model; friction that the machine does not have is set to zero."""
     new = {}
     for name, text in (dict.fromkeys(FRICTION, "0") | dict(wanted)).items():
         before, terms = joint.values.get(name), text.split()
@@ -154,7 +156,7 @@ def _changed(joint: _Joint, wanted: Mapping[str, str]) -> dict[str, str]:
 
 
 def _edited(content: bytes, changes: Mapping[str, Mapping[str, str]], path: Path) -> str:
-    """The file with other attributes of the joints named in ``changes``."""
+    """The file with new attributes of the joints in ``changes``."""
     found: set[str] = set()
 
     def changed(opened: Sequence[str], attributes: Mapping[str, str]) -> Mapping[str, str]:
@@ -171,7 +173,7 @@ def _edited(content: bytes, changes: Mapping[str, Mapping[str, str]], path: Path
 
 
 def _with_parts(text: str, parts: Parts, lines: list[str], path: Path) -> str:
-    """A comment on top, which marks the file as written by stiction, and new elements before the root's end."""
+    """The text with a comment at the top, which marks it as written by stiction, and new elements at the end."""
     end = text.rfind("</mujoco")
     if end < 0:
         raise BadInput(str(path), "no element mujoco with an end of its own", EXPECTED, code="SPEC030")

@@ -1,4 +1,4 @@
-"""MuJoCo as a plant: the exported model, moved sample by sample in a simulated loop."""
+"""MuJoCo as a plant of a simulated loop, with the exported model."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from codegen.spec.model import Spec
 
 
 def mujoco_plant(spec: Spec, system: System) -> tuple[PlantMaker, MjcfModel]:
-    """A function that makes the plant from a spec's exported model, and the model.
+    """A maker of plants with a spec's exported model, and the model.
 
     Raises:
-        BadInput: where MuJoCo is not installed, or the machine cannot be exported.
+        BadInput: if MuJoCo is not installed, or the machine cannot be exported.
     """
     if find_spec("mujoco") is None:
         expected = "`pip install 'stiction[mujoco]'`, or no --plant"
@@ -31,12 +31,13 @@ def mujoco_plant(spec: Spec, system: System) -> tuple[PlantMaker, MjcfModel]:
 
 
 class MujocoPlant:
-    """An exported model in MuJoCo.
+    """An exported model in MuJoCo, as a ``MovedPlant``.
 
     Attributes:
-        state: (2 n,) positions and velocities of the system's coordinates; positions, velocities: views of it.
-        forces: (contacts,) λ at the beginning of the last sample, as the model has it.
-        data, model: MuJoCo's own.
+        state: (2 n,) positions and velocities of the system's coordinates.
+        positions, velocities: (n,) views of ``state``.
+        forces: (contacts,) λ of the model at the beginning of the last sample.
+        data, model: objects of MuJoCo.
     """
 
     def __init__(self, exported: MjcfModel, n: int, contacts: list[str], period: float, x: Array, v: Array) -> None:
@@ -46,7 +47,7 @@ class MujocoPlant:
         self.model = mujoco.MjModel.from_xml_string(exported.text)
         self.data = mujoco.MjData(self.model)
         self._n, self._substeps = n, round(period / exported.timestep)
-        # A load begins where its motor is; joints are in the order of the coordinates in a tree as well.
+        # A load starts at the position of its motor; also in a tree, joints are in the order of the coordinates.
         joints = [self.model.joint(name) for name in exported.joints]
         self._positions = np.array([joint.qposadr[0] for joint in joints])
         self._velocities = np.array([joint.dofadr[0] for joint in joints])
@@ -60,7 +61,7 @@ class MujocoPlant:
         self._frictions = [(contacts.index(f.contact), _Reading(f, exported, self.model)) for f in exported.frictions]
 
     def move(self, time: float, command: Array) -> None:
-        """One sample on under a command held from ``time``."""
+        """Simulate one sample under a command held from ``time``."""
         data = self.data
         data.ctrl[self._controls] = command
         speeds = data.qvel[self._velocities].copy()
@@ -75,7 +76,7 @@ class MujocoPlant:
 
 
 class _Reading:
-    """One contact's friction in MuJoCo's data: constraint, damper and bristles."""
+    """Reader of the friction force of one contact in MuJoCo's data: constraint, damper and bristles."""
 
     def __init__(self, friction: FrictionElement, exported: MjcfModel, model: Any) -> None:
         import mujoco
@@ -106,6 +107,6 @@ class _Reading:
 
 
 def _at_rest(friction: FrictionElement, speed: float) -> float:
-    """The part of the terms that is no damper: it is read from the constraint or the bristles."""
+    """The part of the terms without damping, which is read from the constraint or the bristles instead."""
     terms = friction.sliding.terms
     return terms.level + (terms.rise * float(np.exp(-((speed / terms.stribeck) ** 2))) if terms.rise else 0.0)

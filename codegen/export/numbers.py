@@ -1,4 +1,4 @@
-"""Numbers as exported files print them."""
+"""Formatting of numbers in exported files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 
 def number(value: float) -> str:
-    """The shortest text of a double; whole numbers without a point."""
+    """The shortest decimal of a double; whole numbers without a point."""
     value = float(value) + 0.0
     return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
 
@@ -18,6 +18,6 @@ def numbers(values: ArrayLike) -> str:
 
 
 def polynomial(values: list[float] | tuple[float, ...]) -> str:
-    """Coefficients up to the last that is not zero, as MuJoCo takes them."""
+    """The coefficients up to the last nonzero one, in MuJoCo's form."""
     last = max((k for k, v in enumerate(values) if v), default=0)
     return numbers(values[: last + 1])

@@ -14,13 +14,13 @@ CORNER = ", with a sharp corner in place of a rounded one"
 
 @dataclass(frozen=True)
 class Remark:
-    """One thing of the machine in the exported model.
+    """How the exported model represents one property of the machine.
 
     Attributes:
-        where: of the machine, such as ``contact guide``.
-        held: exact, approximated by the nearest element of the target, or dropped.
+        where: the property, such as ``contact guide``.
+        held: ``exact``, ``nearest`` (approximated by the nearest element of the target), or ``dropped``.
         how: the element of the model that represents it.
-        worst, rms: of the force that differs over the envelope; None where that is no force or nothing differs.
+        worst, rms: largest and RMS force error over the envelope; None if there is none, or it is no force.
         unit: of these.
     """
 
@@ -32,16 +32,18 @@ class Remark:
     unit: str = ""
 
     @classmethod
-    def costing(cls, where: str, held: Held, how: str, errors: NDArray[np.float64], unit: str) -> Remark:
-        """With the largest and the RMS of the force errors at sampled points."""
+    def with_errors(cls, where: str, held: Held, how: str, errors: NDArray[np.float64], unit: str) -> Remark:
+        """A remark with the largest and the RMS of the force errors at sampled points."""
         rms = float(np.sqrt(np.mean(errors**2)))
         return cls(where, held, how, float(np.abs(errors).max(initial=0.0)), rms, unit)
 
     @property
     def text(self) -> str:
+        """The remark as a line."""
         cost = "" if self.worst is None else f"; force error at most {self.worst:.4g}, RMS {self.rms:.4g} {self.unit}"
         return f"{self.where}: {self.held}: {self.how}{cost}"
 
     @property
     def content(self) -> dict[str, Any]:
+        """Its part of the JSON object of ``export``."""
         return asdict(self)

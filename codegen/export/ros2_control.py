@@ -1,8 +1,8 @@
-"""The generated C as a chainable controller of ros2_control, which adds the input that cancels friction to an effort.
+"""Export of the generated C as a chainable controller of ros2_control that adds the cancelling input to an effort.
 
-For each input w the controller offers a reference r, and commands r + ū of the spec's ``cancellation:`` section, or of
-its defaults where the spec has none. The estimate is that of the same instant: a step on a copy of the state, as ū of a
-sample does not depend on w of that sample.
+For each input w the controller has a reference r and commands r + ū, with ū of the spec's ``cancellation:`` section or
+its defaults. The estimate is that of the same instant, from a step on a copy of the state: ū of a sample does not
+depend on w of that sample.
 """
 
 from __future__ import annotations
@@ -23,11 +23,13 @@ _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_.-]*")
 
 @dataclass(frozen=True)
 class Port:
-    """A field of the C structs and the joint that it belongs to.
+    """A field of the C structs, and the joint to which it belongs.
 
     Attributes:
-        field: as written after the struct's name. joint: its default name; of an estimate the output's name.
-        interface: such as ``position``. unit: SI.
+        field: as written after the struct's name.
+        joint: default name of the joint; for an estimate the name of the output.
+        interface: of ros2_control, such as ``position``.
+        unit: SI.
     """
 
     field: str
@@ -42,7 +44,7 @@ def ros2_package(
     """package.xml, CMakeLists.txt, the plugin's description, the class, NAME.h, NAME.c, a README and the manifest.
 
     Args:
-        labels: coordinate → the joint's own name in a robot file; taken where it is one that ROS can have.
+        labels: coordinate → the joint's name in a robot file; used if it is a valid name in ROS.
     """
     labels = {name: label for name, label in labels.items() if _LABEL.fullmatch(label)}
     program, name = observer.program, observer.program.name
@@ -96,7 +98,7 @@ def _commands(observer: GeneratedObserver, system: System, labels: Mapping[str, 
 
 
 def _driven(system: System) -> Sequence[str]:
-    """The joint of each input: the coordinate that it alone pushes, else the input's own name."""
+    """The joint of each input: the only coordinate on which it acts, or else the input's name."""
     names = []
     for w in system.inputs:
         pushed = [x.name for x, row in zip(system.positions, system.force, strict=True) if w in row.free_symbols]

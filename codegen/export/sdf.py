@@ -1,4 +1,4 @@
-"""The machine as SDF 1.9, the format of Gazebo: joints with damping, friction, a linear spring and an effort limit."""
+"""Export as SDF 1.9 for Gazebo: joints with damping, friction, a linear spring and an effort limit."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from codegen.spec.model import Spec
 
 
 def sdf_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
-    """The file, and what it holds. Gravity is the world's, and not the model's."""
+    """The text of the file, and remarks; in SDF gravity is a property of the world, not of the model."""
     joints, remarks = joint_terms(spec, mechanism, "SDF", springs=True)
     if mechanism.tree is None:
         how = "the spec states its forces itself: put the model into a world without gravity"

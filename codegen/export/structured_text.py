@@ -1,8 +1,8 @@
-"""The observer as a function block in Structured Text (IEC 61131-3, third language of the standard), for a PLC.
+"""Export of the observer as a function block in Structured Text (IEC 61131-3) for a PLC.
 
-The operations and their order are those of the C and of its twin, in LREAL. Where C gives an infinite value or NaN and
-a PLC would stop (a division by zero, the root or logarithm of what is not positive), a function gives 1E300: the sample
-is then not used, as in C.
+The operations and their order are those of the C and its twin, in LREAL. Where C gives infinity or NaN and a PLC would
+stop (division by zero, root or logarithm of a number that is not positive), a function returns 1E300: the sample is
+then invalid, as in C.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from codegen.program.model import LARGEST
 
 STRUCTS = {"parameters": "p_{name}", "state": "s_{name}", "inputs": "{name}", "outputs": "{name}"}
 LOCAL = "l_{name}"
-"""A prefix, since an output that a local is named after is a variable of the block too."""
+"""A local has a prefix, since an output of the same name is a variable of the block too."""
 MODES = ("MODE_RUNNING", "MODE_HOLDING", "MODE_STARTING")
 CALLS = {"sin": "SIN", "cos": "COS", "tan": "TAN", "exp": "EXP", "abs": "ABS", "pow": "EXPT"}
 """Functions of the standard."""
 OWN = ("sign", "quotient", "sqrt", "log")
-"""Functions that are written together with the block."""
+"""Functions that are defined together with the block."""
 KEYWORDS = frozenset(
     re.findall(
         r"\w+",
@@ -41,11 +41,11 @@ KEYWORDS = frozenset(
         """,
     )
 )
-"""Of the standard, and names of its functions, in lower case as it takes any."""
+"""Keywords of the standard and names of its functions, in lower case; the language ignores case."""
 
 
 class LongReal(Language):
-    """Numbers as LREAL literals: a REAL of the same digits would be rounded to single precision."""
+    """Language with LREAL literals: without the type, a literal would be rounded to single precision."""
 
     def literal(self, value: float) -> str:
         mantissa, _, exponent = super().literal(value).partition("e")
@@ -54,11 +54,11 @@ class LongReal(Language):
 
 
 def structured_text(observer: GeneratedObserver, header: list[str]) -> dict[str, str]:
-    """The text of NAME.st, as "": a function block with the observer's inputs and outputs, called once a sample.
+    """The text of NAME.st, under the key "": a function block, called once a sample.
 
     Raises:
-        BadInput: for a machine with numbered families (arrays), a law with tanh, or names that Structured Text, which
-            knows no difference between capital and small letters, cannot have.
+        BadInput: for a machine with numbered families (arrays), a law with tanh, or names that are not valid or not
+            distinct in Structured Text, which ignores case.
     """
     program = observer.program
     code = lower(program)
@@ -71,7 +71,7 @@ def structured_text(observer: GeneratedObserver, header: list[str]) -> dict[str,
         raise BadInput("--to", found, "a law without it, for Structured Text", code="SPEC036")
     own = {name: f"{program.name}_{name}" for name in OWN}
     language = LongReal(CALLS | own)
-    style = Style(language, STRUCTS, LOCAL, LOCAL, LOCAL, declares=False, indent=4)
+    style = Style(language, STRUCTS, LOCAL, LOCAL, LOCAL, declares_locals=False, indent=4)
     text = Writer(program, code, style)
     functions = sorted((code.functions & {*OWN}) | ({"quotient"} if code.divides else set()))
     names = {
@@ -101,13 +101,14 @@ def structured_text(observer: GeneratedObserver, header: list[str]) -> dict[str,
 
 
 def _locals_of(rolled: Rolled, text: Writer) -> list[str]:
-    """Variables that hold no more than one call's values, each once."""
-    settings = (rolled.initial, rolled.carried, rolled.resumed)
+    """Names of the local variables, each once."""
+    settings = (rolled.initial, rolled.predicted, rolled.resumed)
     stretches = [*rolled.step, *rolled.outputs, *rolled.following, *(s for each in settings for s in each.stretches)]
     return list(dict.fromkeys(text.target(line, s) for s in stretches for line in s.lines if not line.field))
 
 
 def _refuse_names(names: Iterable[str]) -> None:
+    """Raise BadInput for names that are equal without regard to case, or not valid in Structured Text."""
     seen: dict[str, str] = {}
     for name in names:
         other = seen.setdefault(name.lower(), name)

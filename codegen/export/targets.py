@@ -1,4 +1,4 @@
-"""The targets of ``stiction export``. Adding one: a function, and a line in TARGETS."""
+"""Registry of the targets of ``stiction export``. Adding one: a function, and a line in TARGETS."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from codegen.spec.motion import KinematicTree
 
 
 class Exportable(Protocol):
-    """What a target may ask of a machine."""
+    """Interface of a machine that targets use."""
 
     @property
     def spec(self) -> Spec: ...
@@ -34,19 +34,19 @@ class Exportable(Protocol):
     def system(self) -> System: ...
 
     def generated_observer(self, precision: str, cancelling: bool = False) -> GeneratedObserver:
-        """The generated observer; with the cancelling input even where the spec asks for none."""
+        """The generated observer; ``cancelling``: with the cancelling input, also if the spec has none."""
 
 
 @dataclass(frozen=True)
 class Choices:
-    """What the command asks for of a target.
+    """Options of the command.
 
     Attributes:
-        header: lines for a comment on top.
+        header: lines of a comment at the top.
         on: the coordinate of a map, or None.
-        counts: of a turn in a map.
-        gear: turns of the motor a turn of the joint, or None where nobody said.
-        into: a model of the user's own, which takes what was found, or None.
+        counts: number of rows of a map per turn.
+        gear: revolutions of the motor per revolution of the joint, or None if not given.
+        into: a model of the user's, into which friction is written, or None.
     """
 
     header: list[str]
@@ -58,11 +58,11 @@ class Choices:
 
 @dataclass(frozen=True)
 class Exported:
-    """What a target gives.
+    """Result of an export.
 
     Attributes:
-        files: name → text; of a single file the name is "".
-        remarks: what it holds of the machine.
+        files: name → text; the name of a single file is "".
+        remarks: on how the machine is represented.
     """
 
     files: Mapping[str, str]
@@ -74,13 +74,13 @@ Write = Callable[[Exportable, Choices], Exported]
 
 @dataclass(frozen=True)
 class Target:
-    """A format.
+    """A target of the export.
 
     Attributes:
-        write: (machine, choices) → what is written.
+        write: function (machine, choices) → result.
         endings: of its file; () for a folder.
         what: in a few words, for the help.
-        is_map: of a coordinate, over a turn, so that it takes a gear.
+        is_map: whether it is a table over one turn, for which a gear can be given.
     """
 
     write: Write
@@ -90,7 +90,7 @@ class Target:
 
 
 def _of_mechanism(text_of: Callable[[Spec, Mechanism, Choices], tuple[str, tuple[Remark, ...]]]) -> Write:
-    """A file made of the machine's bodies, lines and elements."""
+    """A writer of a file with the machine's bodies, lines and elements."""
 
     def write(machine: Exportable, choices: Choices) -> Exported:
         text, remarks = text_of(machine.spec, mechanism_of(machine.spec, machine.system), choices)
@@ -100,12 +100,12 @@ def _of_mechanism(text_of: Callable[[Spec, Mechanism, Choices], tuple[str, tuple
 
 
 def _headed(text_of: Callable[[Spec, Mechanism, list[str]], tuple[str, tuple[Remark, ...]]]) -> Write:
-    """The same for a format that takes no choices."""
+    """The same for a format without options."""
     return _of_mechanism(lambda spec, mechanism, choices: text_of(spec, mechanism, choices.header))
 
 
 def _of_code(files_of: Callable[[GeneratedObserver, list[str]], Mapping[str, str]], precision: str) -> Write:
-    """The generated observer for another platform or language."""
+    """A writer of the generated observer for another platform or language."""
 
     def write(machine: Exportable, choices: Choices) -> Exported:
         observer = machine.generated_observer(precision)
@@ -167,11 +167,11 @@ TARGETS: dict[str, Target] = {
 
 
 def robot_file(spec: Spec) -> Path | None:
-    """The robot file that a spec names."""
+    """The robot file of a spec, or None."""
     return spec.form.path if isinstance(spec.form, KinematicTree) else None
 
 
 def target_of(name: str) -> Target:
-    """Raises BadInput for a name that is none."""
+    """The target of a name; BadInput if there is none."""
     refuse_unknown(name, TARGETS, "--to", "", code="CALL001")
     return TARGETS[name]

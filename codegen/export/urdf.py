@@ -1,4 +1,4 @@
-"""The machine as URDF: the robot file of the spec with the friction that was found, or a file of its own."""
+"""Export as URDF: the robot file of the spec with other friction, or a new file."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from codegen.spec.urdf import LARGEST
 
 
 def urdf_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str, tuple[Remark, ...]]:
-    """The file, and what it holds.
+    """The text of the file, and remarks.
 
-    A robot file that the spec names is edited: ``damping`` and ``friction`` of each joint's ``<dynamics>``, and
-    ``effort`` of a ``<limit>`` where a saturation is declared. All else stays, byte for byte.
+    If the spec has a robot file, this is edited: ``damping`` and ``friction`` of each joint's ``<dynamics>``, and
+    ``effort`` of a ``<limit>`` if a saturation is declared. Everything else is unchanged byte for byte.
     """
     joints, remarks = joint_terms(spec, mechanism, "URDF", springs=False)
     lines = [*header, *(r.text for r in remarks)]
@@ -34,7 +34,7 @@ def urdf_text(spec: Spec, mechanism: Mechanism, header: list[str]) -> tuple[str,
 
 
 def _edited(spec: Spec, path: Path, joints: Mapping[str, JointTerms]) -> str:
-    """The robot file without its XML declaration."""
+    """The text of the edited robot file, without its XML declaration."""
     expected = "a robot description (URDF)"
     content = read_bytes(path, expected, LARGEST, spec.place("urdf"))
     joint: JointTerms | None = None
@@ -63,6 +63,7 @@ def _edited(spec: Spec, path: Path, joints: Mapping[str, JointTerms]) -> str:
 
 
 def _is(text: str, value: float) -> bool:
+    """Whether an attribute's text is this number."""
     try:
         return float(text) == value
     except ValueError:  # a limit's effort, which nothing has read before

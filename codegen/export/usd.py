@@ -1,8 +1,8 @@
-"""The machine as a USD scene in text (.usda): UsdPhysics, with the joint attributes of Newton and of PhysX.
+"""Export as a USD scene in text (.usda): UsdPhysics, with the joint attributes of Newton and of PhysX.
 
-UsdPhysics describes bodies, masses and joints, but neither friction nor armature of a joint. Two schemas do, and both
-are written: ``NewtonJointAPI`` of newton-usd-schemas 0.4 or later, and ``PhysxJointAxisAPI`` of Omniverse Physics. Both
-state the damping of a hinge per degree (N m s/deg), and numbers in single precision.
+UsdPhysics has bodies, masses and joints, but neither friction nor armature of a joint. Two schemas have these, and both
+are written: ``NewtonJointAPI`` of newton-usd-schemas 0.4 or later, and ``PhysxJointAxisAPI`` of Omniverse Physics. In
+both, the damping of a hinge is per degree (N m s/deg), and numbers are in single precision.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def _bodies(links: Sequence[Link], joints: Sequence[JointTerms]) -> list[dict[st
 def _from_x(axis: Array) -> Array:
     """A rotation R with R x̂ = axis: by 180° about the bisector b of x̂ and the axis, R = 2 b b'/b'b − I."""
     bisector = axis + np.array([1.0, 0.0, 0.0])
-    if not bisector @ bisector > 1e-12:  # axis = −x̂: any axis perpendicular to x̂ will do
+    if not bisector @ bisector > 1e-12:  # axis = −x̂: any axis perpendicular to x̂ is valid
         bisector = np.array([0.0, 0.0, 1.0])
     return np.asarray(2 * np.outer(bisector, bisector) / (bisector @ bisector) - np.eye(3))
 

@@ -1,4 +1,4 @@
-"""A user's XML file with other attributes of some tags; all else stays, byte for byte."""
+"""Editing of attributes in a user's XML file; everything else is unchanged byte for byte."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ def edited(
     changed: Callable[[Sequence[str], Mapping[str, str]], Mapping[str, str]],
     added: Callable[[Sequence[str]], str] = lambda _: "",
 ) -> str:
-    """The text with changes.
+    """The text with changed attributes and added elements.
 
     Args:
-        what, expected: what the file is, for messages: in short, and where it is no XML.
-        changed: (open tags, attributes of the last) → attributes that get another value; none where it stays.
-        added: open tags → what is written before the end of the last.
+        what: the kind of file in a few words, for messages.
+        expected: the same for the message on a file that is no XML.
+        changed: function (open tags, attributes of the last) → its attributes with new values.
+        added: function (open tags) → text that is inserted before the end of the last.
 
     Raises:
         BadInput: for a text that is not UTF-8 or no XML, or has a document type declaration.
@@ -66,13 +67,13 @@ def edited(
 
 
 def _end_of_tag(content: bytes, start: int) -> int:
-    """The index after a tag's ``>``; a ``>`` within a quoted value does not count."""
+    """The index after the ``>`` of a tag; a ``>`` within a quoted value is skipped."""
     tag = re.compile(rb"""(?:"[^"]*"|'[^']*'|[^>"'])*>""").match(content, start)
     return tag.end() if tag is not None else len(content)
 
 
 def _with_attributes(tag: str, values: Mapping[str, str]) -> str:
-    """A start tag with other values of some attributes; the rest of it stays as it is written."""
+    """A start tag with new values of some attributes; the rest of its text is unchanged."""
     for name, value in values.items():
         written = quoteattr(value)
         there = re.search(rf"\s{name}\s*=\s*(\"[^\"]*\"|'[^']*')", tag)

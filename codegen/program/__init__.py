@@ -1,4 +1,4 @@
-"""Program, the intermediate form of an observer as named blocks, and Code, its printed order of operations."""
+"""Intermediate representation of an observer: Program (named blocks over SX), and Code, its printed operations."""
 
 from codegen.program.build import build_program
 from codegen.program.code import Code

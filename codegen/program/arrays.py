@@ -1,7 +1,7 @@
-"""Arrays for numbered names: x1 … x64 become x[0] … x[63].
+"""Arrays of numbered quantities: x1 … x64 are stored as x[0] … x[63].
 
-Sixteen or more quantities that a spec numbers without a gap are stored in one array; identical computations for all of
-them become a loop.
+Sixteen or more quantities that a spec numbers without a gap become an array, and equal computations on all its elements
+a loop.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ _Key = tuple[object, ...]
 
 @dataclass(frozen=True)
 class Element:
-    """An array element, by array and index from zero."""
+    """An array element: the array's name, and the index from zero."""
 
     array: str
     at: int
 
 
 def elements(names: Sequence[str], taken: Names) -> dict[str, Element]:
-    """The array element of every name in a numbered family; other names are left out.
+    """The array element of every numbered name; names that go into no array are left out.
 
     Args:
-        names: of one struct or block, in order; a family keeps this order.
-        taken: provider of the arrays' names.
+        names: of one struct or block, in order; an array keeps this order.
+        taken: provider of unique names, for the arrays.
     """
     numbered: dict[_Key, list[tuple[int, str]]] = {}
     for name in names:
@@ -51,7 +51,7 @@ def elements(names: Sequence[str], taken: Names) -> dict[str, Element]:
 
 
 def gathered(names: Sequence[str], places: dict[str, Element]) -> list[str]:
-    """The names with those of one array next to each other, at the place of the first."""
+    """The names, sorted so that those of one array are adjacent, at the position of the first of them."""
     rank = {name: k for k, name in enumerate(names)}
     first: dict[str, int] = {}
     for name in names:
@@ -66,7 +66,7 @@ def gathered(names: Sequence[str], places: dict[str, Element]) -> list[str]:
 
 
 def _keys(name: str) -> Iterable[tuple[_Key, int]]:
-    """(stem, number) for each number of a name as the running index, and for all together (L10_9)."""
+    """(name without the index, index) for each number in a name as the index, and for all together (L10_9)."""
     parts = NUMBER.split(name)
     numbers = [int(n) for n in parts[1::2]]
     for k, number in enumerate(numbers):

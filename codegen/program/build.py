@@ -1,4 +1,4 @@
-"""From Observer to Program: each equation becomes a block, M a = r is solved by structure, the states are stepped."""
+"""Observer → Program: a block for each equation, M a = r solved by its sparsity, and the integration of the states."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from codegen.observers.velocity import INTEGRATIONS, SAMPLE_TIME
 from codegen.program.arrays import Element, elements, gathered
 from codegen.program.domain import Guard
 from codegen.program.implicit_step import implicit_blocks
-from codegen.program.lost_sample import carried_states, most_lost, resumed_states
+from codegen.program.lost_sample import most_lost, predicted_changes, resumed_states
 from codegen.program.mass_solve import MassSolve
 from codegen.program.model import Block, Field, Program, State
 from codegen.program.naming import RESERVED, Names
@@ -30,10 +30,10 @@ EXAMPLE = "example_main"
 
 
 def build_program(observer: Observer, choice: CodeChoice | None = None) -> Program:
-    """The program of an observer with the step of its ``integration``.
+    """The program of an observer, integrated by the method of its ``integration``.
 
     Args:
-        choice: precision and fault handling; double and ``hold`` by default.
+        choice: precision and handling of invalid samples; double and ``hold`` by default.
 
     Raises:
         BadInput: if two quantities would have one name in the generated code, or a delay is longer than 1000 samples.
@@ -48,7 +48,7 @@ def build_program(observer: Observer, choice: CodeChoice | None = None) -> Progr
 
 
 class _Step:
-    """A program in the making: the SX of every symbol so far, and the fields, blocks and states that it has."""
+    """Builder of a program: the SX of every symbol so far, and its fields, blocks and states."""
 
     def __init__(self, observer: Observer) -> None:
         self.observer, self.system = observer, observer.system
@@ -69,7 +69,7 @@ class _Step:
         self.own = self._fields(observer.states, observer.state_units, "observer state")
 
     def take_signals(self) -> None:
-        """True positions behind sensor errors, and effective inputs behind actuator chains."""
+        """Add the true positions (without the sensor errors) and the effective inputs (after the actuators)."""
         self.blocks = true_positions(self.system, self.names)
         self.corrected = [(block.symbols, block.expression) for block in self.blocks]
         self.clock = self._fields([TIME], ["s"], "time since the first sample")[0]
@@ -105,14 +105,14 @@ class _Step:
             self.names.update(zip(equation.symbols, casadi.vertsplit(block.symbols), strict=True))
 
     def advance_states(self) -> None:
-        """Next, first, carried and resumed values of the states."""
+        """Set the values of the states at the next sample, at the first, and around invalid samples."""
         observer, names, h = self.observer, self.names, self.period.symbol
         rates = to_casadi(observer.rates, names)
         following = self.following or [field.symbol + h * rates[i] for i, field in enumerate(self.own)]
         initial = casadi.vertsplit(to_casadi(observer.initial, names))
         self.most_lost, resumed = most_lost(observer), resumed_states(observer, names, h)
-        carried = self.most_lost > 1 and observer.velocity == "estimated"
-        change = carried_states(observer, names, h) if carried else {}
+        predicted = self.most_lost > 1 and observer.velocity == "estimated"
+        change = predicted_changes(observer, names, h) if predicted else {}
         self.states = [
             State(field, following[i], initial[i], field.symbol + change.get(z, 0), resumed[z])
             for i, (z, field) in enumerate(zip(observer.states, self.own, strict=True))
@@ -128,7 +128,7 @@ class _Step:
             self.states.append(State(self.clock, later, casadi.SX(0), later, later))
 
     def program(self, choice: CodeChoice) -> Program:
-        """The parameters that are used, the states and the blocks, with numbered ones in arrays."""
+        """The finished program: the parameters that are used, states and blocks; numbered quantities in arrays."""
         states, inputs = self.states, (*self.inputs, *self.commands)
         used = _used(self.blocks, [s.following for s in states], [s.initial for s in states])
         kept = [p for p in self.parameters if p.name in used]
@@ -146,7 +146,7 @@ class _Step:
             blocks=tuple(self.blocks),
             next_state=tuple(s.following for s in states),
             initial_state=tuple(s.initial for s in states),
-            carried_state=tuple(s.carried for s in states),
+            predicted_state=tuple(s.predicted for s in states),
             resumed_state=tuple(s.initial if s.resumed is None else s.resumed for s in states),
             most_lost=self.most_lost,
             precision=choice.precision,
@@ -160,7 +160,7 @@ class _Step:
     def _fields(
         self, symbols: Iterable[sympy.Symbol], units: Iterable[str], meaning: str, values: Iterable[Any] | None = None
     ) -> list[Field]:
-        """A field for each symbol; ``names`` has its SX."""
+        """A field for each symbol; its SX is added to ``names``."""
         numbers = repeat(None) if values is None else map(float, values)
         fields = [Field(s.name, u, meaning, v) for s, u, v in zip(symbols, units, numbers, strict=False)]
         self.names.update({s: f.symbol for s, f in zip(symbols, fields, strict=True)})
@@ -181,7 +181,13 @@ class _Step:
 
 
 def _written_out(state: State, blocks: list[tuple[Any, Any]]) -> State:
-    """A state with the true positions inserted where no block has been computed: at a first or resumed sample."""
+    """A state whose initial and resumed values contain no true position: its expression over the reading is inserted.
+
+    These values are computed outside the step, where the blocks of the true positions are not available.
+
+    Args:
+        blocks: (SX symbols, expression) of each true position.
+    """
     initial, resumed = state.initial, state.resumed
     for symbols, meaning in blocks:
         initial, resumed = casadi.substitute([initial, resumed], [symbols], [meaning])
@@ -189,7 +195,7 @@ def _written_out(state: State, blocks: list[tuple[Any, Any]]) -> State:
 
 
 def _needed(blocks: list[Block], next_state: list[Any]) -> list[Block]:
-    """The blocks without elements that nothing uses; outputs stay."""
+    """The blocks without unused elements (dead code elimination); outputs stay."""
     kept: list[Block] = []
     used = _used([], next_state)
     for block in reversed(blocks):
@@ -211,7 +217,7 @@ def _used(blocks: list[Block], *more: list[Any]) -> set[str]:
 
 
 def _arrays(fields: list[list[str]], blocks: list[Block]) -> dict[str, Element]:
-    """Places of the numbered fields and of the numbered elements of each block.
+    """Array elements of the numbered fields, and of the numbered elements of each block.
 
     Args:
         fields: names of the parameters, of the states and of the inputs.
@@ -231,6 +237,7 @@ def _arrays(fields: list[list[str]], blocks: list[Block]) -> dict[str, Element]:
 
 
 def _refuse_shared_names(program: Program) -> None:
+    """Raise BadInput if two quantities have one name in the generated code, or a file name is taken twice."""
     if program.name == EXAMPLE:
         expected = "a name other than that of the generated example"
         raise BadInput(f"spec {EXAMPLE}", f"the name `{EXAMPLE}`", expected, about="", code="SPEC009")

@@ -1,4 +1,4 @@
-"""The lowered program: assignments in order, constants separate, expressions as nodes of one graph; and as printed."""
+"""Lowered form of a program: assignments in order, derived constants apart; and the same with arrays and loops."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LIMITS = ("exp", "tanh", "sign", "pow")
 
 @dataclass(frozen=True)
 class Assignment:
-    """A name and its expression; ``unit`` is empty for a partial result."""
+    """An assignment NAME = value; ``unit`` is empty for an intermediate result."""
 
     name: str
     value: Node
@@ -23,7 +23,7 @@ class Assignment:
 
 @dataclass(frozen=True)
 class Group:
-    """Assignments under one comment: what they compute, and the equation's number."""
+    """Assignments under one comment, which has the title and the source: the equation's number."""
 
     title: str
     source: str
@@ -32,7 +32,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Operations:
-    """Operation counts of a step: additions and subtractions, products, divisions, function calls, sign selections."""
+    """Operation counts of a step; ``additions`` include subtractions, ``selections`` are signs and magnitudes."""
 
     additions: int
     products: int
@@ -42,25 +42,26 @@ class Operations:
 
     @property
     def total(self) -> int:
+        """The sum of all counts."""
         return self.additions + self.products + self.divisions + self.calls + self.selections
 
 
 @dataclass(frozen=True)
 class Setting:
-    """States that are set outside the normal step: ``parts`` first, then ``states``."""
+    """Assignments of states outside the normal step: intermediate results ``parts``, then ``states``."""
 
     states: tuple[Assignment, ...]
     parts: tuple[Assignment, ...]
 
     @property
     def nodes(self) -> list[Node]:
-        """All expressions."""
+        """All expressions assigned."""
         return [a.value for a in (*self.parts, *self.states)]
 
 
 @dataclass(frozen=True)
 class Line:
-    """An assignment; ``target`` is an array element or a local, with ``field`` a field of that struct."""
+    """A printed assignment to an array element or a local, or to a field of the struct ``field`` where that is set."""
 
     target: Node
     value: Node
@@ -70,7 +71,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Part:
-    """Lines under one comment."""
+    """Printed lines under one comment."""
 
     title: str
     source: str
@@ -98,7 +99,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Sum:
-    """Terms added up once, or for every i of [first, stop)."""
+    """A sum of terms, or of the terms for every i in [first, stop)."""
 
     terms: tuple[Node, ...]
     first: int = 0
@@ -108,7 +109,7 @@ class Sum:
 
 @dataclass(frozen=True)
 class RolledSetting:
-    """A Setting with arrays; ``scalars`` and ``arrays`` are its locals, lengths in ``Rolled``."""
+    """Printed form of a Setting; ``scalars`` and ``arrays`` are its locals, with lengths in ``Rolled``."""
 
     stretches: tuple[Stretch, ...] = ()
     scalars: tuple[str, ...] = ()
@@ -117,16 +118,18 @@ class RolledSetting:
 
 @dataclass(frozen=True)
 class Rolled:
-    """A program in its printed form: the same operations in the same order as the assignments of its Code.
+    """Printed form of a program, with arrays and loops: the operations of its Code in the same order.
 
     Attributes:
-        storage: array → parameters, state, inputs, outputs or local; ``lengths`` of every array.
-        arrays: those that are local to the step.
-        constants: derived constant → array element, for those in an array.
-        scalars: locals of the whole step.
+        storage: array → the struct that has it (parameters, state, inputs or outputs), or ``local``.
+        lengths: of every array.
+        constants: derived constant → (array, index), for those in an array.
+        scalars, arrays: locals of the step.
         prepare, step, outputs, following: bodies of the functions; ``following`` assigns the next state.
-        initial, carried, resumed: as in Code.
-        check, begun, given: sums that must be finite after a step, at the start, and of the inputs.
+        initial, predicted, resumed: as in Code.
+        check: the sum that is finite if a sample is valid and the next state finite; taken at the end of a step.
+        initial_check: the same of the inputs and the initial state.
+        input_check: the sum of the inputs.
     """
 
     storage: Mapping[str, str] = field(default_factory=dict)
@@ -139,11 +142,11 @@ class Rolled:
     outputs: tuple[Stretch, ...] = ()
     following: tuple[Stretch, ...] = ()
     initial: RolledSetting = RolledSetting()
-    carried: RolledSetting = RolledSetting()
+    predicted: RolledSetting = RolledSetting()
     resumed: RolledSetting = RolledSetting()
     check: tuple[Sum, ...] = ()
-    begun: tuple[Sum, ...] = ()
-    given: tuple[Sum, ...] = ()
+    initial_check: tuple[Sum, ...] = ()
+    input_check: tuple[Sum, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -151,13 +154,13 @@ class Code:
     """A lowered program.
 
     Attributes:
-        derived: constants computed from the parameters, in the order of ``prepare``;
-            ``derived_values`` are computed by the same operations.
-        step: in order; ``next_state`` and ``outputs`` use its assignments.
-        initial: the first state, over parameters and inputs.
-        carried, resumed: the states that change with an invalid sample, and with the valid one after many; empty
-            without fault handling.
-        rolled: the same in its printed form, with loops where the program has arrays; ``lower`` adds it last.
+        derived: constants computed from the parameters, in the order of ``prepare``.
+        derived_values: their values, by the same operations.
+        step: assignments in order; ``next_state`` and ``outputs`` use them.
+        initial: the state at the first sample, over parameters and inputs.
+        predicted: the states that change at an invalid sample; empty if invalid samples are not handled.
+        resumed: the states set by the first valid sample after many invalid ones; empty likewise.
+        rolled: the printed form, with loops where the program has arrays; ``lower`` adds it last.
     """
 
     derived: tuple[Assignment, ...]
@@ -166,23 +169,24 @@ class Code:
     next_state: tuple[Assignment, ...]
     outputs: tuple[Assignment, ...]
     initial: Setting
-    carried: Setting
+    predicted: Setting
     resumed: Setting
     rolled: Rolled = field(default_factory=Rolled)
 
     def unseen(self, inputs: Iterable[str]) -> tuple[str, ...]:
-        """Inputs that may be NaN or infinite while every next state stays finite."""
-        seen = {node.name for node in _passing(a.value for a in self.next_state) if node.kind == "symbol"}
+        """Inputs that may be NaN or infinite while every next state is finite."""
+        seen = {node.name for node in _propagating(a.value for a in self.next_state) if node.kind == "symbol"}
         return tuple(name for name in inputs if name not in seen)
 
     def unseen_outputs(self) -> tuple[Node, ...]:
-        """Outputs with a product or quotient that may overflow while every next state stays finite, each node once."""
-        carried = _passing([a.value for a in self.next_state])
-        found: dict[Node, None] = {}
-        for output in self.outputs:
-            if any(_may_overflow(node) and node not in carried for node in _passing([output.value])):
-                found.setdefault(output.value)
-        return tuple(found)
+        """Outputs with a product or quotient that may overflow while every next state is finite, each node once."""
+        seen = _propagating([a.value for a in self.next_state])
+        found = [
+            output.value
+            for output in self.outputs
+            if any(_may_overflow(node) and node not in seen for node in _propagating([output.value]))
+        ]
+        return tuple(dict.fromkeys(found))
 
     @property
     def step_nodes(self) -> list[Node]:
@@ -192,12 +196,12 @@ class Code:
     @property
     def nodes(self) -> list[Node]:
         """Every node of every expression."""
-        settings = [*self.initial.nodes, *self.carried.nodes, *self.resumed.nodes]
+        settings = [*self.initial.nodes, *self.predicted.nodes, *self.resumed.nodes]
         return reachable([*(a.value for a in self.derived), *self.step_nodes, *settings])
 
     @property
     def functions(self) -> frozenset[str]:
-        """Every function that is called anywhere."""
+        """Names of the functions called in any expression."""
         return frozenset(node.name for node in self.nodes if node.kind == "call")
 
     @property
@@ -222,8 +226,8 @@ class Code:
         )
 
 
-def _passing(roots: Iterable[Node]) -> set[Node]:
-    """Nodes below the roots whose infinite or NaN value makes a root infinite or NaN."""
+def _propagating(roots: Iterable[Node]) -> set[Node]:
+    """Nodes below the roots whose infinite or NaN value propagates to a root."""
     found: set[Node] = set()
     waiting = list(roots)
     while waiting:
@@ -236,6 +240,6 @@ def _passing(roots: Iterable[Node]) -> set[Node]:
 
 
 def _may_overflow(node: Node) -> bool:
-    """Whether finite arguments may give a non-finite result, other than by a sum or a constant factor."""
+    """Whether finite arguments may give a non-finite result: a variable divisor, or a product of variables."""
     varying = [a for a in node.arguments if not a.constant]
     return (node.kind == "quotient" and not node.constant) or (node.kind == "product" and len(varying) > 1)

@@ -1,6 +1,6 @@
-"""Guarded level update of a (G)CFO in generated code, and the output that states whether the estimate is in its domain.
+"""Conditional update of the friction level of a (G)CFO, and the flag that says whether the estimate is in its domain.
 
-While the estimated slip û is fast and keeps its sign s, the step is that of the observer's equations, with
+While the estimated slip velocity û is large and keeps its sign s, the step is that of the observer's equations, with
 â = z − K_F |û|. Otherwise the level is held, clipped to the range of the true one, so that a chattering sign of v̂ has
 no effect. A step therefore stores the sign d with which it updated the level, and the next one evaluates |û| as d û:
 
@@ -31,14 +31,14 @@ from codegen.spec.model import symbol
 
 
 class Guard:
-    """Blocks, parameters and states that a domain adds to the program of an observer on one contact.
+    """Blocks, parameters and states that a domain adds to the program of an observer with one contact.
 
-    To be called in the order ``level``, ``verdict``, ``guarded``: each uses symbols that the one before has defined.
+    The methods are called in the order ``level``, ``verdict``, ``guarded``: each uses symbols that the one before adds.
     """
 
     def __init__(self, observer: Observer, domain: Domain, names: dict[sympy.Symbol, Any]) -> None:
         """Args:
-        names: the SX of every symbol of the program so far; those of the guard are added to it.
+        names: symbol → SX of the program so far; those of the guard are added.
         """
         self.observer, self.domain, self.names = observer, domain, names
         system = observer.system
@@ -64,7 +64,7 @@ class Guard:
             self.fields.append(self._field(f"{self.position}_predicted", length, "position predicted for this sample"))
 
     def level(self, equation: Equation) -> list[Block]:
-        """The blocks of g, â before clipping, and â, in place of the equation of the level estimate."""
+        """The blocks of g, of â before clipping and of â; they replace the equation of the level estimate."""
         assert self.observer.cascade is not None
         by_name = {e.name: e for e in self.observer.equations}
         self.slip, self.sign = by_name["slip_velocity"].symbols[0], by_name["slip_sign"].symbols[0]
@@ -85,11 +85,10 @@ class Guard:
         ]
 
     def verdict(self, period: Field) -> list[Block]:
-        """The blocks that say whether this sample's estimate is in the domain, and the guard's states.
+        """The blocks of the flag ``in_domain``: whether this sample's estimate is in the domain.
 
         In the domain, the level is updated, and the innovation |x − (x + h v̂) of the sample before| is small where the
-        domain bounds it, in this sample and in the ``settle_samples`` before. To be called when all estimates are
-        known.
+        domain bounds it, in this sample and in the ``settle_samples`` before. Called when all estimates have symbols.
         """
         samples, needed, inside = symbol("samples_slid"), symbol("settle_samples"), symbol("learning")
         blocks = []
@@ -107,18 +106,18 @@ class Guard:
         # In the order of the fields; without a bound on the innovation there is no third one, and zip leaves it out.
         following = [symbol("learning") * self.sign, inside * count, self.position + symbol("h") * velocity]
         initial = [zero, zero, x]
-        carried = [direction_now, zero, predicted_now + held_step]
+        predicted = [direction_now, zero, predicted_now + held_step]
         resumed = [zero, zero, x + held_step]
         self.states = [
             State(field, to_casadi(expression, names), *values)
-            for field, expression, *values in zip(self.fields, following, initial, carried, resumed, strict=False)
+            for field, expression, *values in zip(self.fields, following, initial, predicted, resumed, strict=False)
         ]
         settled = _above_zero(samples - needed + sympy.Rational(1, 2))  # samples ≥ needed, both whole
         source = "1 where the certificate's bound holds, if its assumptions do"
         return [*blocks, self._block("in_domain", symbol("in_domain"), inside * settled, "1", source, True)]
 
     def guarded(self, states: list[State], rates: Any, period: Field) -> list[State]:
-        """The observer's states, z of the level as in the guarded update, followed by the guard's own.
+        """The observer's states, z of the level with the conditional update, followed by the guard's own.
 
         Args:
             rates: SX of dz/dt, a row a state.
@@ -133,7 +132,7 @@ class Guard:
         return [*states[:index], guarded, *states[index + 1 :], *self.states]
 
     def _field(self, name: str, unit: str, meaning: str, value: Any = None) -> Field:
-        """A field of the generated struct, whose SX ``names`` then has."""
+        """A field of a generated struct; its SX is added to ``names``."""
         field = Field(name, unit, meaning, None if value is None else float(value))
         self.names[symbol(name)] = field.symbol
         return field
@@ -141,7 +140,7 @@ class Guard:
     def _block(
         self, name: str, element: sympy.Symbol, expression: Any, unit: str, source: str, output: bool = False
     ) -> Block:
-        """A block of one element, whose SX ``names`` then has."""
+        """A block of one element; its SX is added to ``names``."""
         block = Block(name, (element.name,), to_casadi(expression, self.names), (unit,), source, output)
         self.names[element] = block.symbols
         return block

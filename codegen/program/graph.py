@@ -1,4 +1,4 @@
-"""Expression graph with shared nodes (a DAG): equal expressions are one node; conversion from CasADi SX."""
+"""Expression graph (DAG) with hash consing: equal expressions are one node; conversion from CasADi SX."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from codegen.base.errors import BadInput
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """One expression; equal expressions of a graph are one node, so that nodes are compared by identity.
+    """A node of an expression graph; equal expressions are one node, so that nodes are compared by identity.
 
     Attributes:
         kind: number, symbol, sum, product, quotient, negative or call; in rolled code also element (of an array) and
             local.
         arguments: terms, factors, (numerator, denominator), the negated node, or the arguments of a call.
-        signs: of a sum's terms, 1 or -1. Of an element or a local: (1,) where it differs in each pass of a loop.
+        signs: of a sum's terms, 1 or -1. Of an element or a local: (1,) where it differs in each iteration of a loop.
         value: of a number; of an element, its index in the array.
         name: of a symbol, function, array or local.
         constant: whether it depends on parameters and numbers only.
@@ -37,9 +37,11 @@ class Node:
 
     @property
     def leaf(self) -> bool:
+        """Whether it has no arguments: a number, symbol, element or local."""
         return not self.arguments
 
     def is_number(self, value: float | None = None) -> bool:
+        """Whether it is a number, or this number."""
         return self.kind == "number" and (value is None or self.value == value)
 
 
@@ -133,9 +135,12 @@ _CALLS = {
 
 
 def to_graph(expression: Any, names: Mapping[str, Node], graph: Graph) -> list[Node]:
-    """The nodes of an SX column, k by 1; ``names`` has the node of every SX symbol in it, by its name.
+    """The nodes of an SX column, k by 1, in ``graph``.
 
-    CasADi lists a function as instructions over numbered registers (its work vector), which are followed here.
+    CasADi gives a function as instructions over numbered registers (its work vector), which are executed on nodes here.
+
+    Args:
+        names: name of each SX symbol in the column → its node.
 
     Raises:
         TypeError: for a CasADi operation that no output language has.
@@ -181,7 +186,7 @@ def _operation(operation: int, arguments: list[Node], graph: Graph) -> Node:
             return graph.quotient(graph.number(1.0), a)
         case operation if operation in _CALLS:
             return graph.call(_CALLS[operation], arguments)
-    raise TypeError(f"no word for CasADi operation {operation}")
+    raise TypeError(f"no output language has CasADi operation {operation}")
 
 
 def _finite(value: float) -> float:

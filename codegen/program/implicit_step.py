@@ -1,9 +1,10 @@
-"""Backward Euler as blocks: z[k] = z[k−1] + h f(z[k], x[k], w[k−1]) by Newton's method.
+"""Backward Euler, z[k] = z[k−1] + h f(z[k], x[k], w[k−1]), solved by Newton's method, as blocks.
 
-One Newton step where f is linear in z, which is exact; two where it is not. The unknowns are the states and the
-acceleration a; M a = g − F̂ is one more row, so that M(x) is not inverted. Newton starts from the velocity estimate for
-a = 0 and the previous other states. The signs of slip are those of that start in both steps, so that the equations do
-not change between them. The step is made at the beginning of a sample, when x[k] is known.
+If f is linear in z, one Newton step solves it exactly; otherwise two are made. The unknowns are the states z and the
+acceleration a, with M a = g − F̂ as further equations, so that M(x) is not inverted. Initial guess: the velocity
+estimate that follows for a = 0, and the previous values of the other states. The signs of slip are fixed at those of
+the initial guess, so that the equations stay the same in both steps. The step is made at the beginning of a sample,
+when x[k] is known.
 """
 
 from __future__ import annotations
@@ -26,13 +27,13 @@ SOURCE = "z[k] = z[k-1] + h f(z[k])"
 def implicit_blocks(
     observer: Observer, names: Mapping[sympy.Symbol, Any], states: Sequence[Field], period: Any, taken: set[str]
 ) -> list[Block]:
-    """The blocks of the step; the last of them are the states at this sample.
+    """The blocks of the step; the last of them is the states at this sample.
 
     Args:
         names: symbol → SX of every parameter, measurement and input; the inputs are those held since the last sample.
-        states: after the last sample.
+        states: z[k−1].
         period: SX of the sample time, s.
-        taken: names in use; extended.
+        taken: names in use; those of the blocks are added.
     """
     before = casadi.vertcat(*[f.symbol for f in states])
     z = casadi.SX.sym("z", len(states))
@@ -48,7 +49,7 @@ def implicit_blocks(
     signed = casadi.substitute(_rates(observer, names, z, a, {})[2], unknown, at)
 
     def newton(solve: MassSolve, at: Any) -> Any:
-        """The unknowns after a step from ``at``."""
+        """The unknowns after a Newton step from ``at``."""
         here = casadi.substitute([slope, residual], [unknown, casadi.vertcat(*signs.values())], [at, signed])
         return at + solve.eliminate(casadi.sparsify(here[0]), -here[1])
 
@@ -66,7 +67,7 @@ def implicit_blocks(
 
 
 def solved_by_one_step(observer: Observer) -> bool:
-    """Whether one Newton step solves an implicit step: the rates are linear in the states for given signs of slip."""
+    """Whether one Newton step solves the implicit step: for given signs of slip, f is linear in z."""
     expressions = [*(e.expression for e in observer.equations), observer.rates, observer.system.mass_matrix]
     names = {s: casadi.SX.sym(s.name) for s in set().union(*(e.free_symbols for e in expressions))}
     z = casadi.SX.sym("z", len(observer.states))
@@ -78,7 +79,7 @@ def solved_by_one_step(observer: Observer) -> bool:
 
 
 def _signs(observer: Observer) -> list[Any]:
-    """Every sign in the observer's equations."""
+    """The sgn(·) expressions in the observer's equations."""
     expressions = [*(e.expression for e in observer.equations), observer.rates]
     return sorted(set().union(*(e.atoms(Sgn) for e in expressions)), key=str)
 
@@ -86,7 +87,11 @@ def _signs(observer: Observer) -> list[Any]:
 def _rates(
     observer: Observer, names: Mapping[sympy.Symbol, Any], z: Any, a: Any, signs: Mapping[Any, Any]
 ) -> tuple[Any, Any, Any]:
-    """dz/dt, M a − (g − F̂) and the signs as functions of z and a; ``signs`` has SX that stand for them, or none."""
+    """SX of dz/dt, of M a − (g − F̂), and of the signs of slip, over z and a.
+
+    Args:
+        signs: sgn(·) expression → the SX symbol that replaces it; empty to keep the expressions.
+    """
     values = dict(names) | dict(zip(observer.states, casadi.vertsplit(z), strict=True))
     held = {s: sympy.Dummy() for s in signs}
     values.update({held[s]: symbol for s, symbol in signs.items()})
@@ -102,12 +107,12 @@ def _rates(
 
 
 def _linear(slope: Any, unknown: Any) -> bool:
-    """Whether a slope is constant between the kinks of magnitudes."""
+    """Whether a Jacobian does not depend on the unknowns; CasADi differentiates the sign of a magnitude to zero."""
     return bool(casadi.sparsify(casadi.jacobian(casadi.vec(slope), unknown)).nnz() == 0)
 
 
 def _start(observer: Observer, solve: MassSolve, residual: Any, unknown: Any, before: Any) -> Any:
-    """Newton's start: z_v[k] for a = 0, which is linear, and the other states as before."""
+    """The initial guess: z_v[k] for a = 0, from a linear equation, and z[k−1] for the other states."""
     if observer.velocity == "measured":
         return before
     n = observer.system.degrees_of_freedom

@@ -1,10 +1,10 @@
-"""States during invalid samples, chosen so that the estimates continue when valid samples return.
+"""Prediction of the states over invalid samples, without a jump of the estimates at the next valid one.
 
-The estimates are held: v̂ = z + Γ x and the others. The machine is assumed to continue with the held velocity, so each
-invalid sample changes the states by −h (∂v̂/∂x) v̂, and the next valid sample finds v̂ unchanged except for Γ times the
-deviation of the position. After n invalid samples that is a step of (n + 1) h, which is stable only while (n + 1) h Γ <
-2. After more, the next valid sample x sets the states so that each estimate equals the held one: at x, or for an
-explicit step at the coming x + h v̂.
+All estimates, such as v̂ = z + Γ x, are held. The machine is assumed to move on at the held velocity, so an invalid
+sample changes the states by −h (∂v̂/∂x) v̂: at the next valid sample v̂ is the held one, plus Γ times the deviation of
+the position from the assumed one. After n invalid samples this acts as one step of length (n + 1) h, which is stable
+only for (n + 1) h Γ < 2. After more, the next valid sample sets the states so that each estimate equals the held one:
+at the measured x, or, for an explicit step, at the coming x + h v̂.
 """
 
 from __future__ import annotations
@@ -22,17 +22,16 @@ from codegen.observers.velocity import SAMPLE_TIME
 from codegen.program.model import HELD
 
 MOST = (8, 4, 2)
-"""Consecutive invalid samples after which a valid one sets the states, where the gains allow. Powers of two, so that
-counting in halves is exact."""
+"""Numbers of consecutive invalid samples after which a valid one sets the states; the first that the gains allow."""
 
 
 def held(names: Iterable[sympy.Symbol]) -> dict[sympy.Symbol, Any]:
-    """SX of the outputs of the last valid sample."""
+    """Symbol of an estimate → SX of the output of the last valid sample."""
     return {s: casadi.SX.sym(f"{HELD}{s.name}") for s in names}
 
 
 def most_lost(observer: Observer) -> int:
-    """Number of consecutive invalid samples after which a valid one sets the states; 1 where no more are safe."""
+    """Number of consecutive invalid samples after which a valid one sets the states; 1 where prediction may diverge."""
     slopes = [(e, slope) for e in observer.equations for _, slope in _slopes(observer, e)]
     if observer.velocity == "measured":
         return 1 if slopes else MOST[0]
@@ -45,8 +44,13 @@ def most_lost(observer: Observer) -> int:
     return next((n for n in MOST if n * step < 2), 1)
 
 
-def carried_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
-    """z → its change by an invalid sample, where the velocity is estimated; ``names`` has SX of every parameter."""
+def predicted_changes(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
+    """State z → its change over an invalid sample, for an observer that estimates the velocity.
+
+    Args:
+        names: symbol → SX of every parameter.
+        period: SX of the sample time, s.
+    """
     velocity = dict(zip(observer.system.positions, held(observer.equations[0].symbols).values(), strict=True))
     return {
         z: -period * sum(to_casadi(slope, names) * velocity[x] for x, slope in along.items())
@@ -56,9 +60,11 @@ def carried_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period
 
 
 def resumed_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period: Any) -> dict[sympy.Symbol, Any]:
-    """z → its value, set from a valid sample, with which the estimates continue from the held ones.
+    """State z → the value that makes each estimate equal to the held one.
 
-    ``names`` has SX of every parameter and of this sample's positions, velocities and inputs.
+    Args:
+        names: symbol → SX of every parameter, and of this sample's positions, velocities and inputs.
+        period: SX of the sample time, s.
     """
     system, values = observer.system, dict(names)
     velocity = system.v
@@ -82,7 +88,7 @@ def resumed_states(observer: Observer, names: Mapping[sympy.Symbol, Any], period
 
 
 def _slopes(observer: Observer, equation: Equation) -> Iterator[tuple[sympy.Symbol, dict[sympy.Symbol, sympy.Expr]]]:
-    """(z, position → slope of its estimate), for states whose estimate depends on a position."""
+    """(state z, position x → ∂(estimate of z)/∂x), for states whose estimate depends on a position."""
     for z, expression in zip(equation.state or (), equation.expression, strict=False):
         free = expression.free_symbols
         along = {x: expression.diff(x) for x in observer.system.positions if x in free}

@@ -1,6 +1,6 @@
-"""From Program to Code: one graph over all blocks, short expressions, separate constants, shared subexpressions.
+"""Lowering, Program → Code: one expression graph over all blocks, simplified, with common subexpressions and constants.
 
-Constants are evaluated with the operations and in the order of the generated code.
+Derived constants are evaluated by the operations of the generated code, in its order.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from codegen.program.roll import roll
 
 @lru_cache(maxsize=8)
 def lower(program: Program) -> Code:
-    """The cheaper of two forms of the program: with and without factored sums. A program is lowered once.
+    """The Code of a program: of its forms with and without factored sums, that with fewer operations. Cached.
 
     Raises:
         BadInput: if a constant is not finite, or a name cannot be used in the generated code.
     """
-    # A factored sum would be another computation than its neighbours', with which it could be in a loop.
+    # With arrays, sums are not factored: a factored sum differs from the others that could be in one loop with it.
     lowerings = [_Lowering(program, factoring) for factoring in ((False,) if program.arrays else (False, True))]
     forms = [(lowering.code(), lowering.names) for lowering in lowerings]
     code, names = min(forms, key=lambda form: form[0].operations().total)
@@ -39,6 +39,8 @@ def lower(program: Program) -> Code:
 
 
 class _Lowering:
+    """Lowering of one program, with or without factored sums."""
+
     def __init__(self, program: Program, factoring: bool) -> None:
         self.program, self.factoring = program, factoring
         self.graph = Graph()
@@ -70,7 +72,7 @@ class _Lowering:
             next_state=tuple(Assignment(f.name, n, f.unit) for f, n in zip(states, final, strict=True)),
             outputs=tuple(Assignment(name, value[name], unit) for name, unit, _ in self.program.outputs),
             initial=self._setting(self.program.initial_state, "initial"),
-            carried=self._setting(self.program.carried_state if self.program.holds else (), "carried"),
+            predicted=self._setting(self.program.predicted_state if self.program.holds else (), "predicted"),
             resumed=self._setting(self.program.resumed_state if self.program.holds else (), "resumed"),
         )
 
@@ -78,7 +80,7 @@ class _Lowering:
         return to_graph(casadi.vertcat(*values), {**self.symbols, **raw}, self.graph) if values else []
 
     def _derived(self, roots: list[Node], value: dict[str, Node]) -> tuple[Assignment, ...]:
-        """The constants that a step needs; with loops also constants from which several of these are computed."""
+        """The derived constants that a step uses; with arrays also those from which several of these are computed."""
         needed = {a for n in reachable(roots) if not n.constant for a in n.arguments if a.constant}
         needed |= {n for n in roots if n.constant}
         wishes: dict[Node, str] = {}
@@ -95,7 +97,7 @@ class _Lowering:
         return tuple(result)
 
     def _groups(self, value: dict[str, Node], final: list[Node]) -> tuple[Group, ...]:
-        """Assignments by block: partial results where they are first needed, then the elements."""
+        """Assignments by block: intermediate results where they are first used, then the elements."""
         blocks = self.program.blocks
         wishes = {node: element for element, node in reversed(value.items())}  # the first element of a node
         roots = [*final, *(value[name] for name, _, _ in self.program.outputs)]
@@ -110,7 +112,7 @@ class _Lowering:
         groups: list[Group] = []
 
         def assign(roots: list[Node], stem: str, lines: list[Assignment]) -> None:
-            """Partial results below the roots that are used more than once."""
+            """Assign the nodes below the roots that are used more than once."""
             for node in reachable(roots):
                 shared = uses[node] > 1 and node.kind != "negative"
                 if node.constant or node.leaf or node in known or not (shared or node in whole) or node in roots:
@@ -145,7 +147,7 @@ class _Lowering:
         return self.names.take(wish) if wish and wish.isidentifier() and len(wish) <= 40 else self.names.numbered(stem)
 
     def _setting(self, expressions: Sequence[Any], stem: str) -> Setting:
-        """The assignments of states that change."""
+        """The assignments of states outside the normal step; those that keep their value are left out."""
         nodes = self._nodes(expressions, {})
         short = normalise(nodes, [], self.graph, factoring=False)
         final = [short[node] for node in nodes]
@@ -215,7 +217,7 @@ def _value(node: Node, values: list[float], given: Mapping[str, float], rounded:
 
 
 def _not_finite(node: Node, given: Mapping[str, float]) -> BadInput:
-    """The error; it names the parameter in the constant that is farthest from 1."""
+    """The error for a constant that is not finite, located at the parameter in it whose |log| is the largest."""
     names = [n.name for n in reachable([node]) if n.kind == "symbol"]
     size = {name: abs(math.log(abs(given[name]) or 5e-324)) for name in names}
     about = max(names, key=size.__getitem__) if names else None

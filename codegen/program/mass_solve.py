@@ -1,8 +1,8 @@
-"""Solution of M a = r as blocks: closed form for n = 2, otherwise LDLᵀ over M's sparsity, one division a pivot.
+"""Solution of M a = r as blocks: Cramer's rule for n = 2, otherwise LDLᵀ over M's sparsity, with one division a pivot.
 
-A diagonal M costs one division an entry; for a constant M only stored constants remain in a step. Intermediate values
-are named blocks (``D1``, ``L21``, …), so that the generated code reads like a factorisation by hand.
-``mechanics.solve`` does the same without names, for simulation and analysis.
+For a diagonal M this is one division an entry; for a constant M a step uses stored constants only. Intermediate values
+are named (``D1``, ``L21``, …), so that the generated code reads like a factorisation by hand. ``mechanics.solve`` does
+the same without names, for simulation and analysis.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from codegen.program.model import Block
 
 
 class MassSolve:
-    """Builder of the blocks, in order; later entries use the names of earlier ones.
+    """Linear solver that adds its intermediate values to ``blocks``, in the order of computation.
 
     Args:
         taken: names in use, to which those of the blocks are added.
@@ -28,9 +28,9 @@ class MassSolve:
         self.blocks: list[Block] = []
 
     def solve(self, mass: Any, right: Any) -> Any:
-        """The a of M a = r, n by 1, over the elements of ``blocks``; M is symmetric positive definite.
+        """SX of the a of M a = r, n by 1, over the elements of ``blocks``; M is symmetric positive definite.
 
-        Structural zeros of M need no operations.
+        Structural zeros of M cost no operations.
         """
         n = mass.shape[0]
         matrix = self._named("mass_matrix", "M", casadi.SX(mass), n)
@@ -41,7 +41,7 @@ class MassSolve:
         return self._by_factorisation(matrix, force)
 
     def eliminate(self, matrix: Any, right: Any) -> Any:
-        """The x of A x = r for an unsymmetric A: Gaussian elimination over A's sparsity, without pivoting.
+        """SX of the x of A x = r for an unsymmetric A: Gaussian elimination over A's sparsity, without pivoting.
 
         Every leading principal minor of A must differ from zero.
         """
@@ -130,11 +130,11 @@ class MassSolve:
         return dict(zip(places, symbols, strict=True))
 
     def named(self, name: str, wishes: Sequence[str], values: Sequence[Any]) -> list[Any]:
-        """Symbols for values in one block.
+        """Add a block of values, and return their symbols.
 
         Args:
             name: of the block.
-            wishes: names of the symbols; one that is taken gets ``_`` or a number at its end.
+            wishes: names of the symbols; one in use gets ``_`` or a number at its end.
         """
         elements = []
         for wish in wishes:
@@ -147,5 +147,5 @@ class MassSolve:
 
 
 def _label(n: int) -> Callable[..., str]:
-    """M21 for n below ten, M10_2 above."""
+    """Function that names an entry of a matrix of n rows: M21 for n below ten, else M10_2."""
     return lambda letter, *indices: letter + ("" if n < 10 else "_").join(str(i + 1) for i in indices)

@@ -1,6 +1,6 @@
-"""The intermediate form: an ordered list of named blocks with shapes, units and sources, over CasADi SX.
+"""Intermediate representation of an observer: an ordered list of named blocks with units and sources, over CasADi SX.
 
-Every language is printed from this list in this order, so that all compute the same bits.
+Every language is printed from this list in this order, so that all of them compute the same bits.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from codegen.program.arrays import Element
 PRECISIONS = ("double", "single")
 FAULTS = ("hold", "none")
 LARGEST = {"double": 1e150, "single": 1e18}
-"""Largest accepted sum of a step's states: a product of two such quantities does not overflow."""
+"""Precision → largest accepted sum of a step's states; a product of two such quantities does not overflow."""
 HELD = "outputs."
-"""Prefix of the symbol of an output of the last valid sample."""
+"""Prefix of the SX symbols of the last valid sample's outputs."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """A scalar of a struct: a parameter, state, input or output.
+    """A scalar field of a generated struct: a parameter, state or input.
 
     Attributes:
         name: as in the spec, where it has one.
@@ -45,19 +45,20 @@ class Field:
 
 @dataclass(frozen=True)
 class State:
-    """A state with its values: SX over fields and blocks.
+    """A state, with the SX of its value at the next sample in each case.
 
     Attributes:
-        following: one sample later.
+        following: after a valid sample, over fields and blocks.
         initial: at the first sample, over parameters and inputs.
-        carried: after an invalid sample, over parameters, states and held outputs.
-        resumed: set by a valid sample after many invalid ones, so that the held estimates continue; None: as initial.
+        predicted: after an invalid sample, over parameters, states and held outputs.
+        resumed: set by the first valid sample after many invalid ones, so that the estimates equal the held ones; None:
+            as initial.
     """
 
     field: Field
     following: Any
     initial: Any
-    carried: Any
+    predicted: Any
     resumed: Any = None
 
 
@@ -67,13 +68,13 @@ class Block:
 
     Attributes:
         name: a textbook term (``friction_level``).
-        elements: a local name for each element (``a_hat_rail``).
+        elements: a variable name for each element (``a_hat_rail``).
         expression: SX over fields and earlier blocks, k by 1.
         units: one per element.
         source: equation number.
         output: whether the elements are outputs.
-        inner: whether an element gets a variable only where it is used more than once.
-        symbols: SX symbols that later blocks use for the elements, k by 1, made of their names.
+        inner: whether an element is stored in a variable only if it is used more than once.
+        symbols: SX symbols that later blocks use for the elements, k by 1, named like them.
     """
 
     name: str
@@ -92,22 +93,24 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """One observer, ready to print.
+    """Intermediate representation of one observer, from which every language is printed.
 
     Attributes:
         name: prefix of every symbol in C, package name in Python.
-        kind, velocity: of the observer, for comments.
+        kind, velocity: of the observer (``gcfo``; ``measured`` or ``estimated``), for comments.
         parameters, states, inputs: struct fields in order.
         blocks: computed in order in a step.
         next_state: SX of each state one sample later, over fields and blocks.
         initial_state: SX of each state at the first sample, over parameters and inputs.
-        carried_state: SX of each state after an invalid sample, over parameters, states and held outputs;
-            after ``most_lost`` in a row the next valid sample sets them.
-        resumed_state: SX of each state set by a valid sample so that the held estimates continue, over inputs too.
+        predicted_state: SX of each state after an invalid sample, over parameters, states and held outputs.
+        resumed_state: SX of each state, set by the first valid sample after ``most_lost`` invalid ones or more so that
+            the estimates equal the held ones; over inputs too.
+        most_lost: number of consecutive invalid samples up to which the states are predicted.
         precision: of the arithmetic, ``double`` or ``single``.
-        fault: handling of non-finite samples: ``hold`` the last estimate, or ``none``.
+        fault: handling of invalid samples: ``hold`` the last estimates, or ``none``.
         integration: method of the step, in words.
-        arrays: array element of every field or block element in an array; members are adjacent, in order.
+        arrays: name → array element, for fields and block elements in arrays; those of one array are adjacent, in
+            order.
     """
 
     name: str
@@ -119,7 +122,7 @@ class Program:
     blocks: tuple[Block, ...]
     next_state: tuple[Any, ...]
     initial_state: tuple[Any, ...]
-    carried_state: tuple[Any, ...]
+    predicted_state: tuple[Any, ...]
     resumed_state: tuple[Any, ...]
     most_lost: int = 1
     precision: str = "double"
@@ -129,7 +132,7 @@ class Program:
 
     @property
     def holds(self) -> bool:
-        """Whether the generated step holds its estimates over an invalid sample, and says so in ``fault``."""
+        """Whether the generated step holds its estimates at an invalid sample, and sets the output ``fault``."""
         return self.fault == "hold"
 
     @property
@@ -138,13 +141,13 @@ class Program:
         return "float" if self.precision == "single" else "double"
 
     def reference(self, name: str) -> str:
-        """A field as written after its struct in every language: m, or x[3] of an array."""
+        """A field as written within its struct in every language: m, or x[3] of an array."""
         place = self.arrays.get(name)
         return name if place is None else f"{place.array}[{place.at}]"
 
     @property
     def places(self) -> dict[str, str]:
-        """Parameter, state, input or output → its place in the structs: parameters.m, outputs.v_hat[3]."""
+        """Name of a parameter, state, input or output → its place in the structs: parameters.m, outputs.v_hat[3]."""
         structs = {"parameters": self.parameters, "state": self.states, "inputs": self.inputs}
         names = [(struct, f.name) for struct, fields in structs.items() for f in fields]
         names += [("outputs", name) for name, _, _ in self.outputs]

@@ -1,4 +1,4 @@
-"""Names in the generated code for quantities that a spec does not name: derived constants and intermediate results."""
+"""Variable names for quantities that a spec does not name: derived constants and intermediate results."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from codegen.program.graph import Node
 
 LONGEST = 40
-"""Most characters of a name that is made from a formula."""
+"""Most characters of a name that is derived from a formula."""
 DEEPEST = 8
-"""Most levels of nested operations in a formula that a name is made from."""
+"""Most nested operations in a formula from which a name is derived."""
 _RESERVED = """
 state parameters inputs outputs check given fresh faults missed valid mode invalid_samples first lane i
 field dataclass math
@@ -20,10 +20,10 @@ RESERVED = set(re.findall(r"\w+", _RESERVED))
 
 
 class Names:
-    """Provider of names that are unique without regard to case.
+    """Provider of unique names; names that differ only by case count as equal.
 
     Args:
-        taken: names that are in use already.
+        taken: names in use.
     """
 
     def __init__(self, taken: set[str]) -> None:
@@ -56,7 +56,7 @@ def constant_name(node: Node) -> str | None:
 
 
 def _words(node: Node, deep: int) -> str | None:
-    """A formula spelled as an identifier; None if it cannot be, or has more than ``deep`` levels of operations."""
+    """A formula spelled as an identifier; None if it has no such form, or more than ``deep`` nested operations."""
     if deep == 0:
         return None
     match node.kind:
@@ -86,16 +86,16 @@ def _words(node: Node, deep: int) -> str | None:
 
 
 def _powers(words: list[str]) -> list[str]:
-    """Factors of a product, with two equal ones as x_squared."""
+    """The factors of a product, two equal ones written as x_squared."""
     squared = [f"{word}_squared" if words.count(word) == 2 else word for word in words]
     return list(dict.fromkeys(squared)) if all(words.count(w) <= 2 for w in words) else words
 
 
 def partial_name(node: Node, known: Mapping[Node, str]) -> str | None:
-    """A name of an intermediate result that is one operation on a named node: sin_x, omega_squared, one_over_d.
+    """A name for one operation on a named node: sin_x, omega_squared, one_over_d; None for a node of another form.
 
     Args:
-        known: names given to other nodes. A node of another form has no such name: None.
+        known: names of other nodes.
     """
     inner = [known.get(a) or (a.name if a.kind == "symbol" else None) for a in node.arguments]
     if None in inner[:1] and not (node.kind == "quotient" and inner[-1]):

@@ -1,8 +1,8 @@
-"""Simplification rules: constants collected, divisions by constants made products, like terms added, sums factored.
+"""Algebraic simplification: constants folded, divisions by constants replaced, like terms collected, sums factored.
 
-A node that is named or used more than once is closed: it is computed as it is. An open node may be merged into the one
-that uses it. Every rule saves operations of a step or moves them into constants; the result is the order of operations
-in every language.
+A node that is named or used more than once is closed: it is computed once, as it is. An open node may be merged into
+the node that uses it. Every rule saves operations of a step or moves them into derived constants. The result is the
+order of operations in every language.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from codegen.program.arrays import Element
 from codegen.program.graph import Graph, Node, reachable
 
 Term = tuple[int, Node]
+"""Sign and node of a sum's term."""
 
 
 def normalise(
@@ -23,14 +24,14 @@ def normalise(
     factoring: bool,
     places: Mapping[str, Element] | None = None,
 ) -> dict[Node, Node]:
-    """The simplified form of every node below the roots.
+    """Node → its simplified form, for the roots and every node below them.
 
     Args:
         roots: nodes to be computed.
         named: nodes with a name, which are not merged into others.
-        factoring: whether sums are factored: a x + b x as (a + b) x for variable a and b.
-        places: of symbols in arrays; terms of sums are then ordered by the first array element on which they depend,
-            so that equal computations for every element are written equally.
+        factoring: whether a x + b x becomes (a + b) x for variable a and b.
+        places: symbol → array element; terms of sums are then ordered by the first array element on which they depend,
+            so that equal computations on different elements have the same form.
     """
     nodes = reachable(roots)
     uses = Counter(a for node in nodes for a in node.arguments)
@@ -51,13 +52,20 @@ def normalise(
 
 
 class _Rules:
+    """Rules that rebuild a node over its simplified arguments.
+
+    Attributes:
+        closed: simplified nodes that are not merged into others.
+        angles: nodes whose sine or cosine is computed anyway.
+    """
+
     def __init__(self, graph: Graph, factoring: bool, angles: set[Node], places: Mapping[str, Element]) -> None:
         self.graph, self.factoring, self.angles, self.places = graph, factoring, angles, places
         self.closed: set[Node] = set()
         self.first: dict[Node, tuple[str, int]] = {}
 
     def first_place(self, node: Node) -> tuple[str, int]:
-        """The first array element on which an expression depends; expressions without one come last."""
+        """(array, index) of the first array element on which an expression depends; one that sorts last if none."""
         if node not in self.first:
             place = self.places.get(node.name) if node.kind == "symbol" and not node.constant else None
             own = ("~", 0) if place is None else (place.array, place.at)
@@ -81,7 +89,7 @@ class _Rules:
         return node
 
     def of_a_sum(self, name: str, angle: Node) -> Node:
-        """Sine or cosine of a sum of two angles from theirs, where these are needed anyway."""
+        """Sine or cosine of α ± β by the addition theorem, if those of α and β are computed anyway."""
         if len(angle.arguments) != 2 or not self.angles.issuperset(angle.arguments):
             return self.graph.call(name, [angle])
         (sin_a, cos_a), (sin_b, cos_b) = (
@@ -97,7 +105,7 @@ class _Rules:
         return node.constant or node not in self.closed
 
     def coefficient(self, node: Node) -> tuple[Node | None, Node | None]:
-        """(constant factor, variable rest) of a term; None where there is none."""
+        """(constant factor, variable factor) of a term; None for a factor that it does not have."""
         if node.constant:
             return node, None
         if node.kind == "product" and node.arguments[0].constant and self.open(node):
@@ -127,7 +135,7 @@ class _Rules:
         return self.assembled(result)
 
     def flat(self, terms: Sequence[Term]) -> list[Term]:
-        """Open sums and negatives expanded, signs of numbers extracted, zeros removed."""
+        """The terms with open sums and negatives expanded, signs of numbers extracted, and zeros removed."""
         result: list[Term] = []
         for sign, node in terms:
             if node.kind == "sum" and self.open(node) and not node.constant:
@@ -142,7 +150,7 @@ class _Rules:
         return result
 
     def factored(self, terms: list[Term]) -> list[Term]:
-        """Common factors of several open products extracted, the most frequent first."""
+        """The terms with the common factors of open products extracted, the most frequent first."""
         counts: Counter[Node] = Counter()
         for _, node in terms:
             counts.update({f for f in self.factors(node) if not f.constant})
@@ -165,7 +173,7 @@ class _Rules:
         return node.arguments if node.kind == "product" and self.open(node) else (node,)
 
     def assembled(self, terms: list[Term]) -> Node:
-        """A positive term first, the rest in order."""
+        """The sum of the terms: the first positive one, then the others in order."""
         if not terms:
             return self.graph.number(0.0)
         if len(terms) > 1 and all(node.constant for _, node in terms):
@@ -205,11 +213,11 @@ class _Rules:
         return self.assembled([(sign, result)])
 
     def opened(self, nodes: Sequence[Node]) -> list[Node]:
-        """The factors of open products in place of these; constant products stay."""
+        """The nodes, open products replaced by their factors; constant products stay."""
         return [f for node in nodes for f in ((node,) if node.constant else self.factors(node))]
 
     def absorbs(self, node: Node) -> bool:
-        """Whether a constant factor of this sum is free, because each of its terms has one already."""
+        """Whether a constant factor of this sum costs nothing, because each of its terms has one already."""
         if node.kind != "sum" or not self.open(node):
             return False
         return all(self.coefficient(t)[0] is not None for t in node.arguments)
@@ -227,11 +235,11 @@ class _Rules:
         return self.graph.quotient(above, rest)
 
 
-# Constants: numbers are evaluated, parameters become a product over a product.
+# Constants: numbers are evaluated; parameters become a product divided by a product.
 
 
 def constant_product(factors: Sequence[Node], graph: Graph) -> Node:
-    """One number, then the other factors in the order of their creation, over all their divisors."""
+    """The product of constants as number · factors / divisors, factors and divisors in the order of their creation."""
     number = 1.0
     above: list[Node] = []
     below: list[Node] = []
@@ -263,7 +271,7 @@ def constant_product(factors: Sequence[Node], graph: Graph) -> Node:
 
 
 def constant_sum(terms: Sequence[tuple[int, Node]], graph: Graph) -> Node:
-    """The part with parameters first, then the sum of the numbers."""
+    """The sum of constants: the terms with parameters, then one number."""
     number = 0.0
     named: list[tuple[int, Node]] = []
     for sign, node in terms:

@@ -1,4 +1,4 @@
-"""Loop rerolling, Code → Rolled: numbered quantities go into arrays, and isomorphic computations on them into loops.
+"""Loop rerolling, Code → Rolled: numbered quantities are stored in arrays, isomorphic computations on them are loops.
 
 Example: slip_1 = v1 to slip_16 = v16 become ``for i in 0..15: slip[i] = v[i]``.
 """
@@ -17,7 +17,7 @@ from codegen.program.naming import Names
 from codegen.program.schedule import Run, Value, schedule
 
 FEWEST = 8
-"""Smallest number of isomorphic partial results that get an array."""
+"""Smallest number of isomorphic intermediate results that are stored in an array."""
 
 
 def roll(program: Program, code: Code, names: Names) -> Rolled:
@@ -76,7 +76,7 @@ class _Rolling:
             [Node("symbol", name=f.name) for f in fields] for fields in (self.program.inputs, self.program.states)
         )
         check = self._sums([*(node for node in inputs if node.name in unseen), *markers, *code.unseen_outputs()])
-        given, begun = self._sums(inputs), self._sums([*inputs, *before])
+        input_check, initial_check = self._sums(inputs), self._sums([*inputs, *before])
         arrays = self._local_arrays()
         return Rolled(
             storage=self.storage,
@@ -87,13 +87,13 @@ class _Rolling:
             prepare=prepare,
             step=body,
             initial=self._setting(constants, code.initial),
-            carried=self._setting(constants, code.carried),
+            predicted=self._setting(constants, code.predicted),
             resumed=self._setting(constants, code.resumed),
             outputs=written,
             following=committed,
             check=check,
-            begun=begun,
-            given=given,
+            initial_check=initial_check,
+            input_check=input_check,
         )
 
     # Values to compute.
@@ -110,7 +110,7 @@ class _Rolling:
         return tuple(array for array, kind in self.storage.items() if kind == "local")
 
     def _constants(self, code: Code) -> list[Value]:
-        """Derived constants; those whose names are numbered go into arrays by name, the others by formula."""
+        """Derived constants; numbered names are stored in arrays, and isomorphic formulas of the others too."""
         named = [a.name for a in code.derived if not re.fullmatch(r"constant_\d+", a.name)]
         places = elements(named, self.names) if self.program.arrays else {}
         values = [Value(a.value, a.name, places.get(a.name), "parameters", True) for a in code.derived]
@@ -139,7 +139,7 @@ class _Rolling:
         return values, markers
 
     def _place(self, values: Sequence[Value]) -> None:
-        """Register values; isomorphic computations without an array get one."""
+        """Register values; enough isomorphic computations that are in no array get one."""
         classes: dict[object, int] = {}
         members: dict[int, list[Value]] = {}
         for v in values:
@@ -158,7 +158,7 @@ class _Rolling:
             for v in several:
                 v.place = None if array is None else Element(array, v.at)
 
-    # Expressions, ending at named nodes.
+    # Expressions, down to named nodes.
 
     def _place_of(self, node: Node) -> Element | None:
         value = self.defined.get(node)
@@ -182,7 +182,7 @@ class _Rolling:
             yield from self._values_in(a)
 
     def _alike(self, node: Node, at: int, whole: bool = False) -> object:
-        """A key that is equal for isomorphic expressions: those that differ only by the index ``at``."""
+        """A key that is equal for isomorphic expressions: those that differ only by the array index ``at``."""
         if not whole:
             place = self._place_of(node)
             if place is not None:
@@ -198,7 +198,7 @@ class _Rolling:
         return self.defined.get(v.node) is v
 
     def _written(self, node: Node, run: Run, whole: bool = False) -> Node:
-        """The expression for the first iteration of a run, with array elements and locals."""
+        """The expression as printed in a run, with array elements and locals; indices relative to i in a loop."""
         if not whole:
             if node in self.defined:
                 return self._name(self.defined[node], run)
@@ -226,7 +226,7 @@ class _Rolling:
     # Stretches.
 
     def _stretches(self, values: Sequence[Value], join: bool = True) -> tuple[Stretch, ...]:
-        """Schedule values and write them out; ``join`` allows loop fusion."""
+        """The printed code of values, scheduled; ``join`` allows loop fusion."""
         own = set(values)
         for k, v in enumerate(values):
             v.order = k
@@ -250,7 +250,10 @@ class _Rolling:
         return tuple(result)
 
     def _decide_stored(self, values: Sequence[Value], runs: Sequence[Run]) -> None:
-        """Store a value in its array where another iteration, or code outside the loop, uses it; else in a local."""
+        """Mark the values that are stored in their array, because another iteration or code after the loop uses them.
+
+        The others are locals of the loop's body. All values that a line of a loop assigns are stored alike.
+        """
         for v in values:
             for u in v.uses:
                 run, other = self.run_of[v], self.run_of[u]
@@ -276,7 +279,7 @@ class _Rolling:
         self.lengths[place.array] = max(self.lengths.get(place.array, 0), place.at + 1)
 
     def _sums(self, nodes: Sequence[Node]) -> tuple[Sum, ...]:
-        """Sums: single terms first, then arrays, grouped by range."""
+        """The sum of nodes: single terms first, then arrays, grouped by their range of indices."""
         single: list[Node] = []
         ranges: dict[str, list[int]] = {}
         for node in nodes:
@@ -292,6 +295,6 @@ class _Rolling:
 
 
 def _merged(parts: Sequence[Part]) -> tuple[Part, ...]:
-    """Neighbouring parts with the same comment merged."""
+    """The parts, neighbours with the same comment merged."""
     groups = groupby(parts, key=lambda part: (part.title, part.source))
     return tuple(Part(*comment, tuple(line for part in some for line in part.lines)) for comment, some in groups)

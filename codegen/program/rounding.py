@@ -1,9 +1,10 @@
-"""Bound on the rounding error of a step of the generated code: interval arithmetic over the printed graph.
+"""Running error analysis of a step: a bound on its rounding error, by interval arithmetic over the printed graph.
 
-Every node has an interval of its exact value and a bound on |computed − exact|. By the standard model of floating
-point an operation is computed as result·(1 + δ) + η with |δ| ≤ u, u = 2⁻⁵³ or 2⁻²⁴, and |η| below the least positive
-number, for underflow. Errors of the operands are carried through the operation. Parameters and numbers are rounded
-too. The order of operations is the printed one, and compilers may not fuse them (FP_CONTRACT is off).
+For every node: an interval of its exact value, and a bound on |computed − exact|. In the standard model of
+floating-point arithmetic an operation is computed as result·(1 + δ) + η with |δ| ≤ u, u = 2⁻⁵³ or 2⁻²⁴, and |η| below
+the least positive number, for underflow. The errors of the operands propagate through the operation. Parameters and
+numbers are rounded too. The order of operations is the printed one, and compilers may not fuse them (FP_CONTRACT is
+off).
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ LEAST = {"double": 2.0**-1074, "single": 2.0**-149}
 OUTWARDS = 1 + 2.0**-40
 """Factor on every error bound: it is itself computed in doubles, by a few operations of relative error 2⁻⁵³ each."""
 SLACK = 2.0**-50
-"""The same for the ends of an interval, as a share of its largest magnitude."""
+"""Widening of an interval at each end, for the same reason, as a share of its largest magnitude."""
 SHORT = 2**20
 """Halves of whole numbers below this size are exact in single precision too, which has 24 bits."""
 
@@ -47,7 +48,7 @@ class Enclosed:
 
 
 class Undecided(Exception):
-    """The sign of a node is not determined, or a function has no enclosure here."""
+    """The interval of a node contains both signs where one is needed, or a function has no enclosure here."""
 
 
 def enclose(
@@ -60,12 +61,12 @@ def enclose(
     """Intervals and rounding errors of the roots.
 
     Args:
-        ranges: of every symbol below the roots, by its name.
-        known: ranges of nodes that hold for other reasons, such as a certified bound, to narrow the intervals.
-        given: nodes with a given enclosure, which replaces theirs; their own rounding is counted elsewhere.
+        ranges: name → enclosure, of every symbol below the roots.
+        known: node → range known for other reasons, such as a certified bound; its interval is intersected with it.
+        given: node → enclosure that is used in place of the computed one, where its rounding is counted elsewhere.
 
     Raises:
-        Undecided: where a sign is not determined, a divisor may be zero, or a function is other than abs and sign.
+        Undecided: if a sign is not determined, a divisor may be zero, or a function is other than abs and sign.
     """
     found: dict[Node, Enclosed] = {}
     for node in reachable(roots):
@@ -124,7 +125,7 @@ def _value(node: Node, parts: list[Enclosed], ranges: Mapping[str, Enclosed], pr
 
 
 def _rounded(result: Enclosed, precision: str) -> Enclosed:
-    """The enclosure of an operation's result: the error of its operands, to which its own rounding is added."""
+    """The enclosure of an operation's result, its own rounding added to the error from its operands."""
     error = (result.error + UNIT[precision] * (result.size + result.error) + LEAST[precision]) * OUTWARDS
     slack = SLACK * result.size
     return Enclosed(result.low - slack, result.high + slack, error)

@@ -19,9 +19,9 @@ from codegen.program.arrays import Element
 from codegen.program.graph import Node
 
 SHORTEST = 4
-"""Shorter runs are written out."""
+"""Fewest iterations of a loop; shorter ones are unrolled."""
 EDGE = 3
-"""Ranges that differ by at most this at each end are reduced to their common part, and the ends written out."""
+"""Loops whose ranges differ by at most this at each end are fused over the common range; the rest is unrolled."""
 
 
 @dataclass(eq=False)
@@ -31,7 +31,7 @@ class Value:
     Attributes:
         place: its array element, if it has one.
         order: its number in a topological order of all values.
-        alike: key that is equal for isomorphic computations.
+        alike: key; equal for isomorphic computations.
         uses: values of the same function on which it depends.
         field: its struct, or empty.
         stored: whether it is stored in its array, not in a local.
@@ -64,7 +64,7 @@ class Run:
     Attributes:
         members: a column of values for each array that the loop computes, in order of computation.
         forward, backward: whether an iteration depends on one of a lower index, or of a higher one.
-        position: in the schedule; of a run that was fused into another it is not set.
+        position: in the schedule; not set for a run that was fused into another.
     """
 
     members: list[list[Value]]
@@ -123,7 +123,7 @@ def schedule(values: Sequence[Value], join: bool) -> list[Run]:
 def _runs(values: Sequence[Value], join: bool) -> list[Run]:
     """Runs of each array, split where the computation changes and, for fusion, at the ends of a common range.
 
-    What is not in a loop becomes a run of its own: values without an array, short stretches, ends that are cut off.
+    Every other value is a run of its own: those in no array, in short loops, or outside the common range.
     """
     arrays: dict[str, list[Value]] = {}
     result = []
@@ -154,9 +154,9 @@ def _runs(values: Sequence[Value], join: bool) -> list[Run]:
 
 
 def _common_ranges(stretches: list[list[Value]]) -> dict[int, tuple[int, int]]:
-    """id(stretch) → its range, reduced to that which it has in common with others of nearly the same range.
+    """id(stretch) → its range of indices, reduced to the common range of stretches that differ by at most ``EDGE``.
 
-    Greedy: each stretch joins the first cluster whose range it nearly has, and shrinks that range.
+    Greedy clustering: each stretch joins the first cluster of nearly its range, whose range becomes the intersection.
     """
     clusters: list[tuple[int, int, list[list[Value]]]] = []
     for s in sorted(stretches, key=lambda s: s[0].order):
@@ -184,9 +184,9 @@ def _loop(columns: list[list[Value]]) -> Run:
 
 
 def _without_cycles(runs: list[Run]) -> list[Run]:
-    """The runs, mutually dependent ones fused into one loop over their range where possible, else split into values.
+    """The runs without cyclic dependences: mutually dependent ones fused into one loop if possible, else unrolled.
 
-    Mutually dependent runs are a strongly connected component of the dependence graph: no order of theirs is valid.
+    Mutually dependent runs are a strongly connected component of the dependence graph, which has no topological order.
     """
     number_of = {v: k for k, run in enumerate(runs) for v in run.values}
     edges = {(k, number_of[u]) for k, run in enumerate(runs) for v in run.values for u in v.uses if number_of[u] != k}

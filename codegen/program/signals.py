@@ -1,6 +1,7 @@
-"""Signals in generated code: the true position behind a sensor's error, the effective input behind an actuator chain.
+"""Sensor and actuator models in the generated code: the true position and the effective input.
 
-Past samples and lags are states; the true position and the effective input are blocks that replace the symbols.
+The true position is the reading without the sensor's error, the effective input the command after delay and lag. Both
+are blocks that replace the symbols; past samples and lags are states.
 """
 
 from __future__ import annotations
@@ -18,14 +19,15 @@ from codegen.observers.equations import Observer
 from codegen.program.model import Block, Field, State
 
 LONGEST_DELAY = 1000
+"""In samples."""
 STEPS = 4
 """Newton steps; with |η'| < 1/2, required by the catalogue, the remaining error is below 1e-13 of the period."""
 
 
 def true_positions(system: System, names: dict[sympy.Symbol, Any]) -> list[Block]:
-    """A block for each sensor with an error; the true position replaces the position's symbol in ``names``.
+    """Blocks of the true positions x, from x_measured = x + η(x), for each sensor with an error η.
 
-    x_measured = x + η(x) is solved for x by Newton's method, starting at x_measured − η(x_measured).
+    Newton's method, with the initial guess x_measured − η(x_measured). x replaces the reading in ``names``.
     """
     blocks = []
     for x, unit in zip(system.positions, system.position_units, strict=True):
@@ -45,11 +47,10 @@ def true_positions(system: System, names: dict[sympy.Symbol, Any]) -> list[Block
 def effective_input(
     observer: Observer, index: int, command: Field, period: Field, names: dict[sympy.Symbol, Any]
 ) -> tuple[list[Block], list[State]]:
-    """The mean effective input over the coming sample; it replaces the input's symbol in ``names``.
+    """Blocks and states of the effective input, averaged over [t_k, t_k+1); it replaces the command in ``names``.
 
-    The command is held between samples, so over [t_k, t_k+1) a delayed command has two values. A lag is integrated
-    exactly; after a fractional delay, for the mean of the two. Before the first sample its command is assumed to have
-    been held.
+    The command is held between samples, so a command delayed by a fraction of a sample has two values in that interval.
+    A lag is integrated exactly, for the mean of the two. The command is assumed constant before the first sample.
 
     Raises:
         BadInput: if the delay is longer than ``LONGEST_DELAY`` samples.
@@ -95,9 +96,9 @@ def effective_input(
 
 
 def held_input(observer: Observer, index: int, command: Field, names: dict[sympy.Symbol, Any]) -> State:
-    """The input held since the last sample, which moved the machine to the present measurement.
+    """State with the effective input of the last sample, which led to the present measurement.
 
-    It is the effective input; at the first sample, that of a command held for long.
+    At the first sample: the effective input after a constant command.
     """
     w, chain = observer.system.inputs[index], observer.system.actuator(index)
     settled = to_casadi(chain.static(w), {**names, w: command.symbol})
@@ -107,14 +108,14 @@ def held_input(observer: Observer, index: int, command: Field, names: dict[sympy
 
 
 def _lagged(w: sympy.Symbol, unit: str, place: int, order: int) -> Field:
-    """The state of one of so many equal lags in series."""
+    """The state of the lag at ``place`` in a series of ``order`` equal first-order lags."""
     if order == 1:
         return Field(f"{w}_lagged", unit, f"{w} behind its lag")
     return Field(f"{w}_lagged_{place}", unit, f"{w} behind lag {place} of {order}")
 
 
 def _samples(observer: Observer, w: sympy.Symbol, delay: Any) -> tuple[int, Any]:
-    """A delay in whole samples and the remaining share of a sample."""
+    """A delay as a number of whole samples, and the remaining fraction of a sample."""
     ratio = sympy.Rational(delay.subs(observer.system.values)) / observer.sample_time
     whole = int(sympy.floor(ratio))
     if whole > LONGEST_DELAY:

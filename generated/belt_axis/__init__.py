@@ -4,7 +4,8 @@ Made by stiction 0.1.0 from belt_axis.yaml
 sha256 011c159c52aff177b4ffacdfdb486cf7c777fa8381d977de25a0d69ba40ac64f
 with: stiction generate belt_axis.yaml
 
-The twin of belt_axis.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+The twin of belt_axis.c: the same operations in the same order on doubles, with bit-identical results.
+Do not edit.
 """
 
 import math
@@ -14,11 +15,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "011c159c52aff177b4ffacdfdb486cf7c777fa8381d977de25a0d69ba40ac64f"
 LARGEST = 1e+150
-# what the next valid sample does
-RUNNING = 0  # it gives new estimates
-HOLDING = 1  # after 8 invalid samples in a row: it sets the state so that the held estimates continue
-STARTING = 2  # no sample was valid so far: it initialises the state
-ENVELOPE = {  # low and high: where the certificate beside this file speaks
+# modes: what the next valid sample does
+RUNNING = 0  # gives new estimates
+HOLDING = 1  # after 8 invalid samples in a row: sets the state so that the estimates equal the held ones
+STARTING = 2  # no sample was valid so far: initialises the state
+ENVELOPE = {  # lower and upper limits: the operating region for which certificate.json holds
     "v": ("-1", "1"),
     "v_dot": ("-8", "8"),
     "x_noise": ("-1/400000", "1/400000"),
@@ -27,7 +28,7 @@ ENVELOPE = {  # low and high: where the certificate beside this file speaks
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+    """Model constants and gains with the spec's values, followed by the constants that ``prepare`` derives from them."""
 
     m: float = 4.2  # kg: model parameter
     kf: float = 18.5  # N/V: model parameter
@@ -42,17 +43,17 @@ class Parameters:
 
 @dataclass(slots=True)
 class State:
-    """What the observer remembers from sample to sample."""
+    """State of the observer between two samples."""
 
     z_v: float = 0.0  # m/s: observer state
     z_guide: float = 0.0  # N: observer state
     mode: int = RUNNING
-    invalid_samples: int = 0  # in a row; counted anew after a valid one
+    invalid_samples: int = 0  # in a row; the count restarts after a valid one
 
 
 @dataclass(slots=True)
 class Inputs:
-    """What is measured and commanded at a sample."""
+    """Measurements and commands at a sample."""
 
     x: float = 0.0  # m: measured position
     u: float = 0.0  # V: input
@@ -60,7 +61,7 @@ class Inputs:
 
 @dataclass(slots=True)
 class Outputs:
-    """What is estimated."""
+    """Estimates at a sample."""
 
     v_hat: float = 0.0  # m/s: velocity estimate, (4.25)
     a_hat_guide: float = 0.0  # N: friction level, (4.11)
@@ -74,13 +75,13 @@ def _sign(u: float) -> float:
 
 
 def prepare(parameters: Parameters) -> None:
-    """Compute the derived constants anew, after a parameter was changed."""
+    """Compute the derived constants again, after a parameter was changed."""
     parameters.one_over_m = 1.0 / parameters.m
     parameters.h_K_F = parameters.sample_time * parameters.K_F
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; if that is invalid, one that waits for the first valid sample."""
+    """The initial state, from the first measurement; if that is invalid, the first valid sample sets it."""
     state = State(
         z_v=-(parameters.K_v * inputs.x),
         z_guide=parameters.guide_a,
@@ -92,7 +93,7 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
 
 
 def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
-    """Predict the state over an invalid sample: the machine moves on at the held velocity estimate."""
+    """Predict the state over an invalid sample, as if the machine moved at the held velocity estimate."""
     state.z_v = state.z_v - parameters.sample_time * parameters.K_v * outputs.v_hat
     if state.mode == RUNNING:
         if outputs.fault == 0:
@@ -103,7 +104,7 @@ def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
 
 
 def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
-    """Set the state from a valid sample so that the held estimates continue."""
+    """Set the state from a valid sample so that the estimates equal the held ones."""
     state.z_v = outputs.v_hat - parameters.K_v * (inputs.x + parameters.sample_time * outputs.v_hat)
     state.z_guide = outputs.a_hat_guide + parameters.K_F * abs(outputs.v_hat)
     state.mode = RUNNING
@@ -127,7 +128,7 @@ def _handle_fault(state: State, parameters: Parameters, inputs: Inputs, outputs:
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
-    The estimates go into ``outputs``, or into new ones.
+    The estimates are written to ``outputs``, or to a new object.
     A sample is invalid if an input is NaN, infinite or beyond 1e+150: ``outputs`` then hold the last estimates,
     ``fault`` is 1, and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its
     mode is not ``RUNNING``, the estimates are held too, ``fault`` is 1, and the state is set from this sample. The held
@@ -155,7 +156,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     z_v_next = state.z_v + parameters.sample_time * (v_dot_hat - parameters.K_v * v_hat)
     z_guide_next = state.z_guide + parameters.h_K_F * sign_guide * v_dot_hat
 
-    # one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large
+    # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_v_next + z_guide_next
     if state.mode != RUNNING or not abs(check) <= LARGEST:
         given = inputs.x + inputs.u

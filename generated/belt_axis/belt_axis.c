@@ -48,7 +48,7 @@ void belt_axis_init(belt_axis_state *state, const belt_axis_parameters *paramete
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void belt_axis_predict(belt_axis_state *state, const belt_axis_parameters *parameters,
     const belt_axis_outputs *outputs)
 {
@@ -66,7 +66,7 @@ static void belt_axis_predict(belt_axis_state *state, const belt_axis_parameters
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void belt_axis_resume(belt_axis_state *state, const belt_axis_parameters *parameters,
     const belt_axis_inputs *inputs, const belt_axis_outputs *outputs)
 {
@@ -119,7 +119,7 @@ void belt_axis_step(belt_axis_state *state, const belt_axis_parameters *paramete
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
     const double z_guide_next = state->z_guide + parameters->h_K_F * sign_guide * v_dot_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v_next + z_guide_next;
     if (fabs(check) <= 1e+150 && state->mode == BELT_AXIS_RUNNING) {
         outputs->v_hat = v_hat;

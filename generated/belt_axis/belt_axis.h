@@ -6,9 +6,9 @@
  * sha256 011c159c52aff177b4ffacdfdb486cf7c777fa8381d977de25a0d69ba40ac64f
  * with: stiction generate belt_axis.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
- * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
- * twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a multiplication by its reciprocal, which
+ * the parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) for results that are
+ * bit-identical to the twin's. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_BELT_AXIS_H
 #define STICTION_BELT_AXIS_H
@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* Constants of the model and gains; BELT_AXIS_PARAMETERS holds the spec's values. */
+/* Model constants and gains; BELT_AXIS_PARAMETERS has the spec's values. */
 typedef struct {
     double m; /* kg: model parameter */
     double kf; /* N/V: model parameter */
@@ -44,28 +44,28 @@ typedef struct {
         0.25 /* h_K_F */ \
     }
 
-/* What the next valid sample does. */
+/* Modes: what the next valid sample does. */
 typedef enum {
-    BELT_AXIS_RUNNING, /* it gives new estimates */
-    BELT_AXIS_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
-    BELT_AXIS_STARTING /* no sample was valid so far: it initialises the state */
+    BELT_AXIS_RUNNING, /* gives new estimates */
+    BELT_AXIS_HOLDING, /* after 8 invalid samples in a row: sets the state so that the estimates equal the held ones */
+    BELT_AXIS_STARTING /* no sample was valid so far: initialises the state */
 } belt_axis_mode;
 
-/* What the observer remembers from sample to sample. */
+/* State of the observer between two samples. */
 typedef struct {
     double z_v; /* m/s: observer state */
     double z_guide; /* N: observer state */
     belt_axis_mode mode;
-    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
+    unsigned char invalid_samples; /* in a row; the count restarts after a valid one */
 } belt_axis_state;
 
-/* What is measured and commanded at a sample. */
+/* Measurements and commands at a sample. */
 typedef struct {
     double x; /* m: measured position */
     double u; /* V: input */
 } belt_axis_inputs;
 
-/* What is estimated. */
+/* Estimates at a sample. */
 typedef struct {
     double v_hat; /* m/s: velocity estimate, (4.25) */
     double a_hat_guide; /* N: friction level, (4.11) */
@@ -74,7 +74,7 @@ typedef struct {
     int fault; /* 1 if this sample was not used, 0 otherwise */
 } belt_axis_outputs;
 
-/* Compute the derived constants anew: call it after a parameter was changed; BELT_AXIS_PARAMETERS has them. */
+/* Compute the derived constants: call it after a parameter was changed; BELT_AXIS_PARAMETERS includes them. */
 void belt_axis_prepare(belt_axis_parameters *parameters);
 
 /*

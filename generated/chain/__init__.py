@@ -4,7 +4,8 @@ Made by stiction 0.1.0 from chain.yaml
 sha256 b931a2bc6bd00bf64052ceced86f25ef4dcd72dd152d298eae1b835ca222581a
 with: stiction generate chain.yaml
 
-The twin of chain.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+The twin of chain.c: the same operations in the same order on doubles, with bit-identical results.
+Do not edit.
 """
 
 import math
@@ -14,11 +15,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "b931a2bc6bd00bf64052ceced86f25ef4dcd72dd152d298eae1b835ca222581a"
 LARGEST = 1e+150
-# what the next valid sample does
-RUNNING = 0  # it gives new estimates
-HOLDING = 1  # after 8 invalid samples in a row: it sets the state so that the held estimates continue
-STARTING = 2  # no sample was valid so far: it initialises the state
-ENVELOPE = {  # low and high: where the certificate beside this file speaks
+# modes: what the next valid sample does
+RUNNING = 0  # gives new estimates
+HOLDING = 1  # after 8 invalid samples in a row: sets the state so that the estimates equal the held ones
+STARTING = 2  # no sample was valid so far: initialises the state
+ENVELOPE = {  # lower and upper limits: the operating region for which certificate.json holds
     "v1": ("-1/2", "1/2"),
     "v2": ("-1/2", "1/2"),
     "v3": ("-1/2", "1/2"),
@@ -72,7 +73,7 @@ ENVELOPE = {  # low and high: where the certificate beside this file speaks
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+    """Model constants and gains with the spec's values, followed by the constants that ``prepare`` derives from them."""
 
     m: float = 1.0  # kg: model parameter
     k: float = 100.0  # N/m: model parameter
@@ -103,7 +104,7 @@ class Parameters:
 
 @dataclass(slots=True)
 class State:
-    """What the observer remembers from sample to sample."""
+    """State of the observer between two samples."""
 
     z_v: list[float] = field(  # m/s: z_v1 to z_v16, observer state
         default_factory=lambda: [
@@ -116,12 +117,12 @@ class State:
         ]
     )
     mode: int = RUNNING
-    invalid_samples: int = 0  # in a row; counted anew after a valid one
+    invalid_samples: int = 0  # in a row; the count restarts after a valid one
 
 
 @dataclass(slots=True)
 class Inputs:
-    """What is measured and commanded at a sample."""
+    """Measurements and commands at a sample."""
 
     x: list[float] = field(  # m: x1 to x16, measured position
         default_factory=lambda: [
@@ -133,7 +134,7 @@ class Inputs:
 
 @dataclass(slots=True)
 class Outputs:
-    """What is estimated."""
+    """Estimates at a sample."""
 
     v_hat: list[float] = field(  # m/s: v1_hat to v16_hat, velocity estimate, (4.25)
         default_factory=lambda: [
@@ -163,14 +164,14 @@ def _sign(u: float) -> float:
 
 
 def prepare(parameters: Parameters) -> None:
-    """Compute the derived constants anew, after a parameter was changed."""
+    """Compute the derived constants again, after a parameter was changed."""
     parameters.one_over_D16 = 1.0 / parameters.m
     for i in range(0, 16):
         parameters.h_K_F_ground[i] = parameters.sample_time * parameters.K_F_ground[i]
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; if that is invalid, one that waits for the first valid sample."""
+    """The initial state, from the first measurement; if that is invalid, the first valid sample sets it."""
     state = State()
     for i in range(0, 16):
         state.z_v[i] = -(parameters.K_v_v[i] * inputs.x[i])
@@ -184,7 +185,7 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
 
 
 def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
-    """Predict the state over an invalid sample: the machine moves on at the held velocity estimate."""
+    """Predict the state over an invalid sample, as if the machine moved at the held velocity estimate."""
     for i in range(0, 16):
         state.z_v[i] = state.z_v[i] - parameters.sample_time * parameters.K_v_v[i] * outputs.v_hat[i]
     if state.mode == RUNNING:
@@ -196,7 +197,7 @@ def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
 
 
 def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
-    """Set the state from a valid sample so that the held estimates continue."""
+    """Set the state from a valid sample so that the estimates equal the held ones."""
     for i in range(0, 16):
         state.z_v[i] = (
             outputs.v_hat[i] - parameters.K_v_v[i] * (inputs.x[i] + parameters.sample_time * outputs.v_hat[i])
@@ -223,7 +224,7 @@ def _handle_fault(state: State, parameters: Parameters, inputs: Inputs, outputs:
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
-    The estimates go into ``outputs``, or into new ones.
+    The estimates are written to ``outputs``, or to a new object.
     A sample is invalid if an input is NaN, infinite or beyond 1e+150: ``outputs`` then hold the last estimates,
     ``fault`` is 1, and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its
     mode is not ``RUNNING``, the estimates are held too, ``fault`` is 1, and the state is set from this sample. The held
@@ -283,7 +284,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         z_v_next[i] = parameters.sample_time * (v_dot_hat - parameters.K_v_v[i] * v_hat[i]) + state.z_v[i]  # m/s
         z_ground_next[i] = parameters.h_K_F_ground[i] * sign_ground[i] * v_dot_hat + state.z_ground[i]  # N
 
-    # one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large
+    # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = 0.0
     for i in range(0, 16):
         check += z_v_next[i] + z_ground_next[i]

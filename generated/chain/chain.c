@@ -59,7 +59,7 @@ void chain_init(chain_state *state, const chain_parameters *parameters,
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void chain_predict(chain_state *state, const chain_parameters *parameters,
     const chain_outputs *outputs)
 {
@@ -79,7 +79,7 @@ static void chain_predict(chain_state *state, const chain_parameters *parameters
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void chain_resume(chain_state *state, const chain_parameters *parameters,
     const chain_inputs *inputs, const chain_outputs *outputs)
 {
@@ -167,7 +167,7 @@ void chain_step(chain_state *state, const chain_parameters *parameters,
         z_ground_next[i] = parameters->h_K_F_ground[i] * sign_ground[i] * v_dot_hat + state->z_ground[i]; /* N */
     }
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     double check = 0.0;
     for (int i = 0; i < 16; i++) {
         check += z_v_next[i] + z_ground_next[i];

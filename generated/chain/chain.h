@@ -6,9 +6,9 @@
  * sha256 b931a2bc6bd00bf64052ceced86f25ef4dcd72dd152d298eae1b835ca222581a
  * with: stiction generate chain.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
- * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
- * twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a multiplication by its reciprocal, which
+ * the parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) for results that are
+ * bit-identical to the twin's. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_CHAIN_H
 #define STICTION_CHAIN_H
@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* Constants of the model and gains; CHAIN_PARAMETERS holds the spec's values. */
+/* Model constants and gains; CHAIN_PARAMETERS has the spec's values. */
 typedef struct {
     double m; /* kg: model parameter */
     double k; /* N/m: model parameter */
@@ -52,28 +52,28 @@ typedef struct {
         } /* h_K_F_ground */ \
     }
 
-/* What the next valid sample does. */
+/* Modes: what the next valid sample does. */
 typedef enum {
-    CHAIN_RUNNING, /* it gives new estimates */
-    CHAIN_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
-    CHAIN_STARTING /* no sample was valid so far: it initialises the state */
+    CHAIN_RUNNING, /* gives new estimates */
+    CHAIN_HOLDING, /* after 8 invalid samples in a row: sets the state so that the estimates equal the held ones */
+    CHAIN_STARTING /* no sample was valid so far: initialises the state */
 } chain_mode;
 
-/* What the observer remembers from sample to sample. */
+/* State of the observer between two samples. */
 typedef struct {
     double z_v[16]; /* m/s: z_v1 to z_v16, observer state */
     double z_ground[16]; /* N: z_ground1 to z_ground16, observer state */
     chain_mode mode;
-    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
+    unsigned char invalid_samples; /* in a row; the count restarts after a valid one */
 } chain_state;
 
-/* What is measured and commanded at a sample. */
+/* Measurements and commands at a sample. */
 typedef struct {
     double x[16]; /* m: x1 to x16, measured position */
     double w; /* N: input */
 } chain_inputs;
 
-/* What is estimated. */
+/* Estimates at a sample. */
 typedef struct {
     double v_hat[16]; /* m/s: v1_hat to v16_hat, velocity estimate, (4.25) */
     double a_hat_ground[16]; /* N: a_hat_ground1 to a_hat_ground16, friction level, (4.11) */
@@ -82,7 +82,7 @@ typedef struct {
     int fault; /* 1 if this sample was not used, 0 otherwise */
 } chain_outputs;
 
-/* Compute the derived constants anew: call it after a parameter was changed; CHAIN_PARAMETERS has them. */
+/* Compute the derived constants: call it after a parameter was changed; CHAIN_PARAMETERS includes them. */
 void chain_prepare(chain_parameters *parameters);
 
 /*

@@ -48,7 +48,7 @@ void emps_init(emps_state *state, const emps_parameters *parameters,
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void emps_predict(emps_state *state, const emps_parameters *parameters,
     const emps_outputs *outputs)
 {
@@ -66,7 +66,7 @@ static void emps_predict(emps_state *state, const emps_parameters *parameters,
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void emps_resume(emps_state *state, const emps_parameters *parameters,
     const emps_inputs *inputs, const emps_outputs *outputs)
 {
@@ -119,7 +119,7 @@ void emps_step(emps_state *state, const emps_parameters *parameters,
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
     const double z_rail_next = state->z_rail + parameters->h_K_F * sign_rail * v_dot_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v_next + z_rail_next;
     if (fabs(check) <= 1e+150 && state->mode == EMPS_RUNNING) {
         outputs->v_hat = v_hat;

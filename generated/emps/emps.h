@@ -6,9 +6,9 @@
  * sha256 6af290046ff97bda38cdd6b999da2562985f0f24de93aee566995a6b17c119de
  * with: stiction generate emps.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
- * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
- * twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a multiplication by its reciprocal, which
+ * the parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) for results that are
+ * bit-identical to the twin's. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_EMPS_H
 #define STICTION_EMPS_H
@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* Constants of the model and gains; EMPS_PARAMETERS holds the spec's values. */
+/* Model constants and gains; EMPS_PARAMETERS has the spec's values. */
 typedef struct {
     double M; /* kg: model parameter */
     double gtau; /* N/V: model parameter */
@@ -46,28 +46,28 @@ typedef struct {
         4.0 /* h_K_F */ \
     }
 
-/* What the next valid sample does. */
+/* Modes: what the next valid sample does. */
 typedef enum {
-    EMPS_RUNNING, /* it gives new estimates */
-    EMPS_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
-    EMPS_STARTING /* no sample was valid so far: it initialises the state */
+    EMPS_RUNNING, /* gives new estimates */
+    EMPS_HOLDING, /* after 8 invalid samples in a row: sets the state so that the estimates equal the held ones */
+    EMPS_STARTING /* no sample was valid so far: initialises the state */
 } emps_mode;
 
-/* What the observer remembers from sample to sample. */
+/* State of the observer between two samples. */
 typedef struct {
     double z_v; /* m/s: observer state */
     double z_rail; /* N: observer state */
     emps_mode mode;
-    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
+    unsigned char invalid_samples; /* in a row; the count restarts after a valid one */
 } emps_state;
 
-/* What is measured and commanded at a sample. */
+/* Measurements and commands at a sample. */
 typedef struct {
     double x; /* m: measured position */
     double u; /* V: input */
 } emps_inputs;
 
-/* What is estimated. */
+/* Estimates at a sample. */
 typedef struct {
     double v_hat; /* m/s: velocity estimate, (4.25) */
     double a_hat_rail; /* N: friction level, (4.11) */
@@ -76,7 +76,7 @@ typedef struct {
     int fault; /* 1 if this sample was not used, 0 otherwise */
 } emps_outputs;
 
-/* Compute the derived constants anew: call it after a parameter was changed; EMPS_PARAMETERS has them. */
+/* Compute the derived constants: call it after a parameter was changed; EMPS_PARAMETERS includes them. */
 void emps_prepare(emps_parameters *parameters);
 
 /*

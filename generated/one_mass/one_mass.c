@@ -48,7 +48,7 @@ void one_mass_init(one_mass_state *state, const one_mass_parameters *parameters,
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void one_mass_predict(one_mass_state *state, const one_mass_parameters *parameters,
     const one_mass_outputs *outputs)
 {
@@ -66,7 +66,7 @@ static void one_mass_predict(one_mass_state *state, const one_mass_parameters *p
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void one_mass_resume(one_mass_state *state, const one_mass_parameters *parameters,
     const one_mass_inputs *inputs, const one_mass_outputs *outputs)
 {
@@ -118,7 +118,7 @@ void one_mass_step(one_mass_state *state, const one_mass_parameters *parameters,
     const double z_v_next = state->z_v + parameters->sample_time * (v_dot_hat - parameters->K_v * v_hat);
     const double z_rail_next = state->z_rail + parameters->h_K_F * sign_rail * v_dot_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v_next + z_rail_next;
     if (fabs(check) <= 1e+150 && state->mode == ONE_MASS_RUNNING) {
         outputs->v_hat = v_hat;

@@ -6,9 +6,9 @@
  * sha256 f35d28fd5d082a4348c6e3c2db950b3ab2e9329228ae1cac120397be24e3f251
  * with: stiction generate one_mass.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
- * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
- * twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a multiplication by its reciprocal, which
+ * the parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) for results that are
+ * bit-identical to the twin's. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_ONE_MASS_H
 #define STICTION_ONE_MASS_H
@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* Constants of the model and gains; ONE_MASS_PARAMETERS holds the spec's values. */
+/* Model constants and gains; ONE_MASS_PARAMETERS has the spec's values. */
 typedef struct {
     double m; /* kg: model parameter */
     double rail_a; /* N: model parameter */
@@ -40,28 +40,28 @@ typedef struct {
         0.01 /* h_K_F */ \
     }
 
-/* What the next valid sample does. */
+/* Modes: what the next valid sample does. */
 typedef enum {
-    ONE_MASS_RUNNING, /* it gives new estimates */
-    ONE_MASS_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
-    ONE_MASS_STARTING /* no sample was valid so far: it initialises the state */
+    ONE_MASS_RUNNING, /* gives new estimates */
+    ONE_MASS_HOLDING, /* after 8 invalid samples in a row: sets the state so that the estimates equal the held ones */
+    ONE_MASS_STARTING /* no sample was valid so far: initialises the state */
 } one_mass_mode;
 
-/* What the observer remembers from sample to sample. */
+/* State of the observer between two samples. */
 typedef struct {
     double z_v; /* m/s: observer state */
     double z_rail; /* N: observer state */
     one_mass_mode mode;
-    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
+    unsigned char invalid_samples; /* in a row; the count restarts after a valid one */
 } one_mass_state;
 
-/* What is measured and commanded at a sample. */
+/* Measurements and commands at a sample. */
 typedef struct {
     double x; /* m: measured position */
     double w; /* N: input */
 } one_mass_inputs;
 
-/* What is estimated. */
+/* Estimates at a sample. */
 typedef struct {
     double v_hat; /* m/s: velocity estimate, (4.25) */
     double a_hat_rail; /* N: friction level, (4.11) */
@@ -70,7 +70,7 @@ typedef struct {
     int fault; /* 1 if this sample was not used, 0 otherwise */
 } one_mass_outputs;
 
-/* Compute the derived constants anew: call it after a parameter was changed; ONE_MASS_PARAMETERS has them. */
+/* Compute the derived constants: call it after a parameter was changed; ONE_MASS_PARAMETERS includes them. */
 void one_mass_prepare(one_mass_parameters *parameters);
 
 /*

@@ -4,7 +4,8 @@ Made by stiction 0.1.0 from one_mass_cfo_semi_implicit.yaml
 sha256 6d5ab62be4f227a5d456c292223465d1c416f719ac9186a7d84b2fec09de9571
 with: stiction generate one_mass_cfo_semi_implicit.yaml
 
-The twin of one_mass_cfo_semi_implicit.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+The twin of one_mass_cfo_semi_implicit.c: the same operations in the same order on doubles, with bit-identical results.
+Do not edit.
 """
 
 import math
@@ -14,11 +15,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "6d5ab62be4f227a5d456c292223465d1c416f719ac9186a7d84b2fec09de9571"
 LARGEST = 1e+150
-# what the next valid sample does
-RUNNING = 0  # it gives new estimates
-HOLDING = 1  # after 8 invalid samples in a row: it sets the state so that the held estimates continue
-STARTING = 2  # no sample was valid so far: it initialises the state
-ENVELOPE = {  # low and high: where the certificate beside this file speaks
+# modes: what the next valid sample does
+RUNNING = 0  # gives new estimates
+HOLDING = 1  # after 8 invalid samples in a row: sets the state so that the estimates equal the held ones
+STARTING = 2  # no sample was valid so far: initialises the state
+ENVELOPE = {  # lower and upper limits: the operating region for which certificate.json holds
     "v": ("-5", "5"),
     "v_dot": ("-210", "210"),
     "x_noise": ("-1/200000", "1/200000"),
@@ -27,7 +28,7 @@ ENVELOPE = {  # low and high: where the certificate beside this file speaks
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+    """Model constants and gains with the spec's values, followed by the constants that ``prepare`` derives from them."""
 
     m: float = 1.0  # kg: model parameter
     rail_a: float = 50.0  # N: model parameter
@@ -43,17 +44,17 @@ class Parameters:
 
 @dataclass(slots=True)
 class State:
-    """What the observer remembers from sample to sample."""
+    """State of the observer between two samples."""
 
     z_v: float = 0.0  # m/s: observer state
     z_rail: float = 0.0  # N: observer state
     mode: int = RUNNING
-    invalid_samples: int = 0  # in a row; counted anew after a valid one
+    invalid_samples: int = 0  # in a row; the count restarts after a valid one
 
 
 @dataclass(slots=True)
 class Inputs:
-    """What is measured and commanded at a sample."""
+    """Measurements and commands at a sample."""
 
     x: float = 0.0  # m: measured position
     w: float = 0.0  # N: input
@@ -61,7 +62,7 @@ class Inputs:
 
 @dataclass(slots=True)
 class Outputs:
-    """What is estimated."""
+    """Estimates at a sample."""
 
     v_hat: float = 0.0  # m/s: velocity estimate, (4.25)
     a_hat_rail: float = 0.0  # N: friction level, (4.11)
@@ -75,7 +76,7 @@ def _sign(u: float) -> float:
 
 
 def prepare(parameters: Parameters) -> None:
-    """Compute the derived constants anew, after a parameter was changed."""
+    """Compute the derived constants again, after a parameter was changed."""
     parameters.one_over_m = 1.0 / parameters.m
     parameters.constant_1 = parameters.K_v / (parameters.sample_time * parameters.K_v + 1.0)
     parameters.constant_2 = parameters.sample_time / (parameters.sample_time * parameters.K_v + 1.0)
@@ -86,7 +87,7 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; if that is invalid, one that waits for the first valid sample."""
+    """The initial state, from the first measurement; if that is invalid, the first valid sample sets it."""
     state = State(
         z_v=-(parameters.constant_1 * inputs.x),
         z_rail=parameters.rail_a,
@@ -98,7 +99,7 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
 
 
 def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
-    """Predict the state over an invalid sample: the machine moves on at the held velocity estimate."""
+    """Predict the state over an invalid sample, as if the machine moved at the held velocity estimate."""
     state.z_v = state.z_v - parameters.constant_3 * outputs.v_hat
     if state.mode == RUNNING:
         if outputs.fault == 0:
@@ -109,7 +110,7 @@ def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
 
 
 def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
-    """Set the state from a valid sample so that the held estimates continue."""
+    """Set the state from a valid sample so that the estimates equal the held ones."""
     state.z_v = outputs.v_hat - parameters.constant_1 * (inputs.x + parameters.sample_time * outputs.v_hat)
     state.z_rail = outputs.a_hat_rail + parameters.K_F * abs(outputs.v_hat)
     state.mode = RUNNING
@@ -133,7 +134,7 @@ def _handle_fault(state: State, parameters: Parameters, inputs: Inputs, outputs:
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
-    The estimates go into ``outputs``, or into new ones.
+    The estimates are written to ``outputs``, or to a new object.
     A sample is invalid if an input is NaN, infinite or beyond 1e+150: ``outputs`` then hold the last estimates,
     ``fault`` is 1, and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its
     mode is not ``RUNNING``, the estimates are held too, ``fault`` is 1, and the state is set from this sample. The held
@@ -161,7 +162,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     z_v_next = state.z_v + parameters.constant_2 * v_dot_hat - parameters.constant_3 * v_hat
     z_rail_next = state.z_rail + parameters.h_K_F * sign_rail * v_dot_hat
 
-    # one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large
+    # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_v_next + z_rail_next
     if state.mode != RUNNING or not abs(check) <= LARGEST:
         given = inputs.x + inputs.w

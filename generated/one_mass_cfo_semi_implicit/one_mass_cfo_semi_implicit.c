@@ -52,7 +52,7 @@ void one_mass_cfo_semi_implicit_init(one_mass_cfo_semi_implicit_state *state, co
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void one_mass_cfo_semi_implicit_predict(one_mass_cfo_semi_implicit_state *state, const one_mass_cfo_semi_implicit_parameters *parameters,
     const one_mass_cfo_semi_implicit_outputs *outputs)
 {
@@ -70,7 +70,7 @@ static void one_mass_cfo_semi_implicit_predict(one_mass_cfo_semi_implicit_state 
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void one_mass_cfo_semi_implicit_resume(one_mass_cfo_semi_implicit_state *state, const one_mass_cfo_semi_implicit_parameters *parameters,
     const one_mass_cfo_semi_implicit_inputs *inputs, const one_mass_cfo_semi_implicit_outputs *outputs)
 {
@@ -123,7 +123,7 @@ void one_mass_cfo_semi_implicit_step(one_mass_cfo_semi_implicit_state *state, co
     const double z_v_next = state->z_v + parameters->constant_2 * v_dot_hat - parameters->constant_3 * v_hat;
     const double z_rail_next = state->z_rail + parameters->h_K_F * sign_rail * v_dot_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v_next + z_rail_next;
     if (fabs(check) <= 1e+150 && state->mode == ONE_MASS_CFO_SEMI_IMPLICIT_RUNNING) {
         outputs->v_hat = v_hat;

@@ -46,7 +46,7 @@ void one_mass_dfo_init(one_mass_dfo_state *state, const one_mass_dfo_parameters 
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void one_mass_dfo_predict(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
     const one_mass_dfo_outputs *outputs)
 {
@@ -65,7 +65,7 @@ static void one_mass_dfo_predict(one_mass_dfo_state *state, const one_mass_dfo_p
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void one_mass_dfo_resume(one_mass_dfo_state *state, const one_mass_dfo_parameters *parameters,
     const one_mass_dfo_inputs *inputs, const one_mass_dfo_outputs *outputs)
 {
@@ -127,7 +127,7 @@ void one_mass_dfo_step(one_mass_dfo_state *state, const one_mass_dfo_parameters 
     const double z_a_rail_next = state->z_a_rail - parameters->h_K_a * (f_hat_rail * v_dot_hat + v_hat
         * f_rate_rail);
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v_next + z_f_rail_next + z_a_rail_next;
     if (fabs(check) <= 1e+150 && state->mode == ONE_MASS_DFO_RUNNING) {
         outputs->v_hat = v_hat;

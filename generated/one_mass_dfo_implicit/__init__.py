@@ -4,7 +4,8 @@ Made by stiction 0.1.0 from one_mass_dfo_implicit.yaml
 sha256 17681b16fcc2f3a9b534fe636ee6636e1a2e959da23f3b9cd0482eb72dad1be6
 with: stiction generate one_mass_dfo_implicit.yaml
 
-The twin of one_mass_dfo_implicit.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+The twin of one_mass_dfo_implicit.c: the same operations in the same order on doubles, with bit-identical results.
+Do not edit.
 """
 
 import math
@@ -14,11 +15,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "17681b16fcc2f3a9b534fe636ee6636e1a2e959da23f3b9cd0482eb72dad1be6"
 LARGEST = 1e+150
-# what the next valid sample does
-RUNNING = 0  # it gives new estimates
-HOLDING = 1  # after 8 invalid samples in a row: it sets the state so that the held estimates continue
-STARTING = 2  # no sample was valid so far: it initialises the state
-ENVELOPE = {  # low and high: where the certificate beside this file speaks
+# modes: what the next valid sample does
+RUNNING = 0  # gives new estimates
+HOLDING = 1  # after 8 invalid samples in a row: sets the state so that the estimates equal the held ones
+STARTING = 2  # no sample was valid so far: initialises the state
+ENVELOPE = {  # lower and upper limits: the operating region for which certificate.json holds
     "v": ("1/2", "10"),
     "f_rail": ("10001/10000", "101/100"),
     "v_dot": ("-100", "100"),
@@ -28,7 +29,7 @@ ENVELOPE = {  # low and high: where the certificate beside this file speaks
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+    """Model constants and gains with the spec's values, followed by the constants that ``prepare`` derives from them."""
 
     m: float = 1.0  # kg: model parameter
     rail_a: float = 50.0  # N: model parameter
@@ -57,19 +58,19 @@ class Parameters:
 
 @dataclass(slots=True)
 class State:
-    """What the observer remembers from sample to sample."""
+    """State of the observer between two samples."""
 
     z_v: float = 0.0  # m/s: observer state
     z_f_rail: float = 0.0  # 1: observer state
     z_a_rail: float = 0.0  # N: observer state
     w_held: float = 0.0  # N: w since the sample before
     mode: int = RUNNING
-    invalid_samples: int = 0  # in a row; counted anew after a valid one
+    invalid_samples: int = 0  # in a row; the count restarts after a valid one
 
 
 @dataclass(slots=True)
 class Inputs:
-    """What is measured and commanded at a sample."""
+    """Measurements and commands at a sample."""
 
     x: float = 0.0  # m: measured position
     w: float = 0.0  # N: input
@@ -77,7 +78,7 @@ class Inputs:
 
 @dataclass(slots=True)
 class Outputs:
-    """What is estimated."""
+    """Estimates at a sample."""
 
     v_hat: float = 0.0  # m/s: velocity estimate, (4.25)
     f_hat_rail: float = 0.0  # 1: friction state, (7.11)
@@ -98,7 +99,7 @@ def _quotient(a: float, b: float) -> float:
 
 
 def prepare(parameters: Parameters) -> None:
-    """Compute the derived constants anew, after a parameter was changed."""
+    """Compute the derived constants again, after a parameter was changed."""
     parameters.h_K_v = parameters.sample_time * parameters.K_v
     parameters.rail_D1_minus_rail_D2 = parameters.rail_D1 - parameters.rail_D2
     parameters.h_K_f2 = parameters.sample_time * parameters.K_f2
@@ -118,7 +119,7 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; if that is invalid, one that waits for the first valid sample."""
+    """The initial state, from the first measurement; if that is invalid, the first valid sample sets it."""
     state = State(
         z_v=-(parameters.K_v * inputs.x),
         z_f_rail=-(parameters.K_f1 * inputs.x),
@@ -132,7 +133,7 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
 
 
 def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
-    """Predict the state over an invalid sample: the machine moves on at the held velocity estimate."""
+    """Predict the state over an invalid sample, as if the machine moved at the held velocity estimate."""
     state.z_v = state.z_v - parameters.h_K_v * outputs.v_hat
     state.z_f_rail = state.z_f_rail - parameters.sample_time * parameters.K_f1 * outputs.v_hat
     if state.mode == RUNNING:
@@ -144,7 +145,7 @@ def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
 
 
 def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
-    """Set the state from a valid sample so that the held estimates continue."""
+    """Set the state from a valid sample so that the estimates equal the held ones."""
     state.z_v = outputs.v_hat - parameters.K_v * inputs.x
     state.z_f_rail = outputs.f_hat_rail - parameters.K_f1 * inputs.x - parameters.K_f2 * outputs.v_hat
     state.z_a_rail = outputs.a_hat_rail - parameters.K_a * outputs.v_hat * outputs.f_hat_rail
@@ -170,7 +171,7 @@ def _handle_fault(state: State, parameters: Parameters, inputs: Inputs, outputs:
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
-    The estimates go into ``outputs``, or into new ones.
+    The estimates are written to ``outputs``, or to a new object.
     A sample is invalid if an input is NaN, infinite or beyond 1e+150: ``outputs`` then hold the last estimates,
     ``fault`` is 1, and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its
     mode is not ``RUNNING``, the estimates are held too, ``fault`` is 1, and the state is set from this sample. The held
@@ -293,7 +294,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     z_a_rail_next = z_a_rail_now
     w_held_next = inputs.w
 
-    # one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large
+    # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next + a_hat_rail + F_hat_rail
     if state.mode != RUNNING or not abs(check) <= LARGEST:
         given = inputs.x + inputs.w

@@ -65,7 +65,7 @@ void one_mass_dfo_implicit_init(one_mass_dfo_implicit_state *state, const one_ma
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void one_mass_dfo_implicit_predict(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
     const one_mass_dfo_implicit_outputs *outputs)
 {
@@ -84,7 +84,7 @@ static void one_mass_dfo_implicit_predict(one_mass_dfo_implicit_state *state, co
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void one_mass_dfo_implicit_resume(one_mass_dfo_implicit_state *state, const one_mass_dfo_implicit_parameters *parameters,
     const one_mass_dfo_implicit_inputs *inputs, const one_mass_dfo_implicit_outputs *outputs)
 {
@@ -215,7 +215,7 @@ void one_mass_dfo_implicit_step(one_mass_dfo_implicit_state *state, const one_ma
     const double z_a_rail_next = z_a_rail_now;
     const double w_held_next = inputs->w;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v_next + z_f_rail_next + z_a_rail_next + w_held_next + a_hat_rail + F_hat_rail;
     if (fabs(check) <= 1e+150 && state->mode == ONE_MASS_DFO_IMPLICIT_RUNNING) {
         outputs->v_hat = v_hat;

@@ -59,7 +59,7 @@ void one_mass_domain_init(one_mass_domain_state *state, const one_mass_domain_pa
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void one_mass_domain_predict(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
     const one_mass_domain_outputs *outputs)
 {
@@ -79,7 +79,7 @@ static void one_mass_domain_predict(one_mass_domain_state *state, const one_mass
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void one_mass_domain_resume(one_mass_domain_state *state, const one_mass_domain_parameters *parameters,
     const one_mass_domain_inputs *inputs, const one_mass_domain_outputs *outputs)
 {
@@ -160,7 +160,7 @@ void one_mass_domain_step(one_mass_domain_state *state, const one_mass_domain_pa
         * fabs(parameters->one_minus_settle_samples + state->samples_slid));
     const double x_predicted_next = inputs->x + parameters->sample_time * v_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v_next + z_rail_next + direction_rail_next + samples_slid_next + x_predicted_next
         + in_domain;
     if (fabs(check) <= 1e+150 && state->mode == ONE_MASS_DOMAIN_RUNNING) {

@@ -48,7 +48,7 @@ void rig_init(rig_state *state, const rig_parameters *parameters,
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void rig_predict(rig_state *state, const rig_parameters *parameters,
     const rig_outputs *outputs)
 {
@@ -66,7 +66,7 @@ static void rig_predict(rig_state *state, const rig_parameters *parameters,
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void rig_resume(rig_state *state, const rig_parameters *parameters,
     const rig_inputs *inputs, const rig_outputs *outputs)
 {
@@ -120,7 +120,7 @@ void rig_step(rig_state *state, const rig_parameters *parameters,
         * omega_hat);
     const double z_plates_next = state->z_plates + parameters->h_K_F * sign_plates * omega_dot_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_omega_next + z_plates_next;
     if (fabs(check) <= 1e+150 && state->mode == RIG_RUNNING) {
         outputs->omega_hat = omega_hat;

@@ -6,9 +6,9 @@
  * sha256 f86bd8b1a92165fc8be5068dad91ef4dc02dd84ee43c29f9621a6f3ae7dc1e8a
  * with: stiction generate rig.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
- * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
- * twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a multiplication by its reciprocal, which
+ * the parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) for results that are
+ * bit-identical to the twin's. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_RIG_H
 #define STICTION_RIG_H
@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* Constants of the model and gains; RIG_PARAMETERS holds the spec's values. */
+/* Model constants and gains; RIG_PARAMETERS has the spec's values. */
 typedef struct {
     double J; /* kg*m^2: model parameter */
     double plates_a; /* N*m: model parameter */
@@ -40,28 +40,28 @@ typedef struct {
         0.1 /* h_K_F */ \
     }
 
-/* What the next valid sample does. */
+/* Modes: what the next valid sample does. */
 typedef enum {
-    RIG_RUNNING, /* it gives new estimates */
-    RIG_HOLDING, /* after 2 invalid samples in a row: it sets the state so that the held estimates continue */
-    RIG_STARTING /* no sample was valid so far: it initialises the state */
+    RIG_RUNNING, /* gives new estimates */
+    RIG_HOLDING, /* after 2 invalid samples in a row: sets the state so that the estimates equal the held ones */
+    RIG_STARTING /* no sample was valid so far: initialises the state */
 } rig_mode;
 
-/* What the observer remembers from sample to sample. */
+/* State of the observer between two samples. */
 typedef struct {
     double z_omega; /* rad/s: observer state */
     double z_plates; /* N*m: observer state */
     rig_mode mode;
-    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
+    unsigned char invalid_samples; /* in a row; the count restarts after a valid one */
 } rig_state;
 
-/* What is measured and commanded at a sample. */
+/* Measurements and commands at a sample. */
 typedef struct {
     double theta; /* rad: measured position */
     double w; /* N*m: input */
 } rig_inputs;
 
-/* What is estimated. */
+/* Estimates at a sample. */
 typedef struct {
     double omega_hat; /* rad/s: velocity estimate, (4.25) */
     double a_hat_plates; /* N*m: friction level, (4.11) */
@@ -70,7 +70,7 @@ typedef struct {
     int fault; /* 1 if this sample was not used, 0 otherwise */
 } rig_outputs;
 
-/* Compute the derived constants anew: call it after a parameter was changed; RIG_PARAMETERS has them. */
+/* Compute the derived constants: call it after a parameter was changed; RIG_PARAMETERS includes them. */
 void rig_prepare(rig_parameters *parameters);
 
 /*

@@ -46,7 +46,7 @@ void rig_dfoa_init(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void rig_dfoa_predict(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
     const rig_dfoa_outputs *outputs)
 {
@@ -65,7 +65,7 @@ static void rig_dfoa_predict(rig_dfoa_state *state, const rig_dfoa_parameters *p
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void rig_dfoa_resume(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
     const rig_dfoa_inputs *inputs, const rig_dfoa_outputs *outputs)
 {
@@ -130,7 +130,7 @@ void rig_dfoa_step(rig_dfoa_state *state, const rig_dfoa_parameters *parameters,
     const double z_a_plates_next = state->z_a_plates - parameters->h_K_a * (f_hat_plates * omega_dot_hat
         + omega_hat * f_rate_plates);
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_omega_next + z_f_plates_next + z_a_plates_next;
     if (fabs(check) <= 1e+150 && state->mode == RIG_DFOA_RUNNING) {
         outputs->omega_hat = omega_hat;

@@ -4,7 +4,8 @@ Made by stiction 0.1.0 from rig_dfob.yaml
 sha256 35344a60bec08ac01ae4fac2503c305726c82aef028174816f332dc9de0dc5f3
 with: stiction generate rig_dfob.yaml
 
-The twin of rig_dfob.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+The twin of rig_dfob.c: the same operations in the same order on doubles, with bit-identical results.
+Do not edit.
 """
 
 import math
@@ -14,18 +15,18 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "35344a60bec08ac01ae4fac2503c305726c82aef028174816f332dc9de0dc5f3"
 LARGEST = 1e+150
-# what the next valid sample does
-RUNNING = 0  # it gives new estimates
-HOLDING = 1  # after 2 invalid samples in a row: it sets the state so that the held estimates continue
-STARTING = 2  # no sample was valid so far: it initialises the state
-ENVELOPE = {  # low and high: where the certificate beside this file speaks
+# modes: what the next valid sample does
+RUNNING = 0  # gives new estimates
+HOLDING = 1  # after 2 invalid samples in a row: sets the state so that the estimates equal the held ones
+STARTING = 2  # no sample was valid so far: initialises the state
+ENVELOPE = {  # lower and upper limits: the operating region for which certificate.json holds
     "omega": ("-20", "20"),
 }
 
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+    """Model constants and gains with the spec's values, followed by the constants that ``prepare`` derives from them."""
 
     J: float = 1.0  # kg*m^2: model parameter
     plates_a: float = 30.0  # N*m: model parameter
@@ -41,18 +42,18 @@ class Parameters:
 
 @dataclass(slots=True)
 class State:
-    """What the observer remembers from sample to sample."""
+    """State of the observer between two samples."""
 
     z_omega: float = 0.0  # rad/s: observer state
     z_f_plates: float = 0.0  # 1: observer state
     z_a_plates: float = 0.0  # N*m: observer state
     mode: int = RUNNING
-    invalid_samples: int = 0  # in a row; counted anew after a valid one
+    invalid_samples: int = 0  # in a row; the count restarts after a valid one
 
 
 @dataclass(slots=True)
 class Inputs:
-    """What is measured and commanded at a sample."""
+    """Measurements and commands at a sample."""
 
     theta: float = 0.0  # rad: measured position
     w: float = 0.0  # N*m: input
@@ -60,7 +61,7 @@ class Inputs:
 
 @dataclass(slots=True)
 class Outputs:
-    """What is estimated."""
+    """Estimates at a sample."""
 
     omega_hat: float = 0.0  # rad/s: velocity estimate, (4.25)
     f_hat_plates: float = 0.0  # 1: friction state, (7.11)
@@ -75,13 +76,13 @@ def _sign(u: float) -> float:
 
 
 def prepare(parameters: Parameters) -> None:
-    """Compute the derived constants anew, after a parameter was changed."""
+    """Compute the derived constants again, after a parameter was changed."""
     parameters.one_over_J = 1.0 / parameters.J
     parameters.h_K_a = parameters.sample_time * parameters.K_a
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; if that is invalid, one that waits for the first valid sample."""
+    """The initial state, from the first measurement; if that is invalid, the first valid sample sets it."""
     state = State(
         z_omega=-(parameters.K_v * inputs.theta),
         z_f_plates=-(parameters.K_f1 * inputs.theta),
@@ -94,7 +95,7 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
 
 
 def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
-    """Predict the state over an invalid sample: the machine moves on at the held velocity estimate."""
+    """Predict the state over an invalid sample, as if the machine moved at the held velocity estimate."""
     state.z_omega = state.z_omega - parameters.sample_time * parameters.K_v * outputs.omega_hat
     state.z_f_plates = state.z_f_plates - parameters.sample_time * parameters.K_f1 * outputs.omega_hat
     if state.mode == RUNNING:
@@ -106,7 +107,7 @@ def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
 
 
 def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
-    """Set the state from a valid sample so that the held estimates continue."""
+    """Set the state from a valid sample so that the estimates equal the held ones."""
     resumed_1 = inputs.theta + parameters.sample_time * outputs.omega_hat
     state.z_omega = outputs.omega_hat - parameters.K_v * resumed_1
     state.z_f_plates = outputs.f_hat_plates - parameters.K_f1 * resumed_1 - parameters.K_f2 * outputs.omega_hat
@@ -132,7 +133,7 @@ def _handle_fault(state: State, parameters: Parameters, inputs: Inputs, outputs:
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
-    The estimates go into ``outputs``, or into new ones.
+    The estimates are written to ``outputs``, or to a new object.
     A sample is invalid if an input is NaN, infinite or beyond 1e+150: ``outputs`` then hold the last estimates,
     ``fault`` is 1, and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its
     mode is not ``RUNNING``, the estimates are held too, ``fault`` is 1, and the state is set from this sample. The held
@@ -169,7 +170,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         state.z_a_plates - parameters.h_K_a * (f_hat_plates * omega_dot_hat + omega_hat * f_rate_plates)
     )
 
-    # one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large
+    # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_omega_next + z_f_plates_next + z_a_plates_next
     if state.mode != RUNNING or not abs(check) <= LARGEST:
         given = inputs.theta + inputs.w

@@ -50,7 +50,7 @@ void rig_dfob_init(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void rig_dfob_predict(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_outputs *outputs)
 {
@@ -69,7 +69,7 @@ static void rig_dfob_predict(rig_dfob_state *state, const rig_dfob_parameters *p
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void rig_dfob_resume(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const rig_dfob_inputs *inputs, const rig_dfob_outputs *outputs)
 {
@@ -133,7 +133,7 @@ void rig_dfob_step(rig_dfob_state *state, const rig_dfob_parameters *parameters,
     const double z_a_plates_next = state->z_a_plates - parameters->h_K_a * (f_hat_plates * omega_dot_hat
         + omega_hat * f_rate_plates);
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_omega_next + z_f_plates_next + z_a_plates_next;
     if (fabs(check) <= 1e+150 && state->mode == RIG_DFOB_RUNNING) {
         outputs->omega_hat = omega_hat;

@@ -44,7 +44,7 @@ void rig_to_init(rig_to_state *state, const rig_to_parameters *parameters,
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void rig_to_predict(rig_to_state *state, const rig_to_parameters *parameters,
     const rig_to_outputs *outputs)
 {
@@ -63,7 +63,7 @@ static void rig_to_predict(rig_to_state *state, const rig_to_parameters *paramet
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void rig_to_resume(rig_to_state *state, const rig_to_parameters *parameters,
     const rig_to_inputs *inputs, const rig_to_outputs *outputs)
 {
@@ -113,7 +113,7 @@ void rig_to_step(rig_to_state *state, const rig_to_parameters *parameters,
     const double z_theta_next = state->z_theta - parameters->h_K_1 * omega_hat - parameters->h_K_2
         * omega_dot_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_omega_next + z_theta_next;
     if (fabs(check) <= 1e+150 && state->mode == RIG_TO_RUNNING) {
         outputs->omega_hat = omega_hat;

@@ -6,9 +6,9 @@
  * sha256 3f8a34b28bf62f6eba9ec73e43a7a6df1bc1671345b852be96b034354d84bb91
  * with: stiction generate rig_to.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
- * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
- * twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a multiplication by its reciprocal, which
+ * the parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) for results that are
+ * bit-identical to the twin's. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_RIG_TO_H
 #define STICTION_RIG_TO_H
@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* Constants of the model and gains; RIG_TO_PARAMETERS holds the spec's values. */
+/* Model constants and gains; RIG_TO_PARAMETERS has the spec's values. */
 typedef struct {
     double J; /* kg*m^2: model parameter */
     double K_1; /* N*m/rad: observer gain */
@@ -42,28 +42,28 @@ typedef struct {
         -0.1 /* h_K_2 */ \
     }
 
-/* What the next valid sample does. */
+/* Modes: what the next valid sample does. */
 typedef enum {
-    RIG_TO_RUNNING, /* it gives new estimates */
-    RIG_TO_HOLDING, /* after 2 invalid samples in a row: it sets the state so that the held estimates continue */
-    RIG_TO_STARTING /* no sample was valid so far: it initialises the state */
+    RIG_TO_RUNNING, /* gives new estimates */
+    RIG_TO_HOLDING, /* after 2 invalid samples in a row: sets the state so that the estimates equal the held ones */
+    RIG_TO_STARTING /* no sample was valid so far: initialises the state */
 } rig_to_mode;
 
-/* What the observer remembers from sample to sample. */
+/* State of the observer between two samples. */
 typedef struct {
     double z_omega; /* rad/s: observer state */
     double z_theta; /* N*m: observer state */
     rig_to_mode mode;
-    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
+    unsigned char invalid_samples; /* in a row; the count restarts after a valid one */
 } rig_to_state;
 
-/* What is measured and commanded at a sample. */
+/* Measurements and commands at a sample. */
 typedef struct {
     double theta; /* rad: measured position */
     double w; /* N*m: input */
 } rig_to_inputs;
 
-/* What is estimated. */
+/* Estimates at a sample. */
 typedef struct {
     double omega_hat; /* rad/s: velocity estimate, (4.25) */
     double tracked_theta; /* N*m: tracked friction, (4.16) */
@@ -71,7 +71,7 @@ typedef struct {
     int fault; /* 1 if this sample was not used, 0 otherwise */
 } rig_to_outputs;
 
-/* Compute the derived constants anew: call it after a parameter was changed; RIG_TO_PARAMETERS has them. */
+/* Compute the derived constants: call it after a parameter was changed; RIG_TO_PARAMETERS includes them. */
 void rig_to_prepare(rig_to_parameters *parameters);
 
 /*

@@ -4,7 +4,8 @@ Made by stiction 0.1.0 from seven_joint_arm.yaml
 sha256 9fdf4378f6fb9e1b1c4b537e8ffc93bd7914598df7afed94c8c086353543ed8a
 with: stiction generate seven_joint_arm.yaml
 
-The twin of seven_joint_arm.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+The twin of seven_joint_arm.c: the same operations in the same order on doubles, with bit-identical results.
+Do not edit.
 """
 
 import math
@@ -14,11 +15,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "9fdf4378f6fb9e1b1c4b537e8ffc93bd7914598df7afed94c8c086353543ed8a"
 LARGEST = 1e+150
-# what the next valid sample does
-RUNNING = 0  # it gives new estimates
-HOLDING = 1  # after 8 invalid samples in a row: it sets the state so that the held estimates continue
-STARTING = 2  # no sample was valid so far: it initialises the state
-ENVELOPE = {  # low and high: where the certificate beside this file speaks
+# modes: what the next valid sample does
+RUNNING = 0  # gives new estimates
+HOLDING = 1  # after 8 invalid samples in a row: sets the state so that the estimates equal the held ones
+STARTING = 2  # no sample was valid so far: initialises the state
+ENVELOPE = {  # lower and upper limits: the operating region for which certificate.json holds
     "shoulder_yaw": ("-29/10", "29/10"),
     "shoulder_pitch": ("-2", "2"),
     "arm_roll": ("-29/10", "29/10"),
@@ -38,7 +39,7 @@ ENVELOPE = {  # low and high: where the certificate beside this file speaks
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+    """Model constants and gains with the spec's values, followed by the constants that ``prepare`` derives from them."""
 
     viscous_shoulder_yaw_b: float = 0.9  # N*m*s/rad: model parameter
     viscous_shoulder_pitch_b: float = 0.9  # N*m*s/rad: model parameter
@@ -73,7 +74,7 @@ class Parameters:
 
 @dataclass(slots=True)
 class State:
-    """What the observer remembers from sample to sample."""
+    """State of the observer between two samples."""
 
     z_v_shoulder_yaw: float = 0.0  # rad/s: observer state
     z_v_shoulder_pitch: float = 0.0  # rad/s: observer state
@@ -90,12 +91,12 @@ class State:
     z_wrist_pitch: float = 0.0  # N*m: observer state
     z_hand_roll: float = 0.0  # N*m: observer state
     mode: int = RUNNING
-    invalid_samples: int = 0  # in a row; counted anew after a valid one
+    invalid_samples: int = 0  # in a row; the count restarts after a valid one
 
 
 @dataclass(slots=True)
 class Inputs:
-    """What is measured and commanded at a sample."""
+    """Measurements and commands at a sample."""
 
     shoulder_yaw: float = 0.0  # rad: measured position
     shoulder_pitch: float = 0.0  # rad: measured position
@@ -115,7 +116,7 @@ class Inputs:
 
 @dataclass(slots=True)
 class Outputs:
-    """What is estimated."""
+    """Estimates at a sample."""
 
     v_shoulder_yaw_hat: float = 0.0  # rad/s: velocity estimate, (4.25)
     v_shoulder_pitch_hat: float = 0.0  # rad/s: velocity estimate, (4.25)
@@ -156,7 +157,7 @@ def _quotient(a: float, b: float) -> float:
 
 
 def prepare(parameters: Parameters) -> None:
-    """Compute the derived constants anew, after a parameter was changed."""
+    """Compute the derived constants again, after a parameter was changed."""
     parameters.h_K_2_shoulder_yaw = parameters.sample_time * parameters.K_2_shoulder_yaw
     parameters.h_K_2_shoulder_pitch = parameters.sample_time * parameters.K_2_shoulder_pitch
     parameters.h_K_2_arm_roll = parameters.sample_time * parameters.K_2_arm_roll
@@ -167,7 +168,7 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; if that is invalid, one that waits for the first valid sample."""
+    """The initial state, from the first measurement; if that is invalid, the first valid sample sets it."""
     state = State(
         z_v_shoulder_yaw=-(parameters.K_v_v_shoulder_yaw * inputs.shoulder_yaw),
         z_v_shoulder_pitch=-(parameters.K_v_v_shoulder_pitch * inputs.shoulder_pitch),
@@ -199,7 +200,7 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
 
 
 def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
-    """Predict the state over an invalid sample: the machine moves on at the held velocity estimate."""
+    """Predict the state over an invalid sample, as if the machine moved at the held velocity estimate."""
     state.z_v_shoulder_yaw = (
         state.z_v_shoulder_yaw - parameters.sample_time * parameters.K_v_v_shoulder_yaw
         * outputs.v_shoulder_yaw_hat
@@ -235,7 +236,7 @@ def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
 
 
 def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
-    """Set the state from a valid sample so that the held estimates continue."""
+    """Set the state from a valid sample so that the estimates equal the held ones."""
     state.z_v_shoulder_yaw = (
         outputs.v_shoulder_yaw_hat - parameters.K_v_v_shoulder_yaw * (inputs.shoulder_yaw
         + parameters.sample_time * outputs.v_shoulder_yaw_hat)
@@ -298,7 +299,7 @@ def _handle_fault(state: State, parameters: Parameters, inputs: Inputs, outputs:
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
-    The estimates go into ``outputs``, or into new ones.
+    The estimates are written to ``outputs``, or to a new object.
     A sample is invalid if an input is NaN, infinite or beyond 1e+150: ``outputs`` then hold the last estimates,
     ``fault`` is 1, and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its
     mode is not ``RUNNING``, the estimates are held too, ``fault`` is 1, and the state is set from this sample. The held
@@ -927,7 +928,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     z_wrist_pitch_next = state.z_wrist_pitch - parameters.h_K_2_wrist_pitch * a6
     z_hand_roll_next = state.z_hand_roll - parameters.h_K_2_hand_roll * a7
 
-    # one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large
+    # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = (
         z_v_shoulder_yaw_next + z_v_shoulder_pitch_next + z_v_arm_roll_next + z_v_elbow_pitch_next
         + z_v_forearm_roll_next + z_v_wrist_pitch_next + z_v_hand_roll_next + z_shoulder_yaw_next

@@ -78,7 +78,7 @@ void seven_joint_arm_init(seven_joint_arm_state *state, const seven_joint_arm_pa
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void seven_joint_arm_predict(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_outputs *outputs)
 {
@@ -109,7 +109,7 @@ static void seven_joint_arm_predict(seven_joint_arm_state *state, const seven_jo
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void seven_joint_arm_resume(seven_joint_arm_state *state, const seven_joint_arm_parameters *parameters,
     const seven_joint_arm_inputs *inputs, const seven_joint_arm_outputs *outputs)
 {
@@ -688,7 +688,7 @@ void seven_joint_arm_step(seven_joint_arm_state *state, const seven_joint_arm_pa
     const double z_wrist_pitch_next = state->z_wrist_pitch - parameters->h_K_2_wrist_pitch * a6;
     const double z_hand_roll_next = state->z_hand_roll - parameters->h_K_2_hand_roll * a7;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v_shoulder_yaw_next + z_v_shoulder_pitch_next + z_v_arm_roll_next
         + z_v_elbow_pitch_next + z_v_forearm_roll_next + z_v_wrist_pitch_next + z_v_hand_roll_next
         + z_shoulder_yaw_next + z_shoulder_pitch_next + z_arm_roll_next + z_elbow_pitch_next

@@ -6,9 +6,9 @@
  * sha256 9fdf4378f6fb9e1b1c4b537e8ffc93bd7914598df7afed94c8c086353543ed8a
  * with: stiction generate seven_joint_arm.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
- * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
- * twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a multiplication by its reciprocal, which
+ * the parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) for results that are
+ * bit-identical to the twin's. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_SEVEN_JOINT_ARM_H
 #define STICTION_SEVEN_JOINT_ARM_H
@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* Constants of the model and gains; SEVEN_JOINT_ARM_PARAMETERS holds the spec's values. */
+/* Model constants and gains; SEVEN_JOINT_ARM_PARAMETERS has the spec's values. */
 typedef struct {
     double viscous_shoulder_yaw_b; /* N*m*s/rad: model parameter */
     double viscous_shoulder_pitch_b; /* N*m*s/rad: model parameter */
@@ -84,14 +84,14 @@ typedef struct {
         -0.000175 /* h_K_2_hand_roll */ \
     }
 
-/* What the next valid sample does. */
+/* Modes: what the next valid sample does. */
 typedef enum {
-    SEVEN_JOINT_ARM_RUNNING, /* it gives new estimates */
-    SEVEN_JOINT_ARM_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
-    SEVEN_JOINT_ARM_STARTING /* no sample was valid so far: it initialises the state */
+    SEVEN_JOINT_ARM_RUNNING, /* gives new estimates */
+    SEVEN_JOINT_ARM_HOLDING, /* after 8 invalid samples in a row: sets the state so that the estimates equal the held ones */
+    SEVEN_JOINT_ARM_STARTING /* no sample was valid so far: initialises the state */
 } seven_joint_arm_mode;
 
-/* What the observer remembers from sample to sample. */
+/* State of the observer between two samples. */
 typedef struct {
     double z_v_shoulder_yaw; /* rad/s: observer state */
     double z_v_shoulder_pitch; /* rad/s: observer state */
@@ -108,10 +108,10 @@ typedef struct {
     double z_wrist_pitch; /* N*m: observer state */
     double z_hand_roll; /* N*m: observer state */
     seven_joint_arm_mode mode;
-    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
+    unsigned char invalid_samples; /* in a row; the count restarts after a valid one */
 } seven_joint_arm_state;
 
-/* What is measured and commanded at a sample. */
+/* Measurements and commands at a sample. */
 typedef struct {
     double shoulder_yaw; /* rad: measured position */
     double shoulder_pitch; /* rad: measured position */
@@ -129,7 +129,7 @@ typedef struct {
     double w_hand_roll; /* N*m: input */
 } seven_joint_arm_inputs;
 
-/* What is estimated. */
+/* Estimates at a sample. */
 typedef struct {
     double v_shoulder_yaw_hat; /* rad/s: velocity estimate, (4.25) */
     double v_shoulder_pitch_hat; /* rad/s: velocity estimate, (4.25) */
@@ -155,7 +155,7 @@ typedef struct {
     int fault; /* 1 if this sample was not used, 0 otherwise */
 } seven_joint_arm_outputs;
 
-/* Compute the derived constants anew: call it after a parameter was changed; SEVEN_JOINT_ARM_PARAMETERS has them. */
+/* Compute the derived constants: call it after a parameter was changed; SEVEN_JOINT_ARM_PARAMETERS includes them. */
 void seven_joint_arm_prepare(seven_joint_arm_parameters *parameters);
 
 /*

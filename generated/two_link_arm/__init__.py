@@ -4,7 +4,8 @@ Made by stiction 0.1.0 from two_link_arm.yaml
 sha256 b6da30848bfb88be36fdd088967c28eb76bff5115c2e0e2e130e666fe4a04476
 with: stiction generate two_link_arm.yaml
 
-The twin of two_link_arm.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+The twin of two_link_arm.c: the same operations in the same order on doubles, with bit-identical results.
+Do not edit.
 """
 
 import math
@@ -14,11 +15,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "b6da30848bfb88be36fdd088967c28eb76bff5115c2e0e2e130e666fe4a04476"
 LARGEST = 1e+150
-# what the next valid sample does
-RUNNING = 0  # it gives new estimates
-HOLDING = 1  # after 8 invalid samples in a row: it sets the state so that the held estimates continue
-STARTING = 2  # no sample was valid so far: it initialises the state
-ENVELOPE = {  # low and high: where the certificate beside this file speaks
+# modes: what the next valid sample does
+RUNNING = 0  # gives new estimates
+HOLDING = 1  # after 8 invalid samples in a row: sets the state so that the estimates equal the held ones
+STARTING = 2  # no sample was valid so far: initialises the state
+ENVELOPE = {  # lower and upper limits: the operating region for which certificate.json holds
     "theta1": ("-3927/1250", "3927/1250"),
     "theta2": ("-3927/1250", "3927/1250"),
     "omega1": ("-3/10", "3/10"),
@@ -28,7 +29,7 @@ ENVELOPE = {  # low and high: where the certificate beside this file speaks
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+    """Model constants and gains with the spec's values, followed by the constants that ``prepare`` derives from them."""
 
     m1: float = 0.7718  # kg: model parameter
     m2: float = 0.2713  # kg: model parameter
@@ -61,19 +62,19 @@ class Parameters:
 
 @dataclass(slots=True)
 class State:
-    """What the observer remembers from sample to sample."""
+    """State of the observer between two samples."""
 
     z_omega1: float = 0.0  # rad/s: observer state
     z_omega2: float = 0.0  # rad/s: observer state
     z_shoulder: float = 0.0  # N*m: observer state
     z_elbow: float = 0.0  # N*m: observer state
     mode: int = RUNNING
-    invalid_samples: int = 0  # in a row; counted anew after a valid one
+    invalid_samples: int = 0  # in a row; the count restarts after a valid one
 
 
 @dataclass(slots=True)
 class Inputs:
-    """What is measured and commanded at a sample."""
+    """Measurements and commands at a sample."""
 
     theta1: float = 0.0  # rad: measured position
     theta2: float = 0.0  # rad: measured position
@@ -83,7 +84,7 @@ class Inputs:
 
 @dataclass(slots=True)
 class Outputs:
-    """What is estimated."""
+    """Estimates at a sample."""
 
     omega1_hat: float = 0.0  # rad/s: velocity estimate, (4.25)
     omega2_hat: float = 0.0  # rad/s: velocity estimate, (4.25)
@@ -115,7 +116,7 @@ def _quotient(a: float, b: float) -> float:
 
 
 def prepare(parameters: Parameters) -> None:
-    """Compute the derived constants anew, after a parameter was changed."""
+    """Compute the derived constants again, after a parameter was changed."""
     parameters.constant_1 = (
         parameters.I1 + parameters.I2 + parameters.m1 * parameters.b1 * parameters.b1 + parameters.m2
         * parameters.b2 * parameters.b2 + parameters.m2 * parameters.l1 * parameters.l1
@@ -133,7 +134,7 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; if that is invalid, one that waits for the first valid sample."""
+    """The initial state, from the first measurement; if that is invalid, the first valid sample sets it."""
     state = State(
         z_omega1=(
         -(parameters.K_v_omega1_omega1 * inputs.theta1 + parameters.K_v_omega1_omega2 * inputs.theta2)
@@ -154,7 +155,7 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
 
 
 def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
-    """Predict the state over an invalid sample: the machine moves on at the held velocity estimate."""
+    """Predict the state over an invalid sample, as if the machine moved at the held velocity estimate."""
     state.z_omega1 = (
         state.z_omega1 - parameters.sample_time * parameters.K_v_omega1_omega1 * outputs.omega1_hat
         - parameters.sample_time * parameters.K_v_omega1_omega2 * outputs.omega2_hat
@@ -172,7 +173,7 @@ def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
 
 
 def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
-    """Set the state from a valid sample so that the held estimates continue."""
+    """Set the state from a valid sample so that the estimates equal the held ones."""
     resumed_1 = inputs.theta1 + parameters.sample_time * outputs.omega1_hat
     resumed_2 = inputs.theta2 + parameters.sample_time * outputs.omega2_hat
     resumed_3 = abs(outputs.omega1_hat)
@@ -208,7 +209,7 @@ def _handle_fault(state: State, parameters: Parameters, inputs: Inputs, outputs:
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
-    The estimates go into ``outputs``, or into new ones.
+    The estimates are written to ``outputs``, or to a new object.
     A sample is invalid if an input is NaN, infinite or beyond 1e+150: ``outputs`` then hold the last estimates,
     ``fault`` is 1, and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its
     mode is not ``RUNNING``, the estimates are held too, ``fault`` is 1, and the state is set from this sample. The held
@@ -275,7 +276,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
         + parameters.h_K_F_elbow_shoulder * sign_shoulder * omega1_dot_hat
     )
 
-    # one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large
+    # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_omega1_next + z_omega2_next + z_shoulder_next + z_elbow_next
     if state.mode != RUNNING or not abs(check) <= LARGEST:
         given = inputs.theta1 + inputs.theta2 + inputs.w1 + inputs.w2

@@ -64,7 +64,7 @@ void two_link_arm_init(two_link_arm_state *state, const two_link_arm_parameters 
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void two_link_arm_predict(two_link_arm_state *state, const two_link_arm_parameters *parameters,
     const two_link_arm_outputs *outputs)
 {
@@ -85,7 +85,7 @@ static void two_link_arm_predict(two_link_arm_state *state, const two_link_arm_p
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void two_link_arm_resume(two_link_arm_state *state, const two_link_arm_parameters *parameters,
     const two_link_arm_inputs *inputs, const two_link_arm_outputs *outputs)
 {
@@ -173,7 +173,7 @@ void two_link_arm_step(two_link_arm_state *state, const two_link_arm_parameters 
     const double z_elbow_next = state->z_elbow + parameters->h_K_F_elbow_elbow * sign_elbow * omega2_dot_hat
         + parameters->h_K_F_elbow_shoulder * sign_shoulder * omega1_dot_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_omega1_next + z_omega2_next + z_shoulder_next + z_elbow_next;
     if (fabs(check) <= 1e+150 && state->mode == TWO_LINK_ARM_RUNNING) {
         outputs->omega1_hat = omega1_hat;

@@ -6,9 +6,9 @@
  * sha256 b6da30848bfb88be36fdd088967c28eb76bff5115c2e0e2e130e666fe4a04476
  * with: stiction generate two_link_arm.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
- * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
- * twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a multiplication by its reciprocal, which
+ * the parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) for results that are
+ * bit-identical to the twin's. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_TWO_LINK_ARM_H
 #define STICTION_TWO_LINK_ARM_H
@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* Constants of the model and gains; TWO_LINK_ARM_PARAMETERS holds the spec's values. */
+/* Model constants and gains; TWO_LINK_ARM_PARAMETERS has the spec's values. */
 typedef struct {
     double m1; /* kg: model parameter */
     double m2; /* kg: model parameter */
@@ -80,24 +80,24 @@ typedef struct {
         1e-05 /* h_K_F_elbow_shoulder */ \
     }
 
-/* What the next valid sample does. */
+/* Modes: what the next valid sample does. */
 typedef enum {
-    TWO_LINK_ARM_RUNNING, /* it gives new estimates */
-    TWO_LINK_ARM_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
-    TWO_LINK_ARM_STARTING /* no sample was valid so far: it initialises the state */
+    TWO_LINK_ARM_RUNNING, /* gives new estimates */
+    TWO_LINK_ARM_HOLDING, /* after 8 invalid samples in a row: sets the state so that the estimates equal the held ones */
+    TWO_LINK_ARM_STARTING /* no sample was valid so far: initialises the state */
 } two_link_arm_mode;
 
-/* What the observer remembers from sample to sample. */
+/* State of the observer between two samples. */
 typedef struct {
     double z_omega1; /* rad/s: observer state */
     double z_omega2; /* rad/s: observer state */
     double z_shoulder; /* N*m: observer state */
     double z_elbow; /* N*m: observer state */
     two_link_arm_mode mode;
-    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
+    unsigned char invalid_samples; /* in a row; the count restarts after a valid one */
 } two_link_arm_state;
 
-/* What is measured and commanded at a sample. */
+/* Measurements and commands at a sample. */
 typedef struct {
     double theta1; /* rad: measured position */
     double theta2; /* rad: measured position */
@@ -105,7 +105,7 @@ typedef struct {
     double w2; /* N*m: input */
 } two_link_arm_inputs;
 
-/* What is estimated. */
+/* Estimates at a sample. */
 typedef struct {
     double omega1_hat; /* rad/s: velocity estimate, (4.25) */
     double omega2_hat; /* rad/s: velocity estimate, (4.25) */
@@ -118,7 +118,7 @@ typedef struct {
     int fault; /* 1 if this sample was not used, 0 otherwise */
 } two_link_arm_outputs;
 
-/* Compute the derived constants anew: call it after a parameter was changed; TWO_LINK_ARM_PARAMETERS has them. */
+/* Compute the derived constants: call it after a parameter was changed; TWO_LINK_ARM_PARAMETERS includes them. */
 void two_link_arm_prepare(two_link_arm_parameters *parameters);
 
 /*

@@ -4,7 +4,8 @@ Made by stiction 0.1.0 from two_mass.yaml
 sha256 5d108a0c2b344775326f5cfaa6fd42c8eb9332c34c728456b6a6b3d0f61c8c7a
 with: stiction generate two_mass.yaml
 
-The twin of two_mass.c: the same operations in the same order on doubles, so the same bits. Do not edit.
+The twin of two_mass.c: the same operations in the same order on doubles, with bit-identical results.
+Do not edit.
 """
 
 import math
@@ -14,11 +15,11 @@ __all__ = ["Inputs", "Outputs", "Parameters", "State", "init", "prepare", "step"
 
 SPEC_SHA256 = "5d108a0c2b344775326f5cfaa6fd42c8eb9332c34c728456b6a6b3d0f61c8c7a"
 LARGEST = 1e+150
-# what the next valid sample does
-RUNNING = 0  # it gives new estimates
-HOLDING = 1  # after 8 invalid samples in a row: it sets the state so that the held estimates continue
-STARTING = 2  # no sample was valid so far: it initialises the state
-ENVELOPE = {  # low and high: where the certificate beside this file speaks
+# modes: what the next valid sample does
+RUNNING = 0  # gives new estimates
+HOLDING = 1  # after 8 invalid samples in a row: sets the state so that the estimates equal the held ones
+STARTING = 2  # no sample was valid so far: initialises the state
+ENVELOPE = {  # lower and upper limits: the operating region for which certificate.json holds
     "v1": ("-5", "5"),
     "v2": ("-5", "5"),
     "v1_dot": ("-6", "6"),
@@ -30,7 +31,7 @@ ENVELOPE = {  # low and high: where the certificate beside this file speaks
 
 @dataclass(slots=True)
 class Parameters:
-    """Constants of the model and gains, with the spec's values; behind them what ``prepare`` derives from these."""
+    """Model constants and gains with the spec's values, followed by the constants that ``prepare`` derives from them."""
 
     m1: float = 10.0  # kg: model parameter
     m2: float = 50.0  # kg: model parameter
@@ -54,19 +55,19 @@ class Parameters:
 
 @dataclass(slots=True)
 class State:
-    """What the observer remembers from sample to sample."""
+    """State of the observer between two samples."""
 
     z_v1: float = 0.0  # m/s: observer state
     z_v2: float = 0.0  # m/s: observer state
     z_between: float = 0.0  # N: observer state
     z_ground: float = 0.0  # N: observer state
     mode: int = RUNNING
-    invalid_samples: int = 0  # in a row; counted anew after a valid one
+    invalid_samples: int = 0  # in a row; the count restarts after a valid one
 
 
 @dataclass(slots=True)
 class Inputs:
-    """What is measured and commanded at a sample."""
+    """Measurements and commands at a sample."""
 
     x1: float = 0.0  # m: measured position
     x2: float = 0.0  # m: measured position
@@ -75,7 +76,7 @@ class Inputs:
 
 @dataclass(slots=True)
 class Outputs:
-    """What is estimated."""
+    """Estimates at a sample."""
 
     v1_hat: float = 0.0  # m/s: velocity estimate, (4.25)
     v2_hat: float = 0.0  # m/s: velocity estimate, (4.25)
@@ -93,7 +94,7 @@ def _sign(u: float) -> float:
 
 
 def prepare(parameters: Parameters) -> None:
-    """Compute the derived constants anew, after a parameter was changed."""
+    """Compute the derived constants again, after a parameter was changed."""
     parameters.eta2_plus_eta3 = parameters.eta2 + parameters.eta3
     parameters.eta1_plus_eta3 = parameters.eta1 + parameters.eta3
     parameters.one_over_m1 = 1.0 / parameters.m1
@@ -103,7 +104,7 @@ def prepare(parameters: Parameters) -> None:
 
 
 def init(parameters: Parameters, inputs: Inputs) -> State:
-    """The state from the first measurement; if that is invalid, one that waits for the first valid sample."""
+    """The initial state, from the first measurement; if that is invalid, the first valid sample sets it."""
     state = State(
         z_v1=-(parameters.K_v_v1 * inputs.x1),
         z_v2=-(parameters.K_v_v2 * inputs.x2),
@@ -119,7 +120,7 @@ def init(parameters: Parameters, inputs: Inputs) -> State:
 
 
 def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
-    """Predict the state over an invalid sample: the machine moves on at the held velocity estimate."""
+    """Predict the state over an invalid sample, as if the machine moved at the held velocity estimate."""
     state.z_v1 = state.z_v1 - parameters.sample_time * parameters.K_v_v1 * outputs.v1_hat
     state.z_v2 = state.z_v2 - parameters.sample_time * parameters.K_v_v2 * outputs.v2_hat
     if state.mode == RUNNING:
@@ -131,7 +132,7 @@ def _predict(state: State, parameters: Parameters, outputs: Outputs) -> None:
 
 
 def _resume(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs) -> None:
-    """Set the state from a valid sample so that the held estimates continue."""
+    """Set the state from a valid sample so that the estimates equal the held ones."""
     state.z_v1 = outputs.v1_hat - parameters.K_v_v1 * (inputs.x1 + parameters.sample_time * outputs.v1_hat)
     state.z_v2 = outputs.v2_hat - parameters.K_v_v2 * (inputs.x2 + parameters.sample_time * outputs.v2_hat)
     state.z_between = outputs.a_hat_between + parameters.K_F_between * abs(outputs.v1_hat - outputs.v2_hat)
@@ -157,7 +158,7 @@ def _handle_fault(state: State, parameters: Parameters, inputs: Inputs, outputs:
 def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs | None = None) -> Outputs:
     """One sample: estimates from the state and this measurement; ``state`` becomes that of the next sample.
 
-    The estimates go into ``outputs``, or into new ones.
+    The estimates are written to ``outputs``, or to a new object.
     A sample is invalid if an input is NaN, infinite or beyond 1e+150: ``outputs`` then hold the last estimates,
     ``fault`` is 1, and the state is predicted with the held velocity. If the inputs are valid but the state is not, or its
     mode is not ``RUNNING``, the estimates are held too, ``fault`` is 1, and the state is set from this sample. The held
@@ -204,7 +205,7 @@ def step(state: State, parameters: Parameters, inputs: Inputs, outputs: Outputs 
     z_between_next = state.z_between + parameters.h_K_F_between * sign_between * (v1_dot_hat - v2_dot_hat)
     z_ground_next = state.z_ground + parameters.h_K_F_ground * sign_ground * v2_dot_hat
 
-    # one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large
+    # this sum is too large or NaN if a next state is, or an input or output on which no next state depends
     check = z_v1_next + z_v2_next + z_between_next + z_ground_next
     if state.mode != RUNNING or not abs(check) <= LARGEST:
         given = inputs.x1 + inputs.x2 + inputs.w

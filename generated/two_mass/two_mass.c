@@ -57,7 +57,7 @@ void two_mass_init(two_mass_state *state, const two_mass_parameters *parameters,
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void two_mass_predict(two_mass_state *state, const two_mass_parameters *parameters,
     const two_mass_outputs *outputs)
 {
@@ -76,7 +76,7 @@ static void two_mass_predict(two_mass_state *state, const two_mass_parameters *p
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void two_mass_resume(two_mass_state *state, const two_mass_parameters *parameters,
     const two_mass_inputs *inputs, const two_mass_outputs *outputs)
 {
@@ -149,7 +149,7 @@ void two_mass_step(two_mass_state *state, const two_mass_parameters *parameters,
         - v2_dot_hat);
     const double z_ground_next = state->z_ground + parameters->h_K_F_ground * sign_ground * v2_dot_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v1_next + z_v2_next + z_between_next + z_ground_next;
     if (fabs(check) <= 1e+150 && state->mode == TWO_MASS_RUNNING) {
         outputs->v1_hat = v1_hat;

@@ -6,9 +6,9 @@
  * sha256 5d108a0c2b344775326f5cfaa6fd42c8eb9332c34c728456b6a6b3d0f61c8c7a
  * with: stiction generate two_mass.yaml
  *
- * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a product with its reciprocal, which the
- * parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) to get the bits of the
- * twin. Do not edit: change the spec and generate again.
+ * C99, no heap, no statics, no globals, re-entrant. Division by a constant is a multiplication by its reciprocal, which
+ * the parameters hold; the Python twin does the same. Compile with -std=c99 (or -ffp-contract=off) for results that are
+ * bit-identical to the twin's. Do not edit: change the spec and generate again.
  */
 #ifndef STICTION_TWO_MASS_H
 #define STICTION_TWO_MASS_H
@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* Constants of the model and gains; TWO_MASS_PARAMETERS holds the spec's values. */
+/* Model constants and gains; TWO_MASS_PARAMETERS has the spec's values. */
 typedef struct {
     double m1; /* kg: model parameter */
     double m2; /* kg: model parameter */
@@ -62,31 +62,31 @@ typedef struct {
         0.7000000000000001 /* h_K_F_ground */ \
     }
 
-/* What the next valid sample does. */
+/* Modes: what the next valid sample does. */
 typedef enum {
-    TWO_MASS_RUNNING, /* it gives new estimates */
-    TWO_MASS_HOLDING, /* after 8 invalid samples in a row: it sets the state so that the held estimates continue */
-    TWO_MASS_STARTING /* no sample was valid so far: it initialises the state */
+    TWO_MASS_RUNNING, /* gives new estimates */
+    TWO_MASS_HOLDING, /* after 8 invalid samples in a row: sets the state so that the estimates equal the held ones */
+    TWO_MASS_STARTING /* no sample was valid so far: initialises the state */
 } two_mass_mode;
 
-/* What the observer remembers from sample to sample. */
+/* State of the observer between two samples. */
 typedef struct {
     double z_v1; /* m/s: observer state */
     double z_v2; /* m/s: observer state */
     double z_between; /* N: observer state */
     double z_ground; /* N: observer state */
     two_mass_mode mode;
-    unsigned char invalid_samples; /* in a row; counted anew after a valid one */
+    unsigned char invalid_samples; /* in a row; the count restarts after a valid one */
 } two_mass_state;
 
-/* What is measured and commanded at a sample. */
+/* Measurements and commands at a sample. */
 typedef struct {
     double x1; /* m: measured position */
     double x2; /* m: measured position */
     double w; /* N: input */
 } two_mass_inputs;
 
-/* What is estimated. */
+/* Estimates at a sample. */
 typedef struct {
     double v1_hat; /* m/s: velocity estimate, (4.25) */
     double v2_hat; /* m/s: velocity estimate, (4.25) */
@@ -99,7 +99,7 @@ typedef struct {
     int fault; /* 1 if this sample was not used, 0 otherwise */
 } two_mass_outputs;
 
-/* Compute the derived constants anew: call it after a parameter was changed; TWO_MASS_PARAMETERS has them. */
+/* Compute the derived constants: call it after a parameter was changed; TWO_MASS_PARAMETERS includes them. */
 void two_mass_prepare(two_mass_parameters *parameters);
 
 /*

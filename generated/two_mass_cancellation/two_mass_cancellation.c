@@ -57,7 +57,7 @@ void two_mass_cancellation_init(two_mass_cancellation_state *state, const two_ma
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void two_mass_cancellation_predict(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
     const two_mass_cancellation_outputs *outputs)
 {
@@ -76,7 +76,7 @@ static void two_mass_cancellation_predict(two_mass_cancellation_state *state, co
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void two_mass_cancellation_resume(two_mass_cancellation_state *state, const two_mass_cancellation_parameters *parameters,
     const two_mass_cancellation_inputs *inputs, const two_mass_cancellation_outputs *outputs)
 {
@@ -152,7 +152,7 @@ void two_mass_cancellation_step(two_mass_cancellation_state *state, const two_ma
         - v2_dot_hat);
     const double z_ground_next = state->z_ground + parameters->h_K_F_ground * sign_ground * v2_dot_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v1_next + z_v2_next + z_between_next + z_ground_next;
     if (fabs(check) <= 1e+150 && state->mode == TWO_MASS_CANCELLATION_RUNNING) {
         outputs->v1_hat = v1_hat;

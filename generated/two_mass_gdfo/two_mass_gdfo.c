@@ -58,7 +58,7 @@ void two_mass_gdfo_init(two_mass_gdfo_state *state, const two_mass_gdfo_paramete
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void two_mass_gdfo_predict(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
     const two_mass_gdfo_outputs *outputs)
 {
@@ -80,7 +80,7 @@ static void two_mass_gdfo_predict(two_mass_gdfo_state *state, const two_mass_gdf
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void two_mass_gdfo_resume(two_mass_gdfo_state *state, const two_mass_gdfo_parameters *parameters,
     const two_mass_gdfo_inputs *inputs, const two_mass_gdfo_outputs *outputs)
 {
@@ -172,7 +172,7 @@ void two_mass_gdfo_step(two_mass_gdfo_state *state, const two_mass_gdfo_paramete
     const double z_a_ground_next = state->z_a_ground - parameters->h_K_a_ground * (f_hat_ground * v2_dot_hat
         + v2_hat * f_rate_ground);
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v1_next + z_v2_next + z_f_between_next + z_f_ground_next + z_a_between_next
         + z_a_ground_next;
     if (fabs(check) <= 1e+150 && state->mode == TWO_MASS_GDFO_RUNNING) {

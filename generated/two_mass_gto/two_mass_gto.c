@@ -54,7 +54,7 @@ void two_mass_gto_init(two_mass_gto_state *state, const two_mass_gto_parameters 
     }
 }
 
-/* Predict the state over an invalid sample: the machine moves on at the held velocity estimate. */
+/* Predict the state over an invalid sample, as if the machine moved at the held velocity estimate. */
 static void two_mass_gto_predict(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
     const two_mass_gto_outputs *outputs)
 {
@@ -75,7 +75,7 @@ static void two_mass_gto_predict(two_mass_gto_state *state, const two_mass_gto_p
     }
 }
 
-/* Set the state from a valid sample so that the held estimates continue. */
+/* Set the state from a valid sample so that the estimates equal the held ones. */
 static void two_mass_gto_resume(two_mass_gto_state *state, const two_mass_gto_parameters *parameters,
     const two_mass_gto_inputs *inputs, const two_mass_gto_outputs *outputs)
 {
@@ -132,7 +132,7 @@ void two_mass_gto_step(two_mass_gto_state *state, const two_mass_gto_parameters 
     const double z_x1_next = state->z_x1 - parameters->h_K_1_x1 * v1_hat - parameters->h_K_2_x1 * v1_dot_hat;
     const double z_x2_next = state->z_x2 - parameters->h_K_1_x2 * v2_hat - parameters->h_K_2_x2 * v2_dot_hat;
 
-    /* one sum detects a next state, or an input that none of them depends on, that is NaN, infinite or too large */
+    /* this sum is too large or NaN if a next state is, or an input or output on which no next state depends */
     const double check = z_v1_next + z_v2_next + z_x1_next + z_x2_next;
     if (fabs(check) <= 1e+150 && state->mode == TWO_MASS_GTO_RUNNING) {
         outputs->v1_hat = v1_hat;

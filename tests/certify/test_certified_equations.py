@@ -183,7 +183,7 @@ def wrong_twins(name: str, count: int) -> tuple[int, int]:
     """
     source, dice = rational_source(name), random.Random(name)
     parts = [(source.index("def prepare("), source.index("def init(")), (source.index("def step("), len(source))]
-    parts[1] = (source.index("outputs = Outputs()", parts[1][0]), source.index("# one sum detects"))
+    parts[1] = (source.index("outputs = Outputs()", parts[1][0]), source.index("# this sum is"))
     kinds = r" [-+*/] |(?<=[(= ])-(?=\w)|Fraction\([^)]*\)|\b(?:parameters|state|inputs)\.\w+(?! = )"
     spots = [m for m in re.finditer(kinds, source) if any(low < m.start() < high for low, high in parts)]
     seen = harmless = 0

@@ -497,7 +497,7 @@ def in_python(name: str, twin: str, statements: str) -> ModuleType:
     lines = [" ".join(line.split()).removeprefix("const double ") for line in bare.split(";") if line.strip()]
     text = "".join(f"    {line}\n" for line in lines).replace("->", ".")
     text = text.replace(f"{name}_sign(", "_sign(").replace("fabs(", "abs(")
-    begin, end = twin.index("    # velocity estimate"), twin.index("    # one sum detects")
+    begin, end = twin.index("    # velocity estimate"), twin.index("    # this sum is")
     return load_twin(twin[:begin] + text + twin[end:], "mutant")
 
 
@@ -516,7 +516,7 @@ def shown(module: ModuleType, places: list[str], seed: int) -> list[list[float]]
 def test_wrong_laws_are_refused_or_do_no_harm(name: str) -> None:
     """One operator, constant or parameter of `step` is another, its hash stated: Python says whether that shows."""
     dice, genuine, twin = random.Random(name), sources(name)[f"{name}.c"].decode(), sources(name)[TWIN].decode()
-    begin, end = genuine.index("    /* velocity estimate"), genuine.index("    /* one sum detects")
+    begin, end = genuine.index("    /* velocity estimate"), genuine.index("    /* this sum is")
     plain = re.sub(r"/\*.*?\*/", lambda m: "." * len(m[0]), genuine, flags=re.DOTALL)
     spots = [m for m in re.finditer(r" [-+*] |\b\d+\.\d+\b|\bparameters->\w+", plain) if begin < m.start() < end]
     proof = json.loads(sources(name)["proof.json"])

@@ -276,4 +276,4 @@ def test_a_quantity_called_time_is_refused() -> None:
     files = emit_sources(program, make_header("one_mass.yaml", "0" * 64, ""))
     changed = Program(**{**vars(program), "parameters": (clash, *program.parameters)})
     with refused("SPEC009 `time`"):
-        emit_fmu(changed, files, compiled=lambda sources, units: b"")
+        emit_fmu(changed, files)

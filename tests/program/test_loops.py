@@ -101,7 +101,7 @@ def test_code_does_not_grow_with_the_chain(make):
     sizes = []
     for n in (18, 36):
         rolled = lower(built(make(n))).rolled
-        settings = [s for part in (rolled.initial, rolled.carried, rolled.resumed) for s in part.stretches]
+        settings = [s for part in (rolled.initial, rolled.predicted, rolled.resumed) for s in part.stretches]
         parts = [*rolled.prepare, *rolled.step, *rolled.outputs, *rolled.following, *settings]
         sizes.append(sum(len(part.lines) for stretch in parts for part in stretch.parts))
     assert sizes[0] == sizes[1]

@@ -1,4 +1,4 @@
-"""C99 in double or single precision: the observer, a complete example, and files that build them."""
+"""Printer of C99 in double or single precision: the observer, a complete example, and files that build them."""
 
 from __future__ import annotations
 
@@ -14,19 +14,27 @@ FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "pow")
 
 
 def c_language(program: Program) -> Language:
-    """C's words; in single precision those of ``float``, so that no double helper is linked."""
+    """Function names and literals of C; in single precision those of ``float``: no double function is linked."""
     single = program.precision == "single"
     end = "f" if single else ""
     calls = {name: name + end for name in FUNCTIONS} | {"abs": f"fabs{end}", "sign": f"{program.name}_sign"}
     return Language(calls, single, f"{{digits}}{end}")
 
 
-def c_words(program: Program, code: Code, header: Header, lane: str, local: str, declares: bool) -> dict[str, Any]:
-    """What the templates of C are given; ``lane`` is the index of a lane behind every field, or empty."""
+def c_words(
+    program: Program, code: Code, header: Header, lane: str, local: str, declares_locals: bool
+) -> dict[str, Any]:
+    """The variables of the C templates.
+
+    Args:
+        lane: index after every struct field, such as ``[lane]``; empty for one observer.
+        local: format of a local variable, with {name}.
+        declares_locals: whether a local of the function is declared where it is assigned.
+    """
     language = c_language(program)
     structs = {struct: f"{struct}->{{name}}{lane}" for struct in ("parameters", "state", "inputs", "outputs")}
     indent = 8 if lane else 4
-    style = Style(language, structs, local, "{name}", f"const {program.real} {{name}}", declares, indent)
+    style = Style(language, structs, local, "{name}", f"const {program.real} {{name}}", declares_locals, indent)
     return template_words(program, code, header, style, program.real) | {"magnitude": language.calls["abs"]}
 
 
@@ -34,9 +42,9 @@ def emit_c(program: Program, code: Code, header: Header) -> dict[str, str]:
     """NAME.h, NAME.c, example_main.c, CMakeLists.txt and NAME.mk.
 
     Raises:
-        BadInput: for a number that C has no literal for.
+        BadInput: for a number that no C literal expresses.
     """
-    words = c_words(program, code, header, "", "{name}", declares=True)
+    words = c_words(program, code, header, "", "{name}", declares_locals=True)
     return {
         f"{program.name}.h": render("c/observer.h.j2", **words),
         f"{program.name}.c": render("c/observer.c.j2", **words),
