@@ -1,4 +1,4 @@
-"""Stability analysis of an observer: characteristic polynomial, gain conditions, and figures over the envelope."""
+"""Stability analysis of an observer: characteristic polynomial, gain conditions, eigenvalues over the envelope."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from codegen.analysis.conditions import Condition, Factor, factor_conditions
+from codegen.analysis.conditions import BlockConditions, Condition, block_conditions
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.modes import Modes, find_modes
-from codegen.analysis.operating_points import OperatingPoints, OverEnvelope, dynamics_over_envelope
+from codegen.analysis.operating_points import EvaluatedDynamics, OperatingPoints, dynamics_over_envelope
 from codegen.base.exact_numbers import eigenvalues, first_largest
 from codegen.base.shown import Shown
 from codegen.observers.equations import Observer
@@ -21,17 +21,19 @@ from codegen.spec.numerics import numerical
 
 
 @dataclass(frozen=True, eq=False)
-class Deciding:
-    """Matrices at the operating points that decide the figures of an analysis.
+class WorstMatrices:
+    """Matrices at the operating points at which the stability measures of an analysis are worst, m by m each.
 
     Attributes:
-        slowest, fastest: Ψ with the largest spectral abscissa, and with the smallest limit of the sample time.
-        widest: A with the largest |z| of a step. implicit: A with the largest real part of an eigenvalue.
+        abscissa: the Ψ with the largest real part of an eigenvalue.
+        sample_time: the Ψ with the smallest stability limit of explicit Euler.
+        radius: the A with the largest |z| of a step.
+        implicit: the A with the largest real part of an eigenvalue.
     """
 
-    slowest: Any
-    fastest: Any
-    widest: Any
+    abscissa: Any
+    sample_time: Any
+    radius: Any
     implicit: Any
 
 
@@ -41,22 +43,22 @@ class Analysis(Shown):
 
     Attributes:
         spec: for messages.
-        dynamics: Ψ and the sampled matrix.
-        over: the matrices from which ``factors`` and ``modes`` are derived when first asked for, which can take long;
-            None: no conditions are asked for.
-        worst: the point of the largest spectral radius.
+        dynamics: Ψ and the sampled matrix A, symbolic.
+        evaluated: Ψ and A at the points, from which ``blocks`` and ``modes`` are derived on first use, which can take
+            long; None if no conditions are needed.
+        worst: variable → value at the point of the largest spectral radius.
         radii: largest |z| of the step at each point, to ten digits.
-        deciding: the matrices, m by m, from which the figures below are computed.
-        free: names of gains that the spec leaves free: their numbers are examples.
+        deciding: the matrices from which the measures below are computed.
+        free: names of gains that the spec leaves free; their numbers are examples.
     """
 
     spec: Spec
     dynamics: ErrorDynamics
-    over: OverEnvelope | None
+    evaluated: EvaluatedDynamics | None
     points: OperatingPoints
     worst: dict[str, float]
     radii: Any
-    deciding: Deciding
+    deciding: WorstMatrices
     free: tuple[str, ...] = ()
 
     @property
@@ -73,53 +75,57 @@ class Analysis(Shown):
 
     @cached_property
     def spectral_abscissa(self) -> float:
-        """Largest real part of Ψ's eigenvalues over the points, 1/s."""
-        return float(eigenvalues(self.deciding.slowest).real.max())
+        """max Re λ over the eigenvalues λ of Ψ and the points, 1/s."""
+        return float(eigenvalues(self.deciding.abscissa).real.max())
 
     @cached_property
     def spectral_radius(self) -> float:
-        """Largest |z| of the step over the points, at the spec's sample time."""
+        """max |z| over the eigenvalues z of the map e[k] → e[k+1] and the points, at the spec's sample time."""
         h = float(self.dynamics.observer.sample_time)
-        return float(np.abs(self.dynamics.multipliers(eigenvalues(self.deciding.widest), h)).max())
+        return float(np.abs(self.dynamics.multipliers(eigenvalues(self.deciding.radius), h)).max())
 
     @cached_property
     def largest_sample_time(self) -> float:
-        """Of explicit Euler at these gains, the smallest over the points, s; 0 if Ψ is not Hurwitz."""
-        return float(largest_euler_steps(eigenvalues(self.deciding.fastest)[None])[0])
+        """Stability limit of explicit Euler, min −2 Re λ/|λ|² over the points, s; 0 if Ψ is not Hurwitz."""
+        return float(largest_euler_steps(eigenvalues(self.deciding.sample_time)[None])[0])
 
     @cached_property
     def implicit_rate(self) -> float:
-        """Least −Re λ over the eigenvalues λ of A, where the step is implicit; 0 elsewhere, 1/s."""
+        """min −Re λ over the eigenvalues λ of A and the points, of an implicit step, 1/s; 0 for other steps."""
         return float(-eigenvalues(self.deciding.implicit).real.max()) if self.dynamics.implicit else 0.0
 
     @cached_property
-    def factors(self) -> tuple[Factor, ...]:
-        """|sI − Ψ| in force errors as a product over the diagonal blocks of a block-triangular Ψ, with conditions."""
-        return () if self.over is None else _factors(self.spec, self.over)
+    def blocks(self) -> tuple[BlockConditions, ...]:
+        """Polynomial and conditions of each diagonal block of Ψ in force errors, which is block-triangular."""
+        return () if self.evaluated is None else _blocks(self.spec, self.evaluated)
 
     @cached_property
     def modes(self) -> Modes | None:
-        """The modal form, where the conditions are signs of gains for any order; else None."""
-        return None if self.over is None else _modes(self.spec, self.over)
+        """The modal form of Ψ, whose conditions are definiteness of gains for any order; None if Ψ has none."""
+        return None if self.evaluated is None else _modes(self.spec, self.evaluated)
 
     @property
     def polynomial(self) -> tuple[Any, ...] | None:
-        """Coefficients of |sI − Ψ|, highest first, where Ψ is one block of up to the fourth order."""
-        return self.factors[0].polynomial if len(self.factors) == 1 else None
+        """Coefficients of |sI − Ψ|, highest first; None if Ψ has several blocks or an order above four."""
+        return self.blocks[0].polynomial if len(self.blocks) == 1 else None
 
     @property
     def routh(self) -> tuple[Condition, ...]:
-        """Routh–Hurwitz conditions of Ψ > 0, necessary and sufficient; () where a block is above the fourth order."""
+        """Routh–Hurwitz conditions of Ψ, necessary and sufficient; () if a block has an order above four."""
         if self.modes is not None:
             return self.modes.conditions
-        return _all(self.factors, [f.routh for f in self.factors])
+        return self._all([block.routh for block in self.blocks])
 
     @property
     def jury(self) -> tuple[Condition, ...]:
-        """Jury conditions of the explicit Euler step, alike."""
+        """Jury conditions of the explicit step, necessary and sufficient; () if a block has an order above four."""
         if self.modes is not None and self.modes.jury:
             return self.modes.jury
-        return _all(self.factors, [f.jury for f in self.factors])
+        return self._all([block.jury for block in self.blocks])
+
+    def _all(self, conditions: list[tuple[Condition, ...]]) -> tuple[Condition, ...]:
+        """The conditions of all blocks; none if a block has none, since those of the others are not sufficient."""
+        return tuple(c for block in conditions for c in block) if all(b.polynomial for b in self.blocks) else ()
 
     @property
     def stable(self) -> bool:
@@ -130,14 +136,14 @@ class Analysis(Shown):
 def analyse(
     spec: Spec, observer: Observer, conditions: bool = True, differential: ErrorDynamics | None = None
 ) -> Analysis:
-    """Derive the error dynamics, evaluate them over the envelope and judge them.
+    """The stability analysis of an observer over the envelope.
 
     Args:
-        conditions: whether the symbolic gain conditions and the modal form may be asked for.
+        conditions: whether the symbolic gain conditions and the modal form are available.
         differential: as of ``derive_error_dynamics``.
 
     Raises:
-        BadInput: where the error dynamics are not finite somewhere in the envelope.
+        BadInput: if the error dynamics are not finite somewhere in the envelope.
     """
     return judge(spec, dynamics_over_envelope(spec, observer, differential), conditions)
 
@@ -146,8 +152,8 @@ QUANTITY = "the error dynamics over the envelope"
 
 
 @numerical(QUANTITY)
-def judge(spec: Spec, at: OverEnvelope, conditions: bool = True) -> Analysis:
-    """As ``analyse``, from dynamics that are already derived and evaluated; ``spec`` is for messages."""
+def judge(spec: Spec, at: EvaluatedDynamics, conditions: bool = True) -> Analysis:
+    """The analysis of error dynamics that are already derived and evaluated; ``spec`` is for messages."""
     dynamics, points, continuous, sampled, index = at.dynamics, at.points, at.continuous, at.sampled, at.index
     h = float(dynamics.observer.sample_time)
     of_psi, of_step = np.linalg.eigvals(continuous), np.linalg.eigvals(sampled)
@@ -157,37 +163,35 @@ def judge(spec: Spec, at: OverEnvelope, conditions: bool = True) -> Analysis:
     return Analysis(
         spec=spec,
         dynamics=dynamics,
-        over=at if conditions else None,
+        evaluated=at if conditions else None,
         points=points,
         worst={s.name: float(points.values[worst, k]) for k, s in enumerate(points.variables)},
         radii=radii,
-        deciding=Deciding(
-            slowest=continuous[first_largest(of_psi.real.max(axis=1))],
-            fastest=continuous[first_largest(-largest_euler_steps(of_psi))],
-            widest=sampled[index[worst]],
+        deciding=WorstMatrices(
+            abscissa=continuous[first_largest(of_psi.real.max(axis=1))],
+            sample_time=continuous[first_largest(-largest_euler_steps(of_psi))],
+            radius=sampled[index[worst]],
             implicit=sampled[first_largest(of_step.real.max(axis=1))],
         ),
     )
 
 
 @numerical(QUANTITY)
-def _factors(spec: Spec, at: OverEnvelope) -> tuple[Factor, ...]:
+def _blocks(spec: Spec, at: EvaluatedDynamics) -> tuple[BlockConditions, ...]:
     h = float(at.dynamics.observer.sample_time)
-    return factor_conditions(at.dynamics, at.continuous, at.sampled, h)
+    return block_conditions(at.dynamics, at.continuous, at.sampled, h)
 
 
 @numerical(QUANTITY)
-def _modes(spec: Spec, at: OverEnvelope) -> Modes | None:
+def _modes(spec: Spec, at: EvaluatedDynamics) -> Modes | None:
     return find_modes(at.dynamics, at.continuous, float(at.dynamics.observer.sample_time))
 
 
 def largest_euler_steps(values: Any) -> Any:
-    """At each point the largest stable h of explicit Euler, the least −2 Re λ/|λ|² over the eigenvalues."""
+    """The stability limit of explicit Euler, h = min −2 Re λ/|λ|², from eigenvalues (points, m); (points,) in s.
+
+    0 where an eigenvalue has no negative real part.
+    """
     stable = (values.real < 0).all(axis=1)
     squares = np.where(values == 0, 1.0, values.real**2 + values.imag**2)
     return np.where(stable, (-2 * values.real / squares).min(axis=1), 0.0)
-
-
-def _all(factors: tuple[Factor, ...], conditions: list[tuple[Condition, ...]]) -> tuple[Condition, ...]:
-    """The conditions of all blocks; none where a block has none, since the others would not be sufficient."""
-    return tuple(c for block in conditions for c in block) if all(f.polynomial for f in factors) else ()

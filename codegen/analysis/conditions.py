@@ -1,8 +1,8 @@
-"""Characteristic polynomial by diagonal block, with Routh–Hurwitz and Jury conditions for each block."""
+"""Routh–Hurwitz and Jury conditions on the gains, from the characteristic polynomial of each diagonal block of Ψ."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -20,40 +20,43 @@ from codegen.mechanics.system import Matrix
 from codegen.spec.model import symbol
 
 SYMBOLIC_ORDER = 4
-WRITABLE = 40
+"""Highest order of a block whose conditions are derived symbolically."""
+PRINTABLE = 40
+"""Most operations in an expression that is printed."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """One inequality ``expression`` > 0.
+    """A stability condition ``expression`` > 0.
 
     Attributes:
-        name: of the coefficient or determinant that must be positive.
+        label: the coefficient or determinant that must be positive, such as ``c0``, ``D3`` or ``J:c1``.
         expression: without factors that are known to be positive.
-        value: at the spec's numbers and the operating point where it is smallest.
-        readable: whether the expression is short enough to print; otherwise only the name is printed.
+        value: smallest value over the operating points, at the spec's numbers.
     """
 
-    name: str
+    label: str
     expression: Any
     value: float
 
     @property
     def readable(self) -> bool:
-        return int(sympy.count_ops(self.expression)) <= WRITABLE
+        """Whether the expression is short enough to print; otherwise only its label is printed."""
+        return int(sympy.count_ops(self.expression)) <= PRINTABLE
 
     @property
     def holds(self) -> bool:
+        """Whether it holds at every operating point."""
         return self.value > 0
 
 
 def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: Collection[sympy.Symbol]) -> list[tuple[str, Any]]:
-    """Remove positive factors from each condition: given symbols, earlier conditions, squares of denominators.
+    """The conditions without positive factors: given symbols, earlier conditions, and squares in denominators.
 
     A square in a numerator stays unless it is known to be nonzero: a slip speed or a friction state may pass zero.
 
     Args:
-        raw: (name, expression) pairs, each expression > 0.
+        raw: (label, expression) pairs, each expression > 0.
         positive: symbols with a positive value, such as masses.
     """
     known: list[Any] = [*positive]
@@ -68,6 +71,7 @@ def reduce_conditions(raw: Sequence[tuple[str, Any]], positive: Collection[sympy
 
 
 def _without(expression: Any, known: Sequence[Any]) -> Any:
+    """The expression without factors that are known to be positive; its sign is unchanged."""
     if int(sympy.count_ops(expression)) > 400:
         return expression  # too expensive to factor
     numerator, denominator = sympy.fraction(sympy.together(expression))
@@ -97,11 +101,12 @@ def _without(expression: Any, known: Sequence[Any]) -> Any:
 
 @lru_cache(maxsize=1024)
 def _multiplied_out(expression: Any) -> Any:
-    """``sympy.expand``, kept: two expressions are equal where these are."""
+    """``sympy.expand``, cached: polynomials are equal if and only if their expanded forms are."""
     return sympy.expand(expression)
 
 
 def _factors(expression: Any) -> list[tuple[Any, int]]:
+    """(factor, power) of a polynomial over the rationals; another expression is its own factor."""
     try:
         constant, factors = sympy.factor_list(expression)
     except sympy.PolynomialError:  # a power with a real exponent
@@ -109,20 +114,15 @@ def _factors(expression: Any) -> list[tuple[Any, int]]:
     return [(constant, 1), *[(f, int(p)) for f, p in factors]]
 
 
-def positive_parameters(values: Mapping[sympy.Symbol, Any]) -> set[sympy.Symbol]:
-    """Model parameters whose declared value is positive."""
-    return {s for s, value in values.items() if value > 0}
-
-
 @dataclass(frozen=True)
-class Factor:
-    """One diagonal block of Ψ in force errors.
+class BlockConditions:
+    """Characteristic polynomial and stability conditions of one diagonal block of Ψ in force errors.
 
     Attributes:
         errors: its components of e.
-        polynomial: coefficients of its |sI − Ψ_block|, highest first; None above the fourth order.
-        routh, jury: conditions > 0 on the block, each list necessary and sufficient: ``routh`` for Ψ, ``jury`` for the
-            step; () above order 4; jury () if implicit.
+        polynomial: coefficients of |sI − Ψ_block|, highest first; None above order 4.
+        routh: conditions > 0, necessary and sufficient for a Hurwitz block of Ψ; () above order 4.
+        jury: the same for |z| < 1 of the step; () above order 4 or with an implicit step.
     """
 
     errors: tuple[sympy.Symbol, ...]
@@ -132,14 +132,17 @@ class Factor:
 
 
 def independent_blocks(*matrices: Matrix) -> list[list[int]]:
-    """Index sets of the strongly connected components of the errors, over all matrices, in order of first index."""
+    """Index sets of the diagonal blocks of matrices that a common permutation makes block-triangular.
+
+    These are the strongly connected components of the graph of all nonzero entries, in the order of their first index.
+    """
     m = matrices[0].rows
     edges = {place for a in matrices for place in a.todok()}
     return sorted(sorted(block) for block in strongly_connected_components((range(m), edges)))
 
 
-def factor_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any, h: float) -> tuple[Factor, ...]:
-    """Polynomial and conditions of every block: in the gains where short, else in the coefficients c.
+def block_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any, h: float) -> tuple[BlockConditions, ...]:
+    """Polynomial and conditions of every block; over the gains if short, else over the polynomial's coefficients c.
 
     Args:
         continuous, sampled: Ψ and A in force errors at the operating points, points by m by m.
@@ -147,10 +150,10 @@ def factor_conditions(dynamics: ErrorDynamics, continuous: Any, sampled: Any, h:
     """
     psi, step = dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled)
     blocks = independent_blocks(psi, step)
-    return tuple(_factor(dynamics, psi, step, block, continuous, sampled, h, len(blocks) > 1) for block in blocks)
+    return tuple(_of_block(dynamics, psi, step, block, continuous, sampled, h, len(blocks) > 1) for block in blocks)
 
 
-def _factor(
+def _of_block(
     dynamics: ErrorDynamics,
     psi: Matrix,
     step: Matrix,
@@ -159,58 +162,60 @@ def _factor(
     sampled: Any,
     h: float,
     several: bool,
-) -> Factor:
+) -> BlockConditions:
+    """As ``block_conditions``, for the block with these indices; ``several``: its errors are named in the labels."""
     errors = tuple(dynamics.errors[i] for i in block)
     order, period = len(block), symbol("h")
     if order > SYMBOLIC_ORDER:
-        return Factor(errors, None, (), ())
+        return BlockConditions(errors, None, (), ())
     c = [sympy.Integer(1), *[symbol(f"c{k}") for k in range(order - 1, -1, -1)]]
-    positive = positive_parameters(dynamics.observer.system.values)
+    positive = {name for name, value in dynamics.observer.system.values.items() if value > 0}
     at = np.ix_(range(len(continuous)), block, block)
     prefix = f"{errors[-1]}: " if several else ""
 
     def conditions(raw: list[tuple[str, Any]], of: list[Any], numbers: Any, known: set[Any]) -> tuple[Condition, ...]:
         written = written_conditions(raw, c, of, known)
         smallest = _smallest(raw, c, numbers[at], h)
-        return tuple(Condition(prefix + name, e, smallest[name]) for name, e in written)
+        return tuple(Condition(prefix + label, e, smallest[label]) for label, e in written)
 
     of_psi, of_step = (characteristic_polynomial(matrix[block, block]) for matrix in (psi, step))
     routh = conditions(routh_hurwitz(c), of_psi, continuous, positive)
     stepped = () if dynamics.implicit else conditions(jury(c, period), of_step, sampled, positive | {period})
-    return Factor(errors, tuple(of_psi), routh, stepped)
+    return BlockConditions(errors, tuple(of_psi), routh, stepped)
 
 
 def written_conditions(
     raw: Sequence[tuple[str, Any]], c: Sequence[Any], coefficients: Sequence[Any], positive: set[sympy.Symbol]
 ) -> list[tuple[str, Any]]:
-    """Printed conditions, which are together equivalent to those of ``raw``.
+    """Conditions in printed form, together equivalent to those of ``raw``.
 
-    A factor is dropped only where it is positive by its meaning or by a condition of the same list. So the Jury
-    conditions do not rely on those of Routh–Hurwitz. The coefficients are inserted at low order, else where the result
-    is short.
+    A factor is removed only if it is positive by its meaning or by an earlier condition of the same list, so the Jury
+    conditions do not depend on those of Routh–Hurwitz. The coefficients are inserted up to order 2, and above where the
+    result is short.
 
     Args:
-        raw: (name, expression > 0), over ``c``.
+        raw: (label, expression > 0), over ``c``.
         c: symbols of the coefficients, highest first; the first is 1.
+        coefficients: their expressions over gains and parameters.
         positive: symbols with a positive value.
     """
     values = dict(zip(c[1:], coefficients[1:], strict=True))
     written = []
     for name, e in raw:
         value = e.subs(values)
-        short = len(c) <= 3 or e in values or int(sympy.count_ops(value)) <= WRITABLE
+        short = len(c) <= 3 or e in values or int(sympy.count_ops(value)) <= PRINTABLE
         written.append((name, value if short else e))
     return list(_reduced(tuple(written), frozenset(positive)))
 
 
 @lru_cache(maxsize=256)
 def _reduced(written: tuple[tuple[str, Any], ...], positive: frozenset[sympy.Symbol]) -> tuple[tuple[str, Any], ...]:
-    """``reduce_conditions``, kept: they are over symbols, and so alike for all values of the gains and parameters."""
+    """``reduce_conditions``, cached: the expressions do not depend on the values of gains and parameters."""
     return tuple(reduce_conditions(written, positive))
 
 
 def _smallest(raw: Sequence[tuple[str, Any]], c: Sequence[Any], matrices: Any, h: float) -> dict[str, float]:
-    """Each condition's smallest value over the points, from the coefficients of the numeric matrices."""
+    """Label → smallest value of the condition over the points, from the matrices (points, order, order)."""
     function = function_of(Matrix([e for _, e in raw]), c[1:], {symbol("h"): h})
     coefficients = _coefficients(np.asarray(matrices))
     values = at_points(function, coefficients.T)[:, :, 0].min(axis=0)
@@ -226,7 +231,7 @@ def _coefficients(matrices: Array) -> Array:
         matrices: A, points by order by order, finite; the order is at most ``SYMBOLIC_ORDER``.
 
     Raises:
-        OverflowError: where a coefficient is beyond the doubles.
+        OverflowError: if a coefficient exceeds the range of a double.
     """
     ratios = [value.as_integer_ratio() for value in matrices.ravel().tolist()]
     scale = max((below for _, below in ratios), default=1)  # each is a power of two

@@ -1,6 +1,6 @@
-"""Linearised error dynamics of an observer: Ψ in continuous time, A in discrete time; one routine for all kinds.
+"""Linearised error dynamics of any observer: the Jacobian Ψ in continuous time, and A in discrete time.
 
-With e = truth − estimate and the plant M(x) v' = g(x, v, w) − F, linearised at e = 0 while no contact reverses,
+With e = truth − estimate and the plant M(x) v' = g(x, v, w) − F, linearised at e = 0 between reversals,
 
     de/dt = Ψ e,    e[k+1] = (I + h A) e[k]  (explicit step),    (I − h A) e[k+1] = e[k]  (backward Euler).
 
@@ -26,12 +26,12 @@ from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
 SHORT = 6
-"""Default of ``longest``: the value or slope of a friction law with more operations stays a symbol."""
+"""Most operations in the value or slope of a friction law that is inserted; a longer one stays a symbol."""
 
 
 @dataclass(frozen=True)
 class ErrorDynamics:
-    """Ψ and A of the module's equations.
+    """The matrices Ψ and A of an observer's linearised error dynamics (equations: module).
 
     Attributes:
         jacobian: Ψ, m by m, over gains, parameters, x, v, w, ``inverse_mass`` symbols and slip signs.
@@ -51,6 +51,7 @@ class ErrorDynamics:
 
     @property
     def errors(self) -> tuple[sympy.Symbol, ...]:
+        """Symbols of the components of e."""
         return tuple(e.symbol for e in self.observer.errors)
 
     @property
@@ -60,24 +61,24 @@ class ErrorDynamics:
 
     @property
     def period(self) -> float:
-        """h of the Lyapunov inequality A'P + PA + h A'PA < 0 of V = e'Pe, s; 0 with an implicit step.
+        """h in the Lyapunov inequality A'P + PA + h A'PA < 0 of V = e'Pe, s; 0 with an implicit step.
 
-        V decreases under (I − h A) e[k+1] = e[k] if A'P + PA < 0, whatever h is.
+        With an implicit step, (I − h A) e[k+1] = e[k], V decreases for any h if A'P + PA < 0.
         """
         return 0.0 if self.implicit else float(self.observer.sample_time)
 
     def at(self, sample_time: Any) -> ErrorDynamics:
-        """The same at another sample time (exact, s). A has h as a symbol, so nothing is derived again."""
+        """The dynamics at another sample time (exact, s); A has h as a symbol, so nothing is derived again."""
         return self._with_observer(replace(self.observer, sample_time=sample_time))
 
     def _with_observer(self, observer: Observer) -> ErrorDynamics:
-        """The same matrices for an observer that differs in numbers alone, with the cache of ``in_force`` shared."""
+        """The same matrices for an observer with other numbers; the cache of ``in_force`` is shared."""
         other = replace(self, observer=observer)
         other.__dict__["_in_force"] = self._in_force
         return other
 
     def multipliers(self, eigenvalues: Any, h: Any) -> Any:
-        """Eigenvalues of the map e[k] → e[k+1], from the eigenvalues of A (array) and h in s."""
+        """Eigenvalues z of the map e[k] → e[k+1], from the eigenvalues of A (array) and h in s."""
         return 1 / (1 - h * eigenvalues) if self.implicit else 1 + h * eigenvalues
 
     @property
@@ -86,14 +87,14 @@ class ErrorDynamics:
         return inverse_mass_symbols(self.observer.system)[0]
 
     def tidied(self, matrix: Matrix) -> Matrix:
-        """A matrix over the system's symbols in the normal form of Ψ: slip signs as symbols, products expanded."""
+        """A matrix over the system's symbols, in the normal form of Ψ: slip signs as symbols, products expanded."""
         slips = _slip_signs(self.observer, {})
         return each(matrix, lambda e: _tidy(e, slips, self.observer.signs))
 
     def in_force(self, matrix: Matrix) -> Matrix:
-        """S Ψ S or S A S: Ψ or A for force errors s e_a in place of level errors e_a, S diagonal with entries s or 1.
+        """S Ψ S or S A S, for force errors s e_a instead of level errors e_a; S is diagonal, of slip signs s and ones.
 
-        The slip sign s = ±1 is constant between reversals, so S S = I. For diagonal K_F the signs cancel, and the error
+        A slip sign s = ±1 is constant between reversals, so S S = I. For diagonal K_F the signs cancel, and the error
         dynamics do not depend on the directions of slip.
         """
         if not self.observer.level_errors:
@@ -139,11 +140,10 @@ def inverse_mass_symbols(system: System) -> tuple[Matrix, dict[sympy.Symbol, tup
 
 
 def derive_error_dynamics(observer: Observer, differential: ErrorDynamics | None = None) -> ErrorDynamics:
-    """Derive Ψ from an observer's differential equations, and the sampled matrix from its step.
+    """Ψ from an observer's differential equations, and A from its step.
 
     Args:
-        differential: the error dynamics of the same differential equations with an explicit step, if already derived;
-            its Ψ is taken over.
+        differential: error dynamics of the same differential equations with an explicit step, whose Ψ is reused.
     """
     if differential is None and (observer.euler is None or observer.integration == "implicit"):
         return _derive(observer, SHORT)
@@ -158,16 +158,16 @@ def derive_error_dynamics(observer: Observer, differential: ErrorDynamics | None
 
 
 def derive_step(observer: Observer, longest: int = SHORT) -> ErrorDynamics:
-    """The sampled matrix alone, with zeros for Ψ.
+    """Error dynamics with A alone, and zeros for Ψ.
 
     Args:
-        longest: a friction law's value or slope with at most this many operations is inserted; others stay symbols.
+        longest: as ``SHORT``.
     """
     return _derive(observer, longest, psi=False)
 
 
 def _derive(observer: Observer, longest: int, psi: bool = True, step: bool = True) -> ErrorDynamics:
-    """Ψ and A, zero where ``psi`` or ``step`` is false; cached for observers that differ in numbers alone."""
+    """Ψ and A, zero where ``psi`` or ``step`` is false; cached for observers that differ only in numbers."""
     key = (_symbolic(observer), longest, psi, step)
     if key not in _cache:
         if len(_cache) == MOST_KEPT:
@@ -178,11 +178,11 @@ def _derive(observer: Observer, longest: int, psi: bool = True, step: bool = Tru
 
 MOST_KEPT = 32
 _cache: dict[Any, ErrorDynamics] = {}
-"""The last ``MOST_KEPT`` derivations."""
+"""Key of ``_symbolic`` → derivation; the last ``MOST_KEPT``."""
 
 
 def _symbolic(observer: Observer) -> tuple[Any, ...]:
-    """Everything that determines an observer's error dynamics; values of parameters and gains do not."""
+    """Cache key: everything that determines the symbolic error dynamics, without values of parameters and gains."""
     system = observer.system
     laws = [tuple((f.label, tuple(f.arguments.items())) for f in e.law) for e in observer.equations]
     equations = [(e.name, e.symbols, e.expression, e.form, e.state) for e in observer.equations]
@@ -193,6 +193,7 @@ def _symbolic(observer: Observer) -> tuple[Any, ...]:
 
 
 def _derive_anew(observer: Observer, longest: int, psi: bool, step: bool) -> ErrorDynamics:
+    """As ``_derive``, without the cache."""
     inverse_mass, inverse_names = inverse_mass_symbols(observer.system)
     linear = _linearise(observer, inverse_mass, longest)
     zeros = Matrix(sympy.zeros(len(observer.errors)))
@@ -234,10 +235,10 @@ class _Linearised:
 
 
 def _linearise(observer: Observer, inverse_mass: Matrix, longest: int) -> _Linearised:
-    """Go through the equations in order and substitute.
+    """Every quantity of the observer over truth and e, by substitution through the equations in order.
 
-    An estimate with a state z is estimate = z + rest: the estimate is truth − e, and z = truth − e − rest. The
-    acceleration that the model computes is v̂' = v' + (∂v̂'/∂e) e, with the symbols of v' for the true one.
+    An estimate with a state z has the form z + rest, so that z = truth − e − rest. The acceleration computed by the
+    model is v̂' = v' + (∂v̂'/∂e) e, with symbols for the true v'.
     """
     e = [error.symbol for error in observer.errors]
     at_truth = dict.fromkeys(e, sympy.S.Zero)
@@ -272,7 +273,7 @@ def _linearise(observer: Observer, inverse_mass: Matrix, longest: int) -> _Linea
 
 
 def _flow(observer: Observer, linear: _Linearised) -> Matrix:
-    """Ψ = −∂/∂e of d/dt estimate(z, x, v), by the chain rule with dz/dt of the observer and x' = v of the plant."""
+    """Ψ = −∂/∂e (d/dt estimate(z, x, v)), by the chain rule with the observer's dz/dt and the plant's x' = v, v'."""
     system, e = observer.system, [error.symbol for error in observer.errors]
     at_truth = dict.fromkeys(e, sympy.S.Zero)
     estimates = _estimates_of_state(observer)
@@ -296,8 +297,8 @@ def _explicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dic
     stepped: dict[sympy.Symbol, Any] = dict(zip(observer.states, states + h * rates, strict=True))
     stepped |= {x: x + h * v for x, v in zip(system.positions, system.velocities, strict=True)}
     if observer.euler is not None:
-        # With another method than Euler, e = 0 stays an equilibrium only if the velocity states at e = 0 are those of
-        # v̂[k+1] = v[k+1]: the plant's mean velocity over the sample moves Γ x.
+        # With a method other than Euler, e = 0 is an equilibrium only if the velocity states at e = 0 give
+        # v̂[k+1] = v[k+1]: x, and with it Γ x, changes by the plant's mean velocity over the sample.
         velocity = observer.equations[0]
         change = sympy.Matrix([stepped[z] for z in observer.states[: len(next_velocity)]])
         rest = (velocity.expression - velocity.state).xreplace(stepped)
@@ -351,7 +352,7 @@ def _first_order(
     slopes: dict[sympy.Symbol, Any],
     longest: int,
 ) -> Any:
-    """f(truth) + Σ ∂f/∂s (ŝ − s) of a friction law f over its arguments s.
+    """First-order expansion f(truth) + Σ ∂f/∂s (ŝ − s) of a friction law f in its arguments s.
 
     Value and slopes with more than ``longest`` operations become symbols, whose expressions are added to ``slopes``;
     with ``longest`` = 0 so do all those of a state's rate ξ.
@@ -387,7 +388,7 @@ def _estimates_of_state(observer: Observer) -> Matrix:
 
 
 def _slip_signs(observer: Observer, rename: Mapping[sympy.Symbol, sympy.Symbol]) -> dict[Any, sympy.Symbol]:
-    """Slip velocity of each contact, expanded → its sign symbol; ``rename`` replaces velocities in the slip."""
+    """Slip velocity of each contact, expanded → its sign symbol; ``rename`` replaces velocities in the key."""
     slips = observer.system.slip_velocity.xreplace(rename)
     return {sympy.expand(u): s for u, s in zip(slips, observer.signs, strict=True)}
 
@@ -404,7 +405,7 @@ def _tidy(expression: Any, slips: Mapping[Any, sympy.Symbol], signs: tuple[sympy
 
 
 def _speeds_as_slips(expression: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
-    """Replace |u| by s·u for slips u, so that terms of u[k] and u[k+1] cancel; s is constant between reversals."""
+    """Replace |u| by s u for slip velocities u, so that terms of u[k] and u[k+1] cancel; s is constant here."""
 
     def speed(u: Any) -> Any:
         sign = _sign(sympy.expand(u), slips)
@@ -414,7 +415,7 @@ def _speeds_as_slips(expression: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
 
 
 def _sign(u: Any, slips: Mapping[Any, sympy.Symbol]) -> Any:
-    """sgn(u): ±s where ±u is a contact's slip velocity with sign symbol s."""
+    """sgn(u) as ±s if ±u is the slip velocity of a contact with sign symbol s; else Sgn(u)."""
     if u in slips:
         return slips[u]
     if sympy.expand(-u) in slips:

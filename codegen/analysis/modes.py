@@ -1,6 +1,6 @@
-"""Modal form of Ψ: stability conditions on the gains alone, where gains and masses allow it.
+"""Modal decomposition of Ψ into first- or second-order modes, one for each eigenvalue of G O'M⁻¹O.
 
-The error dynamics then decouple into first- or second-order modes, one for each eigenvalue of G O'M⁻¹O.
+For certain structures of gains and masses; the stability conditions are then on the gains alone.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ LAMBDA = sympy.Symbol("lambda", real=True)
 
 @dataclass(frozen=True)
 class Modes:
-    """A Ψ in modal form: its stability is decided by definiteness of the gains, its polynomial is a product over modes.
+    """Modal form of Ψ: it is Hurwitz if and only if gain matrices are positive definite.
 
     Let N = G O'M⁻¹O with G symmetric (``Cascade``).
 
@@ -38,15 +38,15 @@ class Modes:
     Attributes:
         product: N as text, such as K_F U' M^-1 U.
         conditions: necessary and sufficient conditions on the gains.
-        uniform: whether K_v = k_v I or velocity is measured. Each λ then is one mode, with the polynomial
-            s² + k_v s + k_v λ or s + λ.
-        frictionless: n minus the number of contacts, with a velocity observer: each such direction of motion adds a
-            factor s + k_v.
+        uniform: whether K_v = k_v I or the velocity is measured. Each λ is then one mode, with the characteristic
+            polynomial s² + k_v s + k_v λ or s + λ.
+        frictionless: with an estimated velocity, n minus the number of contacts; each such direction of motion has a
+            mode s + k_v.
         velocity_gain: the symbol of k_v, or None.
         smallest, largest: range of λ over the operating points.
         jury: Jury conditions of the explicit Euler step for every λ in the range; () if not ``uniform`` or A ≠ Ψ.
-        sample_time: largest stable h of explicit Euler at all operating points, by the closed form, s; None if there is
-            no closed form.
+        sample_time: stability limit of explicit Euler over the operating points in closed form, s; None if there is no
+            closed form.
     """
 
     product: str
@@ -102,9 +102,8 @@ def find_modes(dynamics: ErrorDynamics, continuous: Array, h: float) -> Modes | 
     lowest, highest = first_largest(-by_point.min(axis=1)), first_largest(by_point.max(axis=1))
     ends = np.sort([eigenvalues(product[lowest]).real.min() / k, eigenvalues(product[highest]).real.max() / k])
     smallest, largest = (float(end) for end in ends)  # sorted: a negative k_v reverses them
-    euler_modes = (
-        uniform and dynamics.in_force(dynamics.sampled).subs(absent) == psi
-    )  # the step is I + hΨ, mode by mode
+    # Whether the step is I + hΨ, mode by mode.
+    euler_modes = uniform and dynamics.in_force(dynamics.sampled).subs(absent) == psi
     conditions = [] if k_v is None else _positive(k_v, "K_v", observer.gains)
     conditions += _positive(form.gain, form.label, observer.gains)
     frictionless = n - contacts if k_v is not None else 0
@@ -145,9 +144,9 @@ def _jury(gain: sympy.Symbol | None, k: float, h: float, ends: Array, frictionle
 
 
 def _sample_time(eigenvalue: float, k_v: float | None) -> float:
-    """The largest stable h of explicit Euler.
+    """The stability limit of explicit Euler for one mode, s.
 
-    2/λ for s + λ. For s² + k_v s + k_v λ: 1/λ if the roots are complex, else 2/|s| of the faster one.
+    2/λ for s + λ. For s² + k_v s + k_v λ: 1/λ if the roots are complex, else 2/|s| of the faster root.
     """
     if k_v is None:
         return 2 / eigenvalue

@@ -1,4 +1,4 @@
-"""Numerical values of Ψ and the sampled matrix over the envelope."""
+"""Numerical evaluation of Ψ and the sampled matrix A at sampled operating points of the envelope."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import Matrix
 from codegen.observers.coulomb import refuse_infinite_slope
 from codegen.observers.equations import Observer
-from codegen.spec.model import Spec
+from codegen.spec.model import Spec, symbol
 from codegen.spec.numerics import numerical
 
 RANDOM_POINTS = 400
@@ -30,11 +30,12 @@ RANDOM_POINTS = 400
 
 @dataclass(frozen=True)
 class OperatingPoints:
-    """Sampled points of the envelope at which Ψ is evaluated.
+    """Sampled operating points at which Ψ and A are evaluated.
 
     Attributes:
-        variables: the symbols that Ψ or the sampled matrix depends on.
-        values: points by variables; the centre, the corners, then random points.
+        variables: the symbols on which Ψ or A depends, without gains and parameters.
+        values: (points, variables): the centre, the corners, then random points.
+        ranges: variable → (low, high).
         missing: variables for which the envelope gives no range.
     """
 
@@ -45,7 +46,7 @@ class OperatingPoints:
 
 
 def refuse_missing_ranges(spec: Spec, points: OperatingPoints) -> None:
-    """Raise BadInput where Ψ depends on something for which the envelope gives no range: nothing is proved of it."""
+    """Raise BadInput if Ψ depends on a variable without a range in the envelope: nothing can be proved then."""
     if not points.missing:
         return
     names = [s.name for s in points.missing]
@@ -55,12 +56,13 @@ def refuse_missing_ranges(spec: Spec, points: OperatingPoints) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class OverEnvelope:
-    """The error dynamics of an observer and their matrices at sampled points of the envelope.
+class EvaluatedDynamics:
+    """Error dynamics of an observer, with their matrices at sampled points of the envelope.
 
     Attributes:
-        continuous, sampled: Ψ and A in force errors, by m by m, at the distinct points: those at which they can differ.
-        index: for each of ``points`` the distinct one.
+        continuous, sampled: Ψ and A in force errors, (distinct points, m, m). Points are distinct if they differ in a
+            variable on which Ψ or A depends.
+        index: for each of ``points`` the index of the distinct one.
     """
 
     dynamics: ErrorDynamics
@@ -71,14 +73,16 @@ class OverEnvelope:
 
 
 @numerical("the error dynamics over the envelope")
-def dynamics_over_envelope(spec: Spec, observer: Observer, differential: ErrorDynamics | None = None) -> OverEnvelope:
-    """Derive the error dynamics and evaluate them over the envelope.
+def dynamics_over_envelope(
+    spec: Spec, observer: Observer, differential: ErrorDynamics | None = None
+) -> EvaluatedDynamics:
+    """The error dynamics of an observer, evaluated over the envelope.
 
     Args:
         differential: as of ``derive_error_dynamics``.
 
     Raises:
-        BadInput: where they are not finite somewhere in it.
+        BadInput: if they are not finite somewhere in the envelope.
     """
     refuse_infinite_slope(spec)
     dynamics = rates_for_neighbours(derive_error_dynamics(observer, differential=differential), spec.envelope)
@@ -92,16 +96,16 @@ def dynamics_over_envelope(spec: Spec, observer: Observer, differential: ErrorDy
         found = f"the error dynamics are not finite at {at or 'every point'}"
         expected = "a force and gains whose slopes are finite in the whole envelope"
         raise BadInput(spec.place("envelope"), found, expected, code="SPEC033")
-    return OverEnvelope(dynamics, points, continuous, sampled, index)
+    return EvaluatedDynamics(dynamics, points, continuous, sampled, index)
 
 
 def _variables(dynamics: ErrorDynamics, *matrices: Matrix) -> set[sympy.Symbol]:
-    """Symbols of matrices over the symbols of ``dynamics``, without gains and parameters."""
+    """The symbols on which matrices of the dynamics depend, without gains and parameters."""
     constants = set(dynamics.observer.values)
     free = {s for matrix in matrices for s in matrix.free_symbols} - constants
     for expression in dynamics.slopes.values():
         free |= expression.free_symbols - constants
-    free -= {sympy.Symbol("h", real=True), *dynamics.inverse_mass, *dynamics.slopes}
+    free -= {symbol("h"), *dynamics.inverse_mass, *dynamics.slopes}
     if dynamics.inverse_mass:
         free |= dynamics.observer.system.mass_matrix.free_symbols - constants
     return free
@@ -110,7 +114,7 @@ def _variables(dynamics: ErrorDynamics, *matrices: Matrix) -> set[sympy.Symbol]:
 def distinct_points(
     dynamics: ErrorDynamics, points: OperatingPoints, *matrices: Matrix
 ) -> tuple[OperatingPoints, NDArray[np.intp]]:
-    """The points at which matrices can differ, in order, and for each of ``points`` the index of the equal one."""
+    """The points that differ in a variable of the matrices, in order; for each of ``points`` its index among them."""
     used = _variables(dynamics, *matrices)
     columns = [k for k, s in enumerate(points.variables) if s in used]
     if len(columns) == len(points.variables):
@@ -121,22 +125,25 @@ def distinct_points(
 
 
 def rates_for_neighbours(dynamics: ErrorDynamics, envelope: Mapping[str, Any]) -> ErrorDynamics:
-    """The dynamics with a neighbouring sample's velocity as v_next = v + h v_dot, where the envelope bounds v_dot.
+    """The dynamics with v_next = v + h v_dot for the velocity at the next sample, if the envelope bounds v_dot.
 
-    Likewise for a friction state f_rail and f_rail_dot; terms with the difference are then as small as it is.
+    The same for a friction state f_rail and f_rail_dot. Terms with the difference v_next − v then have its small range.
     """
-    h, bounded = sympy.Symbol("h", real=True), {}
+    h, bounded = symbol("h"), {}
     for neighbour, s in dynamics.next_velocity.items():
         if f"{s.name}_dot" in envelope:
-            rate = h * sympy.Symbol(f"{s.name}_dot", real=True)
+            rate = h * symbol(f"{s.name}_dot")
             bounded[neighbour] = s - rate if dynamics.implicit else s + rate
     rest = {n: s for n, s in dynamics.next_velocity.items() if n not in bounded}
     sampled = Matrix(dynamics.sampled.xreplace(bounded).applyfunc(expand_products)) if bounded else dynamics.sampled
     return replace(dynamics, sampled=sampled, next_velocity=rest)
 
 
-def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_POINTS) -> OperatingPoints:
-    """The centre, the corners and random points of the envelope in the variables of Ψ."""
+def operating_points(dynamics: ErrorDynamics, spec: Spec) -> OperatingPoints:
+    """The centre, the corners and random points of the envelope in the variables of Ψ and A.
+
+    A variable without a range in the envelope has −1…1, an angle −π…π.
+    """
     variables = tuple(sorted(_variables(dynamics, dynamics.jacobian, dynamics.in_force(dynamics.sampled)), key=str))
     ranges: dict[sympy.Symbol, tuple[Any, Any]] = {}
     missing = []
@@ -157,9 +164,9 @@ def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_PO
     generator = np.random.default_rng(1)
     centre = bounds.mean(axis=1)[None, :]
     corners = _corners(bounds)
-    spread = generator.uniform(bounds[:, 0], bounds[:, 1], (count, len(bounds)))
-    # Near standstill friction changes fastest.
-    spread[: count // 2] *= powers_of_ten(-generator.uniform(0, 4, (count // 2, 1)))
+    spread = generator.uniform(bounds[:, 0], bounds[:, 1], (RANDOM_POINTS, len(bounds)))
+    # Half of the points are concentrated near standstill, where friction changes fastest.
+    spread[: RANDOM_POINTS // 2] *= powers_of_ten(-generator.uniform(0, 4, (RANDOM_POINTS // 2, 1)))
     spread = np.clip(spread, bounds[:, 0], bounds[:, 1])
     points = np.vstack([centre, corners, spread])
     points = _consistent(dynamics, variables, points, generator)
@@ -169,7 +176,7 @@ def operating_points(dynamics: ErrorDynamics, spec: Spec, count: int = RANDOM_PO
 def _consistent(
     dynamics: ErrorDynamics, variables: tuple[sympy.Symbol, ...], points: Array, generator: np.random.Generator
 ) -> Array:
-    """Points with slip signs that agree with the velocities, else ±1, and with a next velocity of the same sign."""
+    """The points with consistent signs: slip signs ±1 as of the velocities, and a next velocity of the same sign."""
     column = {s: k for k, s in enumerate(variables)}
     share = generator.uniform(0.6, 1.4, len(points))
     for following, v in dynamics.next_velocity.items():
@@ -189,6 +196,7 @@ def _consistent(
 
 
 def _corners(bounds: Array) -> Array:
+    """The corners of a box, (corners, variables); none for more than ten variables."""
     if len(bounds) == 0 or len(bounds) > 10:
         return np.empty((0, len(bounds)))
     return np.array(np.meshgrid(*bounds)).reshape(len(bounds), -1).T
@@ -197,7 +205,7 @@ def _corners(bounds: Array) -> Array:
 def evaluate(
     dynamics: ErrorDynamics, matrix: Matrix, points: OperatingPoints, sample_time: float | None = None
 ) -> Array:
-    """A matrix of the error dynamics at every point, points by m by m, at the spec's gains and parameters."""
+    """A matrix of the error dynamics at every point, (points, m, m), at the spec's gains and parameters."""
     h = float(dynamics.observer.sample_time if sample_time is None else sample_time)
     function = matrix_function(dynamics, matrix, points, ())
     return evaluate_columns(function, points.values, np.full((len(points.values), 1), h))
@@ -206,16 +214,16 @@ def evaluate(
 def matrix_function(
     dynamics: ErrorDynamics, matrix: Matrix, points: OperatingPoints, gains: Sequence[sympy.Symbol]
 ) -> Any:
-    """A matrix of the error dynamics as a CasADi function of (point, gains and sample time).
+    """A matrix of the error dynamics as a CasADi function of two arguments: operating point; gains and sample time.
 
     Args:
         matrix: m by m over the symbols of ``dynamics``.
-        points: whose variables are the first argument, in order.
-        gains: the second argument is these and then h; other gains are the spec's.
+        points: its variables are the first argument, in order.
+        gains: these and then h are the second argument; other gains have the spec's values.
     """
     variables = casadi.SX.sym("p", len(points.variables))
     open_values = casadi.SX.sym("k", len(gains) + 1)
-    opened = (*gains, sympy.Symbol("h", real=True)), open_values
+    opened = (*gains, symbol("h")), open_values
     names = symbol_values(dynamics.observer.values, opened, (points.variables, variables))
     names |= {s: to_casadi(e, names) for s, e in dynamics.slopes.items()}
     if dynamics.inverse_mass:
@@ -226,9 +234,9 @@ def matrix_function(
 
 
 def evaluate_columns(function: Any, *arguments: Array) -> Array:
-    """A dense CasADi function at N points, N by rows by columns of its result; each argument is N by its size.
+    """A dense CasADi function at N points: arguments (N, size), result (N, rows, columns).
 
-    NumPy and CasADi share the memory; CasADi has matrices in it column after column.
+    NumPy and CasADi share the memory, in which CasADi stores matrices by columns.
     """
     count = len(arguments[0])
     rows, columns = function.size_out(0)
@@ -240,5 +248,5 @@ def evaluate_columns(function: Any, *arguments: Array) -> Array:
 
 @lru_cache(32)
 def _mapped(function: Any, count: int) -> Any:
-    """A CasADi function at so many points at once; a search asks for the same ones often, and CasADi takes 3 ms."""
+    """A CasADi function mapped over ``count`` points; cached, since the construction takes 3 ms."""
     return function.map(count)

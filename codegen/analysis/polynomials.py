@@ -1,4 +1,4 @@
-"""Characteristic polynomials and stability conditions: Routh–Hurwitz for Ψ, Jury for the sampled error.
+"""Characteristic polynomials and stability criteria: Routh–Hurwitz (Liénard–Chipart) for Ψ, Jury for the step.
 
 The Jury conditions are Routh–Hurwitz conditions after the bilinear map z = (1 + sh/2)/(1 − sh/2) of the open left half
 plane onto the open unit disc; with δ = (z − 1)/h that is δ = s/(1 − sh/2).
@@ -13,13 +13,13 @@ import sympy
 
 
 def expand_products(expression: Any) -> Any:
-    """Multiply out sums, but never inside a function: exp(−(u/v)²) must not become a product of exponentials."""
+    """Expand products of sums, except inside functions: exp(−(u/v)²) must not become a product of exponentials."""
     if _multiplied_out(expression):
         return expression
     outermost = _outermost_functions(expression)
     mask = {f: sympy.Dummy(f"f{k}", real=True) for k, f in enumerate(outermost)}
     masked = expression.xreplace(mask)
-    # Each kind of rule goes through the whole expression several times: those that find nothing are left out.
+    # Each rule traverses the whole expression several times, so rules that would find nothing are disabled.
     powers = any(not p.exp.is_Integer for p in masked.atoms(sympy.Pow))
     expanded = sympy.expand(masked, power_base=powers, power_exp=powers, log=False, basic=False)
     return expanded.xreplace({dummy: f for f, dummy in mask.items()})
@@ -58,7 +58,7 @@ def characteristic_polynomial(matrix: Any) -> list[Any]:
 
 
 def hurwitz_determinant(c: Sequence[Any], order: int) -> Any:
-    """The leading principal minor of an order of the Hurwitz matrix of a polynomial, highest coefficient first."""
+    """The leading principal minor of this order of a polynomial's Hurwitz matrix; coefficients highest first."""
 
     def at(index: int) -> Any:
         return c[index] if 0 <= index < len(c) else sympy.Integer(0)

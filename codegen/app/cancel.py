@@ -13,7 +13,7 @@ from codegen.base.border import verb
 from codegen.base.files import refuse_foreign_json, refuse_target, write_all
 from codegen.base.shown import Result, json_text, named
 from codegen.cancellation import Plan, RankFalls, Reach, Verdict, make_plan, reach
-from codegen.cancellation.plan import Leftover, leftover
+from codegen.cancellation.plan import RemainingFriction, remaining_friction
 from codegen.mechanics.sampling import POINTS
 from codegen.simulate.hunting import Hunting, LimitCycle, hunting
 from codegen.spec import Spec
@@ -43,7 +43,7 @@ class CancelReport(Result):
     choice: CancellationChoice
     reach: Reach
     plan: Plan | None
-    left: Leftover | None
+    left: RemainingFriction | None
     refusal: RankFalls | None = None
     hunting: Hunting | None = None
     files: tuple[Path, ...] = ()
@@ -100,7 +100,7 @@ class CancelReport(Result):
             "hunting": None if self.hunting is None else self._hunting(self.hunting),
         }
 
-    def _law(self, plan: Plan, left: Leftover) -> dict[str, Any]:
+    def _law(self, plan: Plan, left: RemainingFriction) -> dict[str, Any]:
         found, system = self.reach, self.reach.system
         return {
             "method": self.choice.method,
@@ -113,7 +113,7 @@ class CancelReport(Result):
             "at_centre": {v.name: r[0] for v, r in zip(found.variables, found.points.T, strict=True)},
             "inputs_by_contacts": left.gains.tolist(),
             "force_left_by_contacts": left.force.tolist(),
-            "contacts_whose_rest_may_push": list(left.pushing),
+            "contacts_whose_rest_may_push": list(left.may_feed_energy),
         }
 
     def _hunting(self, found: Hunting) -> dict[str, Any]:
@@ -174,7 +174,8 @@ def cancel(
             plan = make_plan(spec, choice, found)
         except RankFalls as error:
             refusal = error
-    report = CancelReport(spec, choice, found, plan, leftover(found, plan) if plan is not None else None, refusal)
+    left = remaining_friction(found, plan) if plan is not None else None
+    report = CancelReport(spec, choice, found, plan, left, refusal)
     if hunt and plan is not None:
         report = replace(report, hunting=hunting(spec, system, progress))
     require_finite(spec, report.content, "the cancellation")

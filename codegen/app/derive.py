@@ -51,7 +51,7 @@ def analysis_view(analysis: Analysis) -> dict[str, Any]:
         "same": dynamics.sampled == dynamics.in_force(dynamics.jacobian) or dynamics.sampled == dynamics.jacobian,
         "factors": [
             (_polynomial_words(f.polynomial), _powers(f.polynomial), [e.name for e in f.errors])
-            for f in analysis.factors
+            for f in analysis.blocks
         ],
         "modes": analysis.modes,
         "dynamics": dynamics,
@@ -79,7 +79,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
                 "error": [e.name for e in f.errors],
                 "polynomial": _texts(f.polynomial),
             }
-            for f in analysis.factors
+            for f in analysis.blocks
         ],
         "modes": _modes_json(analysis.modes),
         "routh_hurwitz": [_condition_json(c) for c in analysis.routh],
@@ -110,8 +110,8 @@ def analysis_latex(analysis: Analysis) -> dict[str, Any]:
         "psi": sympy.latex(sympy.Matrix(dynamics.jacobian)),
         "sampled": sympy.latex(sympy.Matrix(dynamics.sampled)),
         "polynomial": polynomial,
-        "routh": [(c.name, sympy.latex(c.expression)) for c in analysis.routh],
-        "jury": [(c.name, sympy.latex(c.expression)) for c in analysis.jury],
+        "routh": [(c.label, sympy.latex(c.expression)) for c in analysis.routh],
+        "jury": [(c.label, sympy.latex(c.expression)) for c in analysis.jury],
     }
 
 
@@ -156,7 +156,7 @@ def _written(expression: Any) -> str:
 
 
 def _condition(c: Condition) -> tuple[str, str, float, bool]:
-    return c.name, str(c.expression) if c.readable else _counted(c.expression), c.value, c.holds
+    return c.label, str(c.expression) if c.readable else _counted(c.expression), c.value, c.holds
 
 
 def _texts(polynomial: tuple[Any, ...] | None) -> list[str] | None:
@@ -175,4 +175,4 @@ def _modes_json(modes: Modes | None) -> dict[str, Any] | None:
 
 
 def _condition_json(c: Condition) -> dict[str, Any]:
-    return {"name": c.name, "greater_than_zero": str(c.expression), "smallest_value": c.value, "holds": c.holds}
+    return {"name": c.label, "greater_than_zero": str(c.expression), "smallest_value": c.value, "holds": c.holds}

@@ -27,7 +27,7 @@ from codegen.spec.places import placed
 
 if TYPE_CHECKING:
     from codegen.analysis.analysis import Analysis
-    from codegen.analysis.operating_points import OverEnvelope
+    from codegen.analysis.operating_points import EvaluatedDynamics
     from codegen.certify.outcome import Certificate, Refusal
     from codegen.emit.header import Header
     from codegen.export.generated_observer import GeneratedObserver
@@ -170,7 +170,7 @@ class Derived(Shown):
         return observer_of(self.spec, self.system)
 
     @cached_property
-    def dynamics(self) -> OverEnvelope:
+    def dynamics(self) -> EvaluatedDynamics:
         """The error dynamics and their values over the envelope. Raises BadInput where these are not finite."""
         from codegen.analysis.operating_points import dynamics_over_envelope
 

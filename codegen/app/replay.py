@@ -9,8 +9,8 @@ from pathlib import Path
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
 from codegen.base.files import refuse_target
-from codegen.replay.doubts import contradictions, declared_friction
 from codegen.replay.engine import engine_for
+from codegen.replay.log_warnings import declared_friction, preflight_warnings
 from codegen.replay.over_log import Replayed, replay_log
 from codegen.replay.samples import Samples
 
@@ -41,8 +41,8 @@ def replay(
     if target is not None:
         refuse_target(target, {"the log itself": Path(log), "the spec itself": spec.path})
     engine = engine_for(program, machine.sources)
-    samples = Samples(spec, program, float(machine.observer.sample_time), Path(log), description, columns, engine.holds)
+    samples = Samples(spec, program, float(machine.observer.sample_time), Path(log), description, columns)
     declared = declared_friction(spec, machine.observer)
     result = replay_log(spec, program, engine, samples, declared, target, only)
-    against = contradictions(spec, Path(log), description, columns)
+    against = preflight_warnings(spec, Path(log), description, columns)
     return replace(result, warnings=(*result.warnings, *against))

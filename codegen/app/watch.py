@@ -124,7 +124,7 @@ def watch(
         if follow:
             found, expected = f"{log}, which is no text", "a CSV file, whose rows are appended"
             raise BadInput("--follow", found, expected, code="CALL002")
-        samples = Samples(spec, program, period, Path(log), None, columns, engine.holds)
+        samples = Samples(spec, program, period, Path(log), None, columns)
         blocks = stop.until_asked(samples.whole(None))
     else:
         rows = stop.until_asked(given if given is not None else pieces(str(log), follow))
@@ -142,7 +142,7 @@ def watch(
                 raise
             ended, fault = "a row could not be read", error
     notes = notes if samples is None else list(samples.notes)
-    why, useless = watched.uncompared(period), None
+    why, useless = watched.uncompared(), None
     if why is not None:
         notes.append(why)
         expected = f"sliding in one direction for more than {watched.settle * period:.4g} s, within the envelope"

@@ -1,4 +1,7 @@
-"""The cancelling input as equations after those of an observer: ū = gain · K(x) F̂."""
+"""Friction cancellation, ū = gain · K(x) F̂, as further equations of an observer.
+
+K is the solution of min r'W r, r = B ū − U F̂, by the factorisation B = C R of a ``Plan``.
+"""
 
 from __future__ import annotations
 
@@ -22,12 +25,12 @@ PREFIX = "cancel"
 
 @numerical("the cancelling input")
 def with_cancellation(spec: Spec, observer: Observer) -> Observer:
-    """The observer with the cancelling input as its last output; unchanged where the spec asks for none.
+    """The observer with the cancelling input ū as its last output; unchanged if the spec has no ``cancellation``.
 
-    The estimate does not depend on the input of its own sample, so w = u + ū with the last ū is no algebraic loop.
+    An estimate does not depend on the input of its own sample, so w = u + ū is no algebraic loop.
 
     Raises:
-        BadInput: where the inputs cannot cancel, or not safely in the whole envelope.
+        BadInput: if the inputs cancel no friction, or K is unbounded somewhere in the envelope.
     """
     choice = spec.cancellation
     if choice is None:
@@ -44,14 +47,14 @@ def with_cancellation(spec: Spec, observer: Observer) -> Observer:
 
 
 def cancelling_outputs(system: System) -> tuple[str, ...]:
-    """Names of the elements of ū, in the order of the inputs."""
+    """Names of the elements of ū in the generated code, in the order of the inputs."""
     return tuple(f"u_{PREFIX}_{w.name}" for w in system.inputs)
 
 
 def cancelling_equations(
     observer: Observer, choice: CancellationChoice, found: Reach, plan: Plan
 ) -> tuple[Equation, ...]:
-    """The equations; the last one is ū."""
+    """The equations of ū; the last one is ū itself."""
     system = observer.system
     source = "Appendix B" if plan.pivots is not None else "least r' W r, r = B u - U F"
     directions, forces = _estimates(observer, plan)
@@ -68,7 +71,7 @@ def cancelling_equations(
 
 
 def _estimates(observer: Observer, plan: Plan) -> tuple[Any, Any]:
-    """Directions (n by p) and estimates (p by 1) whose product is the force to be cancelled."""
+    """Directions (n by p) and estimates (p by 1); their product is the force to be cancelled, such as U F̂."""
     by_name = {e.name: e.symbols for e in observer.equations}
     n = observer.system.degrees_of_freedom
     contact = by_name.get("contact_friction")
@@ -80,17 +83,17 @@ def _estimates(observer: Observer, plan: Plan) -> tuple[Any, Any]:
 
 
 def _closed_gains(found: Reach, plan: Plan, weight: str, directions: Any) -> Any:
-    """K over the parameters, in lowest terms; inputs by estimates."""
+    """K in closed form over the parameters, in lowest terms; inputs by estimates."""
     M, C, R = (sympy.Matrix(m) for m in (found.system.mass_matrix, plan.columns, plan.mixing))
     W = {"identity": sympy.eye(M.rows), "mass_inverse": M.inv()}.get(weight, M.inv() ** 2)
     gram = C.T * W * C + (symbol(DAMPING) * sympy.eye(C.cols) if plan.damping else sympy.zeros(C.cols))
     inner = gram.inv() * C.T * W if C.rows > C.cols or plan.damping else C.inv()
     gains = (R.T * (R * R.T).inv() * inner * directions).applyfunc(lambda e: sympy.factor(sympy.cancel(e)))
-    return _spread(found, plan, gains)
+    return _with_unused_inputs(found, plan, gains)
 
 
-def _spread(found: Reach, plan: Plan, rows: Any) -> Any:
-    """Appendix B, step 4: unused inputs are zero."""
+def _with_unused_inputs(found: Reach, plan: Plan, rows: Any) -> Any:
+    """A matrix with a row for each input, from one with a row for each used input; the others are zero (App. B, 4)."""
     if plan.pivots is None:
         return rows
     full = sympy.zeros(len(found.system.inputs), rows.cols)
@@ -100,7 +103,7 @@ def _spread(found: Reach, plan: Plan, rows: Any) -> Any:
 
 
 def _solved(steps: Steps, found: Reach, plan: Plan, weight: str, force: list[Any]) -> list[Any]:
-    """ū by structure: G y = C'W force with G = C'W C, then the smallest ū with R ū = y."""
+    """ū by elimination: G y = C'W force with G = C'W C, then the smallest ū with R ū = y, ū = R'(R R')⁻¹ y."""
     C, R = sympy.Matrix(plan.columns), sympy.Matrix(plan.mixing)
     n, rank = C.shape
     if C.is_Identity and not plan.damping:
@@ -110,7 +113,7 @@ def _solved(steps: Steps, found: Reach, plan: Plan, weight: str, force: list[Any
     else:
         y = _normal(steps, plan, weight, C, force)
     if R.is_Identity:
-        return list(_spread(found, plan, sympy.Matrix(y)))
+        return list(_with_unused_inputs(found, plan, sympy.Matrix(y)))
     gram = _symmetric(steps, "R", R * R.T)
     z = steps.solve("R", gram, steps.named(f"{PREFIX}_reached_force", [f"y{k + 1}" for k in range(rank)], y))
     named = steps.named(f"{PREFIX}_multipliers", [f"z{k + 1}" for k in range(rank)], z)
@@ -118,14 +121,14 @@ def _solved(steps: Steps, found: Reach, plan: Plan, weight: str, force: list[Any
 
 
 def _square(steps: Steps, C: Any, force: list[Any]) -> list[Any]:
-    """C⁻¹ force by C'(C C')⁻¹: for a regular C no pivot is zero."""
+    """C⁻¹ force as C'(C C')⁻¹ force: C C' is positive definite, so no pivot is zero."""
     z = steps.solve("S", _symmetric(steps, "S", C * C.T), force)
     named = steps.named(f"{PREFIX}_multipliers", [f"z{k + 1}" for k in range(C.rows)], z)
     return list(C.T * sympy.Matrix(named))
 
 
 def _normal(steps: Steps, plan: Plan, weight: str, C: Any, force: list[Any]) -> list[Any]:
-    """(C'W C + λ)⁻¹ C'W force, with W C by solves with M."""
+    """(C'W C + λ I)⁻¹ C'W force by the normal equations, W C by solving with M."""
     n, rank = C.shape
     weighed = C
     if weight != "identity":
@@ -145,7 +148,7 @@ def _normal(steps: Steps, plan: Plan, weight: str, C: Any, force: list[Any]) -> 
 
 
 def _symmetric(steps: Steps, letter: str, matrix: Any) -> Any:
-    """A symmetric matrix with named entries."""
+    """A symmetric matrix whose entries are named quantities."""
     places = [(i, j) for i in range(matrix.rows) for j in range(i + 1)]
     names = [f"{letter}{i + 1}_{j + 1}" for i, j in places]
     entries = steps.named(f"{PREFIX}_gram_matrix", names, [matrix[p] for p in places])
@@ -156,7 +159,7 @@ def _symmetric(steps: Steps, letter: str, matrix: Any) -> Any:
 
 
 class Steps:
-    """Ordered collection of equations; each method returns the symbols for later equations.
+    """Ordered list of equations; each method adds some and returns the symbols of their results.
 
     Args:
         source: origin of the equations, for comments in the code.
@@ -167,7 +170,7 @@ class Steps:
         self.equations: list[Equation] = []
 
     def named(self, title: str, names: list[str], values: list[Any]) -> list[Any]:
-        """A block of elements cancel_NAME; zeros and ones stay numbers."""
+        """Add an equation for the values, named cancel_NAME; zeros and ones stay numbers."""
         kept = [k for k, value in enumerate(values) if value not in (0, 1)]
         symbols = [symbol(f"{PREFIX}_{names[k]}") for k in kept]
         if kept:
@@ -179,7 +182,7 @@ class Steps:
         return result
 
     def accelerations(self, title: str, names: list[str], force: Any) -> list[Any]:
-        """a of M a = force, n by 1."""
+        """The a of M a = force, n by 1."""
         symbols = [symbol(f"{PREFIX}_{name}") for name in names]
         if all(e == 0 for e in force):
             return [sympy.S.Zero] * len(names)
@@ -188,11 +191,11 @@ class Steps:
         return symbols
 
     def solve(self, letter: str, matrix: Any, right: list[Any]) -> list[Any]:
-        """y of G y = r for symmetric positive definite G: closed form up to two rows, LDL' with named entries above.
+        """The y of G y = r for symmetric positive definite G: in closed form up to two rows, else by LDLᵀ.
 
         Args:
             letter: prefix of the names.
-            matrix: G, k by k; zeros cost nothing.
+            matrix: G, k by k; zeros cost no operations.
             right: r, k entries.
         """
         k = matrix.rows
@@ -205,6 +208,7 @@ class Steps:
         return self._factored(letter, matrix, right)
 
     def _factored(self, letter: str, matrix: Any, right: list[Any]) -> list[Any]:
+        """The y of G y = r by G = L D Lᵀ."""
         k = matrix.rows
         factor = sympy.eye(k)
         pivot: list[Any] = []

@@ -1,4 +1,4 @@
-"""The best cancelling input at one operating point: it minimises r'W r of the remaining force r = B ū − U F̄."""
+"""Weighted least squares for the cancelling input at one operating point: min r'W r, r = B ū − U F̄."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from codegen.base.arrays import Array
 from codegen.mechanics.system import Matrix
 
 SINGULAR = 1e-9
+"""Ratio to the largest singular value below which one counts as zero."""
 
 
 def weighted_rank_form(weight: str, mass: Any, left: Any, right: Any) -> tuple[Any, int]:
-    """A matrix without inverses whose rank is that of left' W right plus a known number.
+    """A block matrix without M⁻¹ whose rank is rank(left' W right) + constant (Schur complement).
 
     Args:
-        weight: ``mass_inverse``, ``acceleration`` or ``identity``.
+        weight: W as ``mass_inverse`` (M⁻¹), ``acceleration`` (M⁻²) or ``identity``.
         mass: M, n by n.
-        left, right: n by anything.
+        left, right: matrices of n rows.
 
     Returns:
-        the matrix, and its rank where left' W right = 0.
+        the block matrix, and the constant: its rank where left' W right = 0.
     """
     n, zeros, eye = mass.rows, sympy.zeros, sympy.eye
     if weight == "identity":
@@ -39,7 +40,7 @@ def weighted_rank_form(weight: str, mass: Any, left: Any, right: Any) -> tuple[A
 
 
 def whitener(weight: str, mass: Array) -> Array:
-    """V with V'V = W, so that r'W r = |V r|²; n by n."""
+    """A square root of the weight, V with V'V = W, so that r'W r = |V r|²; n by n."""
     if weight == "identity":
         return np.eye(len(mass))
     if weight == "acceleration":
@@ -50,14 +51,14 @@ def whitener(weight: str, mass: Array) -> Array:
 def best_inputs(
     input_matrix: Array, mass: Array, forces: Array, weight: str, pivots: tuple[int, ...] | None = None
 ) -> Array:
-    """ū that minimises r'W r for r = B ū − force, one column for each column of ``forces``.
+    """The ū that minimises r'W r, r = B ū − force, for each column of ``forces``.
 
     Args:
         input_matrix: B, n by inputs.
         mass: M, n by n.
         forces: n by m, such as U.
-        weight: of the remaining force.
-        pivots: the only inputs used (Appendix B); the others are 0. None: the smallest of all best inputs.
+        weight: W, as in ``weighted_rank_form``.
+        pivots: the inputs used (Appendix B); the others are 0. None: all, and the solution of least norm.
 
     Returns:
         inputs by m.
@@ -72,9 +73,9 @@ def best_inputs(
 
 
 def removed_share(input_matrix: Array, mass: Array, forces: Array, weight: str) -> Array:
-    """Share of each force that the best input removes: 1 − min r'W r / force'W force, between 0 and 1; one a column.
+    """1 − min r'W r / force'W force for each column of ``forces``: the share, 0 to 1, that the best input removes.
 
-    1 for a force that is zero at this point.
+    1 for a force that is zero at this point. The arguments are those of ``best_inputs``.
     """
     V = whitener(weight, mass)
     left = V @ (input_matrix @ best_inputs(input_matrix, mass, forces, weight) - forces)

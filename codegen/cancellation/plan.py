@@ -1,4 +1,4 @@
-"""Solution method for the best input: inputs used, factorisation of B, and proof that it is regular in the envelope."""
+"""Rank factorisation B = C R for the cancelling input: the inputs used, and proof of constant rank in the envelope."""
 
 from __future__ import annotations
 
@@ -26,21 +26,23 @@ from codegen.spec.model import CancellationChoice, Spec
 from codegen.spec.numerics import numerical
 
 MOST_CHOICES = 200
-NOTHING = 1e-9
+"""Most subsets of columns that are compared."""
+NEGLIGIBLE = 1e-9
+"""Share of a direction's length below which a deviation from it counts as rounding."""
 MOST_MINORS = 40
-"""A matrix with more minors of the size of its rank is not proven."""
+"""Most minors of the size of the rank; for a matrix with more, constant rank is not proven."""
 MOST_BOXES = 4000
-"""Boxes that are examined before the proof is given up."""
+"""Most boxes that are examined for a proof."""
 VANISHING = 1e-7
-"""A singular value below this share of the largest one counts as zero."""
+"""Share of the largest singular value below which one counts as zero."""
 STARTS = 5
-"""Local minimisations of the singular value, from the best of the sampled points."""
+"""Number of local minimisations of a singular value, from the sampled points at which it is smallest."""
 
 Box = tuple[tuple[Fraction, Fraction], ...]
 
 
 class RankFalls(BadInput):
-    """The best input is unbounded in the envelope: the rank of B falls somewhere, or could not be proven constant."""
+    """The rank of B falls somewhere in the envelope, or is not proven constant: the best input is unbounded there."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +51,12 @@ class Plan:
 
     Attributes:
         contacts: indices of the contacts whose friction is to be cancelled.
-        columns: C, n by rank; the identity where B has full row rank, else columns of B, or coefficients of its rows.
-        mixing: R, rank by inputs; the identity where B has full column rank; rows of B where its columns lose rank.
-        pivots: the only inputs used, by Appendix B; None for the smallest input.
-        condition: the worst condition number of the weighted C over points of the envelope, next to that of R.
-        damping: λ of (B'WB + λ I), or 0.
-        proven: whether the rank is proven to hold in the whole envelope.
+        columns: C, n by rank: the identity if B has full row rank, else columns of B, or coefficients of its rows.
+        mixing: R, rank by inputs: the identity if B has full column rank, or rows of B if its columns lose rank.
+        pivots: the inputs used, by Appendix B; None for the solution of least norm.
+        condition: the largest condition number over points of the envelope, of the matrix that is inverted.
+        damping: λ of (B'WB + λ I)⁻¹ (Tikhonov regularisation), or 0.
+        proven: whether the rank is proven constant in the whole envelope.
     """
 
     contacts: tuple[int, ...]
@@ -68,11 +70,11 @@ class Plan:
 
 @numerical("the best input")
 def make_plan(spec: Spec, choice: CancellationChoice, found: Reach) -> Plan:
-    """Choose the solution method.
+    """The rank factorisation of a spec's B for its choice of method, contacts and damping.
 
     Raises:
-        BadInput: where no input acts, or no contact can be cancelled.
-        RankFalls: where the rank of B falls, or may fall, in the envelope, and there is no damping.
+        BadInput: if no input acts, or the friction of no contact can be cancelled.
+        RankFalls: if the rank of B falls, or may fall, in the envelope, and there is no damping.
     """
     B, rank = sympy.Matrix(found.input_matrix), found.rank
     place = spec.place("cancellation")
@@ -87,8 +89,8 @@ def make_plan(spec: Spec, choice: CancellationChoice, found: Reach) -> Plan:
         )
     of_inputs = choice.method == "appendix_b"
     pivots = tuple(range(B.cols))
-    if of_inputs or rank < min(B.shape):  # the inputs whose columns keep the largest least singular value
-        pivots = _farthest(found, B)
+    if of_inputs or rank < min(B.shape):
+        pivots = _best_conditioned_columns(found, B)
     chosen, unit = B[:, list(pivots)], sympy.eye(rank)
     if of_inputs:
         inputs = ", ".join(found.system.inputs[j].name for j in pivots)
@@ -105,14 +107,14 @@ def make_plan(spec: Spec, choice: CancellationChoice, found: Reach) -> Plan:
 
 
 def _factors(spec: Spec, found: Reach, chosen: Any) -> tuple[Any, Any, bool]:
-    """C, R and whether they are proven regular, where B has neither full row rank nor full column rank.
+    """C, R and whether their ranks are proven constant, for a B with neither full row rank nor full column rank.
 
-    C are columns of B, or R are rows of it: the chosen ones may lose rank where B does not.
+    Either C are columns of B, or R are rows of B: those chosen may lose rank at a point where B does not.
     """
     B = sympy.Matrix(found.input_matrix)
     if _regular(found, chosen).proven:
         return chosen, _coefficients(chosen, B), True
-    rows = B[list(_farthest(found, B.T)), :]
+    rows = B[list(_best_conditioned_columns(found, B.T)), :]
     if _regular(found, rows).proven:
         return _coefficients(rows.T, B.T).T, rows, True
     _require_regular(spec, found, B)
@@ -121,6 +123,7 @@ def _factors(spec: Spec, found: Reach, chosen: Any) -> tuple[Any, Any, bool]:
 
 
 def _contacts(spec: Spec, choice: CancellationChoice, found: Reach) -> tuple[int, ...]:
+    """Indices of the contacts to be cancelled. Raises BadInput if the observer does not estimate them, or for none."""
     names = [c.name for c in found.system.contacts]
     if choice.contacts == "all":
         return tuple(range(len(names)))
@@ -142,8 +145,8 @@ def _contacts(spec: Spec, choice: CancellationChoice, found: Reach) -> tuple[int
     return tuple(names.index(name) for name in chosen)
 
 
-def _farthest(found: Reach, matrix: Any) -> tuple[int, ...]:
-    """The columns, as many as the rank of B, whose least singular value over the envelope is the largest."""
+def _best_conditioned_columns(found: Reach, matrix: Any) -> tuple[int, ...]:
+    """Of all subsets of rank(B) columns, the one whose smallest singular value over the envelope is the largest."""
     best, chosen = -1.0, tuple(range(found.rank))
     for columns in islice(combinations(range(matrix.cols), found.rank), MOST_CHOICES):
         singular = np.linalg.svd(found.numbers(Matrix(matrix[:, list(columns)])), compute_uv=False)
@@ -154,7 +157,7 @@ def _farthest(found: Reach, matrix: Any) -> tuple[int, ...]:
 
 
 def _coefficients(chosen: Any, B: Any) -> Any:
-    """R of B = C R, entry by entry in lowest terms."""
+    """The R of B = C R, R = (C'C)⁻¹C'B, entry by entry in lowest terms."""
     gram = chosen.T * chosen
     solved = gram.inv(method="ADJ") * chosen.T * B
     return solved.applyfunc(lambda entry: sympy.simplify(sympy.cancel(entry)))
@@ -165,7 +168,7 @@ def _regular(found: Reach, matrix: Any) -> Regularity:
 
 
 def _require_regular(spec: Spec, found: Reach, matrix: Any, what: str = "an input matrix") -> bool:
-    """Raise RankFalls where the solution would divide by zero somewhere in the envelope."""
+    """True if the rank of ``matrix`` is proven constant in the envelope; RankFalls otherwise."""
     regular = _regular(found, matrix)
     if regular.proven:
         return True
@@ -179,23 +182,24 @@ def _require_regular(spec: Spec, found: Reach, matrix: Any, what: str = "an inpu
 
 
 def _weighted(found: Reach, matrix: Any) -> Any:
+    """V · matrix, V'V = W, at the points of the envelope."""
     masses = found.numbers(found.system.mass_matrix)
     return np.array([whitener(found.weight, m) @ b for m, b in zip(masses, found.numbers(Matrix(matrix)), strict=True)])
 
 
 def _condition(found: Reach, matrix: Any) -> float:
-    """The worst over the envelope; the weight matters only where a force remains."""
+    """The largest condition number over points of the envelope; weighted if a force may remain."""
     numbers = found.numbers(Matrix(matrix)) if found.rank == matrix.rows else _weighted(found, matrix)
     return float(np.linalg.cond(numbers).max())
 
 
 @dataclass(frozen=True)
 class Regularity:
-    """Constancy of a rank over the envelope.
+    """Whether a rank is constant over the envelope.
 
     Attributes:
-        proven: the rank is the same everywhere in it.
-        falls_at: variable → value where the rank falls; None where no such point was found.
+        proven: whether it is proven constant.
+        falls_at: a point, variable → value, at which it is lower; None if none was found.
     """
 
     proven: bool
@@ -209,10 +213,11 @@ def keeps_rank(
     variables: tuple[sympy.Symbol, ...],
     ranges: tuple[tuple[float, float], ...],
 ) -> Regularity:
-    """Whether ``matrix`` has ``rank``, its generic one, at every point of the ranges.
+    """Whether ``matrix`` has its generic rank ``rank`` at every point of the ranges.
 
-    The envelope is bisected until on each box the enclosure of some minor, the determinant of a rank-by-rank submatrix,
-    excludes zero.
+    Proof by interval arithmetic: the ranges are bisected until on each box the enclosure of some minor (determinant of
+        a
+    rank-by-rank submatrix) excludes zero.
 
     Args:
         matrix: n by m over parameters and ``variables``.
@@ -223,7 +228,7 @@ def keeps_rank(
     if not used or rank == 0:
         return Regularity(True)
     bounds = [ranges[variables.index(v)] for v in used]
-    falls = _falls(inside, rank, used, bounds)
+    falls = _rank_deficient_point(inside, rank, used, bounds)
     if falls is not None:
         return Regularity(False, falls)
     try:
@@ -233,6 +238,7 @@ def keeps_rank(
 
 
 def _minors(matrix: Any, rank: int) -> list[Any]:
+    """The nonzero rank-by-rank minors; TypeError for more than ``MOST_MINORS``."""
     rows, columns = range(matrix.rows), range(matrix.cols)
     if comb(matrix.rows, rank) * comb(matrix.cols, rank) > MOST_MINORS:
         raise TypeError("too many minors")
@@ -245,6 +251,7 @@ def _minors(matrix: Any, rank: int) -> list[Any]:
 
 
 def _proven(minors: list[Any], variables: tuple[sympy.Symbol, ...], bounds: list[tuple[float, float]]) -> bool:
+    """Whether some minor differs from zero at every point of the bounds, by branch and bound on exact intervals."""
     known = [v.name for v in variables]
     values = [verify.parse(to_prefix(m), known, "minor")[1] for m in minors]
     ends = [tuple(Fraction(rational_text(sympy.Rational(b))) for b in pair) for pair in bounds]
@@ -259,6 +266,7 @@ def _proven(minors: list[Any], variables: tuple[sympy.Symbol, ...], bounds: list
 
 
 def _away_from_zero(value: Any, box: dict[str, tuple[Fraction, Fraction]]) -> bool:
+    """Whether the enclosure of a value on a box excludes zero."""
     try:
         low, high = value(box)
     except verify.Refused:
@@ -267,6 +275,7 @@ def _away_from_zero(value: Any, box: dict[str, tuple[Fraction, Fraction]]) -> bo
 
 
 def _halves(box: Box, ends: list[Any]) -> list[Box]:
+    """The box, bisected along the side that is the longest relative to the whole range."""
     widths = [(high - low) / (end[1] - end[0]) for (low, high), end in zip(box, ends, strict=True)]
     k = widths.index(max(widths))
     low, high = box[k]
@@ -274,10 +283,10 @@ def _halves(box: Box, ends: list[Any]) -> list[Box]:
     return [(*box[:k], part, *box[k + 1 :]) for part in ((low, middle), (middle, high))]
 
 
-def _falls(
+def _rank_deficient_point(
     matrix: Any, rank: int, variables: tuple[sympy.Symbol, ...], bounds: list[tuple[float, float]]
 ) -> dict[str, float] | None:
-    """A point at which the last of the ``rank`` singular values nearly vanishes, searched for from several starts."""
+    """A point at which the ``rank``-th singular value nearly vanishes, by minimisation from several starts; or None."""
     function = function_of(Matrix(matrix), variables)
 
     def singular_values(points: Any) -> Any:
@@ -301,37 +310,40 @@ def _falls(
 
 
 @dataclass(frozen=True)
-class Leftover:
-    """Remaining friction for a perfect estimate and gain 1.
+class RemainingFriction:
+    """Friction that remains with cancellation, for a perfect estimate and gain 1.
 
     Attributes:
         gains: K at the centre of the envelope, inputs by contacts: ū = K F̄.
-        force: B K − U there, coordinates by contacts: the remaining force.
-        pushing: contacts whose remainder may feed energy somewhere in the envelope: it is no non-positive multiple of
-            the contact's direction d, so for some motion it acts along the slip. The best input leaves −(I − P) d, with
-            P d the reachable part of d: a multiple of d only where P d is d or 0. So these are the contacts cancelled
-            in part, and with damping also reachable ones whose remainder is not parallel to d.
+        force: B K − U there, coordinates by contacts: the force that remains for each contact.
+        may_feed_energy: contacts whose remaining force is not purely dissipative somewhere in the envelope: it is not
+            −c d with c ≥ 0 for the contact's direction d, so for some motion its power is positive. The best input
+            leaves −(I − P) d, with P d the reachable part of d, which is a multiple of d only where P d is d or 0.
+            These are therefore the contacts cancelled in part, and, with damping, reachable ones whose remaining force
+            is not parallel to d.
     """
 
     gains: Array
     force: Array
-    pushing: tuple[str, ...]
+    may_feed_energy: tuple[str, ...]
 
 
-def leftover(found: Reach, plan: Plan) -> Leftover:
+def remaining_friction(found: Reach, plan: Plan) -> RemainingFriction:
     """K and the remaining friction at the centre of the envelope, and the contacts that may feed energy in it."""
     system = found.system
     B, U, M = (found.numbers(m) for m in (found.input_matrix, system.distribution, system.mass_matrix))
     gains = _gains(found, plan, B[0], M[0], U[0])
-    pushing = {found.contacts[j].name for j in plan.contacts if found.contacts[j].kind == "partial"}
+    feeding = {found.contacts[j].name for j in plan.contacts if found.contacts[j].kind == "partial"}
     if plan.damping:
         for b, m, u in zip(B, M, U, strict=True):
             rest = b @ _gains(found, plan, b, m, u) - u
-            pushing |= {v.name for j, v in enumerate(found.contacts) if not _brakes(rest[:, j], u[:, j])}
-    return Leftover(gains, B[0] @ gains - U[0], tuple(v.name for v in found.contacts if v.name in pushing))
+            feeding |= {v.name for j, v in enumerate(found.contacts) if not _is_dissipative(rest[:, j], u[:, j])}
+    ordered = tuple(v.name for v in found.contacts if v.name in feeding)
+    return RemainingFriction(gains, B[0] @ gains - U[0], ordered)
 
 
 def _gains(found: Reach, plan: Plan, B: Array, M: Array, U: Array) -> Array:
+    """K at one operating point, inputs by contacts; zero for contacts that are not to be cancelled."""
     gains, chosen = np.zeros((B.shape[1], U.shape[1])), list(plan.contacts)
     if plan.damping:
         white = whitener(found.weight, M)
@@ -342,10 +354,11 @@ def _gains(found: Reach, plan: Plan, B: Array, M: Array, U: Array) -> Array:
     return gains
 
 
-def _brakes(rest: Any, direction: Any) -> bool:
+def _is_dissipative(rest: Any, direction: Any) -> bool:
+    """Whether a remaining force is −c d with c ≥ 0, for the direction d of a contact's friction."""
     size = float(direction @ direction)
     if size == 0:
         return True
     share = -float(rest @ direction) / size
     off = np.linalg.norm(rest + share * direction)
-    return bool(share >= -NOTHING and off <= NOTHING * np.sqrt(size))
+    return bool(share >= -NEGLIGIBLE and off <= NEGLIGIBLE * np.sqrt(size))

@@ -1,4 +1,4 @@
-"""Which friction the inputs can cancel: perfectly, in part, or not at all; by matrix ranks."""
+"""Reachability of friction forces by the inputs: cancelled perfectly, in part, or not at all, by matrix ranks."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
 POINTS, FOR_RANKS = 64, 12
-"""Random points of the envelope, for the shares; the first of them also for ranks of matrices without an exact form."""
+"""Number of random points of the envelope, and how many of them give the rank of a matrix without an exact form."""
 LONGEST = 3000
-"""Operations in a matrix up to which its rank is computed exactly: elimination in rational functions grows fast."""
+"""Most operations in a matrix whose rank is computed exactly: elimination over rational functions is expensive."""
 
 
 @dataclass(frozen=True)
 class Ranks:
-    """Generic ranks of matrices of one system: those at almost every position, lower ones at isolated positions apart.
+    """Generic ranks of matrices of one system: the ranks at almost every position.
 
     Attributes:
         values: of the parameters, exact.
-        points: of the envelope, for matrices that have no exact form.
+        points: of the envelope, symbol → value, for matrices that have no exact form.
     """
 
     values: dict[sympy.Symbol, Any]
@@ -42,11 +42,11 @@ class Ranks:
         return int(form.rank()) if form is not None else sampling.rank(Matrix(matrix), self.points)
 
     def is_exact(self, matrices: Iterable[Any]) -> bool:
-        """Whether the ranks of these matrices are exact rather than from sampled points."""
+        """Whether the ranks of these matrices are computed exactly, not at sampled points."""
         return all(self._exact(m) is not None for m in matrices)
 
     def _exact(self, matrix: Any) -> DomainMatrix | None:
-        """The matrix over the field of rational functions; None where it has no such form."""
+        """The matrix over the field of rational functions; None if it has no such form, or is too large."""
         matrix = sympy.Matrix(matrix).subs(self.values)
         if 0 in matrix.shape:
             return DomainMatrix.from_Matrix(matrix).to_field()
@@ -57,14 +57,14 @@ class Ranks:
             return None
         form = DomainMatrix.from_Matrix(algebraic).to_field()
         domain = form.domain
-        # Rational numbers, or rational functions over these; floats and roots would be no exact coefficients.
+        # Coefficients must be rational numbers: floats and roots would not be exact.
         return form if domain.is_QQ or (domain.is_Composite and domain.domain in (sympy.QQ, sympy.ZZ)) else None
 
 
 def _algebraic(entry: Any) -> Any:
-    """An entry with sin q = 2t/(1 + t²), cos q = (1 − t²)/(1 + t²), t = tan(q/2): a rational function.
+    """An entry as a rational function of t = tan(q/2): sin q = 2t/(1 + t²), cos q = (1 − t²)/(1 + t²).
 
-    sin² + cos² = 1 then holds by itself, which a rank over two independent symbols would miss.
+    So sin² + cos² = 1 is an identity, which would be missing with independent symbols for sine and cosine.
     """
     if not entry.has(sympy.sin, sympy.cos, sympy.tan):
         return entry
@@ -86,7 +86,7 @@ class Verdict:
     Attributes:
         kind: ``perfect`` (its direction is in the range of B), ``partial``, or ``none`` (B'W direction = 0).
         joined_rank: rank [B direction].
-        undriven: coordinates on which it acts and no input does.
+        undriven: coordinates on which the friction acts, but no input.
         share: smallest and largest share of r'W r that the best input removes, over points of the envelope.
     """
 
@@ -99,16 +99,18 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Reach:
-    """Friction that the inputs can cancel.
+    """Which friction the inputs of a system can cancel.
 
     Attributes:
+        weight: W, as in ``weighted_rank_form``.
         input_matrix: B(x), n by inputs.
         rank: of B at almost every point of the envelope.
         exact: whether the ranks are exact, not from sampled points.
         constant: whether B, U and M depend on parameters only.
-        together: dimension of the friction vectors F̄ with U F̄ in the range of B; it may exceed the number of contacts
-            that can be cancelled one by one, where several forces add up to a reachable one.
-        variables, ranges: positions on which B, U and M depend, and their ranges.
+        together: dimension of the space of friction vectors F̄ with U F̄ in the range of B. It may exceed the number of
+            contacts that can be cancelled one by one, if several unreachable forces have a reachable sum.
+        contacts, coordinates: a verdict for the friction at each contact, and for a force on each coordinate.
+        variables, ranges: positions on which B, U and M depend, and their ranges in the envelope.
     """
 
     system: System
@@ -143,7 +145,7 @@ def input_matrix_of(spec: Spec, system: System) -> Matrix:
     """The input matrix B of a system.
 
     Raises:
-        BadInput: where the force is not linear in the inputs, or B depends on a velocity.
+        BadInput: if the force is not affine in the inputs, or B depends on a velocity.
     """
     B = system.input_matrix
     if isinstance(B, NonlinearInput):
@@ -160,24 +162,24 @@ def input_matrix_of(spec: Spec, system: System) -> Matrix:
 def reach(spec: Spec, system: System, weight: str) -> Reach:
     """Which friction forces the inputs of a system can cancel.
 
-    A force with direction d is cancelled perfectly if d is in the range of B: rank [B d] = rank B, the condition U₂F̄ =
-    0 of section 5.3.1 for one force. It cannot be reduced at all if the best input against it is zero: B'W d = 0.
+    A force with direction d can be cancelled perfectly if rank [B d] = rank B (d is in the range of B), the condition
+    U₂F̄ = 0 of section 5.3.1 for one force. It cannot be reduced at all if B'W d = 0: the best input is then zero.
 
     Raises:
-        BadInput: where there is no B.
+        BadInput: if the system has no input matrix B(x).
     """
     B, U, M = input_matrix_of(spec, system), system.distribution, system.mass_matrix
     variables = tuple(sorted((B.free_symbols | U.free_symbols | M.free_symbols) - set(system.values), key=str))
     units = {x: (x.name, unit) for x, unit in zip(system.positions, system.position_units, strict=True)}
     ranges = tuple(position_range(spec, *units[x]) for x in variables)
-    # Without the centre, often a special position (q = 0) at which a rank is lower; if nothing varies, the one point.
+    # Without the centre, which is often a special position (q = 0) with a lower rank; without variables, the one point.
     generic = _points(ranges)[: 1 + FOR_RANKS][-FOR_RANKS:]
     points = [dict(system.values) | dict(zip(variables, at, strict=True)) for at in generic]
     ranks = Ranks(dict(system.values), points)
     rank = ranks.rank(B)
     joined = Matrix(sympy.Matrix.hstack(sympy.Matrix(B), sympy.Matrix(U)))  # [B U]
     full = rank == B.rows
-    # U F̄ is in the range of B for an F̄ in a space of dimension (columns of U) − (rank [B U] − rank B).
+    # The F̄ with U F̄ in the range of B are a space of dimension (columns of U) − (rank [B U] − rank B).
     unreachable = 0 if full else ranks.rank(joined) - rank
     result = Reach(
         system=system,
@@ -220,7 +222,7 @@ def _verdicts(
             joined = ranks.rank(sympy.Matrix.hstack(sympy.Matrix(B), sympy.Matrix(direction)))
         kind: Literal["perfect", "partial", "none"] = "perfect"
         if joined > found.rank:
-            # B'W d = 0 if this matrix, which has no inverse in it, has the least rank that it can have.
+            # B'W d = 0 if this block matrix, which contains no inverse, has its least possible rank.
             form, least = weighted_rank_form(found.weight, sympy.Matrix(M), sympy.Matrix(B), sympy.Matrix(direction))
             kind = "none" if B.cols == 0 or ranks.rank(form) == least else "partial"
         acts_on = {positions[i] for i in range(n) if direction[i] != 0}
@@ -231,7 +233,7 @@ def _verdicts(
 
 
 def _points(ranges: tuple[tuple[float, float], ...]) -> Any:
-    """The centre of the ranges and random points in them, (points, variables); one empty point without variables."""
+    """The centre of the ranges and random points in them, (points, variables); without variables (1, 0)."""
     bounds = np.array(ranges).reshape(-1, 2)
     spread = np.random.default_rng(1).uniform(bounds[:, 0], bounds[:, 1], (POINTS, len(bounds)))
     return np.vstack([bounds.mean(axis=1), spread]) if ranges else np.zeros((1, 0))
@@ -239,12 +241,13 @@ def _points(ranges: tuple[tuple[float, float], ...]) -> Any:
 
 @dataclass(frozen=True)
 class Reduction:
-    """B̄ ū = Ū F̄ₙ (5.16).
+    """The reduced problem B̄ ū = Ū F̄ₙ (5.16), without the coordinates on which no input acts.
 
     Attributes:
         undriven: coordinates whose row of B is zero (i₁ … iₗ).
         lost: contacts that act on one of these (j₁ … jₛ): their friction cannot be cancelled perfectly.
-        coordinates, contacts: the remaining ones; rows of B̄ and Ū, columns of Ū.
+        coordinates: the remaining ones, rows of B̄ and Ū.
+        contacts: the remaining ones, columns of Ū.
         input_matrix, distribution: B̄ and Ū.
     """
 
@@ -257,9 +260,9 @@ class Reduction:
 
 
 def reduce(system: System, input_matrix: Matrix) -> Reduction:
-    """Steps 1 to 3 of note 2: they remove contacts that act where no input does.
+    """Steps 1 to 3 of note 2: the contacts that act on coordinates without an input are removed.
 
-    A remaining contact may still be unreachable, where B has dependent rows without a zero row; see ``reach``.
+    A remaining contact may still be unreachable, if B has dependent rows and no zero row; see ``reach``.
 
     Args:
         input_matrix: B, n by inputs.

@@ -230,7 +230,7 @@ def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None, regions: Regi
     point = unstable_point(analysis)
     failing = tuple(
         dict.fromkeys(  # one that Psi and the step share is said once
-            f"{c.expression} > 0" if c.readable else f"{c.name} > 0"
+            f"{c.expression} > 0" if c.readable else f"{c.label} > 0"
             for c in (*analysis.routh, *analysis.jury)
             if not c.holds
         )

@@ -1,4 +1,4 @@
-"""Engines that step an observer over rows of samples: compiled C, or the Python twin; both give the same bits."""
+"""Execution of a generated observer on rows of samples: compiled C, or the Python twin, with bit-identical results."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ Faults = NDArray[np.intc]
 
 
 class Engine(ABC):
-    """An observer with the spec's parameters.
+    """A generated observer with the spec's parameters, and its state.
 
     Attributes:
         name: in words.
-        holds: whether it holds its estimates over non-finite samples and flags them.
+        holds: whether it holds its estimates at invalid samples, and sets the fault flag.
     """
 
     name: str
@@ -40,21 +40,21 @@ class Engine(ABC):
 
     @abstractmethod
     def run(self, rows: Array) -> tuple[Array, Faults]:
-        """Step over (N, inputs): the (N, outputs) estimates, and the fault flag of each sample (0 without one)."""
+        """Step over samples (N, inputs): estimates (N, outputs), fault flags (N,), 0 without fault handling."""
 
     @abstractmethod
-    def peek(self, row: Array) -> Array:
-        """The (outputs,) of a step over (1, inputs), without a change of state."""
+    def trial_step(self, row: Array) -> Array:
+        """The estimates (outputs,) of a step with the sample (1, inputs); the state is restored afterwards."""
 
     def take(self, block: Block) -> tuple[Array, Faults]:
-        """Step over a block, from a new start where it is a fresh one; as ``run``."""
+        """``run`` over a block, after an initialisation from its first row if the block is ``fresh``."""
         if block.fresh:
             self.start(block.rows[0])
         return self.run(block.rows)
 
 
 def engine_for(program: Program, files: Mapping[str, str]) -> Engine:
-    """The compiled engine; the twin where there is no C compiler.
+    """The compiled engine, or the Python twin if there is no C compiler.
 
     Args:
         files: name → text of generated/NAME/.
@@ -66,12 +66,12 @@ def engine_for(program: Program, files: Mapping[str, str]) -> Engine:
 
 
 class CompiledEngine(Engine):
-    """The generated C as a shared library."""
+    """The generated C, compiled to a shared library and called by ctypes."""
 
     name = "compiled C"
 
     def __init__(self, program: Program, files: Mapping[str, str]) -> None:
-        """Compile it, or take what an earlier run compiled.
+        """Compile the C, or load the library that an earlier run has compiled.
 
         Args:
             files: name → text, of the C at least.
@@ -95,6 +95,7 @@ class CompiledEngine(Engine):
         self._inputs, self._outputs = len(program.inputs), len(program.outputs)
 
     def _place(self) -> int:
+        """Address of the observer's memory within its buffer, aligned to 64 bytes."""
         return -(-ctypes.addressof(self._memory) // 64) * 64
 
     def start(self, row: Array) -> None:
@@ -109,7 +110,7 @@ class CompiledEngine(Engine):
         self._run(self._place(), len(rows), rows.ctypes.data, estimates.ctypes.data, faults.ctypes.data)
         return estimates, faults
 
-    def peek(self, row: Array) -> Array:
+    def trial_step(self, row: Array) -> Array:
         before = self._memory.raw
         estimates: Array = self.run(row)[0][0]
         ctypes.memmove(self._memory, before, len(before))
@@ -117,7 +118,7 @@ class CompiledEngine(Engine):
 
 
 class TwinEngine(Engine):
-    """The generated Python."""
+    """The generated Python module."""
 
     name = "the Python twin (no C compiler found)"
 
@@ -143,7 +144,7 @@ class TwinEngine(Engine):
                 faults[k] = made.fault
         return estimates, faults
 
-    def peek(self, row: Array) -> Array:
+    def trial_step(self, row: Array) -> Array:
         before, held = self._state, self._held
         self._state, self._held = deepcopy(before), deepcopy(held)
         estimates: Array = self.run(row)[0][0]
@@ -152,21 +153,21 @@ class TwinEngine(Engine):
 
 
 def load_twin(source: str, name: str) -> ModuleType:
-    """The module of a generated ``__init__.py``, from its text without a file."""
+    """A generated ``__init__.py``, loaded as a module from its text."""
     module = ModuleType(name)
     exec(compile(source, f"<the twin of {name}>", "exec", dont_inherit=True), module.__dict__)
     return module
 
 
 def inputs_of(twin: ModuleType, program: Program, row: Sequence[float]) -> Any:
-    """The twin's Inputs with one number for each input of the program, in order."""
+    """The twin's ``Inputs`` with the numbers of a row, in the Program's order."""
     made = twin.Inputs()
     fill(made, program, dict(zip((field.name for field in program.inputs), row, strict=True)))
     return made
 
 
 def fill(record: Any, program: Program, values: Mapping[str, float]) -> None:
-    """Set named elements of one of the twin's records; numbered ones are in arrays."""
+    """Set quantities of one of the twin's records by their names in the Program; some are array elements."""
     for name, value in values.items():
         place = program.arrays.get(name)
         if place is None:
@@ -176,7 +177,7 @@ def fill(record: Any, program: Program, values: Mapping[str, float]) -> None:
 
 
 def values_of(record: Any, program: Program, names: Sequence[str]) -> list[float]:
-    """The named elements of one of the twin's records."""
+    """Quantities of one of the twin's records by their names in the Program."""
     values = []
     for name in names:
         place = program.arrays.get(name)

@@ -1,4 +1,4 @@
-"""Rows of a CSV log as they arrive: from a pipe, or from a file that grows."""
+"""Reading of a CSV log as its rows arrive: from a pipe, or from a file that grows."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ from codegen.spec import Spec
 Piece = TypeVar("Piece")
 STDIN = "-"
 PIECE = 1 << 16
-"""Most bytes of one read; fewer are taken as they come."""
+"""Most bytes of one read."""
 MOST_GAPS = 8
-"""A log is refused when more steps than these, from its first on, are all gaps."""
+"""A log is refused if it begins with more steps of time than these that are all gaps."""
 PAUSE = 0.05
-"""Seconds until a file that is followed is looked at again."""
+"""Seconds between two reads at the end of a file that is followed."""
 
 
 def is_recorded(log: str | Path) -> bool:
-    """Whether a log is a file of a format other than text, such as MCAP, which is complete only when it is closed."""
+    """Whether a log is a file of a format other than text, such as MCAP, which can only be read when it is complete."""
     path = Path(log)
     if str(log) == STDIN:
         return False
@@ -48,7 +48,7 @@ def is_recorded(log: str | Path) -> bool:
 
 
 def pieces(log: str, follow: bool) -> Iterator[bytes]:
-    """The bytes of a log, as soon as they are there.
+    """The bytes of a log, as soon as they can be read.
 
     Args:
         log: a file, or ``-`` for standard input.
@@ -74,9 +74,9 @@ def pieces(log: str, follow: bool) -> Iterator[bytes]:
 
 @dataclass
 class Stop:
-    """Handler of Ctrl-C that interrupts a wait for rows at once, but not the computation of a block.
+    """Signal handler of Ctrl-C: interrupts the wait for rows at once, but a computation only at its end.
 
-    A library that is interrupted within C++ would turn the interrupt into an error of its own.
+    A library that is interrupted within C++ would raise an error of its own.
 
     Attributes:
         asked: whether Ctrl-C was pressed.
@@ -87,13 +87,13 @@ class Stop:
     waiting: bool = False
 
     def ask(self, *_: object) -> None:
-        """The signal handler: Ctrl-C was pressed."""
+        """Note that Ctrl-C was pressed; raises KeyboardInterrupt during a wait. To be installed as the handler."""
         self.asked = True
         if self.waiting:
             raise KeyboardInterrupt
 
     def until_asked(self, given: Iterator[Piece]) -> Iterator[Piece]:
-        """The pieces (or blocks) of an iterator; raises KeyboardInterrupt after Ctrl-C."""
+        """The elements of an iterator; raises KeyboardInterrupt after Ctrl-C."""
         while not self.asked:
             self.waiting = True
             try:
@@ -120,14 +120,14 @@ def live_blocks(
     columns: Mapping[str, str] | None = None,
     notes: list[str] | None = None,
 ) -> Iterator[Block]:
-    """The samples of a log as they arrive.
+    """The samples of a log, in blocks, as they arrive.
 
     Args:
         period: the observer's sample time, s.
-        log: its path, or ``-``; of a file, ``meta.yaml`` in its folder is read.
+        log: its path, or ``-``; for a file, the ``meta.yaml`` in its folder is read.
         given: its bytes.
         columns: as for ``read_log``.
-        notes: list to which notes on how the table is read are added, once its first rows are there.
+        notes: list to which notes on how the table is read are added, after its first rows.
 
     Raises:
         BadInput: for a table or a value that cannot be used, a column that is missing, a step of time that is
@@ -159,7 +159,7 @@ def live_blocks(
 
 
 class _Table:
-    """A table whose header is known, and how far it has been read: samples from further lines, gaps between them."""
+    """A table with a known header, read line by line: conversion of further lines to samples, and detection of gaps."""
 
     def __init__(
         self,
@@ -189,7 +189,7 @@ class _Table:
         self._leading_gaps: int | None = 0  # None: a step that was no gap has been seen
 
     def blocks(self, lines: list[str], first: int) -> Iterator[Block]:
-        """The samples in further lines, from index ``first`` on."""
+        """The samples in ``lines[first:]``."""
         has_rows = any(map(self.head.layout.is_row, lines[first:]))
         source = CsvSource(self.head.file, self.head.layout, lines, first, self._lines_read)
         self._lines_read += len(lines)
@@ -214,7 +214,7 @@ class _Table:
         yield from blocks_between(time, rows, gaps)
 
     def _refuse_leading_gaps(self, columns: Columns, steps: Array, gaps: int) -> None:
-        """Refuse a log whose first steps are all far longer than the observer's: its time is in another unit."""
+        """Refuse a log whose first steps of time are all gaps: its time is probably in another unit."""
         if self._leading_gaps is None or len(steps) < 2:
             return
         if gaps < len(steps):

@@ -1,4 +1,4 @@
-"""Replay: an observer is run over a log, block by block, and its largest estimates are noted."""
+"""Replay of an observer over a log, block by block, with a summary of its estimates."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.shown import Result
 from codegen.logs.formats.source import NotStreamed
 from codegen.program import Program
-from codegen.replay.doubts import Doubts, far_above
 from codegen.replay.engine import Engine, Faults
+from codegen.replay.log_warnings import EnvelopeCheck, excessive_friction
 from codegen.replay.samples import Block, Irregular, Samples
 from codegen.replay.writer import open_writer, read_estimates
 from codegen.spec import Spec
 
 FRICTION = "F_hat"
+"""Prefix of the names of friction estimates."""
 
 
 @dataclass(frozen=True)
 class Peak:
-    """The largest magnitude of an estimate.
+    """The value of largest magnitude of an estimate.
 
     Attributes:
         value: signed, in ``unit``; NaN if no sample gave a finite one.
@@ -44,14 +45,16 @@ class Replayed(Result):
     """Result of ``replay``.
 
     Attributes:
-        engine: what ran the observer (compiled C or Python), in words.
-        samples: steps taken; duration: from the first to the last, s.
+        engine: compiled C or Python, in words.
+        samples: number of steps.
+        duration: from the first sample to the last, s.
         starts: number of initialisations: 1, and 1 more for each gap in the log.
-        faults: samples over which the observer held its last estimate, or whose estimates are not finite.
+        faults: number of samples at which the observer held its estimates, or whose estimates are not finite.
         peaks: the largest value of each friction estimate.
+        step_seconds, seconds: mean computing time of one step, and time of the whole replay, s.
+        notes: preprocessing of the log, in words.
+        path: file of the estimates, or None.
         warnings: signals outside the spec's envelope, and friction far above the declared one.
-        step_seconds: mean computing time of one step.
-        path: file of the estimates, or None; ``estimates`` are its columns by name.
     """
 
     template = "replayed"
@@ -77,7 +80,7 @@ class Replayed(Result):
     def estimates(self) -> dict[str, Array]:
         """Name → array (samples,), read from ``path``: ``t`` in s, the outputs, ``fault`` where the observer has it.
 
-        Raises BadInput for a replay without ``out``, which keeps no estimates, or a file that cannot be read.
+        Raises BadInput for a replay without ``out``, which writes no estimates, or a file that cannot be read.
         """
         if self.path is None:
             expected = "a file as `out`, a .csv or .npy, from which they are read"
@@ -115,22 +118,22 @@ def replay_log(
     chosen = _chosen(program, only)
     why: Irregular | None = None
     try:
-        seen = _run(_Seen(spec, program, declared), program, engine, samples.streamed(), path, chosen)
+        seen = _run(_Summary(spec, program, declared), program, engine, samples.streamed(), path, chosen)
         if seen.samples:
             return seen.result(program, engine, samples, path, began)
     except Irregular as error:
         why = error
     except NotStreamed:
         why = None
-    seen = _run(_Seen(spec, program, declared), program, engine, samples.whole(why), path, chosen)
+    seen = _run(_Summary(spec, program, declared), program, engine, samples.whole(why), path, chosen)
     return seen.result(program, engine, samples, path, began)
 
 
-class _Seen:
-    """Running summary figures."""
+class _Summary:
+    """Counts and extremes of the estimates so far."""
 
     def __init__(self, spec: Spec, program: Program, declared: Mapping[str, float]) -> None:
-        self.doubts, self.declared = Doubts(spec, program), declared
+        self.envelope, self.declared = EnvelopeCheck(spec, program), declared
         outputs = [(name, unit) for name, unit, _ in program.outputs]
         self.friction = [k for k, (name, _) in enumerate(outputs) if name.startswith(FRICTION)]
         self.named = [outputs[k] for k in self.friction]
@@ -146,7 +149,7 @@ class _Seen:
         self.samples += len(block.time)
         self.starts += block.fresh
         self.faults += int(np.count_nonzero((faults != 0) | ~np.isfinite(estimates).all(axis=1)))
-        self.doubts.add(block, estimates)
+        self.envelope.add(block, estimates)
         for j, k in enumerate(self.friction):
             size = np.where(np.isfinite(estimates[:, k]), np.abs(estimates[:, k]), -1.0)
             row = int(np.argmax(size))
@@ -158,7 +161,7 @@ class _Seen:
             Peak(name, unit, float(value), float(at))
             for (name, unit), value, at in zip(self.named, self.largest, self.at, strict=True)
         )
-        far = far_above([(p.name, p.unit, p.value) for p in peaks], self.declared)
+        excessive = excessive_friction([(p.name, p.unit, p.value) for p in peaks], self.declared)
         return Replayed(
             name=program.name,
             engine=engine.name,
@@ -171,13 +174,14 @@ class _Seen:
             seconds=perf_counter() - began,
             notes=tuple(samples.notes),
             path=path,
-            warnings=(*self.doubts.words, *far),
+            warnings=(*self.envelope.warnings, *excessive),
         )
 
 
 def _run(
-    seen: _Seen, program: Program, engine: Engine, blocks: Iterator[Block], path: Path | None, chosen: list[int]
-) -> _Seen:
+    seen: _Summary, program: Program, engine: Engine, blocks: Iterator[Block], path: Path | None, chosen: list[int]
+) -> _Summary:
+    """``seen``, after a run over the blocks; the chosen outputs are written to ``path``."""
     columns = [program.outputs[k][:2] for k in chosen]
     every = chosen == list(range(len(program.outputs)))
     block = next(blocks, None)  # errors in the log are raised before a file is created
@@ -195,6 +199,7 @@ def _run(
 
 
 def _chosen(program: Program, only: Sequence[str]) -> list[int]:
+    """Indices of the outputs to write; all without ``only``. Raises BadInput for a name that is no output."""
     names = [name for name, _, _ in program.outputs]
     for name in only:
         refuse_unknown(name, names, "--only", "no output", code="CALL001")

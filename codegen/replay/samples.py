@@ -1,4 +1,4 @@
-"""A log as the observer's inputs at its sample time: read in blocks where the time stamps are regular, else whole."""
+"""A log as inputs of the observer at its sample time: read in blocks if the time stamps are regular, else whole."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from codegen.program import Program
 from codegen.spec import Spec
 
 ROWS = 1 << 16
+"""Most samples of a block, of a log that is read whole."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Block:
     Attributes:
         time: (N,) s.
         rows: (N, inputs) in the Program's order.
-        fresh: whether the observer is initialised here: at the start, and after a gap.
+        fresh: whether the observer is initialised from the first row: at the start, and after a gap.
     """
 
     time: Array
@@ -41,13 +42,13 @@ class Block:
 
 
 def blocks_between(time: Array, rows: Array, fresh: Sequence[int]) -> Iterator[Block]:
-    """Samples as blocks, each of ``fresh`` the first of one; rising indices."""
+    """The samples (N,), (N, inputs) in blocks that begin at the rows ``fresh``, which are in ascending order."""
     for start, stop in pairwise([*dict.fromkeys((0, *fresh)), len(time)]):
         yield Block(time[start:stop], rows[start:stop], start in fresh)
 
 
 class Irregular(Exception):
-    """The log cannot be used row by row; ``args`` are place and cause for a message."""
+    """The rows of the log cannot be used as they are; ``place`` and ``found`` are for a message."""
 
     def __init__(self, place: Place, found: str) -> None:
         super().__init__(place, found)
@@ -70,10 +71,9 @@ class Samples:
         path: Path,
         description: str | Path | None,
         columns: Mapping[str, str] | None,
-        holds: bool,
     ) -> None:
         self.period, self.notes = period, list[str]()
-        self._spec, self._path, self._holds = spec, path, holds
+        self._spec, self._path, self._holds = spec, path, program.holds
         self._inputs = [field.name for field in program.inputs]
         self._given, self._columns = description, columns
 
@@ -82,9 +82,9 @@ class Samples:
 
         Raises:
             BadInput: for a log that cannot be used.
-            Irregular: for a step that is neither the sample time within 1 % nor a gap, or a non-finite value
-                that the observer cannot hold over; ``whole`` handles these.
-            NotStreamed: for a format that is read whole.
+            Irregular: for a step of time that is neither the sample time within 1 % nor a gap, or a non-finite value
+                where the observer does not handle invalid samples; ``whole`` can read such a log.
+            NotStreamed: for a format that can only be read whole.
         """
         described = log_description(self._path, self._given)
         stream = open_stream(self._path, described)
@@ -98,7 +98,7 @@ class Samples:
         yield from self._blocks(stream, binding, described)
 
     def whole(self, why: Irregular | None) -> Iterator[Block]:
-        """The log on its uniform grid, as in a diagnosis, the observer initialised after each gap.
+        """The log resampled to a uniform grid, as in a diagnosis; the observer is initialised after each gap.
 
         Args:
             why: why the rows could not be used as they are.
@@ -127,6 +127,7 @@ class Samples:
                 yield Block(log.time[first:last], values[first:last], first == start)
 
     def _blocks(self, stream: LogFile, binding: Binding, described: LogDescription) -> Iterator[Block]:
+        """The rows of a stream in blocks, split at gaps."""
         timed = "t" in binding.terms
         if not timed and described.sample_rate_hz is None:
             raise NotStreamed
@@ -148,7 +149,7 @@ class Samples:
             count, before = count + len(time), float(time[-1])
 
     def _gaps(self, columns: Columns, time: Array, before: float) -> list[int]:
-        """Rows after a gap; most other steps must be the sample time."""
+        """Indices of rows after a gap. Irregular if a step is neither the sample time nor a gap, or half are gaps."""
         first = int(np.isnan(before))
         steps = np.diff(time) if first else np.diff(time, prepend=before)
         wrong = ~(np.abs(steps / self.period - 1) <= JITTER)
@@ -193,17 +194,18 @@ UNITS = (
     (1 / 3600, "hours", "3600"),
     (1 / 86400, "days", "86400"),
 )
-"""Step in the unit, taken as s, over the same step in s; the unit; its factor to s."""
+"""Units of time: number of them in 1 s, by which a log in this unit is wrong if read as s; name; factor to s."""
 MEANT = ((1e-3, "ms"), (1e-6, "us"))
-"""Step of a log over a sample time that was written in a smaller unit, and is read as s."""
+"""Ratio of the log's step to a sample time in the spec that was meant in this unit, but is read as s."""
 
 
 def time_unit_hint(step: float, period: float, scale: float, taken: bool) -> str:
-    """A question with its remedy; empty where the steps differ by no factor between units of time.
+    """A hint that a time is in another unit, with the remedy; empty if the ratio of the steps is no such factor.
 
     Args:
-        step: of the log, s. period: of the observer, s.
-        scale: stated factor of the log's time; 1 where none is.
+        step: sample time of the log, s.
+        period: sample time of the observer, s.
+        scale: stated factor of the log's time; 1 without one.
         taken: whether the file or its description states the unit of time.
     """
     ratio = step / period

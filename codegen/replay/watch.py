@@ -1,8 +1,8 @@
-"""The generated observer on a running machine: its friction estimate compared with the declared law, in newtons.
+"""Condition monitoring: the observer's friction estimate compared with the declared friction law, on a running machine.
 
-``certify`` states a bound on the difference of the two. It holds while the machine is as declared and every contact
-slides in one direction, faster than ``slip_speed``. If the difference is larger than the bound for a dwell time, the
-friction has changed, or a force acts that the model does not have: that is an alarm.
+``certify`` gives a bound on |estimate − law|, in newtons. It holds while the machine is as declared and every contact
+slides in one direction, faster than ``slip_speed``. If the difference exceeds the bound for the dwell time, the
+friction has changed, or a force acts that the model does not have: an alarm is raised.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ if TYPE_CHECKING:
     from codegen.certify.bound.bounds import ErrorBound
 
 QUIET = 100
-"""An alarm ends after this many dwell times within the bound; only then can another one begin."""
+"""Number of dwell times within the bound after which an alarm is cleared and another one can be raised."""
 LEVEL, FORCE = "e_a_", "e_F_"
 """Prefixes of a bound's name: the error of a contact's friction level, and of the friction force on a coordinate."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """One friction estimate and its bound.
+    """The bound on the error of one friction estimate.
 
     Attributes:
         output: name of the observer's output.
-        where: in words, such as "friction at rail (x)".
+        where: the friction in words, such as "friction at rail (x)".
         bound: largest error, in ``unit``, from ``settle`` samples after a reversal on.
     """
 
@@ -52,23 +52,24 @@ class Limit:
 
 @dataclass
 class Alarm:
-    """An estimate that was outside its bound for the dwell time.
+    """An alarm: an estimate was outside its bound for the dwell time.
 
     Attributes:
+        where, bound, unit: as of its ``Limit``.
         since: time of the first sample outside, s.
-        said: time at which the dwell time was over and the alarm began, s.
+        raised: time at which the dwell time was over and the alarm was raised, s.
         until: time of the last sample outside, s.
-        ended: whether the estimate has been within its bound for ``QUIET`` dwell times since.
+        ended: whether the estimate has since been within its bound for ``QUIET`` dwell times.
         cleared: time at which these were over, s; None before.
-        worst: largest difference from the declared friction, with its sign.
+        worst: difference from the declared friction of the largest magnitude, with its sign, in ``unit``.
         compared: number of judged samples from ``since`` to ``cleared``, or to the end of the log.
         outside: how many of them were outside the bound.
-        period: sample time, s, by which its times are printed; no part of ``content``.
+        period: sample time, s, for the number of decimals of printed times; not in ``content``.
     """
 
     where: str
     since: float
-    said: float
+    raised: float
     worst: float
     bound: float
     unit: str
@@ -81,18 +82,19 @@ class Alarm:
 
     @property
     def content(self) -> dict[str, Any]:
+        """Its part of the JSON object that ``watch`` prints."""
         return {key: value for key, value in asdict(self).items() if key != "period"}
 
 
 @dataclass
-class _Out:
-    """State of one comparison.
+class _Comparison:
+    """State of the comparison of one estimate with its bound.
 
     Attributes:
         count: judged samples in a row outside the bound.
         quiet: judged samples in a row within it.
-        since, worst: as of an ``Alarm``, which these samples may become.
-        alarm: the one that has begun and not ended.
+        since, worst: as of the ``Alarm`` that is raised if the samples outside last for the dwell time.
+        alarm: the one that is raised and not cleared.
     """
 
     count: int = 0
@@ -104,17 +106,17 @@ class _Out:
 
 @dataclass
 class Tally:
-    """Counts and extremes so far. A sample is judged where the bound applies.
+    """Counts and extremes so far. A sample is judged if the bound applies to it.
 
     Attributes:
-        samples, judged: number of samples that were taken, and that were judged.
-        outside: samples with an estimated velocity outside the envelope.
-        faults: invalid samples, in which the observer held its estimate.
-        slow: of the others, those with a contact no faster than the bound's ``slip_speed``.
-        early: of the rest, those less than ``settle`` samples after a reversal or after a sample that is not judged.
+        samples, judged: number of all samples, and of those judged.
+        outside: number of samples with an estimated velocity outside the envelope.
+        faults: number of invalid samples, at which the observer held its estimates.
+        slow: of the others, number of those with a contact no faster than the bound's ``slip_speed``.
+        early: of the rest, number of those less than ``settle`` samples after a reversal or a sample not judged.
         first, last: times of the first and the last sample, s.
         period: sample time, s.
-        worst: of each limit, the largest difference on judged samples, as a share of its bound.
+        worst: for each limit, the largest difference on judged samples as a share of its bound.
     """
 
     samples: int = 0
@@ -130,12 +132,13 @@ class Tally:
 
 
 class Watch:
-    """An observer's estimates compared with their bounds, block by block.
+    """Monitor of an observer's estimates against their bounds, block by block.
 
     Attributes:
         limits: one for each bound.
-        settle: samples after a reversal from which on all of them hold.
-        alarms: all that began, in the order of time.
+        settle: number of samples after a reversal from which on all bounds hold.
+        alarms: those raised so far, in the order of time.
+        tally: counts so far.
     """
 
     def __init__(
@@ -148,12 +151,10 @@ class Watch:
         period: float,
         dwell: int,
     ) -> None:
-        """Compile what is compared.
-
-        Args:
-            bounds: on every friction error; those proved of the C are used where there are any.
-            period: sample time, s.
-            dwell: judged samples in a row outside a bound that make an alarm.
+        """Args:
+        bounds: on every friction error; those proved of the C are used where there are any.
+        period: sample time, s.
+        dwell: judged samples in a row outside a bound that make an alarm.
         """
         self._engine, self._dwell = engine, max(dwell, 1)
         self.settle = max((round(time / period) for b in bounds for time, _ in b.after[-1:]), default=0)
@@ -168,12 +169,12 @@ class Watch:
         self._limited = [v for v in spec.velocities if v in spec.envelope]
         self._declared = _declared(system, [b.name for b in bounds])
         self._since, self._signs = 0, np.zeros(len(system.contacts))
-        self._out = [_Out() for _ in self.limits]
+        self._out = [_Comparison() for _ in self.limits]
         self.alarms: list[Alarm] = []
         self.tally = Tally(period=period, worst=[0.0] * len(self.limits))
 
     def take(self, block: Block) -> list[Alarm]:
-        """Run the observer over a block of samples, and return the alarms that begin in it."""
+        """Run the observer over a block of samples, and return the alarms raised in it."""
         self._since = 0 if block.fresh else self._since
         estimates, faults = self._engine.take(block)
         x, v = block.rows[:, self._positions], estimates[:, self._velocities]
@@ -191,7 +192,7 @@ class Watch:
                 begun += self._judge(float(block.time[k]), apart[k])
                 continue
             if not steady:
-                self._forget()
+                self._restart_counts()
             if not held[k] and not left[k]:
                 self.tally.slow += not signs.all()
                 self.tally.early += bool(signs.all())
@@ -201,13 +202,13 @@ class Watch:
         tally.outside, tally.faults = tally.outside + int(left.sum()), tally.faults + int((faults != 0).sum())
         return begun
 
-    def uncompared(self, period: float) -> str | None:
-        """Where no sample could be compared with a bound: the reason that most samples have, in words."""
+    def uncompared(self) -> str | None:
+        """The reason that applies to most samples why they were not judged, in words; None if one was judged."""
         tally, names = self.tally, " and ".join(self._limited)
         if tally.judged or not tally.samples:
             return None if tally.judged else "nothing was compared: no sample was read"
         of = f"of {tally.samples} samples"
-        after = f"{self.settle * period:.4g} s after a reversal, a stop, or a sample that cannot be compared"
+        after = f"{self.settle * tally.period:.4g} s after a reversal, a stop, or a sample that cannot be compared"
         reasons = [
             (
                 tally.outside,
@@ -224,7 +225,7 @@ class Watch:
         return f"nothing was compared: {max(reasons)[1]}"
 
     def _judge(self, time: float, apart: Array) -> list[Alarm]:
-        """Compare one sample with every bound, and return the alarms that begin with it."""
+        """Compare one sample with every bound, and return the alarms that are raised with it."""
         begun = []
         for j, (limit, out) in enumerate(zip(self.limits, self._out, strict=True)):
             value = float(apart[j])
@@ -248,8 +249,8 @@ class Watch:
                 begun.append(out.alarm)
         return begun
 
-    def _within(self, out: _Out, time: float) -> None:
-        """Count a sample within the bound; enough of them end an alarm."""
+    def _within(self, out: _Comparison, time: float) -> None:
+        """Count a sample within the bound; enough of them clear an alarm."""
         out.count, out.quiet = 0, out.quiet + 1
         if out.alarm is None:
             out.worst = 0.0
@@ -257,8 +258,8 @@ class Watch:
             out.alarm.ended, out.alarm.cleared = True, time
             out.alarm, out.worst = None, 0.0
 
-    def _forget(self) -> None:
-        """Start counting again after a sample that is not judged; an alarm that has begun stays."""
+    def _restart_counts(self) -> None:
+        """Set the counts of samples outside to zero, after a sample that is not judged; raised alarms stay."""
         for out in self._out:
             out.count = 0
             if out.alarm is None:
@@ -266,7 +267,7 @@ class Watch:
 
 
 def _limit(stated: ErrorBound, system: System) -> Limit:
-    """The output that a bound is about, with the last, smallest bound after a reversal."""
+    """The output whose error is bounded, with the last and smallest bound after a reversal."""
     name = stated.name[len(LEVEL) :]
     bound = (stated.after_of_code or stated.after)[-1][1]
     if stated.name.startswith(FORCE):
@@ -294,7 +295,7 @@ def _declared(system: System, errors: list[str]) -> Any:
 
 
 def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[str, float, float] | None:
-    """A contact that is too slow for its bound everywhere in the envelope, so that no sample could be judged.
+    """A contact that is too slow for its bound in the whole envelope, so that no sample could be judged.
 
     Returns:
         (contact, its greatest slip speed in the envelope, the speed above which the bound holds), or None if there is
@@ -313,7 +314,7 @@ def too_slow(spec: Spec, system: System, bounds: Sequence[ErrorBound]) -> tuple[
 
 
 def is_watchable(system: System, bounds: Sequence[ErrorBound]) -> bool:
-    """Whether each bound is of an estimate that is compared with a declared law of zero memory."""
+    """Whether every contact has a law of zero memory and every bound is on a friction level or force."""
     if any(isinstance(c.law, DynamicLaw) for c in system.contacts):
         return False
     return all(b.name.startswith((LEVEL, FORCE)) for b in bounds)

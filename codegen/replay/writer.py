@@ -1,4 +1,4 @@
-"""Estimates in a file: written block by block, where the file replaces its target only when complete; read whole."""
+"""Files of estimates: written block by block, replacing the target only when complete; and read again."""
 
 from __future__ import annotations
 
@@ -23,15 +23,17 @@ Add = Callable[[Array, Array, NDArray[np.intc]], None]
 
 @contextmanager
 def open_writer(path: Path | None, columns: Sequence[Column], flagged: bool) -> Iterator[Add]:
-    """A writer of blocks to a file, by its ending; where the work within fails, its target stays as it was.
+    """Context with a function that writes blocks to a file, whose format is given by its ending.
+
+    If the work in the context fails, the target stays as it was.
 
     Args:
         path: None writes nothing.
         flagged: whether the fault flags are written too.
 
     Raises:
-        BadInput: for another ending than .csv and .npy, a folder that cannot be made or written, or where a file that
-            holds no units of ours has the name of that with the units beside an .npy.
+        BadInput: for another ending than .csv and .npy, a folder that cannot be made or written, or if the units of an
+            .npy would replace a file that stiction did not write.
     """
     if path is None:
         yield lambda time, estimates, faults: None
@@ -49,12 +51,12 @@ def open_writer(path: Path | None, columns: Sequence[Column], flagged: bool) -> 
 
 
 def _units_of(path: Path) -> Path:
-    """The file with the units of an .npy, beside it."""
+    """The JSON file with the units of an .npy, in the same folder."""
     return path.with_name(f"{path.name}.json")
 
 
 def _refuse_foreign_units(path: Path) -> None:
-    """Raise BadInput where a file is there that is not the units of an earlier run: a log may be called so."""
+    """Raise BadInput if the file exists and is not the units of an earlier run; a log could have this name."""
     try:
         content = json.loads(read_or_none(path) or "null")
     except (ValueError, RecursionError):
@@ -86,7 +88,7 @@ def read_estimates(path: Path) -> dict[str, Array]:
 
 
 def _csv_writer(file: Waiting, columns: Sequence[Column], flagged: bool) -> tuple[Add, Callable[[], None]]:
-    """CSV in the format of a simulated log: a header, then numbers in the shortest round-trip form."""
+    """Writer of CSV in the format of a simulated log: a header, then numbers in the shortest round-trip form."""
     names = ["t", *(name for name, _ in columns), *(["fault"] if flagged else [])]
     file.write(f"{','.join(names)}\n".encode())
 
@@ -100,13 +102,13 @@ def _csv_writer(file: Waiting, columns: Sequence[Column], flagged: bool) -> tupl
 
 
 def _npy_writer(file: Waiting, columns: Sequence[Column], flagged: bool) -> tuple[Add, Callable[[], None]]:
-    """A structured .npy array, and its units in a JSON file next to it."""
+    """Writer of a structured .npy array, and of its units in a JSON file."""
     names = ["t", *(name for name, _ in columns)]
     dtype = np.dtype([*((name, "<f8") for name in names), *([("fault", "<i4")] if flagged else [])])
     rows = 0
 
     def head() -> None:
-        """Write the header; NumPy leaves room in it for a larger length."""
+        """Write the header; NumPy pads it, so that it can be replaced by one with the final length."""
         described = {"descr": dtype.descr, "fortran_order": False, "shape": (rows,)}
         np.lib.format.write_array_header_2_0(file, described)
 

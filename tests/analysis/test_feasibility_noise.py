@@ -12,7 +12,7 @@ import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
-from codegen.analysis.feasibility.family import Family, Settings
+from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings
 from codegen.analysis.feasibility.noise import NoiseModel, position_noise
 from codegen.analysis.operating_points import operating_points
 from codegen.effects.declare import add_declared_effects
@@ -33,7 +33,7 @@ def parts(spec: Spec) -> tuple[System, Observer, NoiseModel, Settings]:
     system = add_declared_effects(build_system(spec), spec)
     observer = build_observer(spec, system)
     dynamics = derive_error_dynamics(observer)
-    settings = Family(dynamics, operating_points(dynamics, spec)).settings()
+    settings = GainDynamics(dynamics, operating_points(dynamics, spec)).settings()
     return system, observer, NoiseModel(observer, spec, position_noise(spec)), settings
 
 
@@ -145,7 +145,7 @@ def test_the_error_step_is_that_of_the_derived_error_dynamics(name: str) -> None
     spec = read_spec(SPECS / f"{name}.yaml")
     _, observer, noise, settings = parts(spec)
     dynamics = derive_error_dynamics(observer)
-    family = Family(dynamics, operating_points(dynamics, spec))
+    family = GainDynamics(dynamics, operating_points(dynamics, spec))
     step = noise.matrices(settings)[0][0, 0]
     expected = np.eye(len(step)) + H * family.matrices("sampled", settings)[0, 0]
     np.testing.assert_allclose(np.poly(step), np.poly(expected), rtol=1e-9, atol=1e-12)

@@ -119,7 +119,7 @@ def test_the_value_of_a_condition_is_exact_beside_a_fast_rate(name: str) -> None
     for matrix in evaluate(found.dynamics, found.dynamics.in_force(found.dynamics.jacobian), found.points):
         (a, b, c), (d, e, f), (g, h, i) = ([Fraction(float(x)) for x in row] for row in matrix)
         exact.append(-(a * e * i + b * f * g + c * d * h - c * e * g - b * d * i - a * f * h))
-    printed = {c.name: c.value for c in found.routh}
+    printed = {c.label: c.value for c in found.routh}
     assert printed["c0"] == float(min(exact)) == 0
     assert sum(0 < x < Fraction(1, 10**6) for x in exact) > 3
 

@@ -74,7 +74,7 @@ def stages(name: str, replayed: bool = True) -> tuple[Stage, ...]:
 
     def replay() -> None:
         spec, program, engine = observed()
-        samples = Samples(spec, program, PERIOD, Path(name), None, None, engine.holds)
+        samples = Samples(spec, program, PERIOD, Path(name), None, None)
         replay_log(spec, program, engine, samples, {"F_hat_rail": 50.0}, Path("out.csv"))
 
     return (Stage("replay", replay), Stage("read", read)) if replayed else (Stage("read", read),)

@@ -20,7 +20,7 @@ class Derived:
     """Ψ and A from SymPy, evaluated where a Point says."""
 
     def __init__(self, spec: Spec, dynamics: ErrorDynamics) -> None:
-        self.dynamics, self.points = dynamics, operating_points(dynamics, spec, 2)
+        self.dynamics, self.points = dynamics, operating_points(dynamics, spec)
 
     def matrices(self, p: Point, plant: TruePlant, h: float) -> tuple[Any, Any]:
         observer, system = self.dynamics.observer, self.dynamics.observer.system

@@ -174,5 +174,5 @@ def test_a_full_symmetric_level_gain_has_modes() -> None:
     spec = parse_spec(text, Path("full.yaml"))
     analysis = analyse(spec, build_observer(spec, build_system(spec)))
     assert analysis.modes is not None
-    assert [c.value for c in analysis.modes.conditions if c.name.startswith("K_F")] == [500, 500 * 700 - 90 * 90]
+    assert [c.value for c in analysis.modes.conditions if c.label.startswith("K_F")] == [500, 500 * 700 - 90 * 90]
     assert analysis.modes.sample_time == pytest.approx(analysis.largest_sample_time)

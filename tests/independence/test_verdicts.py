@@ -86,7 +86,7 @@ def _verdicts(analysis: Analysis, gains: list[Any], values: Any, open_values: An
     """Whether every printed condition holds, block by block; c0, c1 … of a condition are the block's coefficients."""
     held = np.ones(len(values), dtype=bool)
     dynamics = analysis.dynamics
-    for factor in analysis.factors:
+    for factor in analysis.blocks:
         assert factor.polynomial is not None
         block = [dynamics.errors.index(e) for e in factor.errors]
         told = [(factor.routh, dynamics.jacobian)] + ([(factor.jury, dynamics.sampled)] if later else [])
@@ -147,7 +147,7 @@ def check(variant: Variant, count: int) -> tuple[int, int, int, int]:
     """(draws, left out, stable, disagreements)."""
     spec, observer = build(variant)
     analysis = analyse(spec, observer)
-    without = [f for f in analysis.factors if f.polynomial is None]
+    without = [f for f in analysis.blocks if f.polynomial is None]
     assert all(len(f.errors) > SYMBOLIC_ORDER for f in without), "conditions are due up to the fourth order"
     if without:
         pytest.skip("a block above the fourth order: no conditions are given")

@@ -93,11 +93,11 @@ def test_a_jump_is_said_at_its_time(logs: dict[str, str], what: str, tmp_path: P
     (tmp_path / "log.csv").write_text(logs[what])
     (alarm, *more) = watch(belt(), tmp_path / "log.csv").alarms
     assert JUMP <= alarm.since < JUMP + 0.15
-    assert alarm.said == pytest.approx(alarm.since + 9 * PERIOD)
+    assert alarm.raised == pytest.approx(alarm.since + 9 * PERIOD)
     assert alarm.where == "friction at guide (x)" and not more
     done = stiction("watch", BELT, "--log", tmp_path / "log.csv")
     assert done.code == 3
-    assert done.out.splitlines()[0].startswith(f"t = {alarm.said:.6g} s: friction at guide (x) is ")
+    assert done.out.splitlines()[0].startswith(f"t = {alarm.raised:.6g} s: friction at guide (x) is ")
     if what == "friction":
         assert alarm.worst == pytest.approx(5, abs=1.65)
 
@@ -141,7 +141,7 @@ def test_other_formats_are_watched_as_files(logs: dict[str, str], ending: str, t
         names = {"x": "/joint_states.position[rail]", "u": "/joint_states.effort[rail]"}
     (alarm,) = watch(belt(), path, names).alarms
     (same,) = watch(belt(), "-", given=pieces(logs["friction"], 4096)).alarms
-    shift = alarm.said - same.said  # stamps of today are no times from zero
+    shift = alarm.raised - same.raised  # stamps of today are no times from zero
     assert alarm.since - same.since == pytest.approx(shift, abs=1e-6)
     assert alarm.worst == pytest.approx(same.worst, rel=1e-4)
     done = stiction("watch", BELT, "--log", path, "--follow")
@@ -150,7 +150,7 @@ def test_other_formats_are_watched_as_files(logs: dict[str, str], ending: str, t
 
 def test_a_longer_dwell_is_waited_for(logs: dict[str, str]) -> None:
     (alarm,) = watch(belt(), "-", dwell=0.05, given=pieces(logs["friction"], 4096)).alarms
-    assert alarm.said == pytest.approx(alarm.since + 0.049)
+    assert alarm.raised == pytest.approx(alarm.since + 0.049)
     (same,) = watch(belt(), "-", dwell="50 ms", given=pieces(logs["friction"], 4096)).alarms
     assert same == alarm
     assert watch(belt(), "-", dwell=100, given=pieces(logs["friction"], 4096)).alarms == ()

@@ -1,4 +1,4 @@
-"""The gains that a feasibility report varies: each an axis with its gain symbols."""
+"""Axes of the gain space: the numbers that a feasibility report varies, and the gains that depend on each."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from codegen.spec.free_gains import GainEntry, at_middle, free_entries, gain_ent
 from codegen.spec.model import FreeGain, Spec
 
 AROUND = 100.0
-"""Factor, up and down, over which a gain that the spec has chosen is varied."""
+"""Factor, up and down, by which a gain with a value in the spec is varied."""
 SAMPLE_TIME = "h"
 """Name of the sample time as an axis."""
 
 
 @dataclass(frozen=True)
 class GainAxis:
-    """One number that is varied; a gain symbol s is ``weights[s]`` times it.
+    """One number t that is varied; each gain symbol s that depends on it is ``weights[s]`` · t.
 
     Attributes:
-        name: of the gain, or of its symbol where only one entry of a matrix is varied.
-        unit: of the number; "1" for a factor on a matrix whose entries differ.
+        name: of the gain, or of its symbol if only one entry of a matrix is varied.
+        unit: of t; "1" for a common factor of gains with different values.
         weights: gain symbol → weight; the sign of a negative gain is in the weight.
-        entries: (gain, path) in the spec → weight, as of the symbols.
-        low, high: range of the number.
-        chosen: the number in the spec, or None where the gain is free.
-        logarithmic: whether equal steps along it are equal factors; a range that reaches zero is linear.
+        entries: (gain, path) in the spec → weight, likewise.
+        low, high: range of t.
+        chosen: t in the spec, or None if the gain is free.
+        logarithmic: whether the axis is logarithmic; a range that includes zero is linear.
     """
 
     name: str
@@ -46,12 +46,12 @@ class GainAxis:
 
     @property
     def factor(self) -> bool:
-        """Whether the number is a common factor of gains with different values."""
+        """Whether t is a common factor of gains with different values."""
         return any(abs(w) != 1 for w in self.weights.values())
 
     @property
     def negative(self) -> bool:
-        """Whether the gain is the negative of the number."""
+        """Whether the gain is −t."""
         return not self.factor and all(w < 0 for w in self.weights.values())
 
     @property
@@ -60,7 +60,7 @@ class GainAxis:
         return f"factor on {self.name}" if self.factor else f"-{self.name}" if self.negative else self.name
 
     def at(self, share: Any) -> Any:
-        """The number at a share 0…1 of the range."""
+        """t at a share 0…1 of the range, scalar or array."""
         share = np.asarray(share, dtype=float)
         if self.logarithmic:
             return self.low * (self.high / self.low) ** share
@@ -70,14 +70,14 @@ class GainAxis:
 def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
     """The axes along which the gains of a spec's observer are varied.
 
-    An axis for each free gain of the spec; in a spec without free gains for each gain as a whole, by a factor of 100 up
-    and down. Which gain symbols of the observer depend on an entry of the spec is found by doubling the entry.
+    One axis for each free gain of the spec; without free gains, one for each gain as a whole, by a factor of 100 up and
+    down. The gain symbols that depend on an entry of the spec are found by building the observer with it doubled.
 
     Args:
         observer: of the spec, with its free gains at mid-range.
 
     Raises:
-        BadInput: for a spec whose observer cannot be built at gains in these ranges.
+        BadInput: if the observer cannot be built at gains in these ranges, or no gain can be varied.
     """
     nominal = at_middle(spec)
     free = free_entries(spec)
@@ -97,9 +97,9 @@ def gain_axes(spec: Spec, observer: Observer) -> tuple[GainAxis, ...]:
 
 
 def unit_notes(axes: Sequence[GainAxis], observer: Observer) -> tuple[str, ...]:
-    """For each free gain whose one number stands for gains in different units: what that means, and what to write.
+    """A note for each free gain whose one number is used for entries in different units, with what to write instead.
 
-    Which gains such a number stands for depends on the units: their ratio is another one in mm than in m.
+    The gains that such a number describes depend on the choice of units: their ratio changes from m to mm.
     """
     notes = []
     for axis in axes:
@@ -124,7 +124,7 @@ def chosen_axes(names: Sequence[str], axes: Sequence[GainAxis], observer: Observ
     """The two axes of the map: those named, else the first two gains, or the only gain and the sample time.
 
     Raises:
-        BadInput: for a name that is no varied gain and not h, or one named twice.
+        BadInput: for a name that is neither a varied gain nor h, or is given twice.
     """
     known = {a.name: a for a in (*axes, sample_time_axis(observer))}
     for name in names:
@@ -146,7 +146,7 @@ def _by_gain(spec: Spec) -> list[tuple[GainEntry, ...]]:
 
 
 def _number(spec: Spec, entry: GainEntry) -> Any:
-    """The exact number that the spec has for an entry."""
+    """The exact value of an entry in the spec."""
     raw = spec.required_observer.gains[entry.gain]
     for k in entry.path:
         raw = raw[k]
@@ -159,11 +159,12 @@ def _axis(
     dependent: Mapping[sympy.Symbol, float],
     observer: Observer,
 ) -> GainAxis:
-    """One axis.
+    """The axis of a group of entries.
 
     Args:
-        group: the entries of the spec that are varied together: one free gain, or all entries of a chosen gain.
-        numbers: their values. dependent: the gain symbols that depend on them, with theirs.
+        group: entries of the spec that are varied together: one free gain, or all entries of a gain with a value.
+        numbers: (gain, path) → their values.
+        dependent: gain symbol that depends on them → its value.
     """
     name = group[0].gain if len(dependent) > 1 else next(iter(dependent)).name
     unit = " or ".join(dict.fromkeys(observer.gain_units[s] for s in dependent))
@@ -173,7 +174,7 @@ def _axis(
         low, high = (low, high) if sign > 0 else (-high, -low)
         weights, entries = dict.fromkeys(dependent, sign), dict.fromkeys(numbers, sign)
         return GainAxis(name, unit, weights, entries, low, high, None, low > 0)
-    # Equal values (a scalar gain): the number is the gain. Different ones: it is a common factor, now 1.
+    # Equal values (a scalar gain): t is the gain. Different values: t is a common factor, 1 in the spec.
     values = list(dependent.values())
     equal = all(v == values[0] for v in values)
     size = abs(values[0]) if equal else 1.0

@@ -1,6 +1,6 @@
-"""Feasibility of gains: which are stable over the whole envelope, with which margins, and a suggestion.
+"""Feasibility of gains: stability region over the whole envelope, gain margins, and suggested gains.
 
-``analysis`` evaluates operating points at fixed gains; here gains and operating points both vary.
+``analysis`` evaluates operating points at fixed gains; here gains vary too.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from codegen.analysis.error_dynamics import derive_error_dynamics
 from codegen.analysis.feasibility.axes import GainAxis, chosen_axes, gain_axes, sample_time_axis
 from codegen.analysis.feasibility.failure import Failure, explain_failure, largest_sample_time
-from codegen.analysis.feasibility.family import Family, Settings
+from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings
 from codegen.analysis.feasibility.noise import NoiseModel, PositionNoise, position_noise
 from codegen.analysis.feasibility.region import GainMap, Margin, intervals, map_region, margin
 from codegen.analysis.feasibility.suggest import NothingStable, Suggestion, divided, suggest
@@ -27,7 +27,7 @@ from codegen.spec.numerics import numerical
 
 Intervals = tuple[tuple[float, float], ...]
 SEED, SPREAD = 4, 60
-"""Random gain sets of the whole range, with which the deciding operating points are first found, and their seed."""
+"""Seed and number of random gain sets in the whole range, with which the deciding operating points are first found."""
 
 
 @dataclass(frozen=True)
@@ -35,16 +35,16 @@ class GainSet:
     """Stability, noise and margins of one gain set.
 
     Attributes:
-        numbers: axis name → number.
+        numbers: axis name → value of the axis.
         gains: gain symbol → value.
-        radius: largest |z| of the sampled error over the operating points.
-        decay_rate: −ln(radius)/h, 1/s; negative where unstable.
-        abscissa: largest real part of Ψ, 1/s.
-        largest_sample_time: s; 0 where Ψ is unstable.
-        noise: output → RMS of the friction estimate's noise at the worst operating point; None where unstable.
-        noise_shares: output → the largest RMS over friction level; None where unstable.
-        margins: of each axis, of all gains together and of the sample time; () where unstable.
-        failure: what is unstable, Ψ or the sampled error; None where both are stable.
+        radius: spectral radius of the step, the largest over the operating points.
+        decay_rate: −ln(radius)/h, 1/s; negative if unstable.
+        abscissa: largest real part of Ψ's eigenvalues, 1/s.
+        largest_sample_time: stability limit of explicit Euler, s; 0 if Ψ is unstable.
+        noise: output → RMS of the friction estimate's noise at the worst operating point; None if unstable.
+        noise_shares: output → the largest ratio of this RMS to the friction level; None if unstable.
+        margins: of each axis, of all gains together and of the sample time; () if unstable.
+        failure: cause of the instability of Ψ or of the step; None if both are stable.
     """
 
     numbers: Mapping[str, float]
@@ -74,15 +74,18 @@ class Feasibility:
     """The feasibility report of a spec.
 
     Attributes:
-        free: whether the spec leaves gains free; else its chosen gains are varied.
-        points: sampled operating points; ``deciding`` of them decide about stability somewhere in the range.
+        free: whether the spec leaves gains free; else its gains are varied around their values.
+        points, deciding: number of sampled operating points, and of those at which some gain set was worst.
+        noise: of the measured positions.
         units: friction output → unit.
-        chosen: the spec's gains, or None where they are free.
-        suggestion, suggested: the suggested set and its assessment; None where nothing in the range is stable.
-        before_division: the suggestion before its numbers were divided; the same where they were not.
-        infeasible: where nothing in the range is stable, the failure of the set whose error grows least.
-        sampled, continuous: axis name → stable intervals, the others as suggested.
-        region: the plane of two axes; ``noise_share`` of its grid, infinite where unstable.
+        chosen: assessment of the spec's gains; None if some are free.
+        suggestion, suggested: the suggested set and its assessment; None if nothing in the range is stable.
+        before_division: the suggestion before all its numbers were divided by the ``divisor``.
+        infeasible: if nothing in the range is stable, the failure of the set whose error grows least.
+        tried: number of gain sets evaluated.
+        sampled, continuous: axis name → stable intervals of the step and of Ψ, with the other gains as suggested.
+        region: stability region in the plane of two axes.
+        noise_share: noise over friction level on its grid, infinite where unstable.
     """
 
     spec: Spec
@@ -112,25 +115,25 @@ def assess(
     over: Sequence[str] = (),
     divisor: Callable[[Sequence[GainAxis], Suggestion], int] = lambda axes, suggestion: 1,
 ) -> Feasibility:
-    """Assess the gains of a spec's observer.
+    """The feasibility report of a spec's observer.
 
     Args:
         observer: of the spec, with its free gains at mid-range.
         over: names of the two axes of the map; by default the first two gains, or the gain and the sample time.
-        divisor: (axes, suggestion) → by what all suggested gains are to be divided, such as for a tighter certified
+        divisor: function (axes, suggestion) → number by which all suggested gains are divided, for a tighter certified
             bound on the error.
 
     Raises:
-        BadInput: for an observer that cannot be built in the range, unknown axes, or an envelope in which the error
-            dynamics are not finite.
+        BadInput: if the observer cannot be built in the range, an axis is unknown, or the error dynamics are not finite
+            somewhere in the envelope.
     """
     axes = gain_axes(spec, observer)
     pair = chosen_axes(over, axes, observer, spec)
-    dynamics = derive_error_dynamics(observer)
-    points = operating_points(dynamics, spec)
-    family = Family(dynamics, points)
-    nominal = family.settings()
-    if not np.isfinite(family.matrices("sampled", nominal)).all():
+    symbolic = derive_error_dynamics(observer)
+    points = operating_points(symbolic, spec)
+    dynamics = GainDynamics(symbolic, points)
+    nominal = dynamics.settings()
+    if not np.isfinite(dynamics.matrices("sampled", nominal)).all():
         found = "the error dynamics are not finite everywhere in it"
         raise BadInput(
             spec.place("envelope"),
@@ -143,41 +146,41 @@ def assess(
     spread = nominal
     for k, axis in enumerate(axes):
         spread = spread.along(axis, axis.at(shares[:, k]))
-    family.start(spread)
+    dynamics.start(spread)
     free = any(axis.chosen is None for axis in axes)
-    searched = suggest(family, noise, nominal, axes)
+    searched = suggest(dynamics, noise, nominal, axes)
     first = suggestion = searched if isinstance(searched, Suggestion) else None
     if first is not None and (by := divisor(axes, first)) != 1:
-        suggestion = divided(family, axes, first, by)
+        suggestion = divided(dynamics, axes, first, by)
     base = searched.settings if suggestion is None else suggestion.settings
-    region = map_region(family, base, *pair)
+    region = map_region(dynamics, base, *pair)
     return Feasibility(
         spec=spec,
         observer=observer,
         axes=axes,
         free=free,
         points=len(points.values),
-        deciding=len(family.active),
+        deciding=len(dynamics.active),
         noise=noise.noise,
         units=dict(zip(noise.outputs, noise.units, strict=True)),
-        chosen=None if free else judge(family, noise, nominal, axes),
+        chosen=None if free else judge(dynamics, noise, nominal, axes),
         suggestion=suggestion,
         before_division=first,
-        suggested=judge(family, noise, base, axes) if suggestion else None,
-        infeasible=explain_failure(family, base) if isinstance(searched, NothingStable) else None,
+        suggested=judge(dynamics, noise, base, axes) if suggestion else None,
+        infeasible=explain_failure(dynamics, base) if isinstance(searched, NothingStable) else None,
         tried=searched.tried,
-        sampled={a.name: intervals(family, "sampled", base, a) for a in axes},
-        continuous={a.name: intervals(family, "continuous", base, a) for a in axes},
+        sampled={a.name: intervals(dynamics, "sampled", base, a) for a in axes},
+        continuous={a.name: intervals(dynamics, "continuous", base, a) for a in axes},
         region=region,
         noise_share=noise.share(region.settings, region.radius.ravel() < 1).reshape(region.radius.shape),
     )
 
 
-def judge(family: Family, noise: NoiseModel, settings: Settings, axes: Sequence[GainAxis]) -> GainSet:
+def judge(dynamics: GainDynamics, noise: NoiseModel, settings: Settings, axes: Sequence[GainAxis]) -> GainSet:
     """Decay, noise and margins of one gain set, or its failure."""
-    radius = float(family.worst("sampled", settings, True)[0])
+    radius = float(dynamics.worst("sampled", settings, True)[0])
     h = float(settings.sample_time[0])
-    failure = explain_failure(family, settings)
+    failure = explain_failure(dynamics, settings)
     numbers = {a.name: float(settings.numbers(a)[0]) for a in axes}
     rms = noise.exact_rms(settings) if radius < 1 else None
     return GainSet(
@@ -185,17 +188,17 @@ def judge(family: Family, noise: NoiseModel, settings: Settings, axes: Sequence[
         gains={s.name: float(v) for s, v in zip(settings.symbols, settings.gains[0], strict=True)},
         radius=radius,
         decay_rate=float(-np.log(max(radius, 1e-300)) / h),
-        abscissa=float(family.worst("continuous", settings, True)[0]),
-        largest_sample_time=largest_sample_time(family, settings),
+        abscissa=float(dynamics.worst("continuous", settings, True)[0]),
+        largest_sample_time=largest_sample_time(dynamics, settings),
         noise=None if rms is None else dict(zip(noise.outputs, rms.max(axis=0).tolist(), strict=True)),
         noise_shares=None if rms is None else dict(zip(noise.outputs, noise.shares(rms).tolist(), strict=True)),
-        margins=_margins(family, settings, axes, numbers) if radius < 1 else (),
+        margins=_margins(dynamics, settings, axes, numbers) if radius < 1 else (),
         failure=failure,
     )
 
 
 def _margins(
-    family: Family, settings: Settings, axes: Sequence[GainAxis], numbers: Mapping[str, float]
+    dynamics: GainDynamics, settings: Settings, axes: Sequence[GainAxis], numbers: Mapping[str, float]
 ) -> tuple[Margin, ...]:
     """Margins of each axis alone, of all gains by one factor, and of the sample time."""
 
@@ -208,9 +211,9 @@ def _margins(
             result = result.along(axis, numbers[axis.name] * factors)
         return result
 
-    period = sample_time_axis(family.dynamics.observer)
-    found = [margin(family, a.name, partial(one, a)) for a in axes]
+    period = sample_time_axis(dynamics.symbolic.observer)
+    found = [margin(dynamics, a.name, partial(one, a)) for a in axes]
     if len(axes) > 1:
-        found.append(margin(family, "all gains", together))
+        found.append(margin(dynamics, "all gains", together))
     h = float(settings.sample_time[0])
-    return (*found, margin(family, "sample time", lambda f: settings.along(period, h * f)))
+    return (*found, margin(dynamics, "sample time", lambda f: settings.along(period, h * f)))

@@ -1,7 +1,7 @@
-"""Effect of measurement noise on the friction estimate: stationary covariance of the sampled error.
+"""Noise of the friction estimate due to measurement noise: P = Φ P Φ' + B B' (discrete Lyapunov equation).
 
-The covariance solves a discrete Lyapunov equation. Its matrices are derivatives of the observer's equations by CasADi:
-one explicit Euler step from noisy measurements of x and v, then the estimates at the next sample without noise.
+Φ and B are derivatives of the observer's equations by CasADi: one explicit Euler step from noisy measurements of x and
+v, then the estimates at the next sample without noise.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 import sympy
 from scipy.linalg import solve_discrete_lyapunov
 
-from codegen.analysis.feasibility.family import Settings
+from codegen.analysis.feasibility.gain_dynamics import Settings
 from codegen.analysis.operating_points import evaluate_columns
 from codegen.base.arrays import Array, Flags
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
@@ -26,7 +26,7 @@ from codegen.spec.model import Spec
 POINTS = 12
 """Operating points at which the noise is computed."""
 DOUBLINGS = 44
-"""Most doublings of the number of samples that the sum of the covariance covers."""
+"""Most doublings of the number of terms in the sum for the covariance."""
 DEFAULT_STEP = 1e-5
 """Encoder step, m or rad, if the spec gives neither a step nor a noise."""
 
@@ -36,8 +36,8 @@ class PositionNoise:
     """White noise of the measured positions.
 
     Attributes:
-        rms: for each coordinate, m or rad: root of the sum of squares of encoder step/√12 and position noise.
-        sources: for each coordinate, where the value is from: ``simulation``, ``envelope`` or ``assumed``.
+        rms: for each coordinate, m or rad: √(step²/12 + noise²) of encoder step and position noise.
+        sources: for each coordinate, the origin of the value: ``simulation``, ``envelope`` or ``assumed``.
         given: names of the coordinates with a value in the spec; the others have an encoder step of 1e-5.
     """
 
@@ -47,7 +47,7 @@ class PositionNoise:
 
 
 def position_noise(spec: Spec) -> PositionNoise:
-    """Noise from the spec's simulation section, else uniform in the envelope's ``x_noise``, else the default."""
+    """The noise of the spec's simulation section; else uniform in the envelope's ``x_noise``; else ``DEFAULT_STEP``."""
     rms, sources = [], []
     for x in spec.positions:
         step = spec.simulation.encoder_step.get(x, 0.0) if spec.simulation else 0.0
@@ -69,13 +69,12 @@ def position_noise(spec: Spec) -> PositionNoise:
 class NoiseModel:
     """Linear model of the sampled error with position noise n: e[k+1] = Φ e[k] + B n[k], F̂[k] − F[k] = C e[k] + D n[k].
 
-    e is the deviation of the estimates from the truth, without the direct effect of the present noise on them (D). With
-    a measured velocity, this is taken to be the difference of two noisy positions over h, so the noise of the previous
-    sample is part of the state.
+    e is the deviation of the estimates from the truth without the direct effect D n[k]. A measured velocity is assumed
+    to be the difference of two noisy positions over h, so the noise of the previous sample is part of the state.
 
     Attributes:
-        variables, points: the operating points, (points, variables).
-        outputs, units: of the friction estimate F̂: forces of contacts, or generalised forces for a (G)TO.
+        variables, points: symbols and values of the operating points, (points, variables).
+        outputs, units: names and units of the friction estimates F̂: contact forces, or generalised forces for a (G)TO.
         levels: steady friction force at each point, (points, outputs).
     """
 
@@ -121,9 +120,9 @@ class NoiseModel:
         return phi, noise_input, output, direct_position + direct_velocity / h
 
     def rms(self, settings: Settings) -> Array:
-        """RMS of the noise of the friction estimate, (gain sets, points, outputs); infinite where Φ is not stable.
+        """RMS noise of the friction estimates, (gain sets, points, outputs); infinite where Φ is not stable.
 
-        The covariance P = Φ P Φ' + B B' = Σ Φ^k B B' Φ'^k is summed by doubling the number of terms.
+        P = Σ Φᵏ B B' Φ'ᵏ, by doubling the number of terms, vectorised over gain sets and points.
         """
         phi, noise_input, output, direct = self.matrices(settings)
         scale = np.asarray(self.noise.rms)
@@ -140,7 +139,7 @@ class NoiseModel:
         return np.where(np.isfinite(found), found, np.inf)
 
     def exact_rms(self, settings: Settings) -> Array:
-        """The RMS for one stable gain set by SciPy's discrete Lyapunov solver, (points, outputs)."""
+        """The RMS noise of one stable gain set by SciPy's discrete Lyapunov solver, (points, outputs)."""
         scale = np.asarray(self.noise.rms)
         result = []
         for phi, noise_input, output, direct in zip(*(m[0] for m in self.matrices(settings)), strict=True):
@@ -150,22 +149,21 @@ class NoiseModel:
         return np.array(result)
 
     def share(self, settings: Settings, stable: Flags) -> Array:
-        """For each gain set, the largest ratio of noise RMS to friction over all points and outputs; infinite unless
-        ``stable``, one a set.
-        """
+        """The largest ratio of RMS noise to friction over points and outputs, (sets,); infinite unless ``stable``."""
         found = np.full(len(settings), np.inf)
         if stable.any():
             found[stable] = self.shares(self.rms(settings.rows(stable))).max(axis=-1)
         return found
 
     def shares(self, rms: Array) -> Array:
-        """For each output, the largest ratio of noise RMS to friction over the points; 0 without friction."""
+        """The largest ratio of RMS noise to friction over the points, for each output; 0 without friction."""
         with np.errstate(all="ignore"):
             ratio = np.where(self.levels > 0, rms / self.levels, 0.0)
         found: Array = ratio.max(axis=-2)
         return found
 
     def _levels(self, known: dict[sympy.Symbol, Any], point: Any, by_contact: bool) -> Array:
+        """Steady friction levels at the points, or their sum of magnitudes on each coordinate; (points, outputs)."""
         system = self.observer.system
         slips = system.slip_velocity
         levels = [c.law_level.subs(c.slip, u) for c, u in zip(system.contacts, slips, strict=True)]
@@ -206,10 +204,7 @@ def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, fric
     deviations = e, x_noise, v_noise
 
     def evaluate(state: Any, at_x: Any, at_v: Any, estimates: Any = None) -> tuple[dict[sympy.Symbol, Any], Any]:
-        """Values of all symbols, and the estimates, from the states and measurements.
-
-        With ``estimates`` in place of states (None), the states are those with these estimates.
-        """
+        """Values of all symbols, and the estimates, from the measurements and either the states or the estimates."""
         values = dict(known)
         values |= zip(system.positions, casadi.vertsplit(at_x), strict=True)
         values |= zip(system.velocities, casadi.vertsplit(at_v), strict=True)
@@ -240,7 +235,7 @@ def _linearised(observer: Observer, known: dict[sympy.Symbol, Any], h: Any, fric
 
 
 def _truth(observer: Observer, known: dict[sympy.Symbol, Any]) -> Any:
-    """True values of the estimated quantities: those of ``known``, and for friction the law's force or level."""
+    """True values of the estimated quantities: from ``known``, or for friction the force or level of the law."""
     system = observer.system
     slips = to_casadi(system.slip_velocity, known)
     laws = [c.law_level.subs(c.slip, u) for c, u in zip(system.contacts, system.slip_velocity, strict=True)]

@@ -11,29 +11,35 @@ from contourpy import contour_generator
 from numpy.typing import NDArray
 
 from codegen.analysis.feasibility.axes import GainAxis
-from codegen.analysis.feasibility.family import Family, Settings, joined
+from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings, joined
 from codegen.base.arrays import Array
 
 SYSTEMS = ("sampled", "continuous")
 LIMIT = {"sampled": 1 - 1e-12, "continuous": -1e-9}
+"""A gain set is stable if its spectral radius, or its spectral abscissa in 1/s, is below this."""
 GRID = 49
+"""Points of a map along each axis."""
 LINE = 193
+"""Points at which one axis or factor is examined."""
 SPARSE = 16
+"""Every so many of these points are checked at all operating points."""
 BISECTIONS = 16
 ROUNDS = 4
+"""Most repetitions with further deciding operating points."""
 SEARCHED = 1000.0
+"""Largest factor of a margin."""
 
 
 @dataclass(frozen=True)
 class GainMap:
-    """The plane of two axes, the other gains as in ``base``.
+    """Stability region in the plane of two axes.
 
     Attributes:
-        base: one set, which fixes the other gains and the sample time.
-        x_values, y_values: the grid, GRID numbers each.
-        radius: largest |z| of the sampled error over all operating points, x by y.
-        decay_rate: −ln(radius)/h in 1/s, x by y; negative where unstable.
-        abscissa: largest real part of Ψ, 1/s, x by y.
+        base: one set, with the other gains and the sample time.
+        x_values, y_values: the grid, (GRID,) each.
+        radius: spectral radius of the step over all operating points, (x, y).
+        decay_rate: −ln(radius)/h in 1/s, (x, y); negative where unstable.
+        abscissa: spectral abscissa of Ψ, 1/s, (x, y).
         boundary: "sampled" and "continuous" → polylines of (x, y), each vertex within 0.1 % of the boundary.
     """
 
@@ -59,8 +65,8 @@ class Margin:
 
     Attributes:
         name: of the axis, or "all gains", or "sample time".
-        up, down: largest and smallest factor (up > 1 > down); None where no boundary is within a factor of 1000.
-        at_up, at_down: the eigenvalue z that reaches the unit circle there.
+        up, down: largest and smallest factor (up > 1 > down); None if there is no boundary within a factor of 1000.
+        at_up, at_down: the eigenvalue z on the unit circle there.
     """
 
     name: str
@@ -70,9 +76,9 @@ class Margin:
     at_down: complex | None
 
 
-def stable(family: Family, which: str, settings: Settings, every: bool = False) -> NDArray[np.bool_]:
-    """Whether the sampled error, or Ψ, is stable at each set."""
-    found: NDArray[np.bool_] = family.worst(which, settings, every) < LIMIT[which]
+def stable(dynamics: GainDynamics, which: str, settings: Settings, every: bool = False) -> NDArray[np.bool_]:
+    """Whether the step ("sampled") or Ψ ("continuous") is stable, (sets,)."""
+    found: NDArray[np.bool_] = dynamics.worst(which, settings, every) < LIMIT[which]
     return found
 
 
@@ -82,24 +88,28 @@ def grid(base: Settings, x: GainAxis, y: GainAxis, x_values: Array, y_values: Ar
     return base.along(x, first.ravel()).along(y, second.ravel())
 
 
-def map_region(family: Family, base: Settings, x: GainAxis, y: GainAxis) -> GainMap:
-    """The region over two axes; operating points that contradict a boundary are added to the deciding ones."""
+def map_region(dynamics: GainDynamics, base: Settings, x: GainAxis, y: GainAxis) -> GainMap:
+    """The stability region over two axes.
+
+    Its boundary is checked at all operating points; those at which it is unstable become deciding points, and the
+    region is computed again.
+    """
     shares = np.linspace(0, 1, GRID)
     x_values, y_values = np.asarray(x.at(shares)), np.asarray(y.at(shares))
     settings = grid(base, x, y, x_values, y_values)
     coarse = np.arange(GRID * GRID).reshape(GRID, GRID)[::4, ::4].ravel()
-    family.focus(settings.rows(coarse))
+    dynamics.focus(settings.rows(coarse))
     for _ in range(ROUNDS):
-        measures = {which: family.worst(which, settings).reshape(GRID, GRID) for which in SYSTEMS}
-        located = {which: _boundary(family, which, base, x, y, measures[which] < LIMIT[which]) for which in SYSTEMS}
+        measures = {which: dynamics.worst(which, settings).reshape(GRID, GRID) for which in SYSTEMS}
+        located = {which: _boundary(dynamics, which, base, x, y, measures[which] < LIMIT[which]) for which in SYSTEMS}
         wrong = []
         for which, (_, inner) in located.items():
             if len(inner):
                 edge = base.along(x, x.at(inner[:, 0])).along(y, y.at(inner[:, 1]))
-                wrong.append(edge.rows(~stable(family, which, edge, True)))
+                wrong.append(edge.rows(~stable(dynamics, which, edge, True)))
         if not any(len(s) for s in wrong):
             break
-        family.focus(joined([s for s in wrong if len(s)]))
+        dynamics.focus(joined([s for s in wrong if len(s)]))
     period = settings.sample_time.reshape(GRID, GRID)
     radius = measures["sampled"]
     decay = -np.log(np.clip(radius, 1e-300, None)) / period
@@ -107,32 +117,34 @@ def map_region(family: Family, base: Settings, x: GainAxis, y: GainAxis) -> Gain
     return GainMap(x, y, base, x_values, y_values, radius, decay, measures["continuous"], lines)
 
 
-def intervals(family: Family, which: str, base: Settings, axis: GainAxis) -> tuple[tuple[float, float], ...]:
-    """The stable intervals of one axis through ``base``; the ends of the axis' range are no boundaries."""
+def intervals(dynamics: GainDynamics, which: str, base: Settings, axis: GainAxis) -> tuple[tuple[float, float], ...]:
+    """The stable intervals of one axis through ``base``, within the range of the axis."""
     shares = np.linspace(0, 1, LINE)
-    inside = stable(family, which, base.along(axis, axis.at(shares)))
+    inside = stable(dynamics, which, base.along(axis, axis.at(shares)))
     at = np.flatnonzero(inside[1:] != inside[:-1])
     good = np.where(inside[at], shares[at], shares[at + 1])
     bad = np.where(inside[at], shares[at + 1], shares[at])
-    crossings = [float(t) for t in bisect(lambda t: stable(family, which, base.along(axis, axis.at(t))), good, bad)[0]]
+    crossings = [
+        float(t) for t in bisect(lambda t: stable(dynamics, which, base.along(axis, axis.at(t))), good, bad)[0]
+    ]
     ends = ([0.0] if inside[0] else []) + crossings + ([1.0] if inside[-1] else [])
     numbers = [float(axis.at(t)) for t in ends]
     return tuple(zip(numbers[::2], numbers[1::2], strict=True))
 
 
-def margin(family: Family, name: str, scaled: Callable[[Array], Settings]) -> Margin:
+def margin(dynamics: GainDynamics, name: str, scaled: Callable[[Array], Settings]) -> Margin:
     """The margin of a gain set.
 
     Args:
         scaled: N factors → N sets; the set at factor 1 is stable.
     """
-    up, at_up = _one_way(family, scaled, SEARCHED)
-    down, at_down = _one_way(family, scaled, 1 / SEARCHED)
+    up, at_up = _one_way(dynamics, scaled, SEARCHED)
+    down, at_down = _one_way(dynamics, scaled, 1 / SEARCHED)
     return Margin(name, up, down, at_up, at_down)
 
 
 def bisect(inside: Callable[[Array], NDArray[np.bool_]], good: Array, bad: Array) -> tuple[Array, Array]:
-    """The boundary between inner and outer shares, elementwise; (middle, inner end)."""
+    """The boundary between stable and unstable shares by bisection, elementwise; (middle, stable end)."""
     for _ in range(BISECTIONS if len(good) else 0):
         middle = (good + bad) / 2
         ok = inside(middle)
@@ -141,12 +153,11 @@ def bisect(inside: Callable[[Array], NDArray[np.bool_]], good: Array, bad: Array
 
 
 def _boundary(
-    family: Family, which: str, base: Settings, x: GainAxis, y: GainAxis, inside: NDArray[np.bool_]
+    dynamics: GainDynamics, which: str, base: Settings, x: GainAxis, y: GainAxis, inside: NDArray[np.bool_]
 ) -> tuple[tuple[tuple[tuple[float, float], ...], ...], Array]:
-    """Polylines of the boundary in numbers, and the shares (x, y) of the inner end of each crossing."""
-    lines: Any = contour_generator(z=inside.T.astype(float)).lines(
-        0.5
-    )  # through the middles of the edges that cross it
+    """Polylines of the boundary, and for each vertex the shares (x, y) at which its bisection ended as stable."""
+    # Contour lines at 0.5 pass through the midpoints of grid edges between a stable and an unstable point.
+    lines: Any = contour_generator(z=inside.T.astype(float)).lines(0.5)
     if not lines:
         return (), np.empty((0, 2))
     crossings = np.vstack(lines)
@@ -156,7 +167,7 @@ def _boundary(
 
     def holds(share: Array) -> NDArray[np.bool_]:
         at = good + share[:, None] * (bad - good)
-        return stable(family, which, base.along(x, x.at(at[:, 0])).along(y, y.at(at[:, 1])))
+        return stable(dynamics, which, base.along(x, x.at(at[:, 0])).along(y, y.at(at[:, 1])))
 
     middle, inner = bisect(holds, np.zeros(len(good)), np.ones(len(good)))
     at = good + middle[:, None] * (bad - good)
@@ -166,12 +177,12 @@ def _boundary(
 
 
 def _one_way(
-    family: Family, scaled: Callable[[Array], Settings], farthest: float
+    dynamics: GainDynamics, scaled: Callable[[Array], Settings], farthest: float
 ) -> tuple[float | None, complex | None]:
     """The first factor towards ``farthest`` at which stability is lost, and the eigenvalue z on the unit circle."""
 
     def inside(share: Array) -> NDArray[np.bool_]:
-        return stable(family, "sampled", scaled(farthest**share))
+        return stable(dynamics, "sampled", scaled(farthest**share))
 
     shares = np.linspace(0, 1, LINE)
     for _ in range(ROUNDS):
@@ -181,13 +192,13 @@ def _one_way(
         if len(lost):
             middle, inner = bisect(inside, shares[[first - 1]], inner)
         reached = scaled(farthest ** np.append(shares[:first:SPARSE], inner))
-        surprises = ~stable(family, "sampled", reached, True)
-        if not surprises.any():
+        unstable = ~stable(dynamics, "sampled", reached, True)
+        if not unstable.any():
             break
-        family.focus(reached.rows(surprises))  # unstable at a point that was not evaluated
+        dynamics.focus(reached.rows(unstable))  # unstable at a point that was not evaluated
     if not len(lost):
         return None, None
     factor = farthest ** float(middle[0])
     edge = scaled(np.array([factor]))
-    point = int(family.every[family.measures("sampled", edge, family.every)[0].argmax()])
-    return factor, family.worst_eigenvalue("sampled", edge, point)
+    point = int(dynamics.every[dynamics.measures("sampled", edge, dynamics.every)[0].argmax()])
+    return factor, dynamics.worst_eigenvalue("sampled", edge, point)

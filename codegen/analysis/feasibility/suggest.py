@@ -1,4 +1,4 @@
-"""Suggested gains by random search, and the spec's text with them.
+"""Gain suggestion by random search, and the spec's text with the suggested gains.
 
 The search maximises the decay rate −ln(max |z|)/h of the sampled error, z the eigenvalues of I + hA at all operating
 points, subject to a bound on the noise of the friction estimate and a gain margin. Candidates are shares 0…1 of the
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from codegen.analysis.feasibility.axes import GainAxis
-from codegen.analysis.feasibility.family import Family, Settings, joined
+from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings, joined
 from codegen.analysis.feasibility.noise import NoiseModel
 from codegen.analysis.feasibility.region import GRID, LINE, stable
 from codegen.base.arrays import Array
@@ -25,13 +25,13 @@ from codegen.spec.model import FreeGain, Spec
 from codegen.spec.yaml_text import changed_text, load_mapping
 
 NOISE_SHARE = 0.05
-"""Largest RMS noise of a friction estimate over its friction level."""
+"""Bound on the ratio of a friction estimate's RMS noise to the friction level."""
 GAIN_FACTOR = 2.0
 """Gain margin: each axis alone may be multiplied or divided by this factor (6 dB) without losing stability."""
 AS_FAST = 0.98
-"""Sets whose decay rate is at least this share of the best count as equally fast; the least noise decides."""
+"""Sets whose decay rate is at least this share of the best count as equally fast; the least noise then decides."""
 SEED = 3
-"""Of the random sets: the same spec gets the same suggestion."""
+"""Seed of the random sets: the same spec gets the same suggestion."""
 SCATTERED = 3000
 """Random sets of the first search over three or more axes."""
 LOCAL, LOCAL_ROUNDS = 200, 10
@@ -39,14 +39,13 @@ LOCAL, LOCAL_ROUNDS = 200, 10
 WIDEST, NARROWING = 0.2, 0.68
 """Half width of the first of these rounds, as a share of each range, and its ratio from round to round."""
 CHUNK = 100
-"""Sets whose gain margin is checked together, from the fastest on: the check evaluates two further sets an axis, and
-the first chunk mostly has a set that passes."""
+"""Number of sets whose gain margin is checked at a time, the fastest first; mostly one of the first passes."""
 LEAST_RADIUS = 1e-12
-"""Replaces a smaller radius, so that a deadbeat set (all z = 0) has a finite decay rate."""
+"""Lower limit of a radius, so that a deadbeat set (all z = 0) has a finite decay rate."""
 DIGITS = 3
 """Significant digits of the suggested numbers."""
 WRITTEN_DIGITS = 6
-"""Significant digits of a gain in the spec: weight times a number of three digits, without rounding noise."""
+"""Significant digits of a gain in the spec, which removes rounding errors of weight · number."""
 
 
 @dataclass(frozen=True)
@@ -54,11 +53,11 @@ class Suggestion:
     """A gain set and the rule by which it was chosen.
 
     Attributes:
-        numbers: axis name → number, to three digits.
-        rule: "fastest": the fastest decay within both bounds, on noise and gain margin; "product": no set of the
-            range is within both bounds, so the least product of noise and decay time.
-        tried: gain sets evaluated.
-        divisor: of all numbers, after the rule had chosen them.
+        numbers: axis name → value, to three digits.
+        rule: "fastest": the fastest decay that satisfies the bounds on noise and gain margin; "product": no set in the
+            range satisfies both, so the least product of noise and decay time.
+        tried: number of gain sets evaluated.
+        divisor: by which all numbers were divided after the search.
     """
 
     numbers: Mapping[str, float]
@@ -68,13 +67,13 @@ class Suggestion:
     divisor: int = 1
 
     def over(self, divisor: int) -> dict[str, float]:
-        """All numbers divided, to three digits."""
+        """Axis name → value divided by ``divisor``, to three digits."""
         return {name: float(f"{number / divisor:.{DIGITS}g}") for name, number in self.numbers.items()}
 
 
 @dataclass(frozen=True)
 class NothingStable:
-    """No evaluated gain set is stable; ``settings`` is the one whose error grows least."""
+    """Result of a search in which no gain set is stable; ``settings`` is the set whose error grows least."""
 
     settings: Settings
     tried: int
@@ -87,7 +86,7 @@ class _Candidates:
     Attributes:
         shares: (sets, axes), 0…1 of each axis' range.
         radius: (sets,) largest |z| over the operating points; stable below 1.
-        noise: (sets,) RMS noise of the friction estimate over its level; infinite where unstable.
+        noise: (sets,) ratio of the friction estimate's RMS noise to the friction level; infinite where unstable.
     """
 
     shares: Array
@@ -95,62 +94,61 @@ class _Candidates:
     noise: Array
 
 
-def suggest(family: Family, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis]) -> Suggestion | NothingStable:
-    """Random search over all axes together: first the whole range, then shrinking boxes around the best set.
+def suggest(
+    dynamics: GainDynamics, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis]
+) -> Suggestion | NothingStable:
+    """Random search over all axes: first in the whole range, then in shrinking boxes around the best set.
 
     Args:
-        base: one gain set; the axes' numbers replace its values.
+        base: one gain set, with the gains that have no axis.
     """
     generator = np.random.default_rng(SEED)
-    candidates = _evaluated(family, noise, base, axes, _initial_shares(len(axes), generator))
+    candidates = _evaluated(dynamics, noise, base, axes, _initial_shares(len(axes), generator))
     tried = len(candidates.shares)
-    best, rule = _best(family, base, axes, candidates)
+    best, rule = _best(dynamics, base, axes, candidates)
     for k in range(LOCAL_ROUNDS):
         width = WIDEST * NARROWING**k
         around = best + generator.uniform(-width, width, (LOCAL, len(axes)))
-        candidates = _evaluated(family, noise, base, axes, np.vstack([best, np.clip(around, 0, 1)]))
+        candidates = _evaluated(dynamics, noise, base, axes, np.vstack([best, np.clip(around, 0, 1)]))
         tried += LOCAL
-        local_best, local_rule = _best(family, base, axes, candidates)
-        if rule != "fastest" or local_rule == "fastest":  # a set within both bounds is never given up
+        local_best, local_rule = _best(dynamics, base, axes, candidates)
+        if rule != "fastest" or local_rule == "fastest":  # a set that satisfies both bounds is kept
             best, rule = local_best, local_rule
     settings = _sets(base, axes, best[None, :])
     if rule == "none":
         return NothingStable(settings, tried)
-    # The search evaluated the deciding operating points only. What the suggestion claims is checked at every point;
-    # a point that contradicts it becomes a deciding one, and the search starts again.
+    # The search evaluated the deciding operating points only. The suggestion is checked at every point; points at which
+    # it is unstable become deciding ones, and the search is repeated.
     claimed = _claimed(settings, axes, rule)
-    unstable = ~stable(family, "sampled", claimed, every=True)
+    unstable = ~stable(dynamics, "sampled", claimed, every=True)
     if unstable.any():
-        family.focus(claimed.rows(unstable))
-        return suggest(family, noise, base, axes)
+        dynamics.focus(claimed.rows(unstable))
+        return suggest(dynamics, noise, base, axes)
     numbers = {axis.name: float(_numbers(axis, best[[k]])[0]) for k, axis in enumerate(axes)}
     return Suggestion(numbers, settings, rule, tried)
 
 
-def divided(family: Family, axes: Sequence[GainAxis], suggestion: Suggestion, divisor: int) -> Suggestion:
-    """The suggestion with all its numbers divided; unchanged where the divided set would not keep its claims.
-
-    These are checked again, since a smaller gain can be less stable.
-    """
+def divided(dynamics: GainDynamics, axes: Sequence[GainAxis], suggestion: Suggestion, divisor: int) -> Suggestion:
+    """The suggestion with all numbers divided; unchanged if the divided set is unstable or lacks the gain margin."""
     numbers = suggestion.over(divisor)
     settings = suggestion.settings
     for axis in axes:
         settings = settings.along(axis, numbers[axis.name])
-    if not stable(family, "sampled", _claimed(settings, axes, suggestion.rule), every=True).all():
+    if not stable(dynamics, "sampled", _claimed(settings, axes, suggestion.rule), every=True).all():
         return suggestion
     return replace(suggestion, numbers=numbers, settings=settings, divisor=divisor)
 
 
-def wide_margin(family: Family, base: Settings, axes: Sequence[GainAxis]) -> NDArray[np.bool_]:
-    """Whether each set has the gain margin: stable when any one axis is multiplied or divided by ``GAIN_FACTOR``."""
+def wide_margin(dynamics: GainDynamics, base: Settings, axes: Sequence[GainAxis]) -> NDArray[np.bool_]:
+    """Whether each set has the gain margin ``GAIN_FACTOR`` on every axis, (sets,)."""
     has_margin = np.ones(len(base), dtype=bool)
     for scaled in _scaled(base, axes):
-        has_margin &= stable(family, "sampled", scaled)
+        has_margin &= stable(dynamics, "sampled", scaled)
     return has_margin
 
 
 def _claimed(settings: Settings, axes: Sequence[GainAxis], rule: str) -> Settings:
-    """The sets that a suggestion says are stable: itself, and under "fastest" those of its gain margin."""
+    """The sets that must be stable for a suggestion: itself, and under "fastest" the ends of its gain margins."""
     return joined([settings, *_scaled(settings, axes)]) if rule == "fastest" else settings
 
 
@@ -161,7 +159,7 @@ def _scaled(base: Settings, axes: Sequence[GainAxis]) -> list[Settings]:
 
 
 def _initial_shares(axis_count: int, generator: np.random.Generator) -> Array:
-    """(sets, axes) shares over the whole range: a line, a grid, or random where a grid would need too many sets."""
+    """Shares (sets, axes) over the whole range: a line for one axis, a grid for two, random for more."""
     if axis_count == 1:
         return np.linspace(0, 1, LINE)[:, None]
     if axis_count == 2:
@@ -171,7 +169,7 @@ def _initial_shares(axis_count: int, generator: np.random.Generator) -> Array:
 
 
 def _numbers(axis: GainAxis, shares: Array) -> Array:
-    """The numbers that are evaluated and suggested: of ``DIGITS`` digits, within the range."""
+    """Values of an axis at shares, rounded to ``DIGITS`` digits and clipped to the range."""
     rounded = np.array([float(f"{v:.{DIGITS}g}") for v in np.atleast_1d(axis.at(shares))])
     clipped: Array = np.clip(rounded, axis.low, axis.high)
     return clipped
@@ -185,18 +183,21 @@ def _sets(base: Settings, axes: Sequence[GainAxis], shares: Array) -> Settings:
 
 
 def _evaluated(
-    family: Family, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis], shares: Array
+    dynamics: GainDynamics, noise: NoiseModel, base: Settings, axes: Sequence[GainAxis], shares: Array
 ) -> _Candidates:
     settings = _sets(base, axes, shares)
-    radius = family.worst("sampled", settings)
+    radius = dynamics.worst("sampled", settings)
     return _Candidates(shares, radius, noise.share(settings, radius < 1))
 
 
-def _best(family: Family, base: Settings, axes: Sequence[GainAxis], evaluated: _Candidates) -> tuple[Array, str]:
+def _best(
+    dynamics: GainDynamics, base: Settings, axes: Sequence[GainAxis], evaluated: _Candidates
+) -> tuple[Array, str]:
     """Shares (axes,) of the best candidate, and the rule that chose it.
 
-    "fastest": within the bounds on noise and gain margin, of the fastest ones that with the least noise; "product": no
-    set is within both, so the least noise/decay rate; "none": no set is stable, so the least radius.
+    "fastest": of the sets that satisfy the bounds on noise and gain margin, those with the fastest decay, and of these
+    the one with the least noise; "product": no set satisfies both, so the least noise/decay rate; "none": no set is
+    stable, so the least radius.
     """
     h = float(base.sample_time[0])
     decay_rate = -np.log(np.clip(evaluated.radius, LEAST_RADIUS, None)) / h
@@ -204,7 +205,7 @@ def _best(family: Family, base: Settings, axes: Sequence[GainAxis], evaluated: _
     fastest_first = quiet[np.argsort(-decay_rate[quiet], kind="stable")]
     for start in range(0, len(fastest_first), CHUNK):
         chunk = fastest_first[start : start + CHUNK]
-        passed = chunk[wide_margin(family, _sets(base, axes, evaluated.shares[chunk]), axes)]
+        passed = chunk[wide_margin(dynamics, _sets(base, axes, evaluated.shares[chunk]), axes)]
         if len(passed):
             as_fast = passed[decay_rate[passed] >= AS_FAST * decay_rate[passed].max()]
             quietest = as_fast[evaluated.noise[as_fast].argmin()]
@@ -212,17 +213,14 @@ def _best(family: Family, base: Settings, axes: Sequence[GainAxis], evaluated: _
     good = np.flatnonzero(evaluated.radius < 1)
     if len(good):
         product = evaluated.noise[good] / decay_rate[good]
-        # The product is infinite for all sets where the noise has no finite gain; the radius then decides.
+        # If the noise is infinite, the product is so for all sets; the radius then decides.
         least = good[np.lexsort((evaluated.radius[good], product))[0]]
         return evaluated.shares[least], "product"
     return evaluated.shares[int(evaluated.radius.argmin())], "none"
 
 
 def suggested_text(spec: Spec, axes: Sequence[GainAxis], suggestion: Suggestion) -> str:
-    """The spec's text with the suggested gains in place of the free or chosen ones, and a comment with the old values.
-
-    The text is changed as a YAML tree that keeps the author's comments, order and quotes.
-    """
+    """The spec's text with the suggested gains, and a comment with the old values; other text is unchanged."""
     document, _ = load_mapping(spec.text, str(spec.path))
     section = document["observer"]
     gains = section["gains"]
@@ -262,6 +260,6 @@ def _words(value: Any) -> str:
 
 
 def _as_written(value: float) -> float | int:
-    """The number as a person would write it in the spec: 500, not 500.0 or 499.9999999999999."""
+    """The number as written in a spec: 500, not 500.0 or 499.9999999999999."""
     short = float(f"{value:.{WRITTEN_DIGITS}g}")
     return int(short) if short.is_integer() and abs(short) < 10**WRITTEN_DIGITS else short

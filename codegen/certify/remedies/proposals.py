@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.feasibility.axes import AROUND, GainAxis, gain_axes, sample_time_axis
-from codegen.analysis.feasibility.family import Family, Settings
+from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings
 from codegen.analysis.feasibility.region import LINE, bisect, stable
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
@@ -85,7 +85,7 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
         held = build_family(analysis.dynamics, analysis.points.ranges)
     except (NotEnclosable, TypeError) as error:
         return Proposals(None, None, str(error))
-    family = Family(analysis.dynamics, analysis.points)
+    family = GainDynamics(analysis.dynamics, analysis.points)
     family.start(family.settings())
     times, sets = list(_sample_times(spec, analysis, family)), list(_gain_sets(spec, system, analysis, family))
     if not times and not sets:
@@ -135,7 +135,7 @@ def _numbers(raw: Any, where: Place) -> Any:
     return [_numbers(entry, where) for entry in raw] if isinstance(raw, list) else float(exact_number(str(raw), where))
 
 
-def _sample_times(spec: Spec, analysis: Analysis, family: Family) -> Iterator[Spec]:
+def _sample_times(spec: Spec, analysis: Analysis, family: GainDynamics) -> Iterator[Spec]:
     """The spec with shorter sample times, the longest first; nothing where none is stable."""
     observer, own = analysis.dynamics.observer, family.settings()
     if analysis.dynamics.implicit or not stable(family, "continuous", own, True)[0]:
@@ -157,7 +157,7 @@ def _sample_times(spec: Spec, analysis: Analysis, family: Family) -> Iterator[Sp
         yield replace(spec, observer=replace(spec.observer, sample_time=exact))
 
 
-def _gain_sets(spec: Spec, system: System, analysis: Analysis, family: Family) -> Iterator[Spec]:
+def _gain_sets(spec: Spec, system: System, analysis: Analysis, family: GainDynamics) -> Iterator[Spec]:
     """The spec with other gains, the nearest first."""
     rays = sorted(
         (ray for signed, flips in _signs(spec) for ray in _rays(signed, flips, system, family)),
@@ -215,7 +215,7 @@ def _signs(spec: Spec) -> Iterator[tuple[Spec, int]]:
         )
 
 
-def _rays(spec: Spec, flips: int, system: System, family: Family) -> Iterator[_Ray]:
+def _rays(spec: Spec, flips: int, system: System, family: GainDynamics) -> Iterator[_Ray]:
     """The directions in which a stable error is found, for one choice of signs."""
     try:
         observer = build_observer(spec, system)
@@ -251,7 +251,7 @@ def _directions(count: int) -> Array:
     return np.array(rows)
 
 
-def _stable(family: Family, base: Settings, axes: Sequence[GainAxis], shifts: Array) -> NDArray[np.bool_]:
+def _stable(family: GainDynamics, base: Settings, axes: Sequence[GainAxis], shifts: Array) -> NDArray[np.bool_]:
     """Whether sampled error and Ψ are stable with the gains at exp(shifts) of their size; axes last in ``shifts``."""
     settings, flat = base, shifts.reshape(-1, len(axes))
     for k, axis in enumerate(axes):

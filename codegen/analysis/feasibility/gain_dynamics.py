@@ -15,15 +15,16 @@ from codegen.analysis.operating_points import OperatingPoints, evaluate_columns,
 from codegen.base.arrays import Array
 
 BATCH = 60_000
+"""Most pairs of gain set and operating point that are evaluated at once."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Gain sets, each with a sample time.
+    """Several gain sets, each with a sample time.
 
     Attributes:
-        gains: sets by gain symbols, in the order of ``symbols``.
-        sample_time: s, one a set.
+        gains: (sets, gain symbols), in the order of ``symbols``.
+        sample_time: (sets,) in s.
     """
 
     symbols: tuple[sympy.Symbol, ...]
@@ -35,11 +36,11 @@ class Settings:
 
     @property
     def columns(self) -> Array:
-        """Gains and sample time, sets by (gains + 1)."""
+        """Gains and sample time, (sets, gains + 1)."""
         return np.column_stack([self.gains, self.sample_time])
 
     def along(self, axis: GainAxis, values: Any) -> Settings:
-        """These sets with the numbers of one axis replaced; a single set is repeated for each value."""
+        """The sets with the values of one axis replaced; a single set is repeated for each value."""
         values = np.atleast_1d(np.asarray(values, dtype=float))
         gains, period = self.gains, self.sample_time
         if len(self) == 1 != len(values):
@@ -68,18 +69,19 @@ def joined(parts: Sequence[Settings]) -> Settings:
     )
 
 
-class Family:
-    """The error dynamics of one observer as functions of gains and sample time.
+class GainDynamics:
+    """Ψ and A of one observer as numerical functions of gains, sample time and operating point.
 
-    Operating points with equal matrices are evaluated once. ``focus`` finds the deciding points, and ``worst``
-    evaluates only these unless all are asked for.
+    Points with equal matrices are evaluated once. To save time most evaluations are at the deciding points only: those
+    at which some gain set was found to be worst.
 
     Attributes:
-        every: indices of distinct points; ``active`` of the deciding ones.
+        every: indices of the distinct points.
+        active: indices of the deciding points.
     """
 
     def __init__(self, dynamics: ErrorDynamics, points: OperatingPoints) -> None:
-        self.dynamics, self.points = dynamics, points
+        self.symbolic, self.points = dynamics, points
         self.symbols = tuple(dynamics.observer.gains)
         self._functions = {
             name: matrix_function(dynamics, dynamics.in_force(matrix), points, self.symbols)
@@ -89,12 +91,12 @@ class Family:
 
     def settings(self) -> Settings:
         """The spec's own gains and sample time, one set."""
-        observer = self.dynamics.observer
+        observer = self.symbolic.observer
         gains = np.array([[float(observer.gains[s]) for s in self.symbols]])
         return Settings(self.symbols, gains, np.array([float(observer.sample_time)]))
 
     def matrices(self, which: str, settings: Settings, at: Any = None) -> Array:
-        """Ψ ("continuous") or A ("sampled") in force errors: sets by points by m by m."""
+        """Ψ ("continuous") or A ("sampled") in force errors, (sets, points, m, m). ``at``: deciding points."""
         at = self.active if at is None else np.asarray(at)
         sets, count = len(settings), len(at)
         values = np.tile(self.points.values[at], (sets, 1))
@@ -102,7 +104,7 @@ class Family:
         return result.reshape(sets, count, *result.shape[1:])
 
     def measures(self, which: str, settings: Settings, at: Any = None) -> Array:
-        """At each set and point: the largest |z| of I + hA ("sampled") or real part of Ψ in 1/s ("continuous").
+        """Spectral radius of the step ("sampled"), or spectral abscissa of Ψ in 1/s ("continuous"); (sets, points).
 
         Infinite where a matrix is not finite.
         """
@@ -113,19 +115,19 @@ class Family:
         )
 
     def worst(self, which: str, settings: Settings, every: bool = False) -> Array:
-        """The largest measure over the points, one a set."""
+        """The largest measure over the deciding points, or over all points with ``every``; (sets,)."""
         found: Array = self.measures(which, settings, self.every if every else None).max(axis=1)
         return found
 
     def worst_eigenvalue(self, which: str, settings: Settings, at: int) -> complex:
-        """That which decides the measure of one set at a point, of Ψ or z of the sampled error; its upper conjugate."""
+        """The eigenvalue that determines the measure of one set at a point, with non-negative imaginary part."""
         values = np.linalg.eigvals(self.matrices(which, settings, [at])[0, 0])
-        values = self.dynamics.multipliers(values, float(settings.sample_time[0])) if which == "sampled" else values
+        values = self.symbolic.multipliers(values, float(settings.sample_time[0])) if which == "sampled" else values
         worst = complex(values[(np.abs(values) if which == "sampled" else values.real).argmax()])
         return complex(worst.real, abs(worst.imag))
 
     def start(self, settings: Settings) -> None:
-        """Remove points with equal matrices at all of these sets, and find the deciding ones."""
+        """Remove points with equal matrices (at the first three sets), and find the deciding points of all sets."""
         few = settings.rows(slice(0, 3))
         both = [self.matrices(which, few, self.every) for which in self._functions]
         flat = np.concatenate([m.transpose(1, 0, 2, 3).reshape(len(self.every), -1) for m in both], axis=1)
@@ -134,7 +136,7 @@ class Family:
         self.focus(settings)
 
     def focus(self, settings: Settings) -> None:
-        """Add the points at which one of these sets is worst to the deciding ones."""
+        """Add to the deciding points those at which one of these sets is worst."""
         at = [self.every[self.measures(w, settings, self.every).argmax(axis=1)] for w in self._functions]
         self.active = np.unique(np.concatenate([self.active, *at]))
 
@@ -143,7 +145,7 @@ class Family:
         finite = np.asarray(np.isfinite(matrices).all(axis=(2, 3)))
         eigenvalues = np.linalg.eigvals(np.where(finite[:, :, None, None], matrices, 0.0))
         if which == "sampled":
-            measure = np.abs(self.dynamics.multipliers(eigenvalues, settings.sample_time[:, None, None])).max(axis=2)
+            measure = np.abs(self.symbolic.multipliers(eigenvalues, settings.sample_time[:, None, None])).max(axis=2)
         else:
             measure = eigenvalues.real.max(axis=2)
         return np.where(finite, measure, np.inf)

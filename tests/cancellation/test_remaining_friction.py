@@ -8,7 +8,7 @@ import pytest
 import stiction
 from codegen.base.text import render
 from codegen.cancellation import make_plan, reach
-from codegen.cancellation.plan import leftover
+from codegen.cancellation.plan import remaining_friction
 from codegen.mechanics.build import build_system
 from codegen.spec.model import CancellationChoice
 from tests.in_part import in_part
@@ -25,7 +25,7 @@ def left_of(M, B, U, envelope="", **choice):
     spec = read(machine_text(M, B, U, "{}", envelope=envelope))
     found = reach(spec, build_system(spec), choice.get("weight", "mass_inverse"))
     plan = make_plan(spec, CancellationChoice(**choice), found)
-    return leftover(found, plan), found, plan
+    return remaining_friction(found, plan), found, plan
 
 
 def feeds(rest, direction, generator) -> bool:
@@ -47,13 +47,13 @@ def test_it_may_push_where_some_motion_gets_power_from_it(seed):
     for weight in ("mass_inverse", "identity"):
         root = np.linalg.cholesky(costs(weight, M)).T
         rest = B @ np.linalg.lstsq(root @ B, root @ U, rcond=1e-10)[0] - U
-        pushing = {f"c{j + 1}" for j in range(p) if feeds(rest[:, j], U[:, j].astype(float), generator)}
-        assert set(left_of(M.astype(int).tolist(), B.tolist(), U.tolist(), weight=weight)[0].pushing) == pushing
+        feeding = {f"c{j + 1}" for j in range(p) if feeds(rest[:, j], U[:, j].astype(float), generator)}
+        assert set(left_of(M.astype(int).tolist(), B.tolist(), U.tolist(), weight=weight)[0].may_feed_energy) == feeding
 
 
 def test_a_rest_that_pushes_at_the_side_of_the_envelope_only():
     left, _, _ = left_of(COUPLED, [[1], [0]], [[0], [1]], "x1: [-1, 1]")
-    assert left.gains == pytest.approx(0) and left.pushing == ("c1",)
+    assert left.gains == pytest.approx(0) and left.may_feed_energy == ("c1",)
     M, B, d = numbers(COUPLED, {"x1": 1.0}), np.array([[1.0], [0.0]]), np.array([0.0, 1.0])
     u = np.linalg.solve(B.T @ np.linalg.solve(M, B), B.T @ np.linalg.solve(M, d))
     assert u == pytest.approx(-np.sin(1) / 2)
@@ -63,9 +63,9 @@ def test_a_rest_that_pushes_at_the_side_of_the_envelope_only():
 def test_damping_bends_what_is_left_of_a_friction_in_reach():
     left, found, plan = left_of(DIAGONAL, [["1", "0"], ["0", "0.1"]], [[1], [1]], damping=0.01)
     assert left.force[:, 0] == pytest.approx([-1 / 10001, -1 / 101])
-    assert found.cancellable == left.pushing == ("c1",) and plan.damping == pytest.approx(1e-4)
+    assert found.cancellable == left.may_feed_energy == ("c1",) and plan.damping == pytest.approx(1e-4)
     straight, _, _ = left_of(DIAGONAL, [["1", "0"], ["0", "0.1"]], DIAGONAL, damping=0.01)
-    assert straight.pushing == ()
+    assert straight.may_feed_energy == ()
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Warnings on a replayed log: signals outside the envelope or against the spec, friction far above the declared one."""
+"""Warnings on a replayed log: faults that the preflight finds, signals outside the envelope, excessive friction."""
 
 from __future__ import annotations
 
@@ -20,36 +20,36 @@ from codegen.spec import Spec
 from codegen.spec.numerics import numerical
 
 FAR_ABOVE = 10.0
-"""Times the largest declared friction: an estimate beyond is rather of a wrong log. The estimate of a right log that
-begins in motion is up to four times it at the start."""
-
+"""Ratio of an estimate to the largest declared friction above which the log is probably wrong. With a correct log that
+begins in motion, the ratio is up to four at the start."""
 
 MOST_BYTES = 20_000_000
-"""Size of a log up to which its forces are balanced: that takes a second, and a replay of a larger log no more."""
+"""Largest log whose balance of forces is computed, which takes a second; the replay of a larger one takes no longer."""
 
 
-def contradictions(
+def preflight_warnings(
     spec: Spec, path: Path, description: str | Path | None, columns: Mapping[str, str] | None
 ) -> tuple[str, ...]:
-    """What contradicts the spec in signs, scales or the order of a log's columns, as the preflight says it.
+    """Findings of the preflight on wrong signs, scales or exchanged columns, by the balance of forces M a = g − F.
 
-    None of a log that is larger than ``MOST_BYTES``, that no diagnosis takes, or whose forces cannot be computed.
+    Empty for a log that is larger than ``MOST_BYTES`` or that ``diagnose`` refuses, and where the forces cannot be
+    computed.
     """
     try:
         if path.is_file() and path.stat().st_size > MOST_BYTES:
             return ()
-        return _contradictions(spec, excerpt(read_log(path, spec, description=description, columns=columns))[0])
+        return _force_warnings(spec, excerpt(read_log(path, spec, description=description, columns=columns))[0])
     except (BadInput, OSError):
         return ()
 
 
 @numerical("the force balance on the log")
-def _contradictions(spec: Spec, log: Log) -> tuple[str, ...]:
+def _force_warnings(spec: Spec, log: Log) -> tuple[str, ...]:
     return tuple(finding.words for finding in force_problems(log, spec))
 
 
-class Doubts:
-    """The envelope's signals among the inputs and outputs of an observer, counted block by block."""
+class EnvelopeCheck:
+    """Count of samples outside the envelope, for each signal of the envelope that the observer reads or estimates."""
 
     def __init__(self, spec: Spec, program: Program) -> None:
         self._inputs: list[tuple[int, Span]] = []
@@ -66,29 +66,30 @@ class Doubts:
                 self._estimates.append((outputs.index(f"{name}_hat"), Span(f"{name}_hat", unit, low, high)))
 
     def add(self, block: Block, estimates: Array) -> None:
+        """Count the samples of a block; ``estimates`` are (N, outputs)."""
         for k, span in self._inputs:
             span.add(block.rows[:, k])
         for k, span in self._estimates:
             span.add(estimates[:, k])
 
     @property
-    def words(self) -> tuple[str, ...]:
+    def warnings(self) -> tuple[str, ...]:
         """A line for each signal that leaves the envelope."""
         found = (span.finding for _, span in (*self._inputs, *self._estimates))
         return tuple(finding.words for finding in found if finding is not None)
 
 
 def _signals(spec: Spec) -> dict[str, str]:
-    """The signals that a log and an observer have, and their units."""
+    """Name → unit of the positions, velocities and inputs."""
     positions = {c.name: c.unit for c in spec.coordinates}
     velocities = {c.velocity: f"{c.unit}/s" for c in spec.coordinates}
     return positions | velocities | {i.name: i.unit for i in spec.inputs}
 
 
 def declared_friction(spec: Spec, observer: Observer) -> dict[str, float]:
-    """The largest friction in the envelope by the declared laws, of each friction output for which there is one.
+    """Friction output → the largest friction in the envelope by the declared laws, in the output's unit.
 
-    None if it cannot be computed, such as one beyond a double: a replay does not need it.
+    Outputs without a finite one are left out; empty if it cannot be computed, as the replay itself does not need it.
     """
     try:
         return _declared_friction(spec, observer)
@@ -109,8 +110,8 @@ def _declared_friction(spec: Spec, observer: Observer) -> dict[str, float]:
     return {name: largest for name, largest in found.items() if largest > 0}
 
 
-def far_above(peaks: Sequence[tuple[str, str, float]], declared: Mapping[str, float]) -> Iterator[str]:
-    """A line on the estimate that is the most times its largest declared friction, if that is far above it.
+def excessive_friction(peaks: Sequence[tuple[str, str, float]], declared: Mapping[str, float]) -> Iterator[str]:
+    """A warning if an estimate exceeds ``FAR_ABOVE`` times its largest declared friction; the worst one only.
 
     Args:
         peaks: name, unit and largest value of each friction estimate.
