@@ -125,11 +125,11 @@ def watch(
             found, expected = f"{log}, which is no text", "a CSV file, whose rows are appended"
             raise BadInput("--follow", found, expected, code="CALL002")
         samples = Samples(spec, program, period, Path(log), None, columns)
-        blocks = stop.until_asked(samples.whole(None))
+        blocks = stop.until_requested(samples.whole(None))
     else:
-        rows = stop.until_asked(given if given is not None else pieces(str(log), follow))
+        rows = stop.until_requested(given if given is not None else pieces(str(log), follow))
         blocks = live_blocks(spec, program, period, str(log), rows, columns, notes)
-    with handled(stop.ask):
+    with handled(stop.request):
         try:
             for block in blocks:
                 for alarm in watched.take(block):

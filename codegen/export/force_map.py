@@ -104,7 +104,7 @@ def force_map(
         if levels or own:
             found[x.name] = own, levels, rest
     if not found:
-        but = " but a weight, or what stands in `force:`" if left_out else ""
+        but = " but a weight, or a term of `force:`" if left_out else ""
         expected = "an effect such as cogging, for a map of it"
         raise BadInput(spec.place("effects"), f"no force that repeats with the position{but}", expected, code="SPEC036")
     if on is None and len(found) > 1:
@@ -169,10 +169,11 @@ def _less(waves: list[Wave], modelled: list[Wave]) -> list[Wave]:
 
 
 def _kept_out(wave: Wave, name: str, unit: str) -> Remark:
+    """The remark on a weight, or a term of `force:`, that is periodic in the position and not in the map."""
     size = abs(wave.amplitude)
     how = (
-        f"{wave.amplitude:.6g} {unit}, once in {2 * pi / wave.rate:.6g} of {name}: a weight, or a force that stands in "
-        "`force:`; it is the model's and not in a map of effects"
+        f"{wave.amplitude:.6g} {unit}, once in {2 * pi / wave.rate:.6g} of {name}: a weight, or a term of "
+        "`force:`; it belongs to the model, so a map of effects does not contain it"
     )
     return Remark(f"force on {name}", "dropped", how, size, size / np.sqrt(2), unit)
 

@@ -45,8 +45,8 @@ class FrictionFit:
     worst: float
     rms: float
 
-    def cost(self, unit: str) -> tuple[float | None, float | None, str]:
-        """(worst, rms, unit) of a ``Remark``."""
+    def force_errors(self, unit: str) -> tuple[float | None, float | None, str]:
+        """(worst, rms, unit) of a ``Remark``: the force errors, or none if the fit is exact."""
         return (None, None, "") if self.exact else (self.worst, self.rms, unit)
 
 

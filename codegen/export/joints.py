@@ -72,7 +72,7 @@ class _Reduction(Exporter):
                     held, how = "nearest", f"{how}; the level at rest, {f.at_rest:.6g} {unit}, is not represented"
             if any(f.has_states for f in line.frictions):
                 held, how = "nearest", f"{how}; the law's states before it slides are not represented"
-            self.remarks.append(Remark(f"friction on {x}", held, how, *fit.cost(unit)))
+            self.remarks.append(Remark(f"friction on {x}", held, how, *fit.force_errors(unit)))
         stiffness = line.stiffness[0] if self.springs else 0.0
         reference = line.constant / stiffness if stiffness else 0.0
         if stiffness:

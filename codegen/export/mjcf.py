@@ -320,7 +320,7 @@ class _Writer(Exporter):
             parts.append(f"the level at rest, {friction.at_rest:.6g} {unit}, is not represented")
         self.frictions.append(FrictionElement(friction.contact, line, fit, lugre, loss))
         how = ", ".join(parts) or "none"
-        self.remarks.append(Remark(where, held, how, *fit.cost(unit)))
+        self.remarks.append(Remark(where, held, how, *fit.force_errors(unit)))
         return loss
 
     def _stiff_bristles(self, direction: Direction) -> float:

@@ -40,8 +40,8 @@ class Remark:
     @property
     def text(self) -> str:
         """The remark as a line."""
-        cost = "" if self.worst is None else f"; force error at most {self.worst:.4g}, RMS {self.rms:.4g} {self.unit}"
-        return f"{self.where}: {self.held}: {self.how}{cost}"
+        errors = "" if self.worst is None else f"; force error at most {self.worst:.4g}, RMS {self.rms:.4g} {self.unit}"
+        return f"{self.where}: {self.held}: {self.how}{errors}"
 
     @property
     def content(self) -> dict[str, Any]:

@@ -79,22 +79,22 @@ class Stop:
     A library that is interrupted within C++ would raise an error of its own.
 
     Attributes:
-        asked: whether Ctrl-C was pressed.
+        requested: whether Ctrl-C was pressed.
         waiting: whether the program is waiting for rows now.
     """
 
-    asked: bool = False
+    requested: bool = False
     waiting: bool = False
 
-    def ask(self, *_: object) -> None:
+    def request(self, *_: object) -> None:
         """Note that Ctrl-C was pressed; raises KeyboardInterrupt during a wait. To be installed as the handler."""
-        self.asked = True
+        self.requested = True
         if self.waiting:
             raise KeyboardInterrupt
 
-    def until_asked(self, given: Iterator[Piece]) -> Iterator[Piece]:
+    def until_requested(self, given: Iterator[Piece]) -> Iterator[Piece]:
         """The elements of an iterator; raises KeyboardInterrupt after Ctrl-C."""
-        while not self.asked:
+        while not self.requested:
             self.waiting = True
             try:
                 piece = next(given, None)

@@ -160,10 +160,10 @@ def test_weights_and_forces_of_the_model_are_left_out(tmp_path: Path) -> None:
     assert done.code == 0, done.err
     rows = np.loadtxt(tmp_path / "map.csv", delimiter=",", comments=["#", "c"])
     assert np.allclose(rows[:, 2], -0.3 * np.sin(rows[:, 1]), atol=1e-8)
-    assert done.out.count("a weight, or a force that stands in `force:`") == 3
+    assert done.out.count("a weight, or a term of `force:`") == 3
     path.write_text(text.replace(both, "[]").replace("force: [w - k*x]", "force: [w - k*sin(x)]"), "utf-8")
     refused = stiction("export", path, "--to", "csv-map", "-o", tmp_path / "other.csv")
-    assert is_one_message(refused) and "a weight, or what stands in `force:`" in refused.err
+    assert is_one_message(refused) and "a weight, or a term of `force:`" in refused.err
 
 
 def test_a_fitted_period_is_taken_as_a_whole_number_of_waves(tmp_path: Path) -> None:
