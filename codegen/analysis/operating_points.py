@@ -26,6 +26,7 @@ from codegen.spec.model import Spec, symbol
 from codegen.spec.numerics import numerical
 
 RANDOM_POINTS = 400
+"""Random operating points within the envelope, in addition to its corners."""
 
 
 @dataclass(frozen=True)

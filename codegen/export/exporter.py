@@ -17,7 +17,9 @@ from codegen.mechanics.system import TIME, System
 from codegen.spec.model import Spec
 
 POINTS = 4096
+"""Random points of the region over which a mean is formed."""
 SPEEDS = 1000
+"""Speeds at which friction along a line is fitted."""
 NEGLIGIBLE = 0.05
 """A mean below this share of the force's RMS counts as zero: it is due to the random points."""
 

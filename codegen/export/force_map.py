@@ -28,6 +28,7 @@ WHOLE = 1e-6
 NEARLY = 0.05
 """Largest deviation for which a fitted period is rounded to the whole number of periods per turn."""
 MOST_COUNTS = 2**22
+"""Largest number of counts per turn in a map."""
 ODRIVE_COUNTS = 3600
 """Length of ``cogging_map`` in ODrive's firmware 0.5 (Firmware/MotorControl/controller.hpp), per turn of the motor."""
 

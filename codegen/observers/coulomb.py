@@ -21,6 +21,7 @@ from codegen.spec.functions import Magnitude
 from codegen.spec.model import Spec, symbol
 
 LARGEST_EXPONENT = 8
+"""Largest exponent μ of a GCFO's h(s)."""
 SPEED = symbol("s")
 """Slip speed, the argument of h(s)."""
 SAMPLES = 400

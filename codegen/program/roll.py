@@ -49,9 +49,9 @@ class _Rolling:
         groups = {"parameters": program.parameters, "state": program.states, "inputs": program.inputs}
         for kind, fields in groups.items():
             for place in (self.places[f.name] for f in fields if f.name in self.places):
-                self._take(place, kind)
+                self._record_array(place, kind)
         for name in outputs:
-            self._take(self.places[name], "outputs")
+            self._record_array(self.places[name], "outputs")
 
     def rolled(self, code: Code) -> Rolled:
         constants = self._constants(code)
@@ -146,7 +146,7 @@ class _Rolling:
             if v.place is None:
                 at = self._first_place(v.node)
                 if at is not None:
-                    kind = classes.setdefault(self._alike(v.node, at, True), len(classes))
+                    kind = classes.setdefault(self._isomorphism_key(v.node, at, True), len(classes))
                     members.setdefault(kind, []).append(v)
                     v.place = Element(f"{kind}", at)
             self.defined[v.node] = v
@@ -181,7 +181,7 @@ class _Rolling:
         for a in node.arguments:
             yield from self._values_in(a)
 
-    def _alike(self, node: Node, at: int, whole: bool = False) -> object:
+    def _isomorphism_key(self, node: Node, at: int, whole: bool = False) -> object:
         """A key that is equal for isomorphic expressions: those that differ only by the array index ``at``."""
         if not whole:
             place = self._place_of(node)
@@ -191,9 +191,9 @@ class _Rolling:
                 return self.defined[node].name
         if node.kind in ("number", "symbol"):
             return node.kind, node.value, node.name
-        return node.kind, node.signs, node.name, *(self._alike(a, at) for a in node.arguments)
+        return node.kind, node.signs, node.name, *(self._isomorphism_key(a, at) for a in node.arguments)
 
-    def _whole(self, v: Value) -> bool:
+    def _computes_its_node(self, v: Value) -> bool:
         """Whether a value computes its node, and is not a copy of another value."""
         return self.defined.get(v.node) is v
 
@@ -230,15 +230,15 @@ class _Rolling:
         own = set(values)
         for k, v in enumerate(values):
             v.order = k
-            whole = self._whole(v)
-            v.alike = None if v.place is None else self._alike(v.node, v.at, whole)
+            whole = self._computes_its_node(v)
+            v.key = None if v.place is None else self._isomorphism_key(v.node, v.at, whole)
             v.uses = [u for u in self._values_in(v.node, whole) if u in own]
         runs = schedule(values, join)
         self.run_of |= {v: run for run in runs for v in run.values}
         self._decide_stored(values, runs)
         for v in values:
             if v.stored and v.place is not None and v.field != "outputs":
-                self._take(v.place, v.field or "local")
+                self._record_array(v.place, v.field or "local")
             elif not v.field and not self.run_of[v].loop:
                 self.scalars.append(v.name)
         result: list[Stretch] = []
@@ -269,11 +269,11 @@ class _Rolling:
         parts = []
         for column in run.members:
             v = column[0]
-            line = Line(self._name(v, run), self._written(v.node, run, self._whole(v)), v.unit, v.field)
+            line = Line(self._name(v, run), self._written(v.node, run, self._computes_its_node(v)), v.unit, v.field)
             parts.append(Part(v.title, v.source, (line,)))
         return parts
 
-    def _take(self, place: Element, kind: str) -> None:
+    def _record_array(self, place: Element, kind: str) -> None:
         """Record where an array is stored, and its length."""
         self.storage[place.array] = kind
         self.lengths[place.array] = max(self.lengths.get(place.array, 0), place.at + 1)

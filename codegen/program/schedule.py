@@ -1,6 +1,6 @@
 """Loop formation and loop fusion, by list scheduling of the dependence graph.
 
-Values of arrays that are the same computation at consecutive indices (isomorphic: alike but for the index) become a
+Values of arrays that are the same computation at consecutive indices (isomorphic: equal except for the index) become a
 loop, and loops over one range are fused. A loop goes upwards or downwards in its index, as its loop-carried dependences
 require; one that would need both is written out. Dependences are between single values, so the order is also valid for
 the unrolled code.
@@ -31,7 +31,7 @@ class Value:
     Attributes:
         place: its array element, if it has one.
         order: its number in a topological order of all values.
-        alike: key; equal for isomorphic computations.
+        key: equal for isomorphic computations.
         uses: values of the same function on which it depends.
         field: its struct, or empty.
         stored: whether it is stored in its array, not in a local.
@@ -47,7 +47,7 @@ class Value:
     source: str = ""
     unit: str = ""
     order: int = 0
-    alike: object = None
+    key: object = None
     uses: list[Value] = dataclasses.field(default_factory=list)
 
     @property
@@ -137,7 +137,7 @@ def _runs(values: Sequence[Value], join: bool) -> list[Run]:
         members.sort(key=lambda v: v.at)
         run: list[Value] = []
         for v in members:
-            if run and (v.at != run[-1].at + 1 or v.alike != run[-1].alike):
+            if run and (v.at != run[-1].at + 1 or v.key != run[-1].key):
                 stretches.append(run)
                 run = []
             run.append(v)

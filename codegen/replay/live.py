@@ -31,6 +31,7 @@ from codegen.spec import Spec
 
 Piece = TypeVar("Piece")
 STDIN = "-"
+"""The name of a log that stands for standard input."""
 PIECE = 1 << 16
 """Most bytes of one read."""
 MOST_GAPS = 8

@@ -23,6 +23,7 @@ MASS, LEVEL, STIFFNESS = 2.0, 3.0, 40.0
 TIME: Array = np.arange(0, 12, 0.002)
 COMMAND: Array = 9 * np.sin(1.7 * TIME) + 5 * np.sin(4.3 * TIME + 0.4) + 2 * np.sin(11.9 * TIME)
 SUBSTEPS = 20
+"""Integration steps in one sample."""
 EVERY = 6
 """One of so many samples is drawn."""
 SLOWEST = 0.01

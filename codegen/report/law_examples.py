@@ -21,6 +21,7 @@ from codegen.spec.functions import Magnitude
 from codegen.spec.model import symbol
 
 SAMPLES = 1200
+"""Samples in one period of the slip."""
 FORCE = "force in N"
 
 

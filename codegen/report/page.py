@@ -23,7 +23,9 @@ from codegen.report.wording import change, number, percent, prefixed, unit_text,
 from codegen.spec.model import Spec
 
 LEAST_CORRELATION = 0.95
+"""Correlation of two friction estimates below which their agreement is ``poor``."""
 CLOSE_DIFFERENCE, FAIR_DIFFERENCE = 0.1, 0.25
+"""Largest relative differences of two friction estimates that count as ``close`` and ``fair``."""
 SEVERITIES = ("problem", "warning", "info")
 MOST_PARAMETERS = 8
 """Most lines of one candidate in a table; a sum of harmonics has two parameters an order."""

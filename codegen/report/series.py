@@ -17,16 +17,21 @@ from codegen.diagnosis.fit.residual import residual_at_drive
 from codegen.mechanics.system import System
 
 MOST_POINTS = 4000
+"""Most points of a scatter plot."""
 BUCKETS = 900
+"""Intervals of time, each drawn by its smallest and largest value."""
 BINS = 32
+"""Bins over a quantity, each drawn by its mean."""
 BINS_OVER = {"position": 96}
 """More bins over position, where waves may be short."""
 LEAST_IN_BIN = 20
+"""Fewest samples of a bin whose mean is drawn."""
 LONGEST_SEGMENT_S = 4.0
 SHORTEST_SEGMENT = 64
 SEGMENTS = 4
 SHARE_IN_SEGMENTS = 0.6
 SHOWN_CUTOFFS = 1.5
+"""Highest frequency of a spectrum, as a multiple of the cutoff frequency of the residual's filter."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,9 @@ import casadi
 from codegen.mechanics.solve import solve_by_elimination
 
 SWEEPS = 6
+"""Gauss–Seidel sweeps over the contacts of a step."""
 NEWTON_STEPS = 6
+"""Steps of the semismooth Newton method after the sweeps."""
 _REGULARISATION = 1e-8
 """Added to the diagonal of Newton's matrix, which is singular if stuck contacts are linearly dependent."""
 _NONLINEAR = 1e-11

@@ -19,9 +19,11 @@ from codegen.mechanics.system import ContactFriction, System
 from codegen.spec.functions import Sgn
 
 ITERATIONS = 6
+"""Newton iterations in one stage of a step."""
 STANDSTILL = 1e-9
 """Slip speed at which the regularised sgn(u) reaches ±1, in slip unit/s."""
 _GAMMA = 1 - 1 / sqrt(2)
+"""Coefficient γ of the two-stage, stiffly accurate SDIRK method of order 2."""
 INSIDE = 1 - 1e-9
 """Factor on the states at which slopes are evaluated, just inside their limits, where a slope may be infinite."""
 DIRECTION = sympy.Symbol("direction", real=True)

@@ -27,7 +27,9 @@ _BACK = 1e-12
 With zero instead, rounding would end the mode of a contact that barely slides or sticks at every step.
 """
 _ROUNDING = 64 * float(np.finfo(np.float64).eps)
+"""Relative magnitude below which an acceleration counts as a rounding error."""
 _MOST_EVENTS = 10_000
+"""Most events between two changes of the input; beyond them the state is NaN."""
 _STEPPER = "`--method steps`, or a machine without it"
 
 

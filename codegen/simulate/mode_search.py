@@ -13,7 +13,9 @@ from codegen.base.arrays import Array
 ROUNDING = 1e-9
 """Relative tolerance of an inequality."""
 _SINGULAR = 1e-11
+"""Ratio of smallest to largest eigenvalue below which stuck contacts count as linearly dependent."""
 _FAINT = 64 * float(np.finfo(np.float64).eps)
+"""Ratio of a force to the sum of magnitudes it results from, below which it counts as a rounding error."""
 
 
 class NoMode(Exception):

@@ -18,6 +18,7 @@ from codegen.simulate.dynamic_contact import DynamicContacts
 from codegen.simulate.plant_contacts import PlantContacts
 
 _ROUNDING = 64 * float(np.finfo(np.float64).eps)
+"""Relative magnitude below which a velocity after a step counts as a rounding error."""
 
 
 class Plant:

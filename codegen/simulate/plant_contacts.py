@@ -16,6 +16,7 @@ from codegen.simulate.dynamic_contact import DynamicContacts, has_states
 from codegen.spec.functions import Magnitude, Sgn
 
 _STANDSTILL = 1e-30
+"""Added to the magnitude of a slip that is a divisor."""
 
 
 class PlantContacts:

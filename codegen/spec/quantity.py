@@ -17,6 +17,7 @@ _WITH_UNIT = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W
 
 Numbers = dict[str, Any]
 LARGEST_SHARE = 10
+"""Largest tolerance relative to its value."""
 
 
 def split_quantity(text: str) -> tuple[str, str] | None:
@@ -109,6 +110,7 @@ def read_quantity(text: str, unit: str, place: Place) -> sympy.Rational:
 
 
 LARGEST_FACTOR = 1e30
+"""Largest magnitude of a scale; the smallest is its inverse."""
 
 
 def read_factor(value: object, place: Place) -> tuple[float, str]:

@@ -18,6 +18,7 @@ from codegen.spec.yaml_limits import MOST_NODES
 
 MARK = ".."
 LONGEST = 10_000
+"""Most names of one range."""
 _RANGE = re.compile(r"\b([A-Za-z]\w*?)(\d+)\.\.(\d+)((?:_[A-Za-z]\w*)?)\b")
 
 

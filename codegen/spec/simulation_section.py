@@ -13,6 +13,7 @@ from codegen.spec.quantity import read_quantity
 from codegen.spec.schema import SimulationSection
 
 MOST_SAMPLES = 1e7
+"""Most samples of a simulation."""
 
 
 def read_simulation(

@@ -57,6 +57,7 @@ _TWO_MEANINGS = (
 Hyphens have become * before, except in kg-m: data sheets write a torque so, and formulas a first moment kg*m.
 """
 _HIGHEST_POWER = 20
+"""Highest power of a unit."""
 
 
 class UnitMismatch(BadInput):

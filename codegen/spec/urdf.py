@@ -32,7 +32,10 @@ ONCE = {
 STANDARD_GRAVITY = (Fraction(0), Fraction(0), Fraction("-9.81"))
 MOVING, REFUSED = ("revolute", "continuous", "prismatic"), ("floating", "planar")
 EXPECTED = "a robot description (URDF)"
-TRIANGLE = 1e-3  # files round their numbers, and a thin rod or plate sits on the edge
+TRIANGLE = 1e-3
+"""Relative tolerance of the triangle inequality of principal moments of inertia: files round their numbers, and for a
+thin rod or plate the inequality is an equality.
+"""
 UNIT, NOWHERE = exact_array(np.eye(3, dtype=int)), exact_array([0, 0, 0])
 NO_INERTIA = exact_array(np.zeros((3, 3), dtype=int))
 

@@ -29,7 +29,9 @@ DEEPEST = 20
 MOST_MERGES = 100
 """Keys `<<`; the loader's time is quadratic in their number."""
 LONGEST_KEY = 100
+"""Characters of a key."""
 LONGEST_NUMBER = 4000
+"""Digits of a number."""
 _LONG_NUMBER = re.compile(rf"\d{{{LONGEST_NUMBER},}}")
 
 

@@ -24,6 +24,7 @@ LINE = 193
 SPARSE = 16
 """Every so many of these points are checked at all operating points."""
 BISECTIONS = 16
+"""Steps of bisection that locate an end of the stable range between two examined points."""
 ROUNDS = 4
 """Most repetitions with further deciding operating points."""
 SEARCHED = 1000.0
