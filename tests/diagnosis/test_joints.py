@@ -11,6 +11,7 @@ import pytest
 from mechanics.robots import TWO_LINKS
 
 from codegen.diagnosis.case import uncertain_values
+from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.fit.credit import noise_ratio
 from codegen.diagnosis.fit.joints import is_separable
 from codegen.diagnosis.fit.record import record_of
@@ -18,6 +19,7 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
+from codegen.diagnosis.selection.refusals import contradicted_by_force
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
@@ -161,3 +163,25 @@ def test_a_parameter_that_changes_nothing_stays(tmp_path: Path) -> None:
     (screened,) = tried.screened([0])
     index = [s.name for s in search.moved].index("q_1_a")
     assert screened.theta[index] == base.theta[index]
+
+
+def test_a_value_felt_at_another_joint_is_no_evidence_against_an_effect(tmp_path: Path) -> None:
+    """Joint 2 lacks friction; the step that fits it also moves an inertia that is felt at joint 1 alone.
+
+    The squared force residual of joint 1 is many times as large as before; at joint 2 most of it is gone.
+    """
+    log = logged(tmp_path, DRAG)
+    search = search_of(arm(tmp_path, ", tolerance: {mass: 10 %}"), log)
+    base = search.refit()
+    part = next(p for p in every_part(search, []) if (p.kind, p.on, p.names) == ("viscous", "q_2", ("b",)))
+    trial, theta = base.runner.trial.with_part(part), np.append(base.theta, 0.2)
+    theta[[s.name for s in search.moved].index("q_1_zz")] *= 1.5
+    found = replace(base, runner=replace(base.runner, trial=trial), theta=theta)
+    before, after = ForceCriterion(search, base), ForceCriterion(search, found)
+    used = search.problem.used
+    squares = [np.where(used, criterion.without_levels, 0.0) ** 2 for criterion in (before, after)]
+    first, second = squares[1].sum(axis=0) / squares[0].sum(axis=0)
+    assert first > 5 > 1 / second > 2
+    assert after.over(before).left == pytest.approx(second)
+    assert after.added_to(before).p_added(1) < 1e-6
+    assert contradicted_by_force(before, after) == ""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.evidence.acting_joint import joint_of_difference
 from codegen.diagnosis.evidence.residual_regression import (
     LEAST_ROWS,
     explained_over,
@@ -119,13 +120,18 @@ class ForceGain:
         return of_logarithms(np.array(self.ratios) + log1p(-fitted / self.values))
 
 
-def force_gain(problem: Problem, before: Array, after: Array) -> ForceGain:
+def force_gain(problem: Problem, before: Array, after: Array, joint: int | None = None) -> ForceGain:
     """The gain of residuals ``after`` over ``before``, both (N, n), after regression on friction levels or more.
 
     Low-passed at f, a log of T seconds has 2 f T independent values, or fewer if these are correlated. Blocks have
     equally many used samples, since a block without any would count as one without a gain.
+
+    Args:
+        joint: the only coordinate that is compared; all if not given.
     """
     motion, rows = problem.motion, problem.used
+    if joint is not None:
+        rows = rows & (np.arange(rows.shape[1]) == joint)
     moving = np.flatnonzero(rows[:, rows.sum(axis=0) >= LEAST_ROWS].any(axis=1))
     blocks_of = np.array_split(moving, SIGNED)
     rate = 2 * motion.cutoff_hz * motion.sample_time
@@ -166,7 +172,11 @@ def _sums(values: Array | NDArray[np.bool_], blocks: Sequence[NDArray[np.intp]])
 
 @dataclass(frozen=True, eq=False)
 class ForceCriterion:
-    """The force residual of a fit, computed when it is needed."""
+    """The force residual of a fit, computed when it is needed.
+
+    Two fits to an arm that is simulated joint by joint are compared at the joint on which their effects differ: a step
+    of the links' values that suits this joint may be felt at another one whose forces are explained already.
+    """
 
     search: Search
     fit: Fit
@@ -183,7 +193,8 @@ class ForceCriterion:
 
     def over(self, other: ForceCriterion) -> ForceGain:
         """The gain of this fit over another by force residual."""
-        return force_gain(self.search.problem, other.without_levels, self.without_levels)
+        joint = joint_of_difference(self.search, self.fit, other.fit)
+        return force_gain(self.search.problem, other.without_levels, self.without_levels, joint)
 
     def added_to(self, other: ForceCriterion) -> ForceGain:
         """The gain over a fit with fewer effects, both after regression on levels and toleranced values.
@@ -193,7 +204,9 @@ class ForceCriterion:
         """
         if len(self.search.moved) == len(self.search.problem.levels):
             return self.over(other)
-        return force_gain(self.search.problem, other.without_own_values, self.without_values(other.slopes))
+        own = self.without_values(other.slopes)
+        joint = joint_of_difference(self.search, self.fit, other.fit)
+        return force_gain(self.search.problem, other.without_own_values, own, joint)
 
     @cached_property
     def slopes(self) -> Array:

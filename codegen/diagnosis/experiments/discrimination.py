@@ -20,6 +20,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
+from codegen.diagnosis.evidence.acting_joint import joint_of
 from codegen.diagnosis.evidence.residual_regression import acting_force
 from codegen.diagnosis.experiments.follow import follow, logged
 from codegen.diagnosis.experiments.setups import Setup, setups
@@ -31,7 +32,6 @@ from codegen.diagnosis.fit.shooting import hidden_states
 from codegen.diagnosis.fit.signals import Motion, smooth_motion
 from codegen.diagnosis.fit.trial import Trial, with_effects, with_values
 from codegen.diagnosis.results import FoundEffect, SetupTried
-from codegen.diagnosis.selection.acting_joint import joint_of
 from codegen.logs import Log
 from codegen.mechanics.system import System
 

@@ -153,7 +153,8 @@ def settled_by_free_runs(final: Fit, share: float, problem: Problem, refit: Syst
 
 
 def _gain(problem: Problem, before: System, after: System) -> ForceGain:
-    return force_gain(problem, *(residual_without_levels(problem, s) for s in (before, after)))
+    one, other = (residual_without_levels(problem, s) for s in (before, after))
+    return force_gain(problem, one, other)
 
 
 def force_agrees(final: Fit, problem: Problem, refit: System, augmented: System) -> bool:

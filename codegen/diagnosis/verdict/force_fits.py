@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
+from codegen.diagnosis.evidence.acting_joint import joint_of_difference
 from codegen.diagnosis.fit.credit import SIGNED
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
 from codegen.diagnosis.fit.residual import (
@@ -24,7 +25,6 @@ from codegen.diagnosis.fit.residual import (
 from codegen.diagnosis.fit.search import ROUNDS, Search
 from codegen.diagnosis.fit.starting_values import STEP
 from codegen.diagnosis.fit.trial import Trial, model_of
-from codegen.diagnosis.selection.acting_joint import joint_of_difference
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.ranking import CLOSE
 from codegen.diagnosis.verdict.adoption import adopt_values

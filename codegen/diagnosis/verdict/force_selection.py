@@ -13,6 +13,7 @@ import numpy as np
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
+from codegen.diagnosis.evidence.acting_joint import joint_of, joint_of_difference
 from codegen.diagnosis.evidence.estimate import estimate
 from codegen.diagnosis.evidence.reservations import objections
 from codegen.diagnosis.fit import credit
@@ -23,7 +24,6 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.starting_values import ForceStart
 from codegen.diagnosis.fit.trial import Part, Trial, model_of, part_of
 from codegen.diagnosis.results import Fact
-from codegen.diagnosis.selection.acting_joint import joint_of, joint_of_difference
 from codegen.diagnosis.selection.forward_selection import MOST_EFFECTS, LaterRound
 from codegen.diagnosis.selection.ranking import Ranked, in_simplest_admitted_forms, led_by, ties
 from codegen.diagnosis.selection.refusals import is_possible, matters, relative_size
