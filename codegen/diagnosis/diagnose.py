@@ -215,6 +215,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
             lambda done: report("effects by the force residual", 0.8 + 0.05 * done),
             HeldOut(runs.held_out, runs.measured),
             case.steady,
+            lambda found: runs.examined(last, found),
         )
     tied: list[Fit] = []
     experiment, excitation = None, None

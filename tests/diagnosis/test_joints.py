@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,15 @@ from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.results import ErrorFigures, FoundEffect
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
+from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import contradicted_by_force
+from codegen.diagnosis.verdict import force_led
+from codegen.diagnosis.verdict.answer import Answer
+from codegen.diagnosis.verdict.force_fits import ForceFits
+from codegen.diagnosis.verdict.force_led import credited_by_force
+from codegen.diagnosis.verdict.force_selection import ForceSelection
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
@@ -185,3 +193,43 @@ def test_a_value_felt_at_another_joint_is_no_evidence_against_an_effect(tmp_path
     assert after.over(before).left == pytest.approx(second)
     assert after.added_to(before).p_added(1) < 1e-6
     assert contradicted_by_force(before, after) == ""
+
+
+SPRING = "{kind: spring, on: [q_1], parameters: {k: 6}}"
+
+
+@pytest.mark.parametrize(
+    ("missing", "named"),
+    [
+        (f"{DRAG}, {SPRING}", ["viscous", "spring"]),
+        (DRAG, ["viscous"]),
+    ],
+)
+def test_what_the_force_shows_on_another_joint_is_named_beside_the_effects_of_free_runs(
+    missing: str, named: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Free runs credit friction on joint 2, the force residual a spring on joint 1; one log has it, the other not."""
+    log = logged(tmp_path, missing)
+    search = search_of(arm(tmp_path), log)
+    base, parts = search.refit(), every_part(search, [])
+    drag = next(p for p in parts if (p.kind, p.on, p.names) == ("viscous", "q_2", ("b",)))
+    spring = next(p for p in parts if (p.kind, p.on) == ("spring", "q_1"))
+    by_runs = search.with_parts(base, base.values[0], [drag], [{"b": 0.4}])
+    fits = ForceFits(search, search.problem, base)
+    trial = search.declared_trial.with_part(spring)
+    led = fits.fit(trial, trial.theta(fits.adopted, [{"k": 6.0}]))
+    monkeypatch.setattr(force_led, "selected_by_force", lambda *_: ForceSelection(fits, led, led, 0.5, (), ()))
+    monkeypatch.setattr(force_led, "against_free_runs", lambda *_: "")
+    figures = ErrorFigures(0.0, (0.0, 0.0), 0.0, 0.0, (0.0, 0.0))
+
+    def examined(outcome: Outcome, refused: str = "") -> tuple[Answer, Outcome]:
+        model, effects = outcome.final.model, [FoundEffect(p.kind, p.on, {}, {}) for p in outcome.parts]
+        verdict = "unknown" if refused in [e.kind for e in effects] else "effect"
+        return Answer(verdict, tuple(effects), base.model, model, (figures,) * 3), outcome
+
+    answer, outcome = examined(Outcome(base, by_runs, (), (), 0.5, len(base.residual)))
+    for how, kinds in ((examined, named), (partial(examined, refused="spring"), ["viscous"])):
+        second, _ = credited_by_force(
+            search, outcome, search.problem, answer, lambda _: figures, lambda _: None, examined=how
+        )
+        assert [e.kind for e in second.effects] == kinds

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from codegen.diagnosis.evidence.acting_joint import joint_of
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import random_signs
 from codegen.diagnosis.fit.output_error import Fit
@@ -18,8 +19,9 @@ from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import ErrorFigures, Fact, Verdict
-from codegen.diagnosis.selection.forward_selection import Outcome
-from codegen.diagnosis.selection.ranking import Ranked, led_by
+from codegen.diagnosis.selection.forward_selection import Outcome, explained_share
+from codegen.diagnosis.selection.ranking import Ranked, credible, led_by
+from codegen.diagnosis.selection.significance import hypotheses
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.examination import with_estimate
 from codegen.diagnosis.verdict.force_fits import ForceFits
@@ -45,6 +47,7 @@ def credited_by_force(
     report_progress: Callable[[float], None],
     held_out: HeldOut | None = None,
     steady: bool = False,
+    examined: Callable[[Outcome], tuple[Answer, Outcome]] | None = None,
 ) -> tuple[Answer, Outcome]:
     """The answer with effects that the force residual credits and free runs confirm; unchanged if there are none.
 
@@ -52,13 +55,15 @@ def credited_by_force(
     others are: by their intervals, by a smooth curve over their own variable, and by held-out data, which may refuse
     some of those that tie (``told_by_held_out``). They are not credited where wrong values of the spec's own parameters
     explain the free runs better. Effects that free runs credited are replaced only if ``against_free_runs`` gives a
-    reason.
+    reason; else those on joints where free runs credit none are added, if free runs credit them too
+    (``on_other_joints``).
 
     Args:
         outcome: of the selection by free runs. answer: the answer from that outcome.
         problem: the declared system on the log's motion.
         held_out: data that no fit has seen; None where they tell no candidates apart.
         steady: whether the log runs at constant speed, at which parameters keep their tolerances.
+        examined: the answer from an outcome of the selection by free runs; None where nothing is added to it.
     """
     doubtful: list[Fact] = []
     found = selected_by_force(search, outcome.base, problem, report_progress, doubtful.append)
@@ -72,7 +77,7 @@ def credited_by_force(
     if answer.verdict != "unknown":
         against = against_free_runs(found, outcome.final)
         if not against:
-            return answer, outcome
+            return _with_other_joints(found, outcome, answer, examined)
         alone = f"alone {' and '.join(e.kind for e in answer.effects)} would be named, {against}"
     led = replace(
         outcome,
@@ -98,6 +103,42 @@ def credited_by_force(
         f"The residual force shows it; simulations of the training log with these values confirm it. By them {alone}"
     )
     return replace(second, remarks=(*second.remarks, Fact("evidence", words), *refused)), led
+
+
+def _with_other_joints(
+    found: ForceSelection,
+    outcome: Outcome,
+    answer: Answer,
+    examined: Callable[[Outcome], tuple[Answer, Outcome]] | None,
+) -> tuple[Answer, Outcome]:
+    """The answer with the effects of ``on_other_joints``; as it is where there are none, or where they are refused."""
+    fit = outcome.final if examined is None else on_other_joints(found, outcome.final)
+    if examined is None or fit is outcome.final:
+        return answer, outcome
+    explained = explained_share(found.fits.search, outcome.base, fit)
+    second, richer = examined(replace(outcome, final=fit, explained=explained))
+    before, after = ({(e.kind, e.on) for e in one.effects} for one in (answer, second))
+    return (second, richer) if second.verdict == answer.verdict and before < after else (answer, outcome)
+
+
+def on_other_joints(found: ForceSelection, by_runs: Fit) -> Fit:
+    """A fit by free runs with the selected effects on joints where it has none, if free runs credit them too.
+
+    Of an arm that is simulated joint by joint the selection by free runs fits on all segments only what gains most on
+    few: a dead zone, which acts while the input is small, may not be among that. An effect on one joint does not
+    speak for or against those on another one.
+    """
+    search, fit = found.fits.search, by_runs
+    taken = {joint_of(search, part) for part in by_runs.trial.parts}
+    if search.rigid is None:
+        return by_runs
+    many = hypotheses(found.fits.candidates.parts)
+    for part, values in zip(found.parts, found.fit.values[1], strict=True):
+        if joint_of(search, part) not in taken:
+            moved, own = fit.values
+            richer = search.with_parts(fit, moved, [*fit.trial.parts, part], [*own, values])
+            fit = richer if credible(search, fit, richer, many) else fit
+    return fit
 
 
 def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
