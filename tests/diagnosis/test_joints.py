@@ -198,28 +198,38 @@ def test_a_value_felt_at_another_joint_is_no_evidence_against_an_effect(tmp_path
 SPRING = "{kind: spring, on: [q_1], parameters: {k: 6}}"
 
 
+OBJECTION = "but the residual force shows no offset"
+
+
 @pytest.mark.parametrize(
-    ("missing", "named"),
+    ("missing", "beside", "objection", "named"),
     [
-        (f"{DRAG}, {SPRING}", ["viscous", "spring"]),
-        (DRAG, ["viscous"]),
+        (f"{DRAG}, {SPRING}", None, "", ["viscous", "spring"]),
+        (DRAG, None, "", ["viscous"]),
+        (f"{DRAG}, {SPRING}", "offset", "", ["viscous", "offset"]),
+        (f"{DRAG}, {SPRING}", "offset", OBJECTION, ["viscous", "spring"]),
+        (DRAG, "offset", OBJECTION, ["viscous", "offset"]),
     ],
 )
-def test_what_the_force_shows_on_another_joint_is_named_beside_the_effects_of_free_runs(
-    missing: str, named: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
+    missing: str, beside: str | None, objection: str, named: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Free runs credit friction on joint 2, the force residual a spring on joint 1; one log has it, the other not."""
+    """Free runs credit friction on joint 2 and perhaps a constant force on joint 1, the force a spring there.
+
+    Of the logs some have the spring: only there do free runs credit it. The force may object to the constant one.
+    """
     log = logged(tmp_path, missing)
     search = search_of(arm(tmp_path), log)
     base, parts = search.refit(), every_part(search, [])
     drag = next(p for p in parts if (p.kind, p.on, p.names) == ("viscous", "q_2", ("b",)))
-    spring = next(p for p in parts if (p.kind, p.on) == ("spring", "q_1"))
-    by_runs = search.with_parts(base, base.values[0], [drag], [{"b": 0.4}])
+    spring, offset = (next(p for p in parts if (p.kind, p.on) == (kind, "q_1")) for kind in ("spring", "offset"))
+    credited = {drag: {"b": 0.4}} | ({offset: {"f0": 0.1}} if beside else {})
+    by_runs = search.with_parts(base, base.values[0], list(credited), list(credited.values()))
     fits = ForceFits(search, search.problem, base)
     trial = search.declared_trial.with_part(spring)
     led = fits.fit(trial, trial.theta(fits.adopted, [{"k": 6.0}]))
     monkeypatch.setattr(force_led, "selected_by_force", lambda *_: ForceSelection(fits, led, led, 0.5, (), ()))
-    monkeypatch.setattr(force_led, "against_free_runs", lambda *_: "")
+    monkeypatch.setattr(force_led, "against_free_runs", lambda *_: objection)
     figures = ErrorFigures(0.0, (0.0, 0.0), 0.0, 0.0, (0.0, 0.0))
 
     def examined(outcome: Outcome, refused: str = "") -> tuple[Answer, Outcome]:
@@ -228,8 +238,11 @@ def test_what_the_force_shows_on_another_joint_is_named_beside_the_effects_of_fr
         return Answer(verdict, tuple(effects), base.model, model, (figures,) * 3), outcome
 
     answer, outcome = examined(Outcome(base, by_runs, (), (), 0.5, len(base.residual)))
-    for how, kinds in ((examined, named), (partial(examined, refused="spring"), ["viscous"])):
-        second, _ = credited_by_force(
+    own = [e.kind for e in answer.effects]
+    for how, kinds in ((examined, named), (partial(examined, refused="spring"), own)):
+        second, richer = credited_by_force(
             search, outcome, search.problem, answer, lambda _: figures, lambda _: None, examined=how
         )
-        assert [e.kind for e in second.effects] == kinds
+        assert [e.kind for e in second.effects] == [p.kind for p in richer.parts] == kinds
+        said = [f"By free runs alone offset on q_1 would be named, {objection}"]
+        assert [f.words for f in second.remarks] == (said if own[1:] and kinds != own else [])

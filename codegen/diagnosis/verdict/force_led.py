@@ -55,8 +55,7 @@ def credited_by_force(
     others are: by their intervals, by a smooth curve over their own variable, and by held-out data, which may refuse
     some of those that tie (``told_by_held_out``). They are not credited where wrong values of the spec's own parameters
     explain the free runs better. Effects that free runs credited are replaced only if ``against_free_runs`` gives a
-    reason; else those on joints where free runs credit none are added, if free runs credit them too
-    (``on_other_joints``).
+    reason; of an arm that is simulated joint by joint those of each joint for itself (``with_shown_on_joints``).
 
     Args:
         outcome: of the selection by free runs. answer: the answer from that outcome.
@@ -75,9 +74,11 @@ def credited_by_force(
         found, refused = told_by_held_out(found, held_out)
     alone = "alone no effect would be credited"
     if answer.verdict != "unknown":
+        if search.rigid and examined is not None:
+            return _joint_by_joint(found, outcome, answer, examined)
         against = against_free_runs(found, outcome.final)
         if not against:
-            return _with_other_joints(found, outcome, answer, examined)
+            return answer, outcome
         alone = f"alone {' and '.join(e.kind for e in answer.effects)} would be named, {against}"
     led = replace(
         outcome,
@@ -105,40 +106,66 @@ def credited_by_force(
     return replace(second, remarks=(*second.remarks, Fact("evidence", words), *refused)), led
 
 
-def _with_other_joints(
-    found: ForceSelection,
-    outcome: Outcome,
-    answer: Answer,
-    examined: Callable[[Outcome], tuple[Answer, Outcome]] | None,
+def _joint_by_joint(
+    found: ForceSelection, outcome: Outcome, answer: Answer, examined: Callable[[Outcome], tuple[Answer, Outcome]]
 ) -> tuple[Answer, Outcome]:
-    """The answer with the effects of ``on_other_joints``; as it is where there are none, or where they are refused."""
-    fit = outcome.final if examined is None else on_other_joints(found, outcome.final)
-    if examined is None or fit is outcome.final:
+    """The answer with the effects of ``with_shown_on_joints``; as it is where these are its own, or are refused."""
+    fit, remarks = with_shown_on_joints(found, outcome.final)
+    if fit is outcome.final:
         return answer, outcome
+    leader = outcome.parts[0] in fit.trial.parts
     explained = explained_share(found.fits.search, outcome.base, fit)
-    second, richer = examined(replace(outcome, final=fit, explained=explained))
-    before, after = ({(e.kind, e.on) for e in one.effects} for one in (answer, second))
-    return (second, richer) if second.verdict == answer.verdict and before < after else (answer, outcome)
+    other = replace(outcome, final=fit, explained=explained, rivals=outcome.rivals if leader else ())
+    second, richer = examined(other)
+    wanted = {(p.kind, p.on) for p in fit.trial.parts}
+    if second.verdict not in ("effect", "ambiguous") or {(e.kind, e.on) for e in second.effects} != wanted:
+        return answer, outcome
+    return replace(second, remarks=(*second.remarks, *remarks)), richer
 
 
-def on_other_joints(found: ForceSelection, by_runs: Fit) -> Fit:
-    """A fit by free runs with the selected effects on joints where it has none, if free runs credit them too.
+def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tuple[Fact, ...]]:
+    """A fit by free runs with the selected effects on joints where it has none, or others that the force objects to.
 
-    Of an arm that is simulated joint by joint the selection by free runs fits on all segments only what gains most on
-    few: a dead zone, which acts while the input is small, may not be among that. An effect on one joint does not
-    speak for or against those on another one.
+    Of an arm that is simulated joint by joint, effects on one joint speak neither for nor against those on another one.
+    The selection by free runs fits on all segments only what gains most on few: a dead zone, which acts while the input
+    is small, may not be among that, and another effect on its joint stands in for it. Free runs must credit the
+    effects that are added, and with those in place of others must not be worse than without any on that joint.
     """
-    search, fit = found.fits.search, by_runs
-    taken = {joint_of(search, part) for part in by_runs.trial.parts}
-    if search.rigid is None:
-        return by_runs
+    search, fit, remarks = found.fits.search, by_runs, list[Fact]()
     many = hypotheses(found.fits.candidates.parts)
-    for part, values in zip(found.parts, found.fit.values[1], strict=True):
-        if joint_of(search, part) not in taken:
-            moved, own = fit.values
-            richer = search.with_parts(fit, moved, [*fit.trial.parts, part], [*own, values])
-            fit = richer if credible(search, fit, richer, many) else fit
+    for joint in dict.fromkeys(joint_of(search, part) for part in found.parts):
+        own = _on_joint(found.fits, found.fit, joint)
+        known = [p for p in by_runs.trial.parts if joint_of(search, p) == joint]
+        words = _against_on_joint(found, by_runs, own, joint) if known else ""
+        if known and not words:
+            continue
+        without = fit
+        for part in known:
+            without = search.without(without, without.trial.parts.index(part))
+        moved, others = without.values
+        parts = [*without.trial.parts, *own.trial.parts]
+        richer = search.with_parts(without, moved, parts, [*others, *own.values[1]])
+        if credible(search, without, richer, many):
+            fit = richer
+            named = " and ".join(f"{p.kind} on {p.on}" for p in known)
+            remarks += [Fact("evidence", f"By free runs alone {named} would be named, {words}")] if known else []
+    return fit, tuple(remarks)
+
+
+def _on_joint(fits: ForceFits, fit: Fit, joint: int | None) -> Fit:
+    """The fit to the force residual without the effects on other joints."""
+    while others := [k for k, p in enumerate(fit.trial.parts) if joint_of(fits.search, p) != joint]:
+        fit = fits.without(fit, others[-1])
     return fit
+
+
+def _against_on_joint(found: ForceSelection, by_runs: Fit, own: Fit, joint: int | None) -> str:
+    """``against_free_runs`` of the effects on one joint alone."""
+    trial, theta = by_runs.trial, by_runs.theta
+    while others := [k for k, p in enumerate(trial.parts) if joint_of(found.fits.search, p) != joint]:
+        trial, theta = trial.without(theta, others[-1])
+    alone = replace(by_runs, runner=replace(by_runs.runner, trial=trial), theta=theta)
+    return against_free_runs(replace(found, fit=own), alone)
 
 
 def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
@@ -191,7 +218,7 @@ def against_free_runs(found: ForceSelection, by_runs: Fit) -> str:
     if (known.keys() == own.keys() and not larger) or any(t.gap != 0 for t in trial.changed.transmissions):
         return ""
     needed = _needed(fits, fits.fit(trial, by_runs.theta))
-    gained = evidence_of_blocks(needed, found.fit)
+    gained = evidence_of_blocks(*fits.where_they_differ(needed, found.fit))
     not_needed = sorted(kind for kind, _ in known.keys() - _forms(needed.trial.parts).keys())
     if (not_needed or larger) and random_signs(-gained.t) > credit.TIE_LEVEL:
         return f"but the residual force shows no {' and '.join(not_needed or larger)}"
