@@ -37,8 +37,10 @@ class Guard:
     """
 
     def __init__(self, observer: Observer, domain: Domain, names: dict[sympy.Symbol, Any]) -> None:
-        """Args:
-        names: symbol → SX of the program so far; those of the guard are added.
+        """The guard's parameters and states, whose SX are added to ``names``.
+
+        Args:
+            names: symbol → SX of the program so far.
         """
         self.observer, self.domain, self.names = observer, domain, names
         system = observer.system

@@ -151,10 +151,12 @@ class Watch:
         period: float,
         dwell: int,
     ) -> None:
-        """Args:
-        bounds: on every friction error; those proved of the C are used where there are any.
-        period: sample time, s.
-        dwell: judged samples in a row outside a bound that make an alarm.
+        """The limits of each estimate, from the bounds on its error.
+
+        Args:
+            bounds: on every friction error; those proved for the C are used if there are any.
+            period: sample time, s.
+            dwell: number of judged samples in a row outside a bound that raises an alarm.
         """
         self._engine, self._dwell = engine, max(dwell, 1)
         self.settle = max((round(time / period) for b in bounds for time, _ in b.after[-1:]), default=0)

@@ -24,8 +24,10 @@ class Chains:
     """The actuators of all inputs of a system, as functions of parameters, such as those of a fit."""
 
     def __init__(self, system: System, symbols: tuple[sympy.Symbol, ...]) -> None:
-        """Args:
-        symbols: parameters whose values are an argument of ``act``, in order.
+        """Numeric functions of the actuators' parameters.
+
+        Args:
+            symbols: parameters whose values are an argument of ``act``, in order.
         """
         chains = [system.actuator(i) for i in range(len(system.inputs))]
         self._chains = [_Chain(a, w, symbols, system) for a, w in zip(chains, system.inputs, strict=True)]
@@ -157,8 +159,10 @@ class HeldInput:
     """
 
     def __init__(self, system: System, period: float, edges: Array) -> None:
-        """Args:
-        edges: (parts + 1,) limits of the parts of a sample, from 0 to 1.
+        """Weights of the past commands in the mean over each part of a sample, from the delays.
+
+        Args:
+            edges: (parts + 1,) limits of the parts of a sample, from 0 to 1.
         """
         chains = [system.actuator(k) for k in range(len(system.inputs))]
         delays = _delays(system, period)
