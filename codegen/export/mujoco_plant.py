@@ -47,7 +47,7 @@ class MujocoPlant:
         self.model = mujoco.MjModel.from_xml_string(exported.text)
         self.data = mujoco.MjData(self.model)
         self._n, self._substeps = n, round(period / exported.timestep)
-        # A load starts at the position of its motor; also in a tree, joints are in the order of the coordinates.
+        # The first n joints are the coordinates in their order; a joint NAME_load starts at the position of joint NAME.
         joints = [self.model.joint(name) for name in exported.joints]
         self._positions = np.array([joint.qposadr[0] for joint in joints])
         self._velocities = np.array([joint.dofadr[0] for joint in joints])
@@ -61,7 +61,7 @@ class MujocoPlant:
         self._frictions = [(contacts.index(f.contact), _Reading(f, exported, self.model)) for f in exported.frictions]
 
     def move(self, time: float, command: Array) -> None:
-        """Simulate one sample under a command held from ``time``."""
+        """Move the state by one sample, with a command (m,) that is held from ``time``; MuJoCo keeps its own time."""
         data = self.data
         data.ctrl[self._controls] = command
         speeds = data.qvel[self._velocities].copy()
@@ -76,7 +76,11 @@ class MujocoPlant:
 
 
 class _Reading:
-    """Reader of the friction force of one contact in MuJoCo's data: constraint, damper and bristles."""
+    """Reads the friction force of one contact from MuJoCo's data.
+
+    It is the sum of a damper, computed here from the slip velocity, the constraint of MuJoCo's friction loss, and LuGre
+    bristles, which are an actuator. Contacts in the same direction share one constraint, in proportion to their losses.
+    """
 
     def __init__(self, friction: FrictionElement, exported: MjcfModel, model: Any) -> None:
         import mujoco
@@ -97,7 +101,9 @@ class _Reading:
         """λ, positive against a slip u > 0."""
         slip = float(self._direction @ speeds)
         terms = self._friction.sliding.terms
-        total = float(np.sign(slip) * (terms.at(np.array([abs(slip)]))[0] - _at_rest(self._friction, abs(slip))))
+        total = float(
+            np.sign(slip) * (terms.at(np.array([abs(slip)]))[0] - _without_damping(self._friction, abs(slip)))
+        )
         if self._share:
             rows = (data.efc_type == self._kind) & (data.efc_id == self._id)
             total -= self._share * float(data.efc_force[rows].sum())
@@ -106,7 +112,7 @@ class _Reading:
         return total
 
 
-def _at_rest(friction: FrictionElement, speed: float) -> float:
-    """The part of the terms without damping, which is read from the constraint or the bristles instead."""
+def _without_damping(friction: FrictionElement, speed: float) -> float:
+    """The friction level at a speed without its viscous part; MuJoCo has it as a friction loss or as bristles."""
     terms = friction.sliding.terms
     return terms.level + (terms.rise * float(np.exp(-((speed / terms.stribeck) ** 2))) if terms.rise else 0.0)

@@ -24,7 +24,9 @@ class AssumedLaw:
 
     Attributes:
         parameters: name → symbol; for a dimensionless parameter its exact value.
-        level: nominal a: the law's scale, or 1 if the law has none and a is a factor of the whole force.
+        level: declared value of a: of the law's scale parameter, or 1 where the law has none, and the observer's a is
+            then a factor of the whole force.
+        level_unit: of a; "1" for a factor.
         values, units: of the law's parameter symbols, if the observer assumes a law other than the plant's.
     """
 
@@ -125,7 +127,7 @@ def dynamic_friction_observer(spec: Spec, system: System) -> Observer:
     units = [law.state_unit for law in laws] + [law.level_unit for law in laws]
     initial = [
         *(rest - first.matrix * system.x - second.matrix * velocity.known),
-        *(Matrix([_declared(law) for law in laws]) - level_gain.matrix * parts.times(rest, known_slip)),
+        *(Matrix([_initial_level(law) for law in laws]) - level_gain.matrix * parts.times(rest, known_slip)),
     ]
     state_errors = parts.errors_of("state", "f", "f_hat", names, [law.state_unit for law in laws])
     level_errors = parts.errors_of("level", "a", "a_hat", names, [law.level_unit for law in laws])
@@ -190,8 +192,10 @@ def _assumed_law(spec: Spec, system: System, contact: ContactFriction) -> Assume
     return AssumedLaw(contact, law, parameters, sympy.Integer(1), "1", values, units)
 
 
-def _declared(law: AssumedLaw) -> Any:
-    """The initial level: the symbol of the law's scale, a parameter of the generated code; or the nominal level."""
+def _initial_level(law: AssumedLaw) -> Any:
+    """The level from which the observer starts: the law's scale parameter, a symbol that the generated code has as a
+    parameter, or 1 where the law has no scale.
+    """
     return law.parameters[law.law.scale] if law.law.scale else law.level
 
 

@@ -15,8 +15,11 @@ from codegen.spec.model import Spec
 def tracking_observer(spec: Spec, system: System) -> Observer:
     """TO (2.9)–(2.10), (3.11)–(3.12), GTO (4.16)–(4.17), (4.33) and MGTO (5.14)–(5.15).
 
-    F̂ = z + K_1 x + K_2 v̂,  dz/dt = −K_1 v̂ − K_2 M⁻¹[g − F̂]. For the MGTO F̂ are the contact forces, and U F̂ replaces
-    F̂ in the model.
+    F̂ = z + K_1 x + K_2 v̂,  dz/dt = −K_1 v̂ − K_2 M⁻¹[g − F̂], with F̂ the (n,) forces on the coordinates. An MGTO
+    estimates the contact forces instead, and U F̂ takes the place of F̂ in the bracket.
+
+    Friction of declared effects, λ_d(û), is known: the bracket then also contains −U λ_d, and z + K_1 x + K_2 v̂ (the
+    output ``tracked``) estimates the remaining friction. ``F_hat`` of an MGTO is the sum of both.
 
     Raises:
         BadInput: for gains of wrong shape or sign.

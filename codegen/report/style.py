@@ -52,15 +52,17 @@ def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, **styl
 
 
 def svg(
-    draw: Callable[[Any], None], size: tuple[float, float], dpi: int | None = None, fits: bool = False, **style: Any
+    draw: Callable[[Any], None], size: tuple[float, float], dpi: int | None = None, arranged: bool = False, **style: Any
 ) -> bytes:
     """An SVG of a matplotlib figure, with the same bytes in every run; arguments as of ``png``.
 
     Args:
         dpi: resolution of the parts that are bitmaps.
-        fits: whether matplotlib arranges the panels; otherwise ``draw`` positions them.
+        arranged: whether matplotlib arranges the panels; otherwise ``draw`` places them.
     """
-    return drawn(draw, size, "svg", dpi, {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05} if fits else None, _look(style))
+    return drawn(
+        draw, size, "svg", dpi, {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05} if arranged else None, _look(style)
+    )
 
 
 def _look(style: Mapping[str, Any]) -> dict[str, Any]:
@@ -122,7 +124,7 @@ def labelled(axes: Any, x: str, y: str, grid: float = 0.8) -> None:
 
 
 def framed(axes: Any, x: str, y: str) -> None:
-    """Labels, a grid, and lines at zero."""
+    """``labelled``, at most five ticks on a linear axis, and lines at zero where the linear axes cross there."""
     labelled(axes, x, y)
     low, high = axes.get_ylim()
     if axes.get_xscale() == "linear":
@@ -141,4 +143,4 @@ def svg_of(panels: tuple[Callable[[Any], None], ...]) -> str:
             panel(axes)
 
     sizes = {"font__size": 13, "xtick__labelsize": 12, "ytick__labelsize": 12}
-    return svg(draw, (PANEL_IN * len(panels), HEIGHT_IN), fits=True, **sizes).decode()
+    return svg(draw, (PANEL_IN * len(panels), HEIGHT_IN), arranged=True, **sizes).decode()

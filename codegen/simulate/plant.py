@@ -22,17 +22,19 @@ _ROUNDING = 64 * float(np.finfo(np.float64).eps)
 
 
 class Plant:
-    """Time stepper of a System with the values of its parameters.
+    """The time stepper of a System; its parameters are numbers in the CasADi functions.
 
-    One step of length h, after Moreau (1988): x_m = x + h/2 v; v⁺ from M(x_m)(v⁺ − v) = h (g(x_m, v_m, w, t_m) − U λ);
-    x⁺ = x_m + h/2 v⁺. A first pass with the forces at v gives v_m = (v + v⁺)/2 for the second, so smooth motion is
-    second-order accurate. Velocity-dependent forces are explicit: h must be below 2/rate of the fastest damping.
+    One step of length h is the midpoint scheme of Moreau (1988), as predictor and corrector:
 
-    Laws with states are integrated together with this by an L-stable method of second order, for any stiffness.
+        x_m = x + h/2 v,    M(x_m)(v⁺ − v) = h (g(x_m, v_m, w, t_m) − U λ),    x⁺ = x_m + h/2 v⁺
 
-    The state is the column (x, v, loads, q, z): n positions, n velocities, positions and then velocities of loads
-    behind springs, the set-valued forces of the last substep as initial guess of the next, and the states of friction
-    laws. ``t`` in an expression is the time from the start of the run, in seconds.
+    The predictor takes v_m = v, the corrector v_m = (v + v⁺)/2 with the predictor's v⁺: smooth motion is second-order
+    accurate. Velocity-dependent forces are explicit: h must be below 2/rate of the fastest damping. Laws with states
+    are integrated in the same step by an L-stable scheme of second order, for any stiffness.
+
+    The state is the column (x, v, x_load, v_load, q, z): n positions and n velocities; positions, then velocities, of
+    the loads behind springs; q, the set-valued forces of the last substep, from which the solver for the next one
+    starts; z, the states of the laws that have any. ``t`` in an expression is the time from the start of the run, s.
 
     Attributes:
         substeps: steps in one sample.
@@ -143,16 +145,17 @@ def _moved(v: Any, h: Any, free: Any, compliance: Any, found: Any) -> Any:
 LONGEST_SUBSTEP = 1e-4
 """In s."""
 STEP_OF_PRESLIDING = 0.05
-"""Longest substep times the fastest rate of presliding or of a spring, in rad."""
+"""Longest substep times the natural frequency of a bristle or spring, rad, or times the rate of its damping."""
 MOST_SUBSTEPS = 1000
 """Most substeps in a sample."""
 
 
 def substeps_of(system: System, period: float, position: Array) -> int:
-    """Number of substeps of a sample for relative errors of position and velocity of about 1e-5.
+    """Number of substeps in a sample, from 1 to ``MOST_SUBSTEPS``.
 
-    A substep is at most ``LONGEST_SUBSTEP``. With law states or loads behind springs it is also at most 1/20 of 1/ω of
-    their oscillations, and of the time constant of a spring's damping.
+    A substep is at most ``LONGEST_SUBSTEP`` long. Where a law has states or a load is behind a spring, it is also at
+    most ``STEP_OF_PRESLIDING`` over the natural frequency ω of that stiffness, and of a spring over c/m, the rate of
+    its damping. Position and velocity then agree with an exact integration to 1e-5 of their size.
 
     Args:
         period: sample time, s.

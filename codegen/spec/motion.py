@@ -22,8 +22,8 @@ class MovingBody:
     """A joint and the rigid body that it moves; links that are fixed to each other are one body.
 
     Attributes:
-        joint: an identifier made of the joint's name.
-        label: the joint's name.
+        joint: the coordinate's name, an identifier made of the joint's name.
+        label: the joint's name in the file.
         kind: revolute (also continuous) or prismatic.
         parent: index of the body that carries the joint, −1 for the base.
         rotation: R of the joint's frame at x = 0: parent coordinates are R times joint coordinates.
@@ -110,14 +110,14 @@ class Body:
     inertia: sympy.Expr
     positions: Mapping[str, sympy.Expr]
 
-    def weight(self, direction: str) -> sympy.Expr:
-        """The mass, or for ``angle`` the moment of inertia."""
+    def inertia_in(self, direction: str) -> sympy.Expr:
+        """The mass, or the moment of inertia where the direction is ``angle``."""
         return self.inertia if direction == "angle" else self.mass
 
 
 @dataclass(frozen=True)
 class Topology:
-    """Bodies without constraints, A.1.1 to A.1.4.
+    """Bodies without constraints and the contacts between them, appendix A.1.1 to A.1.4 of the thesis.
 
     Attributes:
         transform: T of x = T x̄ (A.37), coordinates by positions of the bodies in their order; None for the identity,
@@ -130,7 +130,7 @@ class Topology:
 
 @dataclass(frozen=True)
 class Constraints:
-    """Bodies whose positions are functions of the coordinates, A.1.5.
+    """Bodies whose positions are functions of the coordinates (holonomic constraints), A.1.5.
 
     Attributes:
         force: (body, direction) → force or torque on it, g_x of (A.54), over coordinates, velocities and inputs.

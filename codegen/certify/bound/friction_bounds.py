@@ -22,8 +22,8 @@ class Sliding:
 
     Attributes:
         slope: bound on |dF/du|; for a law with a state, once the state has reached its steady value.
-        level: declared friction where sliding begins.
-        speed: |u| from which on a law with a state slides; 0 for others.
+        level: declared |F| at ``speed``, where sliding begins; an irrational one is rounded up.
+        speed: the least |u| at which a law with a state is in its sliding range; 0 for a law without states.
     """
 
     slope: Fraction
@@ -47,9 +47,17 @@ def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
 def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
     """Upper bound on |friction| of each contact for every slip in the envelope, rest included; None if there is none.
 
-    - Law without memory: the level at rest plus the slope bound times the largest slip speed.
+    It is that of the law and of ``extra_level``; ``extra_force`` of declared effects is not included. The largest slip
+    speed is Σ |U_i| max |v_i|.
+
+    - Law without memory: the larger of the level at rest and that at u → 0, plus the slope bound times the largest slip
+      speed.
     - The same with a range ``a_NAME`` in the envelope: the larger of the level at rest and the ends of the range.
-    - Law with one state: its force at the ends of the state's range, with the end of ``a_NAME`` for its level.
+    - Law with one state: its force at the ends of the state's range; with a range ``a_NAME``, at the largest level in
+      it.
+
+    There is none for a U that depends on position, for a speed without a range that the bound needs, and without a
+    range ``a_NAME`` for a contact with a declared effect on its level.
     """
     system, bounds = observer.system, list[Fraction | None]()
     distribution = system.distribution.subs(observer.values)

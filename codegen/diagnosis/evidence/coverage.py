@@ -20,9 +20,11 @@ from codegen.effects.start import Covered
 from codegen.mechanics.system import Matrix, System
 
 BINS = 16384
+"""Bins of the position over the span."""
 PADDING = 16
 """Zero padding: the frequencies of the periodogram differ by 1/16 of a period over the whole span."""
 LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
+"""Least and largest number of periods in the span."""
 KEPT_PERIODS = 3
 RIDGE = 1e-9
 """Ridge on the scaled normal equations, which are singular where the direction of motion never changes."""
@@ -125,8 +127,10 @@ def _periods(
 ) -> tuple[float, ...]:
     """Periods of the waves that explain most of a residual y(x): least-squares (Lomb–Scargle) periodogram.
 
-    y = a + b q + q (c cos 2πx/p + d sin 2πx/p), with q the direction of slip, the squared speed, or 1. The normal
-    equations are weighted by the time at each position. Periods that are passed above the cutoff are left out.
+    y = a + b q + q (c cos 2πx/p + d sin 2πx/p), with p the period and q the factor by which the force of such an effect
+    is modulated: sgn v of an effect on a contact; v² of a sensor's error, whose second time derivative grows with it;
+    else 1. The normal equations are weighted by the time at each position. A period is left out if the motion passes it
+    only at frequencies |v|/p above the cutoff.
     """
     carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))[used]
     if not carrier.any():

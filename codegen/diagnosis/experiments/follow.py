@@ -29,10 +29,21 @@ def follow(
     limit: Array | None = None,
     substeps: int | None = None,
 ) -> LoopRun | None:
-    """The simulated run along (N, n) positions and rates, critically damped at ``centre``; None if it diverges.
+    """Simulate a machine that follows a trajectory under a PD loop, critically damped at ``centre``.
+
+    The run starts at rest at the first position.
 
     Args:
-        substeps: of the plant in a sample; by default as many as an exact integration needs.
+        search: its system and cutoff give the gains, see ``loop_gains``.
+        machine: the plant.
+        target, rate: (N, n) reference positions and velocities, one row for each sample.
+        centre: (n,) positions at which the gains are computed.
+        h: sample time, s.
+        limit: (m,) largest |w|; None for no limit.
+        substeps: of the plant in a sample; by default those of ``substeps_of``.
+
+    Returns:
+        The run, or None if it diverges.
     """
     position_gain, velocity_gain = loop_gains(search, centre, h)
     controller = Feedback(
@@ -55,12 +66,12 @@ def logged(log: Log, positions: Array, inputs: Array) -> Log:
 
 
 def loop_gains(search: Search, centre: Array, h: float) -> tuple[Array, Array]:
-    """(m, n) gains of a critically damped loop, from M and ∂g/∂w at ``centre``."""
+    """(m, n) gains ω² B⁺M and 2ω B⁺M of a critically damped position loop; M and B = ∂g/∂w at ``centre``."""
     system = search.system
     at = dict(system.values) | dict(zip(system.positions, map(float, centre), strict=True))
     at |= dict.fromkeys((*system.velocities, *system.inputs), 0)
     mass = np.array(system.mass_matrix.subs(at), dtype=float)
     reached = np.array(sympy.Matrix(system.force).jacobian(list(system.inputs)).subs(at), dtype=float)
     frequency = 2 * np.pi * min(LOOP_SHARE * search.motion.cutoff_hz, 1 / (LOOP_SAMPLES * h))
-    inward = np.linalg.pinv(reached) @ mass
-    return frequency**2 * inward, 2 * frequency * inward
+    to_inputs = np.linalg.pinv(reached) @ mass
+    return frequency**2 * to_inputs, 2 * frequency * to_inputs

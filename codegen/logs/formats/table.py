@@ -67,7 +67,8 @@ class Layout:
         notes: in words, for example on the lines before the header.
         decimal: the decimal separator; empty if a comma may be that or separate thousands.
         decimal_stated: whether a description states it.
-        head: the header and the lines between it and the rows.
+        head: texts of the header, of the lines between it and the rows, and ``END``: where such a line comes again
+            among the rows, it is no row.
         started: column, counted from 0, that holds dates or times of day → that of the first row.
         plain: converts a line to plain fields, empty for no row; None if lines are plain.
         times: column → column of its time, both counted from 0; empty if all columns have the same time.
@@ -101,7 +102,7 @@ class _Rows:
     Attributes:
         index: of the first one.
         width: number of fields up to the last one that is not empty.
-        most: number of fields with the empty ones at the end.
+        most: number of fields, empty ones at the end included.
         numbered: whether the first field is a row number.
     """
 
@@ -302,14 +303,14 @@ def _is_row(texts: Sequence[str]) -> bool:
     return any(map(_is_number, texts)) and all(known)
 
 
-def _is_another(texts: Sequence[str], row: Sequence[str]) -> bool:
-    """Whether a line has numbers, or missing values, in the fields in which a row has numbers."""
+def _has_same_columns(texts: Sequence[str], row: Sequence[str]) -> bool:
+    """Whether a line has numbers, or missing values, in the fields in which a row has numbers, and as many fields."""
     pairs = [t for t, r in zip(texts, row, strict=False) if _is_number(r)]
     missing = all(_is_number(t) or t.strip().lower() in MISSING for t in pairs)
     return len(texts) == len(row) and any(map(_is_number, pairs)) and missing
 
 
-def _all_of(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
+def _all_fields(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
     """The fields of any line; empty if it cannot be split."""
     if len(line) > LONGEST_LINE:
         return []
@@ -321,7 +322,7 @@ def _all_of(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
 
 def _split(line: str, delimiter: str, wrapped: bool = False) -> list[str]:
     """The fields of a line, without empty ones at its end."""
-    found = _all_of(line, delimiter, wrapped)
+    found = _all_fields(line, delimiter, wrapped)
     while len(found) > 1 and not found[-1].strip():
         found.pop()
     return found
@@ -340,7 +341,7 @@ def _first_line(file: str, lines: Sequence[str], index: int) -> Layout | None:
     delimiter = delimiter_of(line)
     texts = _split(line, delimiter) or fields(line, delimiter, place)
     behind = next((_split(lines[index + 1 + i], delimiter) for i in _significant(lines[index + 1 :])), [])
-    if not (all(map(_is_number, texts)) or _is_another(texts, behind)):
+    if not (all(map(_is_number, texts)) or _has_same_columns(texts, behind)):
         return Layout(_named(texts), index + 1, index + 1, delimiter)
     comment = next((i for i in range(index - 1, -1, -1) if COMMENT.match(lines[i])), None)
     if comment is not None:
@@ -376,13 +377,13 @@ def _find_rows(lines: Sequence[str]) -> _Rows | None:
             if len(texts) < 2 or not row:
                 alike = []
                 continue
-            again = _is_another(texts, last) if texts_too else len(texts) == len(last)
+            again = _has_same_columns(texts, last) if texts_too else len(texts) == len(last)
             alike = [*alike, i] if alike and again else [i]
             last = texts
             if len(alike) == ROWS_ALIKE or (len(alike) == 2 and i == places[-1]):
                 above = [_split(lines[k], delimiter, wrapped) for k in places[: places.index(alike[0])]]
-                most = max(len(last), len(_all_of(lines[i], delimiter, wrapped)))
-                while above and len(above[-1]) <= most and _is_another(above[-1][: len(last)], last):
+                most = max(len(last), len(_all_fields(lines[i], delimiter, wrapped)))
+                while above and len(above[-1]) <= most and _has_same_columns(above[-1][: len(last)], last):
                     above.pop()  # rows with a text, as oscilloscopes write first, or with a remark
                 begun = [t for k in places[len(above) :][:2] for t in _split(lines[k], delimiter, wrapped)[:1]]
                 return _Rows(places[len(above)], delimiter, wrapped, len(last), most, begun in (["1", "2"], ["0", "1"]))

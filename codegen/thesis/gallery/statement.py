@@ -95,7 +95,7 @@ class Figure(BaseModel):
 
     @property
     def others(self) -> tuple[Setting, ...]:
-        """The settings that ``settings`` names."""
+        """The settings named by ``settings``, in addition to the one "as drawn", in which the figure is made."""
         return self._others
 
 
