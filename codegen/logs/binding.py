@@ -209,7 +209,7 @@ class _Search:
 
     def _absent(self, symbol: str, text: str, origin: Place | str | None) -> BadInput:
         """The error for a column that is not there."""
-        said = f", which {origin} asks for as `{symbol}`" if origin else ""
+        reason = f", which {origin} asks for as `{symbol}`" if origin else ""
         expected = (
             f"one of the columns {listing(self.names)} (or `columns: {{{symbol}: ...}}` in meta.yaml beside the log"
             f"{'' if symbol in self.explicit else f', or `--column {symbol}=...`'})"
@@ -221,11 +221,11 @@ class _Search:
         if symbol in self.explicit:
             expected += "; the option is for every log of a command: where their columns differ, meta.yaml beside each"
         if self.headless:
-            said = said or ", and no header line"
+            reason = reason or ", and no header line"
             expected = (
                 f"`columns: {{{symbol}: NUMBER}}` in meta.yaml beside the log, NUMBER from 1 to {len(self.names)}"
             )
-        found = f"no column `{shown(text)}`{said}"
+        found = f"no column `{shown(text)}`{reason}"
         as_written = [name for name in self.names if name in text and name != identifier(name)]
         if as_written and OPERATORS & set(text):
             longest = max(as_written, key=len)

@@ -212,8 +212,8 @@ def scale_of_counts(symbol: str, spec: Spec) -> str:
     own = unit_of(symbol, spec)
     if own.startswith("rad"):
         return f"`scale: {{{symbol}: 2*pi/4096}}` of an encoder with 4096 counts a turn"
-    size, said = ("10 um", "10 um") if own == "m" else ("0.001", f"0.001 {own}")
-    return f"`scale: {{{symbol}: {size}}}` of counts of {said}"
+    size, with_unit = ("10 um", "10 um") if own == "m" else ("0.001", f"0.001 {own}")
+    return f"`scale: {{{symbol}: {size}}}` of counts of {with_unit}"
 
 
 def words_of(name: str) -> list[str]:

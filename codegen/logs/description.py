@@ -318,10 +318,10 @@ def read_description(path: str | Path) -> LogDescription:
     path = Path(path)
     document, places = load_plain(read_text(path, "what meta.yaml says of a log (YAML)"), str(path), "columns: {x: qm}")
     reading = _Reading(str(path), places)
-    said = validate(LogDescription, document, places, str(path), reading)
+    description = validate(LogDescription, document, places, str(path), reading)
     reading.faults.raise_noted()
-    rate = 1 / said.sample_time if said.sample_time else said.sample_rate_hz
-    cutoff = said.cutoff_hz or said.evaluation.cutoff_hz
-    said = said.model_copy(update={"sample_rate_hz": rate, "cutoff_hz": cutoff})
-    said._reading = reading
-    return said
+    rate = 1 / description.sample_time if description.sample_time else description.sample_rate_hz
+    cutoff = description.cutoff_hz or description.evaluation.cutoff_hz
+    description = description.model_copy(update={"sample_rate_hz": rate, "cutoff_hz": cutoff})
+    description._reading = reading
+    return description

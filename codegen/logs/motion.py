@@ -11,13 +11,13 @@ from codegen.base.arrays import Array, Flags
 from codegen.logs.log import Log
 
 ORDER = 4
-"""Of the Butterworth filter."""
+"""Order of the Butterworth filter."""
 EDGE_PERIODS = 2.0
 """Periods of the cut-off after which a filter has settled."""
 NOISE_FACTOR, SHARE_OF_TOP_SPEED = 5.0, 0.01
 """Threshold of motion: times the RMS velocity of the noise, and share of the top speed."""
 DEFAULT_CUTOFF = 20.0
-"""Hz."""
+"""Default cutoff in Hz."""
 SPREAD, OF_TOP = 0.15, 0.03
 """A record runs at constant speed if the standard deviation of its speed is at most the larger of these shares: of its
 mean speed, and of the top speed."""

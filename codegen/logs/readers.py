@@ -423,5 +423,5 @@ def _is_text(head: bytes) -> bool:
 
 
 def _other(head: bytes) -> tuple[str, str] | None:
-    """What a file is that is not read, and what to give instead; None for first bytes that say nothing."""
+    """Name of an unsupported format with these first bytes, and the file to give instead; None for other bytes."""
     return next(((what, instead) for begin, what, instead in OTHERS if re.match(begin, head)), None)

@@ -58,7 +58,7 @@ def test_a_flipped_sign_is_named_where_a_log_can_tell(tmp_path, machine, turned,
     lines = re.findall(r"`scale: \{(.*?)\}`", one.words)
     right = f"{turned}: -1" if alone or turned == "w" else coordinate
     assert lines == (["w: -1", coordinate] if undecided else [right])
-    assert ("cannot tell which" in one.words) is undecided
+    assert ("cannot decide which" in one.words) is undecided
     assert one.topic == ("sign and scale of w" if undecided or turned == "w" else f"sign of {turned[0]}")
     assert not problems(tmp_path, machine, turned, speeds, about=f"scale: {{{right}}}")
 

@@ -95,18 +95,20 @@ def _finding(
         now: the misfit as read.
     """
     least = min(left for _, left in named)
-    said = [_said(group, log, spec) for group, _ in named]
+    variables = [_in_words(group, log, spec) for group, _ in named]
     lines = " or ".join(f"`scale: {_entries(group, log, spec)}`" for group, _ in named if group != POSITION_FORCES)
-    which = f"{said[0]} seems flipped" + "".join(f", or that of {one}" for one in said[1:])
-    rival = f"; with {_said(other[1], log, spec)} turned, {in_percent(other[0])}" if other and len(named) == 1 else ""
+    which = f"{variables[0]} seems flipped" + "".join(f", or that of {one}" for one in variables[1:])
+    rival = (
+        f"; with {_in_words(other[1], log, spec)} reversed, {in_percent(other[0])}" if other and len(named) == 1 else ""
+    )
     words = (
-        f"The sign of {which}: as read, {in_percent(now)} of the squares stay unbalanced; turned, "
+        f"The sign of {which}: as read, {in_percent(now)} of the squares stay unbalanced; reversed, "
         f"{in_percent(least)}{rival}. "
     )
     if len(named) > 1:
         words += (
-            "This log cannot tell which: the forces of the spec fit either. A push by hand in the direction that the "
-            f"drawing calls positive tells the sign of {_positions(named, spec)}. "
+            "This log cannot decide which: the forces of the spec fit either. A push by hand in the direction that the "
+            f"drawing calls positive shows the sign of {_positions(named, spec)}. "
         )
     if named[0][0] == POSITION_FORCES:
         words += "Check them in the spec, or the zero of a position (a pendulum's may be half a turn off)."
@@ -122,7 +124,7 @@ def _positions(named: Sequence[tuple[Flipped, float]], spec: Spec) -> str:
     return " and ".join(c.name for c in spec.coordinates if any(c.name in group for group, _ in named))
 
 
-def _said(group: Flipped, log: Log, spec: Spec) -> str:
+def _in_words(group: Flipped, log: Log, spec: Spec) -> str:
     """The flipped variables in words; a coordinate is a position with its velocity."""
     if group == POSITION_FORCES:
         return "gravity and springs"

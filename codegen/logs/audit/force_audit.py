@@ -56,7 +56,7 @@ FACTOR_RANGE, FACTORS_TRIED, SURE_FACTOR, NO_UNIT = 10.0, 41, 0.02, 1.5
 """Search for a scale factor that is no unit conversion: range about a starting value, number of factors on that grid,
 largest misfit at which the factor is named, and least ratio to the unit's factor (nearer: a parameter error)."""
 KNOTS = 60
-"""Of the piecewise linear function of the position."""
+"""Number of knots of the piecewise linear function of the position."""
 COMPUTED = 0.01
 """Largest share of the input's force that a function of the position leaves unexplained if it was computed from it."""
 CARRIED, MATERIAL = 10.0, 0.03

@@ -52,7 +52,7 @@ class Forces:
 
     @property
     def moving_misfit(self) -> float:
-        """As ``misfit``, over the squares of the forces without gravity and springs.
+        """Σ(M a − g + U λ)² over the sum of the squares of the forces without gravity and springs; see ``misfit``.
 
         If a weight is most of the balance, the squares of all forces depend little on the motion.
         """
@@ -68,7 +68,7 @@ class Forces:
         return partial_correlation(self.given[:, i], self.inertia[:, i], others)
 
     def friction_factor(self, i: int) -> tuple[float, float]:
-        """The same for the declared friction."""
+        """Least-squares factor of the declared friction in the inputs' force on coordinate i; partial correlation."""
         others = np.column_stack([self.inertia[:, i], self.motion, np.ones(len(self.motion))])
         return partial_correlation(self.given[:, i], self.friction[:, i], others)
 

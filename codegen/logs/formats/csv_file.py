@@ -226,7 +226,7 @@ class CsvSource(LogFile):
         raise BadInput(place, f"`{shown(text)}`", *self._wanted(text), code="LOG005")
 
     def _wanted(self, text: str) -> tuple[str, str | None]:
-        """What is expected in place of a text that is no number, and the number that it may be."""
+        """The expectation of the error for a text that is no number, and the number that it may stand for."""
         sign = self.layout.decimal
         if ":" in text or text.count("/") == 2 or (text.count(".") == 2 and len(text) == 10):
             dates = "2026-03-04 23:59:58.002 (ISO 8601); or `sample_time: SECONDS` in meta.yaml beside the log"
@@ -278,12 +278,12 @@ def open_csv(path: Path, allowance: Allowance, description: LogDescription) -> C
     rows = data.count(b"\n") + data.count(b"\r")
     if rows > MOST_ROWS:
         raise file.fault(f"{rows} lines", f"{EXPECTED}; at most {MOST_ROWS} lines", code="LOG010")
-    text, said = text_of(str(path), data)
+    text, notes = text_of(str(path), data)
     lines = whole_lines(text.split("\n"))
     turned = transposed_rows(lines) if description.header is None else None
     if turned is not None:
-        said = (*said, "each line is a signal: the table is turned, and its rows are counted as lines")
-    return _without_cut_off(open_lines(str(path), turned or lines, description, said))
+        notes = (*notes, "each line is a signal: the table is transposed, and its rows are counted as lines")
+    return _without_cut_off(open_lines(str(path), turned or lines, description, notes))
 
 
 def _without_cut_off(source: CsvSource) -> CsvSource:

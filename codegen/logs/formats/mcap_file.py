@@ -30,7 +30,7 @@ class McapStorage(Storage):
         self.topics = {c.topic: self._topic(c) for c in self._channels.values()}
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """In the order of the file; with an index, chunks without these topics are skipped."""
+        """The messages of these topics in the order of the file; with an index, chunks without them are skipped."""
         with self.opened() as stream:
             for record in self._records(stream, topics):
                 if type(record).__name__ == "Message" and (topic := self._channels[record.channel_id].topic) in topics:

@@ -178,8 +178,8 @@ def transposed_rows(lines: Sequence[str]) -> list[str] | None:
     if width < FEWEST_VALUES or any(len(texts) != width or not _ELEMENT.match(texts[-1]) for texts in signals):
         return None
     given = [texts.pop(0) for texts in signals if not _ELEMENT.match(texts[0])]
-    said = [names for comment in comments if len(names := _fields(comment, delimiter)) == len(signals)]
-    names = given if len(given) == len(signals) else next(iter(said), [])
+    in_comments = [names for comment in comments if len(names := _fields(comment, delimiter)) == len(signals)]
+    names = given if len(given) == len(signals) else next(iter(in_comments), [])
     return ["\t".join(row) for row in ([names] if names else []) + list(map(list, zip(*signals, strict=True)))]
 
 

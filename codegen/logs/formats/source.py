@@ -190,7 +190,7 @@ class LogFile(File, ABC):
         """
 
     def blocks(self, wanted: Sequence[str]) -> Iterator[Columns]:
-        """As ``load``, in blocks of rows if the format allows it."""
+        """The rows of the wanted columns (``load``), in blocks of rows if the format allows it."""
         yield self.load(wanted)
 
     def take(self, size: int) -> None:

@@ -226,7 +226,7 @@ def _decimal(lines: Sequence[str], delimiter: str) -> str:
 
 
 def _or_a_spec(file: str, expected: str) -> str:
-    """What is expected in place of a text without a table, with a hint if it may be the spec."""
+    """The expectation of the error for a file without a table, with a hint if it may be the spec."""
     yaml = file.lower().endswith((".yaml", ".yml"))
     return f"{expected}; is this the spec? A command takes the spec first, then the log" if yaml else expected
 
@@ -449,10 +449,10 @@ def _scope(lines: Sequence[str], rows: _Rows) -> Layout | None:
     units |= {name: unit for name, unit in bare.items() if unit.lower() not in ("", "none")}
     table = Layout(_named(called), at + 1, rows.index, rows.delimiter, rows.wrapped, tuple(units.items()))
     words = f"the file is a scope's export{', its times in ms' if in_ms else ''}"
-    said = _with_notes(lines, table)
+    layout = _with_notes(lines, table)
     before = tuple(max(j for j in times if j <= k) for k in range(rows.width)) if own else ()
     tick = (1e-3 if in_ms else 1e-7) if _SAMPLE_TIME in about else 1.0
-    return replace(said, notes=(words, *said.notes), times=before, tick=tick)
+    return replace(layout, notes=(words, *layout.notes), times=before, tick=tick)
 
 
 def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
@@ -461,13 +461,13 @@ def _with_units_above(found: Layout, lines: Sequence[str]) -> Layout:
         return found
     start = next((found.first + i for i in _significant(lines[found.first :])), found.first)
     for line in lines[:start]:
-        said = re.fullmatch(r"\s*(?:#|%|//)\s*(?i:units?|einheit(?:en)?)\s*[:=]?\s*(.+)", line)
-        if said:
+        stated = re.fullmatch(r"\s*(?:#|%|//)\s*(?i:units?|einheit(?:en)?)\s*[:=]?\s*(.+)", line)
+        if stated:
             for delimiter in (*SEPARATORS, ""):
-                texts = _split(said[1], delimiter)
+                texts = _split(stated[1], delimiter)
                 if len(texts) == len(found.names) and _are_units(texts):
                     units = tuple(zip(found.names, map(_plain_unit, texts), strict=True))
-                    return replace(found, units=units, notes=(*found.notes, f"the units of a comment ({said[1]})"))
+                    return replace(found, units=units, notes=(*found.notes, f"the units of a comment ({stated[1]})"))
     return found
 
 
@@ -477,11 +477,11 @@ def _names_of(line: str, rows: _Rows) -> list[str]:
     Row numbers may have no name, as in tables of R; a comment may have an additional name, as in LabVIEW's files. In a
     comment, names may have another separator than the rows, with units in brackets or without.
     """
-    said = line.strip().lstrip("#%/")
-    ways = [_split(said, rows.delimiter, rows.wrapped)]
+    text = line.strip().lstrip("#%/")
+    ways = [_split(text, rows.delimiter, rows.wrapped)]
     if COMMENT.match(line) and not rows.wrapped:
-        others = [_split(said.strip(), other) for other in SEPARATORS if other != rows.delimiter]
-        spaced = [_split(said, ""), re.split(r"\s+(?![\[(])", said.strip())]
+        others = [_split(text.strip(), other) for other in SEPARATORS if other != rows.delimiter]
+        spaced = [_split(text, ""), re.split(r"\s+(?![\[(])", text.strip())]
         ways = [*(ways if rows.delimiter else []), *others, *spaced]
     return next((names for names in (_as_names(texts, rows) for texts in ways) if names), [])
 

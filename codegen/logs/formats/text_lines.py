@@ -24,19 +24,19 @@ def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ..
         BadInput: for bytes that are no text.
     """
     wanted = f"{EXPECTED}, in UTF-8"
-    said: list[str] = []
+    notes: list[str] = []
     size = len(data)
     text = None
     if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
         try:
             text = data.decode("utf-16")
-            said.append("the file is in UTF-16")
+            notes.append("the file is in UTF-16")
         except UnicodeDecodeError:
             pass
     if text is None:
         data = data.rstrip(b"\0")
         if len(data) < size:
-            said.append(f"{size - len(data)} zero bytes at the end, as a loss of power leaves them, are not read")
+            notes.append(f"{size - len(data)} zero bytes at the end, as a loss of power leaves them, are not read")
         zero = data.find(b"\0")
         if zero >= 0:
             place = Place(file, before + data.count(b"\n", 0, zero) + 1)
@@ -49,8 +49,8 @@ def text_of(file: str, data: bytes, before: int = 0) -> tuple[str, tuple[str, ..
                 found = f"byte {error.start} is not UTF-8"
                 raise BadInput(Place(file, line), found, wanted, code="LOG001") from None
             text = data.decode("cp1252")
-            said.append(f"line {line} is not UTF-8: the file is read as Windows-1252")
-    return text.replace("\r\n", "\n").replace("\r", "\n"), tuple(said)
+            notes.append(f"line {line} is not UTF-8: the file is read as Windows-1252")
+    return text.replace("\r\n", "\n").replace("\r", "\n"), tuple(notes)
 
 
 def is_windows_text(data: bytes) -> bool:
@@ -58,19 +58,19 @@ def is_windows_text(data: bytes) -> bool:
     return re.search(rb"[\x00-\x08\x0e-\x1f\x7f\x81\x8d\x8f\x90\x9d]", data) is None
 
 
-def lines_of(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[list[str]]:
+def lines_of(given: Iterator[bytes], file: str, notes: list[str]) -> Iterator[list[str]]:
     """The whole lines of each piece of a file; at the end also an incomplete last line.
 
     Args:
         given: the bytes, as they arrive.
         file: its name, for messages.
-        said: notes on how the bytes are read are added to this list, each once.
+        notes: notes on how the bytes are read are added to this list, each once.
 
     Raises:
         BadInput: for bytes that are no text, or a line of more than ``LONGEST_LINE`` bytes.
     """
     rest, before = b"", 0
-    for piece in _in_utf8(given, file, said):
+    for piece in _in_utf8(given, file, notes):
         if b"\0" in piece:
             raise BadInput(file, "a zero byte: binary data, or what a loss of power leaves", EXPECTED, code="LOG001")
         end = piece.rfind(b"\n") + 1
@@ -78,7 +78,7 @@ def lines_of(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[lis
             rest += piece
         else:
             text, words = text_of(file, rest + piece[:end], before)
-            said += [word for word in words if word not in said]
+            notes += [word for word in words if word not in notes]
             lines = text.split("\n")[:-1]
             before += len(lines)
             yield lines
@@ -87,11 +87,11 @@ def lines_of(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[lis
             raise BadInput(file, f"a line of more than {LONGEST_LINE} bytes", EXPECTED, code="LOG001")
     if rest:
         text, words = text_of(file, rest, before)
-        said += [word for word in words if word not in said]
+        notes += [word for word in words if word not in notes]
         yield text.removesuffix("\n").split("\n")
 
 
-def _in_utf8(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[bytes]:
+def _in_utf8(given: Iterator[bytes], file: str, notes: list[str]) -> Iterator[bytes]:
     """The pieces as they are, or converted to UTF-8 if they begin with the mark of UTF-16, with a note."""
     head = b""
     while len(head) < len(BOM_UTF16_LE) and (piece := next(given, None)) is not None:
@@ -99,7 +99,7 @@ def _in_utf8(given: Iterator[bytes], file: str, said: list[str]) -> Iterator[byt
     if not head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
         yield from chain([head], given)
         return
-    said.append("the file is in UTF-16")
+    notes.append("the file is in UTF-16")
     decoder = getincrementaldecoder("utf-16")()
     try:
         for piece in chain([head], given):
