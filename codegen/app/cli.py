@@ -53,7 +53,7 @@ Columns = Annotated[
         "--column",
         "-c",
         metavar="NAME=COLUMN",
-        help="what all logs call a variable; meta.yaml beside a log says so of one",
+        help="the column of a variable in all logs; for one log, meta.yaml in its folder",
     ),
 ]
 
@@ -138,7 +138,7 @@ def certify(
     out: Annotated[Path | None, written("FILE", "write certificate.json alone here")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Certify the sampled observer over the envelope, or say why not, with a counterexample and what would be."""
+    """Certify the sampled observer over the envelope, or state why not, with a counterexample and a remedy."""
     from codegen.app.certify import certified_json, certified_text, certify
 
     found = certify(spec, out)
@@ -159,8 +159,8 @@ def verify(
 ) -> None:
     """Check a certificate, that of a generated folder, or proof.json by the independent checker (codegen/checker/).
 
-    Exit status: 0 verified, and proved of the C beside it; 4 the same where the printed conditions hold; 5 the algebra
-    holds, and it was not bound to code; 3 refused.
+    Exit status: 0 verified, and proved of the C in the same folder; 4 the same where the printed conditions hold; 5
+    the algebra holds, and it was not bound to code; 3 refused.
     """
     from codegen.app.verify import certificate_in, readable, verification_json
     from codegen.checker import verify as checker
@@ -310,7 +310,7 @@ def export(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write the machine as a simulator's model, a firmware's map or its observer as a library; say what is not held."""
+    """Write the machine as a simulator's model or a firmware's map, or its observer as a library; list what is lost."""
     from codegen.app.export import export
 
     result = export(spec, to, out, on, counts, gear, into)
@@ -397,12 +397,16 @@ def watch(
     column: Columns = None,
     dwell: Annotated[
         str | None,
-        typer.Option("--dwell", metavar="S", help="s, or such as 10ms, out of the bound before it is said; 10 samples"),
+        typer.Option(
+            "--dwell",
+            metavar="S",
+            help="time outside of the bound before it is reported, in s or such as 10ms; 10 samples",
+        ),
     ] = None,
     follow: Annotated[bool, typer.Option("--follow", help="wait at the end of the file for more rows")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Run the observer beside a machine, over rows as they arrive; say when friction leaves its certified bound.
+    """Run the observer on rows as they arrive from a machine; report when friction leaves its certified bound.
 
     Ends with the rows, or by Ctrl-C, with a short report. Exit status 3 where the bound was left, 2 where no sample
     could be compared with it.

@@ -19,31 +19,31 @@ SPEC = "belt_axis.yaml"
 PLANT = "plants/belt_axis.yaml"
 
 
-def run_demo(folder: Path, say: Callable[[str], None], tell: Callable[[str, float], None]) -> Diagnosed:
+def run_demo(folder: Path, show: Callable[[str], None], progress: Callable[[str, float], None]) -> Diagnosed:
     """Derive, certify and generate the observer of a belt axis, simulate the axis, and diagnose the simulated log.
 
     The simulated axis has an effect that its spec lacks.
 
     Args:
         folder: for the results.
-        say: prints a text.
-        tell: called with a station and the share of it that is done.
+        show: prints a text.
+        progress: called with a station and the share of it that is done.
     """
     specs = resource_folder("specs")
     spec = specs / SPEC
-    say(render("text/demo_spec.txt.j2", file=SPEC, **check_json(check(spec))))
-    say(render("text/demo_derive.txt.j2", **analysis_view(derive(spec))))
+    show(render("text/demo_spec.txt.j2", file=SPEC, **check_json(check(spec))))
+    show(render("text/demo_derive.txt.j2", **analysis_view(derive(spec))))
     generated = generate(spec, folder / "generated" / "belt_axis")
     if isinstance(generated.outcome, Certificate):
         report = verify(generated.folder / "certificate.json", spec)
-        say(
+        show(
             render("text/demo_certify.txt.j2", certificate=generated.outcome, report=report.report, generated=generated)
         )
     log, test = folder / "train.csv", folder / "test.csv"
-    simulate(specs / PLANT, log, lambda share: tell("simulate", share / 2))
-    simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda share: tell("simulate", (1 + share) / 2))
-    say(render("text/demo_log.txt.j2", log=log, test=test))
-    result = diagnose(spec, log, test, folder / "diagnosis", progress=tell)
-    say(result.text(paths=False))
-    say(render("text/demo_paths.txt.j2", generated=generated, result=result))
+    simulate(specs / PLANT, log, lambda share: progress("simulate", share / 2))
+    simulate(specs / "plants" / "belt_axis_test.yaml", test, lambda share: progress("simulate", (1 + share) / 2))
+    show(render("text/demo_log.txt.j2", log=log, test=test))
+    result = diagnose(spec, log, test, folder / "diagnosis", progress=progress)
+    show(result.text(paths=False))
+    show(render("text/demo_paths.txt.j2", generated=generated, result=result))
     return result

@@ -30,7 +30,7 @@ class Verified(Shown):
 
     @property
     def summary(self) -> Mapping[str, object]:
-        bound = "the C beside it" if self.report.proved else "no code"
+        bound = "the C in its folder" if self.report.proved else "no code"
         return {"machine": self.report.name, "claim": self.report.claim, "facts": len(self.report.facts), "of": bound}
 
     @property

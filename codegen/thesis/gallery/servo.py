@@ -50,7 +50,7 @@ def cancelled(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None)
 
 
 def without_tachometer(specs: Sequence[Spec], setting: Setting, pid: Gains | None = None) -> Runs:
-    """As ``cancelled``, with runs measured_a, … in which the observers use the measured velocity."""
+    """The runs of ``cancelled``, and runs measured_a, … in which the observers use the measured velocity."""
     runs = cancelled(specs, setting, pid)
     loops = dict(runs.loops)
     for letter, spec in zip(LETTERS, specs, strict=False):

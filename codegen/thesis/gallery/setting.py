@@ -112,7 +112,7 @@ class HeldNoise(Sensors):
     held: int = 1
 
     def noise(self, count: int, n: int, seed: int) -> tuple[Array, Array]:
-        """As ``Sensors.noise``."""
+        """Noise of positions and velocities, (count, n) each, of which each value is held; see ``Sensors.noise``."""
         positions, velocities = super().noise(count // self.held + 1, n, seed)
         return np.repeat(positions, self.held, axis=0)[:count], np.repeat(velocities, self.held, axis=0)[:count]
 

@@ -53,7 +53,7 @@ class Statement(BaseModel):
 
 
 class Making(BaseModel):
-    """How a figure is made.
+    """The functions that make a figure.
 
     Attributes:
         module: of the gallery, with the functions named below and the figure's measures.
