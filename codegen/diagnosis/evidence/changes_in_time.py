@@ -30,7 +30,7 @@ SURELY = 2.0
 """Least ratio of the difference to its bias by noise in the term, of which only an estimate is known."""
 MOST_CHANGES = 12
 AS_GOOD = 0.95
-"""Of the terms that remove at least this share of what the best removes, the first is taken, a constant force."""
+"""Share of the squares removed by the best term from which on an earlier term, a constant force first, is taken."""
 
 
 @dataclass(frozen=True)

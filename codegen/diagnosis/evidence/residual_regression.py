@@ -41,7 +41,7 @@ DEGREE = 3
 LEAST_ROWS = 200
 """Least number of samples of a regression."""
 NEIGHBOURS, LEAST_PERIODS = 2, 6
-"""Of a spectral line: neighbouring bins on each side, by which its amplitude may vary; least periods in the log."""
+"""Spectral line: neighbouring bins on each side, by which its amplitude may vary; least periods in the log."""
 STATE = ("speed", "position", "load", "acceleration", "distance since reversal")
 """Variables of the motion; what these predict is no change in time."""
 REPEATED = 2.0

@@ -42,7 +42,7 @@ def slow_noise_likelihood(residual: Array, band: float) -> float:
 
 @lru_cache(maxsize=8)
 def _spectra(lines: int) -> tuple[Array, Array]:
-    """Of every noise model: 1/S at each line, (models, lines); and Σ ln S, (models,)."""
+    """(models, lines) 1/S of each noise model at each spectral line, and (models,) Σ ln S; S: power spectrum."""
     turn = np.exp(-1j * np.pi * np.arange(lines) / lines)
     models = [np.ones(lines)]
     for time in np.geomspace(1.0, max(1.0, lines * LONGEST), TIMES):

@@ -48,7 +48,7 @@ TIE_LEVEL = 0.05
 TIE_RATIO = 2.0
 """A rival ties with the best candidate if p > ``TIE_LEVEL``, with at most ``TIE_RATIO`` times its squared residual."""
 TESTS_OF_RIVALS = 5
-"""Tests of which the smallest p tells two rivals apart at the noise (Bonferroni)."""
+"""Number of tests of two rivals at the noise, of which the smallest p is taken (Bonferroni)."""
 MOST_NATS = 2.0
 """Largest gain of one of the ``SIGNED`` blocks that counts in ``Evidence.capped``."""
 MOST = 0.97
@@ -88,8 +88,8 @@ class Evidence:
     def p(self, whiteness: float, alone: bool = True) -> float:
         """One-sided p-value of the gain under "no effect": the smallest of several, times their number (Bonferroni).
 
-        Of the sign test on all blocks, the likelihood ratio near the noise, two t tests on blocks with large residuals,
-        for an effect that acts in few of them, and the score test of a model that contains the other.
+        The tests are the sign test on all blocks, the likelihood ratio near the noise, two t tests on blocks with large
+        residuals, for an effect that acts in few of them, and the score test of a model that contains the other.
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
@@ -105,7 +105,7 @@ class Evidence:
         return min(1.0, len(tests) * min(tests))
 
     def p_of_rivals(self, whiteness: float, at_noise: bool) -> float:
-        """As ``p``, for two models neither of which contains the other; at the noise also by ``capped``.
+        """One-sided p-value for two models neither of which contains the other: ``p``, at the noise also by ``capped``.
 
         If the other model is true, the mean of the likelihood ratio is 1, and a gain of G nats has at most the
         probability exp(−G) (Markov's inequality). A cap does not increase a gain, so this also holds for ``capped``.
@@ -115,7 +115,7 @@ class Evidence:
 
     @property
     def by_blocks(self) -> float:
-        """One-sided p-value of Student's t test on the gains of B blocks, t √((B − 1)/(B − t²)), taken as normal."""
+        """One-sided p-value of Student's t test on the gains of B blocks, assumed normal: t √((B − 1)/(B − t²))."""
         spread = self.signed - self.t**2
         if self.signed < 2:
             return 1.0

@@ -32,7 +32,7 @@ UNKNOWN = 10.0
 """Standard deviation, in sizes of a parameter, of the weak prior in cross-validation: an estimate without one block is
 drawn to the estimate from all blocks."""
 MANY = 12
-"""With more toleranced parameters, as of an arm, in which forces are linear, slopes are computed once a fit."""
+"""Number of toleranced parameters above which slopes are computed once a fit: those of an arm, linear in forces."""
 SPEED_SHARE = 0.005
 """Prior deviations of a start state: ``WIDE`` times the noise; of its velocity at least this share of the top speed."""
 
@@ -118,7 +118,7 @@ class Fit:
 
     @property
     def parameters(self) -> dict[str, float]:
-        """Of the effect that was added last."""
+        """Values of the parameters of the effect that was added last."""
         return self.values[1][-1]
 
     @cached_property
@@ -404,7 +404,7 @@ NEAR_BOUND = 1e-3
 
 
 def at_limit(fit: Fit) -> list[tuple[str, ...]]:
-    """For each effect of a fit, its parameters at a bound of the catalogue or of the fit's reach."""
+    """Names of the parameters of each effect of a fit that are at a bound of the catalogue or of the fit's reach."""
     marks, limited = [], iter(fit.limited[len(fit.trial.moved) :])
     for part, values in zip(fit.trial.parts, fit.values[1], strict=True):
         bounds = {p.name: (p.low, p.high) for p in part.effect.parameters}

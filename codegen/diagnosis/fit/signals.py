@@ -27,7 +27,7 @@ SHORTEST_TEST_S = 3.0
 CUTOFFS_HZ = (20.0, 14.0, 10.0, 7.0, 5.0, 3.5, 2.5)
 """Default cutoff: the highest of these, at most a tenth of the sample rate, with little noise."""
 NOISE_WINDOWS, LEAST_WINDOW, MOST_FREQUENCY = 40, 100, 0.47
-"""For the noise of a speed: windows of the log, least samples of one, and highest frequency over the sample rate."""
+"""Estimate of a speed's noise: windows of the log, least samples of one, highest frequency over the sample rate."""
 NOISE_SHARE = 0.05
 """Largest share of noise in the low-passed acceleration, or of that in M a in the drive force, on every coordinate."""
 FASTER_HZ = (80.0, 56.0, 40.0, 28.0)

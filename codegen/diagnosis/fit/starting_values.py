@@ -41,7 +41,7 @@ from codegen.mechanics.casadi_form import over_rows
 from codegen.mechanics.system import Matrix, System
 
 TRIES, SIMPLEX = 120, 0.5
-"""Of a simplex search: most free runs, and its initial size in logarithms; Gauss–Newton steps follow."""
+"""Simplex search before the Gauss–Newton steps: most free runs, and its initial size in logarithms."""
 
 
 def starting_point(runner: Runner, base: Fit, covered: Covered, shape: Mapping[str, float]) -> tuple[float, Array]:
@@ -111,7 +111,7 @@ DENSE = 10.0
 STEP = 1e-4
 """Step of a value for its slope, over its size."""
 SEARCHED, REACH = 16, 2.0
-"""Of the bounded search: most evaluations, and half its width about the best of the grid, in the fit's coordinate."""
+"""Bounded search: most evaluations, and half its width about the best of the grid, in the fit's coordinate."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -348,7 +348,7 @@ class CrossValidation:
 
     @cached_property
     def _blocks(self) -> list[NDArray[np.int_]]:
-        """For each row, the block of segments in which it lies."""
+        """Number of the block of segments of each row."""
         record, rows = self.here.runner.record, np.arange(len(self.here.residual))
         each = len(record.joints or (0,))  # rows of a segment: one a joint, where joints are run one at a time
         starts = [record.start[block[0] // each] for block in np.array_split(rows, BLOCKS)]

@@ -132,10 +132,10 @@ def spared(
 
 
 def settled(search: Search, outcome: Outcome, problem: Problem, answer: Answer, measured: Measured) -> Answer:
-    """An answer without effects, with its wrong values estimated again at themselves; other answers unchanged.
+    """An answer without effects, with its wrong values estimated again, linearised at the estimates; others unchanged.
 
-    The effects were compared with values linearised about the limits, where the tolerances favour an effect: an inertia
-    error and a wrong mass are one motion.
+    The effects were compared with values that are linearised at the tolerance limits. There the tolerances favour an
+    effect: the motion of an inertia error is that of a wrong mass.
     """
     if answer.verdict not in ("none", "unknown") or not answer.errors:
         return answer
