@@ -114,3 +114,24 @@ long reversals(const machine *m, const reversal *r, const claimed *c, const doub
     }
     return within;
 }
+
+/* Runs the step from a state over rows of inputs. outputs: samples x errors, the estimates. Returns the faults. */
+long observe(const machine *m, const double *states, long samples, long inputs, const double *rows, double *outputs)
+{
+    const PARAMETERS_TYPE parameters = PARAMETERS;
+    STATE state;
+    INPUTS given;
+    OUTPUTS shown;
+    long faults = 0;
+    memset(&state, 0, sizeof state);
+    memset(&given, 0, sizeof given);
+    memset(&shown, 0, sizeof shown);
+    memcpy(&state, states, sizeof(double) * m->states);
+    for (long k = 0; k < samples; k++) {
+        memcpy(&given, rows + k * inputs, sizeof(double) * inputs);
+        STEP(&state, &parameters, &given, &shown);
+        faults += shown.fault != 0;
+        for (long e = 0; e < m->errors; e++) outputs[k * m->errors + e] = ((double *)&shown)[m->estimate_of[e]];
+    }
+    return faults;
+}
