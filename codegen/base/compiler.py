@@ -12,6 +12,7 @@ import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Literal
 
 from codegen.base.errors import BadInput
 from codegen.base.files import sha256, write_all
@@ -98,7 +99,11 @@ FOLDER = "stiction-libraries"
 LARGEST = 1 << 28
 """Bytes: largest library that is cached."""
 MOST_CACHED = 1 << 27
-"""Bytes of all cached libraries; those that were not used for longest are removed."""
+"""Bytes of all cached results; those that were not used for longest are removed."""
+SWEPT = 16
+"""They are counted when a process caches its first result, and again after each 1/16 of these bytes: the cache of a
+machine in use holds thousands of files, and to look at all of them takes as long as to compile one."""
+_uncounted: dict[Path, int] = {}
 
 
 def cached_library(sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ()) -> bytes:
@@ -115,17 +120,18 @@ def cached_library(sources: Mapping[str, str], units: Sequence[str], flags: Sequ
     return cached(parts, lambda: compile_shared(sources, units, flags))
 
 
-def cached(parts: Sequence[str], make: Callable[[], bytes]) -> bytes:
+def cached(parts: Sequence[str], make: Callable[[], bytes], kind: Literal["library", "template"] = "library") -> bytes:
     """The result of a compilation, from the cache of this user; compiled where it is not cached, or damaged there.
 
     Args:
         parts: all texts that the result depends on (compiler, flags, sources); a hash of them is the cache's key.
         make: compiles it.
+        kind: the end of the file's name.
     """
     folder = _folder()
     if folder is None:
         return make()
-    kept = folder / f"{sha256(chr(1).join(parts))}.library"
+    kept = folder / f"{sha256(chr(1).join(parts))}.{kind}"
     found = _checked(kept)
     if found is not None:
         with suppress(OSError):  # removed by another run
@@ -134,23 +140,28 @@ def cached(parts: Sequence[str], make: Callable[[], bytes]) -> bytes:
     made = make()
     with suppress(BadInput):  # not cached, for example on a full disk
         write_all(folder, {kept.name: _digest(made) + made})
-        _remove_oldest(folder)
+        _uncounted[folder] = _uncounted.get(folder, MOST_CACHED) + len(made)
+        if _uncounted[folder] > MOST_CACHED / SWEPT:
+            _uncounted[folder] = 0
+            _remove_oldest(folder)
     return made
 
 
 def _remove_oldest(folder: Path) -> None:
-    """Remove cached libraries, the least recently used first, until the rest has at most ``MOST_CACHED`` bytes."""
+    """Remove cached results, the least recently used first, until the rest has at most ``MOST_CACHED`` bytes."""
     found = []
-    for path in folder.glob("*.library"):
-        with suppress(OSError):  # removed by another run
-            status = path.lstat()
-            found.append((status.st_mtime_ns, status.st_size, path))
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.endswith((".library", ".template")):
+                with suppress(OSError):  # removed by another run
+                    status = entry.stat(follow_symlinks=False)
+                    found.append((status.st_mtime_ns, status.st_size, entry.path))
     size = sum(bytes_ for _, bytes_, _ in found)
-    for _, bytes_, path in sorted(found):
+    for _, bytes_, path in sorted(found) if size > MOST_CACHED else ():
         if size <= MOST_CACHED:
             return
         with suppress(OSError):
-            path.unlink()
+            Path(path).unlink()
         size -= bytes_
 
 
@@ -173,8 +184,8 @@ def _digest(library: bytes) -> bytes:
 def _folder() -> Path | None:
     """The cache folder, owned by and writable for this user alone; None where that is not possible."""
     owner = os.getuid() if hasattr(os, "getuid") else 0
-    folder = temporary_directory() / f"{FOLDER}-{owner}"
     try:
+        folder = temporary_directory() / f"{FOLDER}-{owner}"
         refuse_replaceable(folder.parent)
         folder.mkdir(mode=0o700, exist_ok=True)
         found = folder.lstat()

@@ -7,15 +7,20 @@ text from a user through the language's function in ``codegen.base.user_text``: 
 
 from __future__ import annotations
 
+import marshal
+import sys
 from collections.abc import Callable
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from functools import cache, partial
 from numbers import Number
+from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, Undefined
+import jinja2
+from jinja2 import FileSystemLoader, StrictUndefined, Undefined
 from markupsafe import Markup
 
+from codegen.base.compiler import cached
 from codegen.base.resources import resource_folder
 from codegen.base.significant import in_percent, instant, rounded_to, with_deserved_digits
 from codegen.base.user_text import PRINTED, UserText, comment_text, terminal_text
@@ -45,6 +50,30 @@ fault of the project, not of the user."""
 def language_of(template: str) -> str:
     """The target language of a template, from the ending of its file name."""
     return next((language for end, language in LANGUAGES.items() if template.endswith(end)), WORDS)
+
+
+class Environment(jinja2.Environment):
+    """An environment whose templates are compiled to Python once for a user, and read from the cache afterwards."""
+
+    def compile(
+        self, source: Any, name: Any = None, filename: Any = None, raw: bool = False, defer_init: bool = False
+    ) -> Any:
+        """The code of a template, as by Jinja."""
+        compiled: Any = super().compile
+        given = source, name, filename, raw, defer_init
+        if raw or not isinstance(source, str):
+            return compiled(*given)
+        parts = ["template", sys.version, jinja2.__version__, *map(str, given), *_printing_sources()]
+        return marshal.loads(cached(parts, lambda: marshal.dumps(compiled(*given)), "template"))
+
+
+@cache
+def _printing_sources() -> tuple[str, ...]:
+    """The text of the modules by which Jinja prints the constants of a template when it compiles it."""
+    return tuple(
+        Path(__file__).with_name(name).read_text(encoding="utf-8")
+        for name in ("text.py", "significant.py", "user_text.py")
+    )
 
 
 @cache

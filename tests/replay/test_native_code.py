@@ -9,14 +9,17 @@ import stat
 from collections.abc import Callable
 from pathlib import Path
 
+import jinja2
 import numpy as np
 import pytest
+from jinja2 import DictLoader
 
 from codegen.base import compiler
 from codegen.base import compiler as cache
-from codegen.base.compiler import cached_library, compile_shared, find_compiler, load_library
+from codegen.base.compiler import cached, cached_library, compile_shared, find_compiler, load_library
 from codegen.base.errors import BadInput
 from codegen.base.temporary import refuse_replaceable
+from codegen.base.text import Environment
 from stiction import replay
 from tests.app.command import is_one_message, stiction
 from tests.told import refused
@@ -39,7 +42,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def kept_file(home: Path) -> Path:
-    (found,) = home.glob(f"{cache.FOLDER}-*/*")
+    (found,) = home.glob(f"{cache.FOLDER}-*/*.library")
     return found
 
 
@@ -123,6 +126,45 @@ def test_what_was_not_used_for_longest_is_removed(home: Path, monkeypatch: pytes
     assert compiled(2) and compiled(3) and not compiled(1)
     assert compiled(4) and not compiled(1) and not compiled(3) and compiled(2)
     assert len([*home.glob(f"{cache.FOLDER}-*/*")]) == 3
+
+
+def test_the_cache_is_seldom_counted(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file each for a library: to look at thousands of them after each takes longer than to compile it."""
+    counted, remove = [], cache._remove_oldest
+    monkeypatch.setattr(cache, "_remove_oldest", lambda folder: (counted.append(folder), remove(folder)))
+    for k in range(20):
+        assert cached([str(k)], lambda: b"made") == b"made"
+    assert len(counted) == 1
+    monkeypatch.setattr(cache, "MOST_CACHED", 1000)
+    for k in range(40):
+        assert cached([f"long {k}"], lambda: bytes(100)) == bytes(100)
+    assert len(counted) == 41
+    assert sum(file.stat().st_size for file in home.glob(f"{cache.FOLDER}-*/*")) <= 1000
+
+
+def test_a_template_is_compiled_once_for_a_user(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def rendered(source: str) -> str:
+        return Environment(loader=DictLoader({"a": source})).get_template("a").render(name="x")
+
+    generate, generated = jinja2.Environment._generate, []
+    monkeypatch.setattr(
+        jinja2.Environment, "_generate", lambda *a, **named: (generated.append(a), generate(*a, **named))[1]
+    )
+    first = "{{ name }} of {{ 1.5 }}"
+    assert [rendered(first), rendered(first)] == ["x of 1.5"] * 2
+    assert len(generated) == 1
+    assert rendered("{{ name }} of {{ 2.5 }}") == "x of 2.5"
+    assert len(generated) == 2
+    for file in home.glob(f"{cache.FOLDER}-*/*.template"):
+        file.write_bytes(flipped(file.read_bytes(), 100))
+    assert rendered(first) == "x of 1.5"
+    assert len(generated) == 3
+
+
+def test_without_a_temporary_directory_nothing_is_cached(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tempfile.gettempdir", lambda: (_ for _ in ()).throw(FileNotFoundError))
+    assert cached(["a"], lambda: b"made") == b"made"
+    assert Environment(loader=DictLoader({"a": "{{ name }}"})).get_template("a").render(name="x") == "x"
 
 
 @pytest.mark.parametrize("mode", [0o777, 0o770, 0o755])
