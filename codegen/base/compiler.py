@@ -138,7 +138,7 @@ def cached(parts: Sequence[str], make: Callable[[], bytes], kind: Literal["libra
             os.utime(kept)
         return found
     made = make()
-    with suppress(BadInput):  # not cached, for example on a full disk
+    with suppress(BadInput, OSError):  # not cached, for example on a full disk
         write_all(folder, {kept.name: _digest(made) + made})
         _uncounted[folder] = _uncounted.get(folder, MOST_CACHED) + len(made)
         if _uncounted[folder] > MOST_CACHED / SWEPT:
