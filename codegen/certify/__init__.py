@@ -1,4 +1,7 @@
-"""Certificates, bounds in newtons and what to change after a refusal: searched here, accepted by `checker/` alone."""
+"""Search for certificates, for error bounds in newtons and for remedies after a refusal.
+
+All of it is a proposal; only what the checker (`checker/`) accepts is issued.
+"""
 
 REGION_PROOFS = (
     "sliding.json",
@@ -8,4 +11,4 @@ REGION_PROOFS = (
     "passing.json",
     "recovery.json",
 )
-"""Files that hold proofs of a refused DFO region by region."""
+"""Names of the proof files for the regions of the envelope of a refused DFO."""

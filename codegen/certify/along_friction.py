@@ -1,8 +1,8 @@
-"""A DFO's sampled error in variables times the sign of the friction state: a proof for f > 0 holds for f < 0 too.
+"""Sign-symmetric coordinates of a DFO's sampled error dynamics: a proof for f > 0 holds for f < 0 too.
 
-With σ the sign of a contact's friction state f, its slip u and u̇: over (σf, σu, σu̇) and with σ e_a in place of the
-level error, A is the same matrix for both signs of every σ. So both directions of sliding are one family, and where f
-passes zero that component of the error changes its sign.
+Let f be the friction state of a contact, u its slip velocity, e_a the error of its level, and σ = sgn f. Written over
+(σf, σu, σ du/dt), with σ e_a in place of e_a, the error matrix A is the same for σ = 1 and σ = −1, for each contact.
+One family of matrices thus covers both directions of sliding. When f changes its sign, the component σ e_a does too.
 """
 
 from __future__ import annotations
@@ -26,18 +26,21 @@ from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
 Box = Mapping[sympy.Symbol, tuple[Any, Any]]
+"""Variable → (low, high), exact."""
 POINTS = 3
+"""Number of random rational points at which the symmetry of A is checked."""
 
 
 @dataclass(frozen=True)
 class ContactAxes:
-    """A contact's variables times the sign σ of its friction state, and how far the envelope lets them go.
+    """The variables of a contact multiplied by σ = sgn f, with their largest magnitudes in the envelope.
 
     Attributes:
+        name: of the contact.
         state, slip, slip_rate: the symbols of σf, σu and σ du/dt.
-        largest_state, largest_slip: of |f| and |u|, exact.
-        largest_rate: of |du/dt|, exact; None where the envelope does not bound it.
-        least_state: of |f|, exact: zero unless the envelope leaves zero out.
+        largest_state, largest_slip: the largest |f| and |u|, exact.
+        largest_rate: the largest |du/dt|, exact; None if the envelope does not bound it.
+        least_state: the least |f|, exact; zero if the range of f contains zero.
     """
 
     name: str
@@ -51,17 +54,20 @@ class ContactAxes:
 
     @property
     def symbols(self) -> tuple[sympy.Symbol, sympy.Symbol, sympy.Symbol]:
-        """Of the state, the slip and its rate."""
+        """The symbols of σf, σu and σ du/dt."""
         return self.state, self.slip, self.slip_rate
 
 
 @dataclass(frozen=True)
 class AlongFriction:
-    """A DFO's sampled error over ``axes``, one for each contact.
+    """The sampled error dynamics of a DFO in sign-symmetric coordinates.
 
     Attributes:
-        kinks: expressions, linear in the friction states, at whose zeros the law changes its form.
-        levels: true level → (low, high), exact, of those that are variables too.
+        dynamics: the error dynamics, written over ``axes``.
+        axes: one for each contact.
+        kinks: the arguments of |·| and sgn in the law: linear in the friction states; the law is piecewise, with the
+            pieces separated by their zeros.
+        levels: true level → (low, high), exact, for the levels that are variables of A.
     """
 
     dynamics: ErrorDynamics
@@ -71,16 +77,22 @@ class AlongFriction:
     _known: dict[Any, tuple[Family, dict[Any, sympy.Symbol]]] = field(default_factory=dict, repr=False)
 
     def at(self, sample_time: Any) -> AlongFriction:
-        """The same at another sample time, exact, s."""
+        """The same error dynamics at another sample time, exact, s."""
         return replace(self, dynamics=self.dynamics.at(sample_time), _known={})
 
     def over(self, observer: Observer) -> AlongFriction:
-        """The same for an observer with other ranges of the same levels; families are written once for both."""
+        """The same error dynamics for an observer with other ranges of the same levels.
+
+        Both share the cache of families, since a range of a level does not change the expressions.
+        """
         assert observer.level_ranges.keys() == self.levels.keys()
         return replace(self, dynamics=replace(self.dynamics, observer=observer), levels=observer.level_ranges)
 
     def family(self, box: Box) -> Family:
-        """The family over ranges of the variables; signs of slips and of kinks come from these where they are known.
+        """The family of error matrices over a box; signs that are constant on the box are put in as numbers.
+
+        Args:
+            box: variable → (low, high); the ranges of ``levels`` are added.
 
         Raises:
             NotEnclosable: as ``build_family``.
@@ -94,12 +106,13 @@ class AlongFriction:
         return replace(family, variables={v: ranges.get(v, ends) for v, ends in family.variables.items()})
 
     def _pattern(self, box: Box) -> tuple[Any, ...]:
-        """What decides how the family is written."""
+        """Key of the cache: the signs of slips and kinks on the box, on which the family's expressions depend."""
         slips = [(box[axis.slip][0] >= 0, box[axis.slip][1] <= 0) for axis in self.axes]
         ends = [range_of(x, box) for x in self.kinks]
         return (*slips, *((low >= 0, high <= 0, low > 0, high < 0, high <= -low) for low, high in ends))
 
     def _built(self, box: Box) -> tuple[Family, dict[Any, sympy.Symbol]]:
+        """The family, and kink x → the symbol of its positive part (``_without_kinks``)."""
         signs = dict(zip(self.dynamics.observer.signs, self.axes, strict=True))
         known = {}
         for s, axis in signs.items():
@@ -115,7 +128,10 @@ class AlongFriction:
 
 
 def envelope_along(analysis: Analysis) -> Box | None:
-    """The envelope itself in the axes, the acceleration where it is bounded; None if a friction state may be zero."""
+    """The envelope in sign-symmetric coordinates; None if it contains a friction state of zero.
+
+    It has no range of an acceleration that the envelope does not bound.
+    """
     observer, ranges = analysis.dynamics.observer, analysis.points.ranges
     rates = {v: symbol(f"{v.name}_dot") for v in observer.system.velocities}
     box: dict[sympy.Symbol, tuple[Any, Any]] = {}
@@ -133,10 +149,10 @@ def envelope_along(analysis: Analysis) -> Box | None:
 
 
 def along_friction(analysis: Analysis) -> AlongFriction | None:
-    """The error of an explicit step in these variables, or None where it has no such form.
+    """The error dynamics of a DFO in sign-symmetric coordinates, or None if they have no such form.
 
-    It has where the step is explicit, the mass matrix constant and U constant and invertible, and where the symmetry
-    is found at random rational points, exactly.
+    Conditions: the step is explicit, M is constant, the distribution matrix U is constant and invertible, and A has the
+    symmetry, which is checked in exact numbers at random rational points.
     """
     observer = analysis.dynamics.observer
     system = observer.system
@@ -158,6 +174,7 @@ def along_friction(analysis: Analysis) -> AlongFriction | None:
 
 
 def _axes(analysis: Analysis, contact: int) -> ContactAxes:
+    """The variables of one contact, with the magnitudes that follow from the ranges of the envelope."""
     observer, ranges = analysis.dynamics.observer, analysis.points.ranges
     system = observer.system
     name, slip = system.contacts[contact].name, system.slip_velocity[contact].subs(observer.values)
@@ -181,7 +198,11 @@ def _axes(analysis: Analysis, contact: int) -> ContactAxes:
 
 
 def _in_axes(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...], inverse: Matrix) -> ErrorDynamics:
-    """Velocities, those one sample later and friction states written in the axes; ``inverse`` is U'⁻¹."""
+    """The error dynamics with velocities v[k], v[k+1] and friction states expressed in the axes.
+
+    Args:
+        inverse: U'⁻¹, since u = U'v.
+    """
     observer, h = dynamics.observer, sympy.Symbol("h", real=True)
     velocities = observer.system.velocities
     slips, rates = (sympy.Matrix([getattr(a, part) for a in axes]) for part in ("slip", "slip_rate"))
@@ -195,25 +216,26 @@ def _in_axes(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...], inverse: Ma
 
 
 def _kinks(expressions: Iterable[Any]) -> tuple[Any, ...]:
-    """The arguments of |·| and sgn other than a slip itself."""
+    """The arguments of |·| and sgn that are linear, other than a single symbol such as a slip."""
     found = {atom.args[0] for e in expressions for atom in e.atoms(Magnitude, Sgn) if not atom.args[0].is_Symbol}
     return tuple(sorted((x for x in found if sympy.Poly(x, *x.free_symbols).is_linear), key=str))
 
 
 def range_of(x: Any, box: Box) -> tuple[Any, Any]:
-    """Of a linear expression."""
+    """(min, max) of a linear expression over a box, attained at vertices."""
     inside = sorted(x.free_symbols, key=str)
     ends = [x.xreplace(dict(zip(inside, corner, strict=True))) for corner in product(*(box[v] for v in inside))]
     return min(ends), max(ends)
 
 
 def _without_kinks(expression: Any, box: Box, parts: dict[Any, sympy.Symbol]) -> Any:
-    """|x| as x or −x where the box knows the sign of x, else as −x + 2p with p the positive part of x, or x + 2p.
+    """The expression with every |x| replaced: by ±x if the sign of x is constant on the box, else with a new variable.
 
-    In a dead zone x then cancels, which interval arithmetic would not see.
+    |x| = −x + 2p with the positive part p = max(x, 0), or |x| = x + 2p with p = max(−x, 0), whichever p is smaller.
+    In a dead zone, x + |x| then becomes 2p; interval arithmetic would not cancel x with the x in |x|.
 
     Args:
-        parts: x → p, which is added to; p is from 0 to the lesser of the sizes that x has at its ends.
+        parts: x → p; new ones are added. p is in [0, min(|low|, |high|)] for x in [low, high].
     """
     for x in _kinks([expression]):
         low, high = range_of(x, box)
@@ -226,7 +248,7 @@ def _without_kinks(expression: Any, box: Box, parts: dict[Any, sympy.Symbol]) ->
 
 
 def _symmetric(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...]) -> bool:
-    """Whether A is the same for both signs of every σ, in exact numbers at points drawn at random."""
+    """Whether A is the same for both signs of every σ, checked in exact numbers at ``POINTS`` random points."""
     observer, dice = dynamics.observer, random.Random(3)
     values = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
     mass = observer.system.mass_matrix.subs(observer.values).inv()

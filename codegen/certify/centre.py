@@ -1,9 +1,9 @@
-"""The analytic centre of the feasible matrices P, found by Newton's method: the same P on every machine.
+"""Analytic centre of the set of feasible Lyapunov matrices P, by Newton's method, and the method of centres.
 
-A solver stops somewhere in the feasible set. At its boundary the last bit of a product decides where: two processors
-gave P that differ by a fifth. The analytic centre is the minimum of a strictly convex function, so it is unique, and
-depends continuously on the data. From it the rate is raised to the one that the centre itself certifies, step by step
-(the method of centres, Boyd and El Ghaoui 1993).
+The P that a solver of linear matrix inequalities returns depends on rounding: on two processors it differed by a fifth.
+The analytic centre is the minimum of a strictly convex function, so it is unique and depends continuously on the data.
+The method of centres (Boyd and El Ghaoui 1993) repeats two steps: find the centre for a required rate α, then raise α
+towards the rate that this centre certifies.
 """
 
 from __future__ import annotations
@@ -16,23 +16,34 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 
 Matrices = Sequence[Array] | Array
+"""Error matrices A, m by m each."""
 Group = tuple[Matrices, float]
+"""Error matrices with the decay rate α, 1/s, that is required for all of them."""
 Pattern = NDArray[np.bool_]
+"""Sparsity pattern of P, m by m: False where an entry is zero."""
 RATIO = 0.99
+"""Quotient of successive rates tried by ``largest_feasible_rate``."""
 LEAST = 1024
 """RATIO to this power is the least share of a limit that is tried."""
-CLIMBS = 200
+MOST_CENTRES = 200
+"""Largest number of iterations of the method of centres."""
 NEAR = 2e-3
-"""The method of centres ends where the centre's own rate exceeds the required one by no more than this share."""
+"""Relative tolerance of the method of centres: it ends when (rate of the centre − required rate) is below this share of
+the required rate."""
 STEPS = 80
+"""Largest number of Newton steps for one centre."""
 SURE = 0.1
 """Squared Newton decrement below which a full step stays feasible and decreases the function."""
-SETTLED, MORE = 1e-6, 4
-"""Squared Newton decrement of quadratic convergence, and the number of steps taken from there on."""
+QUADRATIC, MORE = 1e-6, 4
+"""Squared Newton decrement below which convergence is quadratic, and the number of steps taken from there on."""
 
 
 def half_vectorisation(size: int) -> tuple[Array, Array]:
-    """(W, D): svec X = W vec X with off-diagonal entries times √2, and vec X = D vech X, of a symmetric matrix X."""
+    """(W, D) with svec X = W vec X and vec X = D vech X for a symmetric X, ``size`` by ``size``.
+
+    vech X is the lower triangle row by row, n = size (size + 1)/2 entries; svec X is vech X with the off-diagonal
+    entries times √2. W is n by size², D is size² by n.
+    """
     rows, columns = np.tril_indices(size)
     pick, spread = np.zeros((len(rows), size * size)), np.zeros((size * size, len(rows)))
     for k, (i, j) in enumerate(zip(rows, columns, strict=True)):
@@ -42,35 +53,48 @@ def half_vectorisation(size: int) -> tuple[Array, Array]:
 
 
 def lyapunov_maps(stack: Array, h: float, alpha: float) -> Array:
-    """−(A'P + PA + hA'PA + 2αP) as linear maps of vec P, N by m² by m²; the P of a solver depends on their last bits.
+    """The Lyapunov operators −(A'P + PA + hA'PA + 2αP) as matrices that act on vec P, N by m² by m².
+
+    The P of a solver depends on their last bits, so the order of operations must not change.
 
     Args:
         stack: the A, N by m by m.
+        h: sample time, s; 0 for the implicit step.
+        alpha: α, 1/s.
     """
-    turned, size = stack.transpose(0, 2, 1), stack.shape[1]
+    transposed, size = stack.transpose(0, 2, 1), stack.shape[1]
     unit = np.eye(size)
-    first, second = turned[:, :, None, :, None], turned[:, None, :, None, :]
+    first, second = transposed[:, :, None, :, None], transposed[:, None, :, None, :]
     now = first * unit[:, None, :] + unit[:, None, :, None] * second + h * (first * second)
     return np.asarray(-(now.reshape(-1, size * size, size * size) + 2 * alpha * np.eye(size * size)))
 
 
 def certified_rates(p: Array, stack: Array, h: float) -> Array:
-    """The largest α for which P > 0 is a Lyapunov matrix, of each matrix of a stack, N by m by m."""
+    """For each A of a stack, N by m by m, the largest α with A'P + PA + hA'PA ≤ −2αP, in 1/s; P > 0.
+
+    Raises:
+        numpy.linalg.LinAlgError: if P is not positive definite.
+    """
     inverse = np.linalg.inv(np.linalg.cholesky(p))
-    turned = stack.transpose(0, 2, 1)
-    falls = -(turned @ p + p @ stack + h * turned @ p @ stack)
+    transposed = stack.transpose(0, 2, 1)
+    falls = -(transposed @ p + p @ stack + h * transposed @ p @ stack)
     return np.asarray(np.linalg.eigvalsh(inverse @ falls @ inverse.T)[:, 0] / 2)
 
 
 def least_rate(p: Array, matrices: Matrices, h: float) -> float:
-    """The largest α for which P > 0 is a Lyapunov matrix of all these matrices."""
+    """The largest α, 1/s, with A'P + PA + hA'PA ≤ −2αP for all these matrices A; P > 0."""
     return float(certified_rates(p, np.asarray(matrices), h).min())
 
 
 def largest_feasible_rate(holds: Callable[[float], Array | None], limit: float) -> tuple[Array, float] | None:
-    """(P, α) at the largest of ``limit`` · 0.99, · 0.99², … at which a P is found; None if none is.
+    """(P, α) at the largest α = ``limit`` · 0.99^k, k = 1, 2, …, for which a P is found; None if there is none.
 
-    The rates differ by 1 %, so the result seldom depends on a solver's tolerance of a thousandth.
+    k is found by doubling and bisection. The rates differ by 1 %, so the result seldom depends on a solver's tolerance
+    of a thousandth.
+
+    Args:
+        holds: α → a P with this rate, or None.
+        limit: an upper bound of α, 1/s.
     """
     limit = float(f"{limit:.7g}")
     bad, good, found = 0, 1, None
@@ -98,16 +122,18 @@ def method_of_centres(
     where: Pattern | None = None,
     near: float = NEAR,
 ) -> tuple[Array, float]:
-    """(P, its rate): the analytic centre at a rate near the largest feasible one.
+    """(P, its rate in 1/s): the analytic centre for a required rate near the largest feasible one.
 
     Args:
         start: a P whose rate is above ``alpha``.
+        alpha: the first required rate, 1/s.
         stack: the balanced matrices A, N by m by m.
-        where: where P may hold other entries than zero, m by m; None: everywhere.
+        h: sample time, s; 0 for the implicit step.
+        where: sparsity pattern of P, m by m; None if P is full.
         near: as ``NEAR``; a smaller one gives a larger rate, and a P closer to the boundary of the feasible set.
     """
     p, rate = start, least_rate(start, stack, h)
-    for _ in range(CLIMBS):
+    for _ in range(MOST_CENTRES):
         middle = analytic_centre([(stack, alpha)], h, p, where)
         if middle is None:
             break
@@ -119,10 +145,11 @@ def method_of_centres(
 
 
 def analytic_centre(groups: Sequence[Group], h: float, start: Array, where: Pattern | None = None) -> Array | None:
-    """The P that minimises −Σ log det F(P) − log det P + tr P; None where ``start`` is not feasible.
+    """The P that minimises −Σ log det F(P) − log det P + tr P; None if ``start`` is infeasible or Newton fails.
 
-    F(P) = −(A'P + PA + hA'PA + 2αP) over all A of all groups, each with its α. The function is strictly convex, so it
-    has one minimum; the trace bounds P. Every A has its term, even one inside the convex hull of the others.
+    The sum is over all A of all groups, F(P) = −(A'P + PA + hA'PA + 2αP) with the α of the group. The function is
+    strictly convex, so its minimum is unique; tr P bounds P. Each A has its term, even one inside the convex hull of
+    the others.
 
     Args:
         start: a P with F > 0 and P > 0.
@@ -137,27 +164,29 @@ def analytic_centre(groups: Sequence[Group], h: float, start: Array, where: Patt
     trace = spread.T @ np.eye(size).ravel()
     x = start[rows, columns][free]
     x = x * (len(blocks) * size / (trace @ x))  # its trace at the minimum
-    height = _barrier(blocks @ x)
-    if height is None:
+    value = _barrier(blocks @ x)
+    if value is None:
         return None
     further = 0
     for _ in range(STEPS):
         inverses = _inverses(blocks @ x)
-        slope = trace - np.tensordot(inverses, blocks, axes=([0, 1, 2], [0, 1, 2]))
-        turned = (inverses @ blocks.reshape(len(blocks), size, -1)).reshape(blocks.shape)
-        bend = np.tensordot(turned, turned.transpose(0, 2, 1, 3), axes=([0, 1, 2], [0, 1, 2]))
-        step = -np.linalg.solve(bend, slope)
-        left = float(-slope @ step)
-        if not np.isfinite(left):
+        gradient = trace - np.tensordot(inverses, blocks, axes=([0, 1, 2], [0, 1, 2]))
+        products = (inverses @ blocks.reshape(len(blocks), size, -1)).reshape(blocks.shape)
+        hessian = np.tensordot(products, products.transpose(0, 2, 1, 3), axes=([0, 1, 2], [0, 1, 2]))
+        step = -np.linalg.solve(hessian, gradient)
+        decrement = float(-gradient @ step)
+        if not np.isfinite(decrement):
             return None
-        share, following = 1.0, _barrier(blocks @ (x + step))
-        while left > SURE and (following is None or following + trace @ (share * step) > height - 0.1 * share * left):
-            share /= 2  # 1 / (1 + sqrt(left)) would do, and no search is longer than to there
-            following = _barrier(blocks @ (x + share * step))
-        if following is None:
+        length, next_value = 1.0, _barrier(blocks @ (x + step))
+        while decrement > SURE and (
+            next_value is None or next_value + trace @ (length * step) > value - 0.1 * length * decrement
+        ):
+            length /= 2  # the damped Newton step 1 / (1 + sqrt(decrement)) meets the condition, so the search ends
+            next_value = _barrier(blocks @ (x + length * step))
+        if next_value is None:
             return None
-        x, height = x + share * step, following
-        further += left < SETTLED
+        x, value = x + length * step, next_value
+        further += decrement < QUADRATIC
         if further == MORE:
             break
     else:
@@ -168,7 +197,7 @@ def analytic_centre(groups: Sequence[Group], h: float, start: Array, where: Patt
 
 
 def _barrier(matrices: Array) -> float | None:
-    """−Σ log det of a stack of symmetric matrices; None where one is not positive definite."""
+    """The barrier −Σ log det X of a stack of symmetric matrices X; None if one is not positive definite."""
     try:
         factors = np.linalg.cholesky((matrices + matrices.transpose(0, 2, 1)) / 2)
     except np.linalg.LinAlgError:
@@ -177,6 +206,6 @@ def _barrier(matrices: Array) -> float | None:
 
 
 def _inverses(matrices: Array) -> Array:
-    """Of a stack of symmetric matrices."""
+    """The inverses of a stack of symmetric matrices, symmetric in floating point too."""
     found = np.linalg.inv(matrices)
     return np.asarray((found + found.transpose(0, 2, 1)) / 2)

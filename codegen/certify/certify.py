@@ -1,6 +1,7 @@
-"""Observer → certificate in exact numbers, or a refusal with its reason and a counterexample.
+"""Certification of a sampled observer: a common quadratic Lyapunov function in exact numbers, or a refusal.
 
-The proposal is made in floating point; what is handed out has passed the independent checker.
+P is found in floating point, rounded to rationals, and issued only if the independent checker accepts it. A refusal has
+its reason and, if one is known, a counterexample.
 """
 
 from __future__ import annotations
@@ -37,13 +38,13 @@ from codegen.spec.numerics import numerical
 __all__ = ["Certificate", "Proposal", "Proposals", "Refusal", "certify", "spectral_rate"]
 
 SLOWER = (1.0, 0.999, 0.99, 0.97, 0.9)
-"""Shares of a proposal's rate that are tried: rounding can spoil the last thousandth of what a P shows in floats."""
+"""Shares of the rate of a proposal that are tried: the rounded P may certify slightly less than P in floating point."""
 FINER, MOST_MATRICES = (2, 4), 150
-"""How often every cell is halved again while no P is found, and up to how many matrices."""
+"""Numbers of further bisections of every cell, tried in turn while no P is found, and the most matrices for it."""
 ENOUGH = 0.9
-"""A common P with this share of the spectral rate is enough."""
+"""Share of the spectral rate from which a common P is good enough that no P over angles is searched for."""
 MOST_TURNING = 32
-"""Up to so many matrices one V through all reversals is looked for."""
+"""Largest number of matrices for which one V for all signs of the slips is searched for."""
 
 
 @numerical("the certificate of these gains over the envelope")
@@ -55,18 +56,21 @@ def certify(
     further: bool = True,
     places: Mapping[str, str] | None = None,
 ) -> Certificate | Refusal:
-    """Certify the sampled observer of a spec over its envelope.
+    """Certify the sampled observer of a spec over its envelope: find P with V = e'Pe decreasing in every sample.
 
-    A DFO that is certified at its declared levels, the envelope giving no range for them, is certified about them where
-    a V is found for that (``levels``).
+    If the envelope gives no range for the true friction level of a DFO, the level is taken over a range about the
+    declared one, the widest for which a V is found (``levels``), else at the declared level alone.
 
     Args:
+        spec: the spec.
+        analysis: its error dynamics and their values at sampled operating points.
         files: name → SHA-256 of the generated sources that the certificate is bound to.
-        further: whether to look for one function for all signs of the slips too, and after a refusal for regions.
-        places: where the code has its inputs and outputs; None where the certificate need not say.
+        command: the command line, which the certificate records.
+        further: whether to search also for one V for all signs of the slips and, after a refusal, for regions.
+        places: name of an input or output of the code → its place there; None if the certificate need not state it.
 
     Raises:
-        BadInput: if the envelope lacks a range for something that Ψ depends on.
+        BadInput: if the envelope lacks a range for a variable of the error matrix.
     """
     refuse_missing_ranges(spec, analysis.points)
     if beyond := beyond_checker(analysis.dynamics.observer):
@@ -83,6 +87,12 @@ def certify(
 def _certified(
     analysis: Analysis, stated: Callable[..., dict[str, Any]], further: bool, places: Mapping[str, str] | None
 ) -> Certificate | Refusal:
+    """Certify at the levels of ``analysis``: by structure, by one V over the envelope, or by regions.
+
+    Args:
+        stated: (analysis, family, places) → the fields of a certificate that do not depend on the proof.
+    """
+
     def by_parts() -> Regions | None:
         return find_regions(analysis, stated) if further else None
 
@@ -129,7 +139,11 @@ def _certified(
 
 
 def _common(family: Family, h: float) -> tuple[Cells, Found | None]:
-    """The cells of the envelope with a common Lyapunov matrix, cut finer as long as none is found."""
+    """The cells of the envelope and a common Lyapunov matrix of their vertices, with finer cells while none is found.
+
+    Args:
+        h: sample time, s; 0 for the implicit step.
+    """
     cells = enclose_family(family)
     proposal = common_lyapunov(cells.matrices, h)
     for finer in FINER:
@@ -146,7 +160,12 @@ def _common(family: Family, h: float) -> tuple[Cells, Found | None]:
 def _proposals(
     analysis: Analysis, family: Family, cells: Cells, common: Found | None, spectral: float
 ) -> Iterator[Found]:
-    """What the solver found, the one that a user is to have first."""
+    """Candidates for P, the preferred one first.
+
+    Args:
+        common: P over the cells, if one was found.
+        spectral: the spectral rate, 1/s.
+    """
     observer, h = analysis.dynamics.observer, analysis.dynamics.period
     if h and (common is None or common.rate < ENOUGH * spectral):
         over = over_angles(family, observer.sample_time)
@@ -155,7 +174,7 @@ def _proposals(
     if common is None:
         return
     matrices = extreme_points(cells.matrices)
-    if len(matrices) == 1 and observer.level_errors:  # a reversal makes V grow: first the P that recovers soonest
+    if len(matrices) == 1 and observer.level_errors:  # V grows at a reversal: prefer the P with the shortest dwell time
         contacts = range(len(observer.signs))
         flips = ([k for k, e in enumerate(observer.errors) if e.contact == c] for c in contacts)
         turned = [each for each in flips if each]
@@ -171,16 +190,18 @@ def _proposals(
 def _with_turning(
     found: Certificate, base: Mapping[str, Any], analysis: Analysis, family: Family, cells: Cells
 ) -> Certificate:
-    """The certificate with one V for both signs of every slip, or with the proof that there is none.
+    """The certificate with one V for both signs of every slip added, or with the proof that there is none.
 
-    A step has one sign throughout. That in which a slip turns is another, made with the old sign and read with the new:
-    it moves the level by 2 K_F |û| besides, with the velocity error in û, and no V is claimed to fall there.
+    Written in level errors, a reversal of contact c changes A to J_c A J_c, where J_c is diagonal with −1 at the errors
+    of c and 1 elsewhere. If V = e'Pe decreases for all signs, so does V with P̄, the mean of J P J over all products J
+    of the J_c. P̄ commutes with each J_c, so it has no entry between errors of two contacts, or of a contact and a
+    velocity. It is enough to search for a P of this pattern: it certifies all signs at once.
 
-    In levels a turn of contact c changes A into J_c A J_c, J_c = diag(±1) with −1 at the errors of c. If V = e'Pe
-    serves all signs, so does the mean of P over all products of the J_c, which commutes with each: P has no entry
-    between the errors of two contacts, or of a contact and a velocity. Such a P proves the fall for the family in force
-    errors and for every sign at once. There is none where a Z >= 0 has Z <= the mean of Φ Z Φ' over the signs, since
-    tr(PZ) would have to fall and not fall; Z = diag(0, I) is one for explicit Euler, exactly.
+    There is none if some Z ≥ 0, Z ≠ 0, satisfies Z ≤ mean of Φ Z Φ' over the signs, since tr(PZ) would have to decrease
+    and not decrease. For explicit Euler Z = diag(0, I) is tried, in exact numbers.
+
+    The sample in which a slip changes its sign is not covered. There the level is updated with the old sign and
+    compared with the new one, which adds 2 K_F |û|, with the velocity error in û.
     """
     observer, h = analysis.dynamics.observer, analysis.dynamics.period
     contacts = [e.contact for e in observer.errors]
@@ -200,7 +221,12 @@ def _with_turning(
 
 
 def _none_through_turns(observer: Observer, kept: Any, matrix: Any) -> bool:
-    """Whether Z = diag(0, I) proves that no P serves all signs at one point with A there, in exact numbers."""
+    """Whether Z = diag(0, I) proves that no V decreases for all signs at one operating point, in exact numbers.
+
+    Args:
+        kept: sparsity pattern of P, m by m.
+        matrix: A at the point, exact.
+    """
     size = range(matrix.rows)
     witness = sympy.diag(*[int(e.contact is not None) for e in observer.errors])
     step = sympy.eye(matrix.rows) + observer.sample_time * matrix
@@ -214,7 +240,10 @@ def _none_through_turns(observer: Observer, kept: Any, matrix: Any) -> bool:
 
 
 def spectral_rate(analysis: Analysis) -> float:
-    """The largest decay rate that any P could show, from the worst operating point alone, 1/s."""
+    """Spectral rate, 1/s: the largest α that any P could certify at the worst sampled operating point.
+
+    α = (1 − ρ²)/(2h) with ρ the spectral radius of I + hA there; for the implicit step min −Re λ, λ eigenvalues of A.
+    """
     radius, h = analysis.spectral_radius, float(analysis.dynamics.observer.sample_time)
     if analysis.dynamics.implicit:
         return analysis.implicit_rate
@@ -222,14 +251,21 @@ def spectral_rate(analysis: Analysis) -> float:
 
 
 def _no_words(analysis: Analysis, error: Exception) -> Refusal:
+    """The refusal of error dynamics that the certificate format cannot express."""
     why = str(error) if isinstance(error, NotEnclosable) else f"a certificate cannot express {error}"
     return _undecided(analysis, why, narrower=False)
 
 
 def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None, regions: Regions | None) -> Refusal:
+    """The refusal of an unstable observer.
+
+    Args:
+        proof: the refutation that the checker accepts, or None.
+        regions: proofs for regions of the envelope, or None.
+    """
     point = unstable_point(analysis)
     failing = tuple(
-        dict.fromkeys(  # one that Psi and the step share is said once
+        dict.fromkeys(  # a condition on both Psi and the step is listed once
             f"{c.expression} > 0" if c.readable else f"{c.label} > 0"
             for c in (*analysis.routh, *analysis.jury)
             if not c.holds
@@ -248,6 +284,11 @@ def _unstable(analysis: Analysis, proof: Mapping[str, Any] | None, regions: Regi
 
 
 def _undecided(analysis: Analysis, why: str, narrower: bool = True) -> Refusal:
-    """``narrower``: whether a narrower envelope might change it."""
+    """The refusal of an observer that is neither certified nor shown unstable.
+
+    Args:
+        why: the reason.
+        narrower: whether a narrower envelope might be certified.
+    """
     reason = render("text/refused_undecided.j2", why=why, analysis=analysis, narrower=narrower).strip()
     return Refusal(reason, None, analysis.spectral_radius, (), analysis.largest_sample_time, False)

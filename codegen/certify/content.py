@@ -1,4 +1,4 @@
-"""What the JSON objects of a certificate and of a refutation have in common (docs/certificate_format.md)."""
+"""Content of a certificate as a JSON object, which a refutation shares (docs/certificate_format.md)."""
 
 from __future__ import annotations
 
@@ -25,9 +25,11 @@ from codegen.observers.equations import ErrorVariable, Observer
 from codegen.spec.model import Spec
 
 FORMAT = "stiction-certificate/1"
+"""Name and version of the format."""
 DIGITS = (4, 6, 9, 12)
+"""Numbers of significant digits of P that are tried in turn, until the checker accepts."""
 Frame = Callable[[Analysis, Family], dict[str, Any]]
-"""``frame`` of one spec and its files."""
+"""(analysis, family) → fields of a certificate that do not depend on the proof: ``frame`` of one spec and its files."""
 
 
 def frame(
@@ -38,11 +40,14 @@ def frame(
     family: Family,
     places: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """What is known before anything is proved: subject, observer, error, and the family of matrices over its envelope.
+    """The fields of a certificate that do not depend on the proof: subject, observer, errors, family over the envelope.
+
+    The fields of the proof (claim, P, rate, reversals and so on) are present and empty.
 
     Args:
         files: name → SHA-256 of the generated sources.
-        places: where the code has its inputs and outputs; None where the certificate need not say.
+        command: the command line, which is recorded.
+        places: name of an input or output of the code → its place there; None if the certificate need not state it.
     """
     observer = analysis.dynamics.observer
     return {
@@ -68,22 +73,24 @@ def frame(
 
 
 def _meaning(error: ErrorVariable, observer: Observer) -> str:
+    """What an error component is, in words; that of a level is certified as a force, times the sign of slip."""
     turned = observer.level_errors and error.contact is not None
     return f"sign of slip times ({error.meaning})" if turned else error.meaning
 
 
 @dataclass(frozen=True)
 class Found:
-    """A proposal of the solver: a P that shows a rate for a family over its ranges.
+    """A proposal: a Lyapunov matrix P with its decay rate for a family of error matrices, found in floating point.
 
     Attributes:
+        family: the error matrices over ranges of their variables.
         p: P, m by m.
-        rate: α, 1/s; V grows where it is negative.
-        splits: variable → breakpoints, exact.
-        cover: a tree of cuts on whose leaves the checker is to decide it (covered.py), and none where the cells are
-            those of ``splits``.
-        kind: of a region of a DFO's envelope: sliding, presliding, weak, passing or recovery.
-        best_rate: α that another P shows, 1/s, where this one is chosen for short dwell times at reversals; else None.
+        rate: α, 1/s; if negative, V may grow.
+        splits: variable → breakpoints of the cells, exact.
+        cover: one binary tree of cuts, on whose leaves the checker verifies the decay (covered.py); empty if the cells
+            are those of ``splits``.
+        kind: region of a DFO's envelope: sliding, presliding, weak, passing or recovery; "" for the whole envelope.
+        best_rate: α of another P, 1/s, if this P is chosen for shorter dwell times at reversals; else None.
     """
 
     family: Family
@@ -102,15 +109,19 @@ def proved(
     turning: bool = False,
     reversals: bool = True,
 ) -> list[tuple[dict[str, Any], verify.Report]]:
-    """Certificates that the checker accepts all with the same number of digits, the fewest, and its reports.
+    """Certificates that the checker accepts, with its reports; P is rounded to the fewest digits that serve all parts.
+
+    Since the number of digits is the same, parts with one P in floating point have one P in exact numbers.
 
     Args:
-        parts: the fields that do not depend on the proof (``frame``), and the proposal; those with one P keep it.
-        finish: of a proposal and its certificate, the certificate with its further entries.
-        reversals: whether they state the growth of V at a reversal.
+        parts: pairs of the fields that do not depend on the proof (``frame``) and the proposal.
+        analysis: the error dynamics.
+        finish: (proposal, certificate) → the certificate with further entries.
+        turning: whether the claim is one V for all signs of the slips.
+        reversals: whether the certificates state the growth of V at a reversal.
 
     Raises:
-        codegen.checker.verify.Refused: if it accepts them with no number of digits.
+        codegen.checker.verify.Refused: if the checker refuses them for every number in ``DIGITS``.
     """
 
     def attempt(digits: int) -> list[tuple[dict[str, Any], verify.Report]]:
@@ -127,6 +138,11 @@ def proved(
 def _content(
     base: Mapping[str, Any], found: Found, analysis: Analysis, digits: int, turning: bool, turns: bool
 ) -> dict[str, Any]:
+    """A certificate for a proposal, with P rounded to so many digits and the rate rounded down.
+
+    Args:
+        turning, turns: as ``turning`` and ``reversals`` of ``proved``.
+    """
     observer, h = analysis.dynamics.observer, analysis.dynamics.observer.sample_time
     exact = rounded_matrix(found.p, digits, np.sqrt(np.diag(found.p)))
     rate = rounded(found.rate - abs(found.rate) * 10.0 ** (1 - digits), 4)
@@ -135,10 +151,10 @@ def _content(
     reversals = []
     for contact in range(len(observer.signs)) if observer.level_errors and turns else ():
         if flips := [k for k, e in enumerate(observer.errors) if e.contact == contact]:
-            with suppress(np.linalg.LinAlgError, OverflowError):  # P is nearly singular: nothing is said of a reversal
+            with suppress(np.linalg.LinAlgError, OverflowError):  # P is nearly singular: no entry for this reversal
                 reversals.append(turn_cost(exact, observer.system.contacts[contact].name, flips, decay))
     words = {"observer": observer, "reversals": reversals, "rate": float(rate), "period": float(h), "turning": turning}
-    words["bounded"] = ()  # by ellipsoid.json, which is made from this certificate (with_reversals)
+    words["bounded"] = ()  # ellipsoid.json, made from this certificate, adds the contacts (with_reversals)
     words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if isinstance(c.law, DynamicLaw)]
     words["variables"] = {v.name: (float(lo), float(hi)) for v, (lo, hi) in found.family.variables.items()}
     return {
@@ -154,27 +170,41 @@ def _content(
 
 
 def with_reversals(content: Mapping[str, Any], contacts: Sequence[str]) -> dict[str, Any]:
-    """The certificate whose assumptions name the contacts after whose reversals ellipsoid.json bounds the errors."""
+    """The certificate with these contacts in its assumption on reversals: ellipsoid.json bounds the errors after them.
+
+    Args:
+        content: a certificate with none.
+        contacts: names.
+    """
     before, after = (one_line("text/reversal_sample.j2", bounded=each) for each in ((), contacts))
     return {**content, "assumptions": [after if line == before else line for line in content["assumptions"]]}
 
 
 def one_line(template: str, **words: Any) -> str:
-    """A template's text in one line."""
+    """The text of a template with white space and line breaks replaced by single spaces."""
     return " ".join(render(template, **words).split())
 
 
 def lines(template: str, **words: Any) -> list[str]:
-    """A template's lines that are not empty."""
+    """The lines of a template's text that are not empty."""
     return [line.strip() for line in render(template, **words).splitlines() if line.strip()]
 
 
 def turn_cost(exact: list[list[Any]], contact: str, flips: list[int], decay: float) -> dict[str, Any]:
-    """The entry of ``reversals``: what V grows by where these components change sign, and the dwell time after it.
+    """An entry of ``reversals``: the growth g of V = e'Pe at a reversal, and the dwell time after it.
+
+    At the reversal e becomes Je, J = diag(±1). g is the least number with J'PJ ≤ gP, rounded up; the dwell time is
+    log(g)/decay samples, rounded up, after which V is at most its value before the reversal.
 
     Args:
-        exact: P.
-        decay: −log of the factor by which a sample multiplies V.
+        exact: P, exact.
+        contact: name.
+        flips: indices of the errors that change their sign, where J is −1.
+        decay: −log of the factor by which V is multiplied in a sample.
+
+    Raises:
+        numpy.linalg.LinAlgError: if P is singular.
+        OverflowError: if the dwell time is infinite.
     """
     p = np.array(exact, dtype=float)
     turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
@@ -185,15 +215,16 @@ def turn_cost(exact: list[list[Any]], contact: str, flips: list[int], decay: flo
 
 
 def code_reading(observer: Observer, family: Family, places: Mapping[str, str]) -> dict[str, Any]:
-    """The certificate's ``code``: which outputs its errors are of, and for its reader where its variables are.
+    """The field ``code`` of a certificate: its errors and variables as expressions in inputs and outputs of the code.
 
-    What the code does not show is left out, and the checker says so.
+    Quantities that are neither inputs nor outputs are omitted, which the checker reports.
 
     Args:
+        family: the error matrices over their variables.
         places: name of an input or output of the code → its place there, such as outputs.v_hat[3].
     """
     system = observer.system
-    # Positions and velocities → what the code takes for them, where its error is zero.
+    # Position or velocity → name of the signal that equals it when the errors are zero.
     names = {x: x.name for x in system.positions if x not in system.sensor_errors}
     names |= {v: v.name if v.name in places else f"{v.name}_hat" for v in system.velocities}
     shown = {s: sympy.Symbol(places[name]) for s, name in names.items() if name in places}

@@ -1,4 +1,8 @@
-"""Interval enclosures of a family's parameters over cells of the envelope, by the checker's own arithmetic."""
+"""Interval enclosures of the parameters of a family over cells of the envelope, in the checker's interval arithmetic.
+
+Over a cell each parameter lies in an interval, and A is multi-affine in the parameters. So A lies in the convex hull
+of its values at the vertices of the box of these intervals.
+"""
 
 from __future__ import annotations
 
@@ -22,21 +26,29 @@ from codegen.checker import verify
 from codegen.mechanics.casadi_form import at_points, function_of
 
 MOST_PARAMETERS = 12
-"""So that a cell has at most as many vertices as the checker takes."""
+"""Largest number of varying parameters: a cell has 2^12 vertices, the most that the checker accepts."""
 ROUNDS = 14
+"""Largest number of bisections of an interval of a variable."""
 MOST_CELLS, MOST_CORNERS = 4096, 2**20
+"""Largest number of cells, and of vertices of all cells together."""
 LOOSE = 1.03
+"""A cell is bisected if an enclosure exceeds the sampled range [a, b] by more than (LOOSE − 1) max(b − a, |a|, |b|)."""
 MOST_SAMPLES = 40_000
+"""Number of points above which random points replace the full grid for the sampled ranges."""
 
 Interval = tuple[Fraction, Fraction]
+"""(low, high)."""
 Cell = Mapping[sympy.Symbol, Interval]
+"""Variable → its interval."""
 Box = tuple[Interval, ...]
+"""Interval of each parameter, in their order."""
 Value = Callable[[Mapping[str, Interval]], Interval]
+"""Name of a variable → interval, to the enclosure of an expression."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """What the enclosure gives.
+    """The partition of the envelope into cells, with the error matrices at the vertices.
 
     Attributes:
         splits: variable → breakpoints, exact.
@@ -48,7 +60,7 @@ class Cells:
 
 
 class Enclosure:
-    """The parameters of a family over boxes of its variables, and A at the corners of what they can be there.
+    """Evaluation of A at the vertices of the parameter boxes that enclose cells of the variables.
 
     Raises:
         NotEnclosable: with more than twelve parameters that vary.
@@ -64,11 +76,11 @@ class Enclosure:
         self._function = function_of(family.matrix, [*family.parameters])
 
     def vertices(self, cells: Iterable[Cell]) -> Array:
-        """A at the corners of what the parameters can be in cells, each once, N by m by m."""
+        """A at the vertices of the parameter boxes of cells, each once, N by m by m."""
         return self.at(_boxes(self._values, cells))
 
     def at(self, boxes: Iterable[Box]) -> Array:
-        """A at the corners of boxes of the parameters, each once, N by m by m."""
+        """A at the vertices of parameter boxes, each once, N by m by m."""
         if not self._values:
             return np.asarray(self._function(0.0).full())[None]
         ends = [[sorted({float(low), float(high)}) for low, high in box] for box in boxes]
@@ -78,30 +90,31 @@ class Enclosure:
 
 
 def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:
-    """The ranges of the variables."""
+    """Variable → (low, high) as fractions."""
     return {v: (fraction(low), fraction(high)) for v, (low, high) in family.variables.items()}
 
 
 def _parsed(parameters: Mapping[sympy.Symbol, Any], variables: Iterable[sympy.Symbol]) -> list[Value]:
-    """What the checker's arithmetic makes of every parameter in a cell."""
+    """For each parameter the function that encloses it over a cell, in the checker's interval arithmetic."""
     known = [v.name for v in variables]
     return [verify.parse(to_prefix(e), known, s.name)[1] for s, e in parameters.items()]
 
 
 def cells_of(breaks: Mapping[sympy.Symbol, Sequence[Any]]) -> list[Cell]:
-    """The cells between the breakpoints of each variable."""
+    """The cells of a rectangular grid with these breakpoints."""
     return [dict(zip(breaks, cell, strict=True)) for cell in product(*map(pairwise, breaks.values()))]
 
 
 def enclose_family(family: Family, finer: int = 0) -> Cells:
-    """Split the envelope until the enclosures are within 3 % of the sampled ranges, or fourteen times.
+    """Partition the envelope until the enclosures are within 3 % of the sampled ranges, by at most 14 bisections.
 
     Args:
-        finer: how often every interval is then halved again, so that boxes hug the curve of the parameters.
+        finer: number of further bisections of every interval; the parameters of one cell are then less dependent on
+            each other, and their box is closer to the set of their values.
 
     Raises:
-        NotEnclosable: with more than twelve parameters.
-        codegen.checker.verify.Refused: where the arithmetic cannot enclose an expression.
+        NotEnclosable: with more than twelve parameters that vary.
+        codegen.checker.verify.Refused: if interval arithmetic cannot enclose an expression.
     """
     enclosure = Enclosure(family)
     breaks, boxes = _partition(tuple(family.parameters.items()), tuple(family.variables.items()), finer)
@@ -113,14 +126,20 @@ def enclose_family(family: Family, finer: int = 0) -> Cells:
 def _partition(
     named: tuple[tuple[sympy.Symbol, Any], ...], ranges: tuple[tuple[sympy.Symbol, tuple[Any, Any]], ...], finer: int
 ) -> tuple[dict[sympy.Symbol, list[Fraction]], list[Box]]:
-    """Breakpoints of each variable, and what the parameters can be in the cells: the same at every sample time."""
+    """Breakpoints of each variable and the parameter boxes of the cells; cached.
+
+    Args:
+        named: the parameters of a family as pairs, which can be hashed.
+        ranges: its variables likewise.
+        finer: as in ``enclose_family``.
+    """
     parameters, variables = dict(named), dict(ranges)
     values, sampled = _parsed(parameters, variables), _sampled_ranges(parameters, variables)
     breaks = {v: [*map(fraction, ends)] for v, ends in variables.items()}
     most = min(MOST_CELLS, MOST_CORNERS >> len(parameters))
 
     def cut(at: set[tuple[sympy.Symbol, Fraction]]) -> bool:
-        """Add these breakpoints; False where there are none, or the cells would be too many."""
+        """Add these breakpoints; False, and nothing added, if there are none or the cells would be too many."""
         grown = {v: sorted({*b, *(m for (w, m) in at if w == v)}) for v, b in breaks.items()}
         if not at or np.prod([len(b) - 1 for b in grown.values()]) > most:
             return False
@@ -142,12 +161,15 @@ def _loose_intervals(
     breaks: Mapping[sympy.Symbol, list[Fraction]],
     sampled: list[tuple[float, float]],
 ) -> set[tuple[sympy.Symbol, Fraction]]:
-    """Midpoints of the intervals on which a parameter's enclosure leaves its sampled range by more than 3 %."""
+    """Breakpoints to add: (variable, midpoint) of the relatively widest side of each cell that needs bisection.
+
+    That is a cell in which the enclosure of a parameter exceeds its sampled range by more than 3 %.
+    """
     found = set()
     for value, expression, (low, high) in zip(values, parameters.values(), sampled, strict=True):
         slack = (LOOSE - 1) * max(high - low, abs(high), abs(low))
         used = {v: b for v, b in breaks.items() if expression.has(v)}
-        for cell in cells_of(used) if used else ():  # of a constant that is not rational there is nothing to split
+        for cell in cells_of(used) if used else ():  # an irrational constant has no variable to bisect
             try:
                 lo, hi = verify.widen(*value({v.name: i for v, i in cell.items()}))
             except verify.Refused:
@@ -161,7 +183,7 @@ def _loose_intervals(
 def _sampled_ranges(
     parameters: Mapping[sympy.Symbol, Any], ranges: Mapping[sympy.Symbol, tuple[Any, Any]]
 ) -> list[tuple[float, float]]:
-    """Of every parameter."""
+    """(min, max) of every parameter over a grid of the ranges or, if that is too large, over random points of it."""
     variables, expressions = list(ranges), list(parameters.values())
     if not expressions:
         return []
@@ -178,14 +200,17 @@ def _sampled_ranges(
 
 
 def _samples(low: float, high: float) -> NDArray[np.float64]:
-    """Even points of a range, and points that crowd towards zero, where friction changes fastest."""
+    """Sample points of a range: evenly spaced ones, and ones in geometric progression towards zero or its lower end.
+
+    Friction varies fastest near zero velocity.
+    """
     near = geometric(1e-4, 1.0, 60)
     around = np.concatenate([low * near, high * near]) if low < 0 < high else low + (high - low) * near
     return np.unique(np.concatenate([np.linspace(low, high, 65), around]))
 
 
 def _boxes(values: Sequence[Value], cells: Iterable[Cell]) -> list[Box]:
-    """What the parameters can be in each cell, but for boxes that another contains: these are proved with that one."""
+    """The parameter box of each cell, without boxes that another one contains, since its vertices cover them."""
     named = ({v.name: interval for v, interval in cell.items()} for cell in cells)
     boxes = {tuple(verify.widen(*value(cell)) for value in values) for cell in named}
     return [

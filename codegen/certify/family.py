@@ -1,7 +1,7 @@
-"""The sampled error matrix as a multi-affine family in interval parameters, over the envelope.
+"""The sampled error matrix A as a multi-affine family: A(θ), with each parameter θ in an interval over the envelope.
 
-What varies in A — entries of M⁻¹(x), slopes of g in v, slip signs — is given a parameter each; products of different
-parameters stay products, so what belongs together stays together.
+Each varying expression in A (a term of M⁻¹(x), a slope ∂g/∂v, the sign of a slip) is one parameter. A product of
+parameters stays a product, so that an expression that occurs in several entries has the same value in all of them.
 """
 
 from __future__ import annotations
@@ -22,23 +22,26 @@ from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
 LARGEST_INVERSE = 3
+"""Largest order of a varying mass matrix that is inverted symbolically."""
 PI = symbol("pi_")
+"""Variable that stands for π, in the interval [``PI_LOW``, ``PI_LOW`` + 10⁻²⁰]."""
 PI_LOW = sympy.Rational("3.14159265358979323846")
+"""π to 20 decimals, rounded down."""
 
 
 class NotEnclosable(Exception):
-    """The family cannot be put into the form of a certificate; the message says why."""
+    """Error: the error matrix cannot be expressed or enclosed in the form of a certificate; the message says why."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """A(θ) with θ over interval enclosures of expressions in the variables.
+    """A family of error matrices A(θ), where the parameters θ are expressions in variables with ranges.
 
     Attributes:
-        variables: name → exact (low, high).
-        parameters: parameter symbol → its expression over variables, exact numbers.
-        matrix: A, multi-affine in the parameters, exact numbers.
-        bounded: variable in [−1, 1] → the sgn or tanh that it stands for.
+        variables: variable → (low, high), exact.
+        parameters: parameter → its expression in the variables, with exact numbers.
+        matrix: A, m by m, multi-affine in the parameters, with exact numbers.
+        bounded: variable in [−1, 1] → the sgn or tanh that it replaces.
     """
 
     variables: Mapping[sympy.Symbol, tuple[Any, Any]]
@@ -47,17 +50,21 @@ class Family:
     bounded: Mapping[sympy.Symbol, Any] = field(default_factory=dict)
 
     def at(self, point: Mapping[sympy.Symbol, Any]) -> Matrix:
-        """A where the variables have these values."""
+        """A at a point: variable → value."""
         known = dict(point)
         return Matrix(self.matrix.xreplace({s: e.xreplace(known) for s, e in self.parameters.items()}))
 
 
 def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> Family:
-    """Put numbers in and name what varies.
+    """The family of sampled error matrices: numbers in place of constants, a parameter for each varying expression.
+
+    Args:
+        dynamics: the error dynamics.
+        ranges: variable → (low, high), exact.
 
     Raises:
-        NotEnclosable: for a varying mass matrix above order 3, or a function that the certificate has no word for,
-            or quantities that a robot file gives.
+        NotEnclosable: for a varying mass matrix of an order above 3, for a function that certificates do not have, and
+            for M(x) or forces that are computed numerically from a robot file.
     """
     observer = dynamics.observer
     numbers = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
@@ -83,7 +90,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
     named: dict[Any, sympy.Symbol] = {}
     theta = "theta"
     while any(v.name.startswith(theta) for v in ranges):
-        theta += "_"  # a coordinate may well be called theta1
+        theta += "_"  # the spec may have a coordinate of the name theta1
 
     def name_of(expression: Any) -> sympy.Symbol:
         if expression not in named:
@@ -102,7 +109,7 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
                 elif factor.is_Rational:
                     coefficient *= factor
                 elif not factor.free_symbols:
-                    outer *= name_of(factor)  # exp(-hK_v): apart, so that what stands with it may cancel
+                    outer *= name_of(factor)  # a constant such as exp(-hK_v): its own parameter, so that terms cancel
                 else:
                     inner *= factor
             total += coefficient * outer * (name_of(inner) if inner != 1 else 1)
@@ -127,9 +134,10 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
 
 
 def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any, tuple[sympy.Symbol, ...]]:
-    """What is to be one parameter each → the signs in it: their products as they stand in A, or single signs.
+    """Sign parameters: product of slip signs → its factors.
 
-    Products, where these are fewer: two signs that only ever stand together are one sign.
+    The products are those that occur in the terms of A, or single signs if that gives no more parameters. If two signs
+    occur only as a product, for example, the product is one parameter.
     """
     terms = [t for e in matrix for t in sympy.Add.make_args(expand_products(e))]
     together = {tuple(s for s in signs if s in sympy.Mul.make_args(t)) for t in terms} - {()}
@@ -139,7 +147,11 @@ def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any,
 
 
 def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
-    """The entry, multiplied out, with its name in place of each product that is part of a term."""
+    """The expanded entry with each of these products, where it divides a term, replaced by its name.
+
+    Args:
+        rename: product → name.
+    """
     total = sympy.Integer(0)
     for term in sympy.Add.make_args(expand_products(entry)):
         for product, name in rename.items():
@@ -152,9 +164,13 @@ def _with_products(entry: Any, rename: Mapping[Any, sympy.Symbol]) -> Any:
 def _inverse_mass(
     dynamics: ErrorDynamics, numbers: Mapping[Any, Any]
 ) -> tuple[dict[sympy.Symbol, Any], dict[sympy.Symbol, Any]]:
-    """W_ij written in generators, and each generator's expression: M⁻¹ = adj(M)/det(M), term by term of adj(M).
+    """(entry W_ij of M⁻¹ → its expression in parameters, parameter → its expression), from M⁻¹ = adj(M)/det(M).
 
-    The terms are shared by the entries of W, so what varies together keeps varying together.
+    There is one parameter for each different term of adj(M), divided by det(M). Entries of W that have a term in common
+    share its parameter. A constant M has no parameters.
+
+    Raises:
+        NotEnclosable: if M varies and its order is above ``LARGEST_INVERSE``.
     """
     if not dynamics.inverse_mass:
         return {}, {}
@@ -183,9 +199,9 @@ def _inverse_mass(
 def _in_slips(
     matrix: Matrix, dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]
 ) -> tuple[Matrix, dict[sympy.Symbol, tuple[Any, Any]]]:
-    """Velocities replaced by the slips that A depends on through them: u = v1 − v2 makes v1 = u + v2.
+    """(A with the slip as a variable in place of one of its velocities, slip → range): u = v1 − v2 gives v1 = u + v2.
 
-    A slip then is one variable, and interval arithmetic need not forget that its two velocities stand together.
+    Expressions in v1 − v2 thus become expressions in u. Interval arithmetic would treat v1 and v2 as independent.
     """
     system = dynamics.observer.system
     bounds: dict[sympy.Symbol, tuple[Any, Any]] = {}
@@ -209,15 +225,18 @@ def _in_slips(
 
 
 def _signs_of(slips: Mapping[sympy.Symbol, Any], dynamics: ErrorDynamics) -> list[sympy.Symbol]:
+    """The sign symbol of each of these slips."""
     names = [c.slip for c in dynamics.observer.system.contacts]
     return [dynamics.observer.signs[names.index(u)] for u in slips]
 
 
 def signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> Any:
-    """s·u as |u| where u is one variable, in divisors too: its sign is then not lost to interval arithmetic.
+    """The entry with s u replaced by |u| for each slip u with sign s, in denominators too.
+
+    Interval arithmetic would treat s and u as independent, and s u could be negative.
 
     Args:
-        single: u → s.
+        single: slip u, a symbol → its sign s.
     """
     divisors = [p for p in entry.atoms(sympy.Pow) if p.exp.is_negative and not p.base.is_Symbol]
     entry = entry.subs({p: signed_slips(p.base, single) ** p.exp for p in divisors})
@@ -225,7 +244,14 @@ def signed_slips(entry: Any, single: Mapping[sympy.Symbol, sympy.Symbol]) -> Any
 
 
 def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol], ranges: Mapping[sympy.Symbol, Any]) -> Any:
-    """sgn as ±1 where its argument keeps its sign, else it and tanh as variables in [−1, 1]; log has no word."""
+    """The entry with sgn replaced by ±1 if the sign is constant on the ranges; else sgn and tanh by a variable.
+
+    Args:
+        extra: sgn or tanh expression → its variable in [−1, 1]; new ones are added.
+
+    Raises:
+        NotEnclosable: for log, which certificates do not have.
+    """
     if entry.has(sympy.log):
         raise NotEnclosable("log occurs in the slope of the force, and certificates have no such function")
     for atom in sorted(entry.atoms(Sgn, sympy.tanh), key=str):
@@ -238,7 +264,7 @@ def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol], ranges: Mappi
 
 
 def _known_sign(argument: Any, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> int:
-    """The sign that an expression has all over the ranges, by interval arithmetic; 0 if it may change."""
+    """1 or −1 if interval arithmetic shows that sign of an expression on the ranges; 0 if it may change."""
     if not argument.free_symbols <= set(ranges):
         return 0
     box = {s.name: (fraction(low), fraction(high)) for s, (low, high) in ranges.items()}

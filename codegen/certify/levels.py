@@ -1,8 +1,8 @@
-"""A DFO's true friction level as a variable of the claim, where the envelope gives no range for it.
+"""Range of a DFO's true friction level in a certificate, if the envelope gives none.
 
-The level is what the observer is to find: a claim for the declared number alone says nothing of any other. So the
-error matrix, in which the level enters, is taken over a range about the declared one, and one V is searched for all
-of it.
+A DFO estimates the level, and its error matrix depends on the true one. A certificate at the declared level alone would
+not hold for any other. So the level becomes a variable with a range about the declared one, and one V is searched for
+the whole range.
 """
 
 from __future__ import annotations
@@ -17,24 +17,32 @@ import sympy
 from codegen.analysis.analysis import Analysis
 
 SHARES = (sympy.Rational(1, 5), sympy.Rational(1, 10), sympy.Rational(1, 20))
-"""Of the declared level, above and below it: the largest is taken for which a V is found."""
+"""Half-widths of the range as shares of the declared level; the largest is used for which a V is found."""
 
 
 def about_declared(analysis: Analysis, share: Any) -> Analysis:
-    """The true levels over a share of the declared ones to both sides; those with a range of their own excepted."""
+    """The analysis with each true level a in [a₀ − share |a₀|, a₀ + share |a₀|], a₀ the declared one.
+
+    Levels for which the envelope gives a range keep it.
+    """
     assumed = analysis.dynamics.observer.assumed
     reach = {a: abs(assumed[a]) * share for a in _levels(analysis)}
     return _over(analysis, {a: (assumed[a] - r, assumed[a] + r) for a, r in reach.items()})
 
 
 def levels_of(analysis: Analysis, content: Mapping[str, Any]) -> Analysis:
-    """The declared levels over the ranges that a certificate of the same observer has for them."""
+    """The analysis with the true levels in the ranges of a certificate of the same observer.
+
+    Args:
+        content: the certificate's JSON object.
+    """
     variables = content["variables"]
     found = {a: variables[a.name] for a in _levels(analysis) if a.name in variables}
     return _over(analysis, {a: (sympy.Rational(low), sympy.Rational(high)) for a, (low, high) in found.items()})
 
 
 def _levels(analysis: Analysis) -> list[sympy.Symbol]:
+    """The true levels of the estimated ones that have a declared value and no range in the envelope."""
     observer = analysis.dynamics.observer
     return [e.truth for e in observer.errors if e.truth in observer.assumed]
 

@@ -1,8 +1,12 @@
 """Common quadratic Lyapunov functions V = e'Pe of sampled error matrices, found in floating point.
 
-In δ form, with Φ = I + hA:  A'P + PA + hA'PA ≤ −2αP  is the same as  Φ'PΦ ≤ (1 − 2αh)P, and stays well conditioned
-at short sample times. With h = 0 it is the condition of the implicit step, for which it implies V[k+1] ≤ V[k]/(1 + αh)²
-at any h. Linear matrix inequalities in P are solved by Clarabel. What is found is proposed; the exact check decides.
+With Φ = I + hA the condition of decay is, in δ form,
+
+    A'P + PA + hA'PA ≤ −2αP    ⇔    Φ'PΦ ≤ (1 − 2αh)P,
+
+which is well conditioned at short sample times too. With h = 0 it is the condition for the implicit step, and implies
+V[k+1] ≤ V[k]/(1 + αh)² at any sample time. The linear matrix inequalities in P are solved by Clarabel. The result is a
+proposal; the checker verifies it in exact numbers.
 """
 
 from __future__ import annotations
@@ -33,39 +37,46 @@ from codegen.certify.centre import (
 )
 
 Worst = list[list[int]]
-"""Of each group of matrices the indices of the active constraints."""
+"""For each group of matrices the indices of the active constraints."""
 LARGEST_HULL = 4
+"""Largest dimension of the affine hull of the matrices for which the vertices of the convex hull are computed."""
 LARGEST_TURNED = 8
-"""Number of errors above which no weights and no inequalities of P are searched for less growth at reversals."""
+"""Largest number of errors for which P is optimised for less growth at reversals."""
 RATE_KEPT = 0.95
-"""Share of the best rate at which P is chosen where a slip turns: the last 5 % of the rate cost a quarter to a half of
-the growth at a reversal. Growth and dwell at the best rate and here: one_mass 4.44, 67 samples and 3.19, 54; rig 18.0,
-10 and 9.18, 8."""
+"""Share of the best rate at which P is chosen for short dwell times: 5 % less rate reduces the growth at a reversal by
+a quarter to a half. (Growth, dwell in samples) at the best rate and at this share: one_mass (4.44, 67), (3.19, 54);
+rig (18.0, 10), (9.18, 8)."""
 PROPORTIONS = 100
-"""Steps of the proportion by which P shortens the dwell times: coarse, as those of a rate."""
+"""Number of steps for the proportion by which log(growth) is reduced: coarse, so that rounding seldom changes it."""
 LARGEST, SLACK = 1e6, 1e-3
-"""I ≤ P ≤ 10⁶ I, and how far from its edge an inequality is asked for."""
+"""Constants of I ≤ P ≤ LARGEST I and of L(P) ≥ SLACK t I, the inequalities in which the solver maximises t ≤ 1."""
 CLOSE, CLOSER, ENOUGH = 1e-5, 1e-8, 0.9
-"""Relative residuals at which a dual and a primal point are taken as feasible, and the share of the largest slack that
-is enough."""
+"""Relative residuals at which a dual and a primal point count as feasible, and the share of the largest slack at which
+the solver stops."""
 WELL = 1e8
+"""Largest condition number of P, or of the matrix of eigenvectors."""
 SAME = 0.05
-"""Steps of log w: coarse, so that no last bit decides."""
+"""Rounding step of the logarithms of the weights w: coarse, so that rounding errors seldom change the result."""
 FEW, FIRST, ADDED, ROUNDS, TIGHT = 64, 12, 4, 25, 16
-"""With more than FEW matrices the inequality is solved for FIRST of them, then with the worst ADDED that P violates; a
-similar problem starts with the TIGHT ones of the last P."""
+"""Constraint generation: with more than FEW matrices the inequalities are solved for FIRST of them; then the ADDED most
+violated ones are included, at most ROUNDS times. The TIGHT most active ones are kept for a similar problem."""
 NEAR = 2e-5
 """Relative tolerance of ``method_of_centres`` for one family: its rate is within 1 % of the proved limit."""
 NEARER = (0.75, 0.5, 0.25)
-CLIMBED = 2**19
-"""Matrices times m⁴ up to which the method of centres is used: for 1024 of order 6 it takes 3 s for 0.2 % of a rate."""
-SETTLED, TIGHTEST = 2048, 400
-"""With more matrices, and a growth among the conditions, Newton's method does not converge in its number of steps; the
-TIGHTEST of each group then stand for all."""
+"""Shares of the distance from the rate found to the limit at which the method of centres may start."""
+MOST_FOR_CENTRES = 2**19
+"""Largest (number of matrices) · m⁴ for the method of centres; for 1024 of order 6 it takes 3 s and gains 0.2 % of the
+rate."""
+MOST_FOR_NEWTON, TIGHTEST = 2048, 400
+"""Largest number of matrices for the analytic centre, if some V may grow: with more, Newton's method does not converge
+in its number of steps, and the centre is computed with the TIGHTEST most active ones of each group."""
 
 
 def decay_rate_limit(matrices: Matrices, h: float) -> float:
-    """The largest α that any common P could have: from the spectral radius of each I + hA alone; h = 0: abscissa."""
+    """Upper bound of the rate α of any common P, 1/s: (1 − ρ²)/(2h), ρ the largest spectral radius of all I + hA.
+
+    For h = 0 it is minus the largest spectral abscissa of all A.
+    """
     eigenvalues = np.linalg.eigvals(np.asarray(matrices))  # of all at once: a call for each takes ten times as long
     if h == 0:
         return -float(eigenvalues.real.max())
@@ -74,12 +85,12 @@ def decay_rate_limit(matrices: Matrices, h: float) -> float:
 
 
 def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = None) -> tuple[Array, float] | None:
-    """(P, α) with Φ'PΦ ≤ (1 − 2αh)P for every matrix and α close to the largest possible, or None if none is found.
+    """(P, α) with Φ'PΦ ≤ (1 − 2αh)P for every Φ = I + hA, α close to the largest possible; None if none is found.
 
     Args:
         matrices: the A, m by m each.
         h: sample time, s; 0 for the implicit step.
-        structure: where P may hold other entries than zero, m by m; None: everywhere.
+        structure: sparsity pattern of P, m by m; None if P is full.
     """
     limit = decay_rate_limit(matrices, h)
     if limit <= 0:
@@ -101,9 +112,11 @@ def common_lyapunov(matrices: Matrices, h: float, structure: Pattern | None = No
 
 
 def common_lyapunov_of_many(matrices: Matrices, h: float, near: float = NEAR) -> tuple[Array, float] | None:
-    """As ``common_lyapunov``, for families of very many matrices; α is 0.1 % below the rate of P.
+    """(P, α) as of ``common_lyapunov``, for thousands of matrices; α is 0.1 % below the rate of P.
 
     Args:
+        matrices: the A, m by m each.
+        h: sample time, s; 0 for the implicit step.
         near: as in ``method_of_centres``.
     """
     limit = decay_rate_limit(matrices, h)
@@ -118,7 +131,7 @@ def common_lyapunov_of_many(matrices: Matrices, h: float, near: float = NEAR) ->
         if (p := common_lyapunov_at([(matrices, alpha)], h, worst)) is not None:
             first = p, alpha
             break
-    if len(matrices) * len(first[0]) ** 4 > CLIMBED:
+    if len(matrices) * len(first[0]) ** 4 > MOST_FOR_CENTRES:
         return first[0], least_rate(first[0], matrices, h) * 0.999
     scale = balance(matrices)
     stack, start = _in(scale, matrices), first[0] * scale[None, :] * scale[:, None]
@@ -130,8 +143,9 @@ def common_lyapunov_at(groups: Sequence[Group], h: float, worst: Worst | None = 
     """A common P > 0 with A'P + PA + hA'PA ≤ −2αP for every A of each group, at its own α; None if none is found.
 
     Args:
-        groups: (matrices m by m, α in 1/s) each; where α is below zero V may grow.
-        worst: indices of the matrices of each group that were active in a similar problem; it is updated.
+        groups: (matrices m by m, α in 1/s) each; with α < 0, V may grow.
+        h: sample time, s; 0 for the implicit step.
+        worst: indices of the matrices of each group that were active in a similar problem; updated in place.
     """
     scale = _scale(groups)
     scaled = [
@@ -147,15 +161,16 @@ def common_lyapunov_at(groups: Sequence[Group], h: float, worst: Worst | None = 
 
 
 def analytic_centre_at(groups: Sequence[Group], h: float, p: Array | None) -> Array | None:
-    """The analytic centre of all P as of ``common_lyapunov_at``, of which ``p`` is one: the same on every machine.
+    """Analytic centre of the set of all P that meet the conditions of ``common_lyapunov_at``; ``p`` is one of them.
 
-    With more than ``SETTLED`` matrices it is that of the conditions which ``p`` meets most tightly, if all others hold
-    there too. Where the centre is not reached, or ``p`` is None, it is ``p``.
+    It does not depend on the processor, as ``p`` does. With more than ``MOST_FOR_NEWTON`` matrices only the conditions
+    that are most active at ``p`` define the centre, and the others are then verified. ``p`` itself is returned if this
+    fails or Newton's method does not converge, and None if ``p`` is None.
     """
     if p is None:
         return None
     few, scale = groups, _scale(groups)
-    if sum(len(matrices) for matrices, _ in groups) > SETTLED:
+    if sum(len(matrices) for matrices, _ in groups) > MOST_FOR_NEWTON:
         few = [(_tightest(p, np.asarray(matrices), h, TIGHTEST), rate) for matrices, rate in groups]
     scaled = [(_in(scale, matrices), rate) for matrices, rate in few]
     middle = analytic_centre(scaled, h, p * scale[None, :] * scale[:, None])
@@ -167,7 +182,7 @@ def analytic_centre_at(groups: Sequence[Group], h: float, p: Array | None) -> Ar
 
 
 def _tightest(p: Array, stack: Array, h: float, count: int) -> Array:
-    """The matrices for which P shows the smallest rates."""
+    """The ``count`` matrices for which P certifies the smallest rates."""
     return np.asarray(stack[np.argsort(certified_rates(p, stack, h))[:count]])
 
 
@@ -180,11 +195,12 @@ def _feasible(
 ) -> Array | None:
     """``common_lyapunov_at`` for balanced matrices, by constraint generation.
 
-    A large family is solved for some of its matrices; those whose inequality the P found violates are then added.
+    The inequalities are solved for some of the matrices; those that the resulting P violates are added, and so on.
 
     Args:
-        first: how many of each group are taken at first; None: all.
-        worst: as of ``common_lyapunov_at``.
+        structure: sparsity pattern of P, m by m; None if P is full.
+        first: number of matrices of each group at the start; None for all.
+        worst: as in ``common_lyapunov_at``.
     """
     stacks = [np.asarray(stack) for stack, _ in groups]
     largest = max(1.0, *(float(np.abs(stack).max()) for stack in stacks))
@@ -220,11 +236,11 @@ def _feasible(
 
 
 def solve_lmi(conditions: Array, structure: Pattern | None = None) -> Array | None:
-    """P with I ≤ P ≤ 10⁶ I and L(P) > 0 for each condition, of largest slack; None if none is found.
+    """P with I ≤ P ≤ 10⁶ I and L(P) ≥ 10⁻³ t I for each condition L, with the largest t ≤ 1; None unless t > 0.
 
     Args:
-        conditions: the L as of ``lyapunov_maps``, scaled to entries of about 1.
-        structure: where P may hold other entries than zero; None: everywhere.
+        conditions: the linear maps L as of ``lyapunov_maps``, N by m² by m², scaled to entries of about 1.
+        structure: sparsity pattern of P, m by m; None if P is full.
     """
     size = math.isqrt(conditions.shape[1])
     pick, spread = half_vectorisation(size)
@@ -257,30 +273,31 @@ def solve_lmi(conditions: Array, structure: Pattern | None = None) -> Array | No
 
 
 def _decided(info: Any) -> bool:
-    """Whether the dual bounds the slack below zero, or the slack is near its largest: no more iterations are needed."""
+    """Stopping criterion of the solver: t ≤ 0 by a dual feasible point, or a primal feasible one with t near 1."""
     none = info.cost_dual > info.cost_primal / 2 > 0 and info.res_dual < CLOSE
     return bool(none or (info.cost_primal < -ENOUGH and info.res_primal < CLOSER))
 
 
 def balance(matrices: Matrices) -> Array:
-    """Scales of the error's components that balance the matrices: A_ij scale_j / scale_i."""
+    """Scales d of the error components, length m, such that A_ij d_j/d_i is balanced for the mean of |A|."""
     _, (scale, _) = matrix_balance(np.mean(np.abs(matrices), axis=0), permute=False, separate=True)
     return np.asarray(scale)
 
 
 def _scale(groups: Sequence[Group]) -> Array:
+    """The scales of ``balance`` for the matrices of all groups together."""
     return balance(np.concatenate([np.asarray(matrices) for matrices, _ in groups]))
 
 
 def _in(scale: Array, matrices: Matrices) -> Array:
-    """Matrices A in these scales, N by m by m."""
+    """The matrices A_ij d_j/d_i for scales d, N by m by m."""
     return np.asarray(np.array(matrices) * scale[None, None, :] / scale[None, :, None])
 
 
 def extreme_points(matrices: Matrices) -> list[Array]:
-    """The vertices of the convex hull of the matrices, or all where the hull is expensive.
+    """The matrices at the vertices of the convex hull of all; all matrices if the hull is expensive to compute.
 
-    The condition on A is convex for a given P, so it holds for all matrices if it holds at the vertices.
+    For given P > 0 the condition on A is convex, so it holds on the hull if it holds at the vertices.
     """
     flat = np.array([a.ravel() for a in matrices])
     middle = flat.mean(axis=0)
@@ -297,7 +314,7 @@ def extreme_points(matrices: Matrices) -> list[Array]:
 
 
 def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
-    """For one matrix: P at a rate a little below the limit."""
+    """(P, α) of one matrix from a Lyapunov equation, α as near to the limit as the condition number of P permits."""
     for share in (0.998, 0.99, 0.95, 0.8, 0.5, 0.1):
         alpha = share * limit
         p = _of_one(a, h, alpha)
@@ -307,9 +324,9 @@ def _single(a: Array, h: float, limit: float) -> tuple[Array, float] | None:
 
 
 def _of_one(a: Array, h: float, alpha: float) -> Array | None:
-    """For one matrix: the Lyapunov equation at a rate below its limit, discrete or of the implicit step.
+    """P > 0 of one matrix at the rate α from the discrete Lyapunov equation, or the continuous one for h = 0.
 
-    None where it has no positive definite solution, or where rounding makes it singular: then the rate is the limit.
+    None if the solution is not positive definite, or if the equation is singular in floating point, α being the limit.
     """
     unit = np.eye(len(a))
     try:
@@ -324,9 +341,13 @@ def _of_one(a: Array, h: float, alpha: float) -> Array | None:
 
 
 def recovery_at_reversals(p: Array, matrix: Array, h: float, turned: Sequence[Sequence[int]]) -> Array:
-    """The time in samples, not rounded, after which V = e'Pe is below its value before each of the reversals.
+    """Dwell times in samples, not rounded, after which V = e'Pe is back at its value before each reversal.
 
-    log(growth) / −log(1 − 2αh), growth the largest of J'PJ over P and α the rate of P for this matrix; h > 0.
+    log(g)/−log(1 − 2αh), where g is the least number with J'PJ ≤ gP and α the rate of P for this matrix; h > 0.
+
+    Args:
+        matrix: A.
+        turned: for each reversal the indices of the errors that change their sign.
 
     Raises:
         numpy.linalg.LinAlgError: if P is not positive definite.
@@ -338,26 +359,27 @@ def recovery_at_reversals(p: Array, matrix: Array, h: float, turned: Sequence[Se
 
 
 def _signs(size: int, turned: Sequence[Sequence[int]]) -> list[Array]:
-    """The diagonals of J, −1 at each of ``turned``."""
+    """The diagonal of J for each reversal, with −1 at the errors that change their sign."""
     return [np.where(np.isin(np.arange(size), list(each)), -1.0, 1.0) for each in turned]
 
 
 def _growths(p: Array, turned: Sequence[Sequence[int]]) -> Array:
-    """The largest growth of V at each reversal, of J'PJ over P."""
+    """The growth of V at each reversal: the largest generalised eigenvalue of (J'PJ, P)."""
     return np.array([eigh(s[:, None] * p * s, p, eigvals_only=True)[-1] for s in _signs(len(p), turned)])
 
 
 def short_recovery(
     matrix: Array, h: float, turned: Sequence[Sequence[int]], fastest: Array
 ) -> tuple[Array, float] | None:
-    """(P, its rate) of one matrix at ``RATE_KEPT`` of its best rate, for shorter dwell times at reversals.
+    """(P, its rate in 1/s) of one matrix with shorter dwell times at reversals, at ``RATE_KEPT`` of the best rate.
 
-    log(growth) is reduced at all reversals by the same proportion, as far as inequalities in P allow:
-    J'PJ ≤ gP is the condition of a decay with Φ = J and 1 − 2αh = g. None where the longest dwell time is not shorter
-    than of ``fastest``, and for more than ``LARGEST_TURNED`` errors.
+    log(growth) is reduced at all reversals by the same proportion, as far as the linear matrix inequalities in P are
+    feasible. J'PJ ≤ gP has the form of the decay condition with Φ = J and 1 − 2αh = g. None if the longest dwell time
+    is not shorter than that of ``fastest``, and for more than ``LARGEST_TURNED`` errors.
 
     Args:
-        turned: as of ``least_growth_at_reversals``.
+        matrix: A.
+        turned: as in ``least_growth_at_reversals``.
         fastest: a P with about the best rate.
     """
     limit = decay_rate_limit([matrix], h)
@@ -382,7 +404,10 @@ def short_recovery(
 def _in_proportion(
     matrix: Array, h: float, rate: float, turned: Sequence[Sequence[int]], growths: Array
 ) -> Array | None:
-    """The analytic centre of all P with this rate and growths of at most ``growths`` to the least power, below 1."""
+    """The analytic centre of all P with this rate and with growths ≤ ``growths``^s, s ≤ 1 the least feasible; or None.
+
+    s is a multiple of 1/``PROPORTIONS`` and found by bisection.
+    """
     turns = [np.diag(signs - 1) for signs in _signs(len(matrix), turned)]
     falls = lyapunov_maps(matrix[None], h, rate) / max(1.0, float(np.abs(matrix).max()))
 
@@ -410,13 +435,14 @@ def _in_proportion(
 
 
 def least_growth_at_reversals(matrix: Array, h: float, turned: Sequence[Sequence[int]]) -> Array | None:
-    """P of one matrix at its spectral rate, with the least growth of V at a reversal; None if none is found.
+    """P of one matrix at its spectral rate with the least growth of V at reversals; None if none is found.
 
-    Every P = Σ w_i Re(l̄_i l_i'), l_i the left eigenvectors of I + hA and w_i > 0, has the spectral rate. Of these the
-    weights that minimise the largest growth of J'PJ over P, J = −1 at each of ``turned``, by Nelder–Mead over log w;
-    for more than ``LARGEST_TURNED`` errors all w_i = 1.
+    P = Σ w_i Re(l̄_i l_i') has the spectral rate for all weights w_i > 0, l_i being the left eigenvectors of I + hA.
+    The weights minimise the largest g over the reversals, J'PJ ≤ gP, by Nelder–Mead over log w. For more than
+    ``LARGEST_TURNED`` errors all w_i are 1.
 
     Args:
+        matrix: A.
         turned: for each reversal the indices of the errors that change their sign.
     """
     if h == 0 or not turned:
