@@ -1,7 +1,10 @@
-"""A certificate as a proof for the kernel (checker/kernel.py): untrusted, as all that is written for it.
+"""Conversion of a certificate to a proof for the kernel (checker/kernel.py), which relates the error matrix to the C.
 
-What a certificate says of a matrix is said there of the C: which states show which estimates, in which machine.
-Covered are levels of Coulomb friction and tracked forces with a common P; the sliding of a DFO is in sliding_form.py.
+A certificate is about the matrix A. The proof adds the equations of the machine, and the errors and states as
+expressions in quantities of the generated code; from these the kernel derives A itself. Nothing here is trusted.
+
+Covered are observers of Coulomb levels and trackers of forces, with a common P. For the sliding of a DFO see
+sliding_form.py.
 """
 
 from __future__ import annotations
@@ -22,25 +25,25 @@ from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
 FUNCTIONS = {sympy.cos: "cos", sympy.exp: "exp", sympy.sin: "sin", Magnitude: "fabs", Sgn: "sgn"}
-"""Those that are the same in machine and code, where they are of what is measured."""
+"""SymPy function → its name in the kernel. A function of measured quantities has the same value in machine and code."""
 
 
 class NotCovered(Exception):
-    """The kernel has no words for this certificate; the message says for what."""
+    """Error: the kernel's language cannot express a certificate; the message names what it lacks."""
 
 
 def proof_text(
     observer: Observer, places: Mapping[str, str], content: Mapping[str, Any], precision: str = "double"
 ) -> str:
-    """The proof as JSON.
+    """The proof for the kernel, as JSON.
 
     Args:
         places: parameter, state, input or output of the observer's code → its place there, such as outputs.v_hat[3].
-        precision: of the code, to whose digits it prints a multiple of π.
         content: the certificate's JSON object.
+        precision: "double" or "single", that of the code; decides the digits of a multiple of π.
 
     Raises:
-        NotCovered: for what the kernel cannot say.
+        NotCovered: if the kernel cannot express the certificate.
     """
     system, write = observer.system, Writer(observer, places, precision)
     if content["along"]:
@@ -91,23 +94,24 @@ def proof_text(
 
 
 def with_solution(proof: str, content: Mapping[str, Any]) -> str:
-    """The proof with P, rate and reversals of another certificate of the same matrix."""
+    """The proof with P, cover, rate and reversals replaced by those of another certificate of the same matrix."""
     made = json.loads(proof)
     return proof_json(made | _found(content, {x.split(".")[1]: x for x in (*made["positions"], *made["box"])}))
 
 
 def proof_json(proof: Mapping[str, Any]) -> str:
+    """The text of a proof file."""
     return json.dumps(proof, indent=1) + "\n"
 
 
 def error_fields(
     observer: Observer, write: Writer, signs: list[Any], content: Mapping[str, Any], at: Mapping[str, str]
 ) -> dict[str, Any]:
-    """The errors, what the states are where the estimates are known, and the matrix I + hA.
+    """The fields ``errors``, ``states`` (states as functions of the estimates) and ``matrix`` (I + hA) of a proof.
 
     Args:
-        signs: of each error, or None.
-        at: a variable of the certificate → what it is in the code.
+        signs: the sign symbol that multiplies each error, or None.
+        at: variable of the certificate → its expression in the code's quantities.
     """
     return {
         "errors": [
@@ -120,17 +124,21 @@ def error_fields(
 
 
 def matrix_texts(content: Mapping[str, Any], at: Mapping[str, str]) -> list[list[str]]:
-    """I + hA of a certificate, over what its variables are in the code."""
+    """I + hA of a certificate as text, over the code's quantities; m rows of m entries.
+
+    Args:
+        at: variable of the certificate → its expression in the code's quantities.
+    """
     h, size = content["sample_time"], range(len(content["matrix"]))
     parameters = {p["name"]: infix(p["expression"], at) for p in content["parameters"]}
     return [[_step_entry(i == j, h, content["matrix"][i][j], parameters) for j in size] for i in size]
 
 
 def mean_velocity(observer: Observer) -> dict[Any, Any]:
-    """Position → q: an exponential step's errors stay zero where x moves by h (v + q h v') in a sample; else empty.
+    """Position x → weight q of the exponential step, whose errors stay zero if x[k+1] = x + h (v + q h v'); else empty.
 
-    With v̂ = z + Γ x and dz/dt = −Γ v̂ + Φ v̂' (``observers/velocity.py``) that is q = (1 − Φ)/(hΓ), for a decay K_v
-    1/(1 − exp(−hK_v)) − 1/(hK_v): from 1/2 up to 1.
+    q = (1 − Φ)/(hΓ) for v̂ = z + Γ x and dz/dt = −Γ v̂ + Φ v̂' (``observers/velocity.py``). With a scalar K_v this is
+    q = 1/(1 − exp(−hK_v)) − 1/(hK_v), between 1/2 and 1.
     """
     if observer.integration != "exponential":
         return {}
@@ -141,9 +149,9 @@ def mean_velocity(observer: Observer) -> dict[Any, Any]:
 
 
 def driven(observer: Observer) -> tuple[dict[Any, Any], dict[Any, Any]]:
-    """(Input → the mean effective input over the coming sample, state of its delay or lag → what it becomes).
+    """Actuator dynamics: (input → mean effective input over the next sample, state of a delay or lag → its next value).
 
-    As ``program/signals.py`` computes them, over the symbols of those states.
+    They are expressions in the symbols of those states, as in ``program/signals.py``.
     """
     system, h = observer.system, symbol("h")
     effective: dict[Any, Any] = {}
@@ -169,7 +177,12 @@ def driven(observer: Observer) -> tuple[dict[Any, Any], dict[Any, Any]]:
 
 
 def _cells(splits: list[tuple[str, list[str]]], box: Mapping[str, list[str]]) -> Any:
-    """A tree of cuts, halved in turn, with a leaf for each cell of these splits that is in the box."""
+    """A balanced binary tree of cuts, with one leaf for each cell of these splits in the box; "" is a leaf.
+
+    Args:
+        splits: (variable, breakpoints) pairs.
+        box: variable → (low, high).
+    """
     if not splits:
         return ""
     (x, ends), *others = splits
@@ -185,13 +198,16 @@ def _cells(splits: list[tuple[str, list[str]]], box: Mapping[str, list[str]]) ->
 
 
 def _magnitude(ends: Any) -> list[str] | None:
-    """The range of |x| where x is in one that is even, or not below 0; None for others."""
+    """The range of |x| for x in a range [−c, c] or one with a lower end of at least 0; None for others."""
     low, high = map(Fraction, ends or (-1, 0))
     return ["0" if low == -high else str(ends[0]), str(ends[1])] if low == -high or low >= 0 else None
 
 
 def witness(made: Mapping[str, Any], places: Mapping[str, str]) -> dict[str, Any]:
-    """A point of domain and box, where there are such: estimates as the truth, and no two velocities are the same."""
+    """The field ``witness``: a point in domain and box, which shows that they are not empty; {} if there are none.
+
+    The estimates equal the true values, and all velocities differ.
+    """
     if not (made["domain"] or made["box"]):
         return {}
     free = [e["truth"] for e in made["errors"]] + [x for x in places.values() if x.startswith("inputs.")]
@@ -205,7 +221,10 @@ def witness(made: Mapping[str, Any], places: Mapping[str, str]) -> dict[str, Any
 
 
 def _named(tree: Any, at: Mapping[str, str]) -> Any:
-    """A cover with the variables' places in the code: "theta2 t", of an angle, is "inputs.theta2 t"."""
+    """A cover with the variables replaced by their places in the code: "theta2 t" becomes "inputs.theta2 t".
+
+    "theta2 t" is the tangent variable of the angle theta2.
+    """
     if tree == "":
         return tree
     name, *of = tree[0].split(" ")
@@ -213,10 +232,10 @@ def _named(tree: Any, at: Mapping[str, str]) -> Any:
 
 
 def _found(content: Mapping[str, Any], at: Mapping[str, str]) -> dict[str, Any]:
-    """What the solver found.
+    """The fields of a proof that the solver found: cover, P, rate and reversals.
 
     Args:
-        at: a variable of the certificate → its place in the code.
+        at: variable of the certificate → its place in the code.
     """
     reversals = [
         {"sign": f"sign.{r['contact']}", "growth": r["growth"], "dwell": str(r["dwell_samples"])}
@@ -231,7 +250,7 @@ def _found(content: Mapping[str, Any], at: Mapping[str, str]) -> dict[str, Any]:
 
 
 def inverse(system: System) -> sympy.Matrix:
-    """M⁻¹, in numbers where it would be long in symbols."""
+    """M⁻¹; with numbers in place of the parameters if it is constant, full and of an order above 3."""
     mass = system.mass_matrix
     if mass.free_symbols & {*system.positions}:
         return mass.adjugate() / mass.det(method="berkowitz")
@@ -239,14 +258,21 @@ def inverse(system: System) -> sympy.Matrix:
 
 
 def _step_entry(diagonal: bool, h: str, entry: Any, parameters: Mapping[str, str]) -> str:
-    """An entry of I + hA."""
+    """An entry of I + hA as text."""
     if isinstance(entry, str) and entry not in parameters:
         return str(diagonal + Fraction(h) * Fraction(entry))
     return f"{int(diagonal)} + {h}*{infix(entry, parameters)}"
 
 
 def infix(entry: Any, names: Mapping[str, str]) -> str:
-    """A prefix expression of a certificate (docs/certificate_format.md) as one of the kernel's."""
+    """A prefix expression of a certificate (docs/certificate_format.md) as an infix expression of the kernel.
+
+    Args:
+        names: name in the certificate → its text in the kernel.
+
+    Raises:
+        NotCovered: for a function that the kernel does not have.
+    """
     if isinstance(entry, str):
         return names.get(entry) or f"({entry})"
     word, *parts = entry
@@ -267,10 +293,12 @@ def infix(entry: Any, names: Mapping[str, str]) -> str:
 
 
 class Writer:
-    """SymPy → the kernel's expressions over parameters.X, state.X, inputs.X, outputs.X, true.X and sign.X.
+    """Printer of SymPy expressions in the kernel's syntax.
+
+    Its quantities are parameters.X, state.X, inputs.X, outputs.X, true.X and sign.X.
 
     Attributes:
-        slips: the estimated slip velocities over the estimates.
+        slips: the estimated slip velocities, as expressions in the estimates.
     """
 
     def __init__(self, observer: Observer, places: Mapping[str, str], precision: str = "double") -> None:
@@ -287,12 +315,16 @@ class Writer:
         self._places |= {s.name: f"sign.{c.name}" for s, c in zip(observer.signs, system.contacts, strict=True)}
 
     def __call__(self, e: Any) -> str:
-        """The expression; slips by their estimates, and in place of signs and magnitudes the signs of the slips."""
+        """The text of an expression, with estimated slips for slips, s for sgn u and s u for |u|, s the sign symbol.
+
+        Raises:
+            NotCovered: for a quantity without a place in the code, or a function that the kernel does not have.
+        """
         e = sympy.sympify(e)
         e = e.replace(Sgn, lambda u: self._signs.get(str(u), Sgn(u)))
         e = e.replace(Magnitude, lambda u: self._signs[str(u)] * u if str(u) in self._signs else Magnitude(u))
         e = e.xreplace({s: self._slips[s.name] for s in e.free_symbols if s.name in self._slips})
-        return self._sum(e.replace(self._of_angles, sympy.expand_trig))  # the code knows those of single angles
+        return self._sum(e.replace(self._of_angles, sympy.expand_trig))  # the code has those of single angles only
 
     def _of_angles(self, e: Any) -> bool:
         """Whether it is a sine or cosine of a sum of coordinates."""
@@ -309,7 +341,7 @@ class Writer:
     def _product(self, e: Any) -> str:
         above, below = sympy.fraction(e, exact=True)
         factors = sympy.Mul.make_args(above)
-        if any(f.is_NumberSymbol for f in factors):  # the code has one decimal in place of all its numbers
+        if any(f.is_NumberSymbol for f in factors):  # the code has one decimal for the product of all numbers
             number = float(sympy.Mul(*(f for f in factors if f.is_number)))
             digits = str(np.float32(number)) if self._precision == "single" else repr(number)
             text = "*".join([digits, *(self._factor(f) for f in factors if not f.is_number)])
@@ -318,7 +350,7 @@ class Writer:
         return "/".join([text, *(self._divisor(f) for f in sympy.Mul.make_args(below) if f != 1)])
 
     def _divisor(self, e: Any) -> str:
-        """A factor behind a stroke: the product that a power is written as is one number there."""
+        """A divisor: a power, which is written as a product, is put in parentheses."""
         return f"({self._factor(e)})" if e.is_Pow else self._factor(e)
 
     def _factor(self, e: Any) -> str:
@@ -344,7 +376,7 @@ def estimates_of(observer: Observer) -> list[Any]:
 
 
 def _states(observer: Observer) -> dict[Any, Any]:
-    """State → what it is where the estimates are known: estimate = state + rest, so state = estimate − rest."""
+    """State z → its expression in the estimates: since estimate = z + rest, z = estimate − rest."""
     states = {}
     for equation in observer.equations:
         if equation.state is not None:
@@ -354,7 +386,10 @@ def _states(observer: Observer) -> dict[Any, Any]:
 
 
 def _domain(observer: Observer, write: Writer) -> list[str]:
-    """What is positive in the domain of a guarded level, its count being full."""
+    """Expressions that are positive in the observer's domain, in which the level is updated; empty without a domain.
+
+    The counter of samples since the last reversal is taken as full.
+    """
     if observer.domain is None:
         return []
     (u,), (s,), (x,) = write.slips, observer.signs, observer.system.positions
@@ -365,7 +400,7 @@ def _domain(observer: Observer, write: Writer) -> list[str]:
 
 
 def _held(observer: Observer, write: Writer) -> dict[str, str]:
-    """The guard's own states in its domain."""
+    """State of the domain's logic → its constant value in the domain: direction of slip, full counter of samples."""
     if observer.domain is None:
         return {}
     (contact,), (s,) = observer.system.contacts, observer.signs

@@ -31,12 +31,12 @@ MARGIN = 0.1
 SHIFTS = np.linspace(0, 1, 21)
 """Values of ζ that are tried, over the largest norm of M⁻¹∂g/∂v."""
 DIGITS = 3
-"""Of the extremes in the certificate."""
+"""Significant digits of the extremes in the certificate."""
 
 
 @dataclass(frozen=True)
 class Extremes:
-    """The largest values found, with a margin of 10 %.
+    """The properties of the machine that a certificate by structure assumes, as estimated, with a margin of 10 %.
 
     Attributes:
         slowest, fastest: range of the eigenvalues ν of G M⁻¹, 1/s.
@@ -54,11 +54,16 @@ class Extremes:
 
 
 def extremes(analysis: Analysis, k: float, gain: Array) -> Extremes | None:
-    """The extremes; None if M depends on a position whose velocity is no variable of the error matrix.
+    """The extremes over the envelope; None if M depends on a position whose velocity is no variable of A.
 
     First random points of the envelope, a third of them with every velocity at an end of its range (where the slope of
     the Coriolis forces is largest) and a third with velocities scaled toward zero (where a declared law is most
     nonlinear). Then, for each extreme, a random search from the best points with decreasing step size and a fixed seed.
+
+    Args:
+        analysis: the error dynamics.
+        k: gain K_v = k I, 1/s.
+        gain: G, n by n, symmetric and positive definite.
     """
     machine = _Machine(analysis, k, gain)
     if machine.moves is None:
@@ -94,11 +99,12 @@ def _bell_shaped(random: np.random.Generator, shape: tuple[int, ...]) -> Array:
 
 
 def _up(value: float) -> Any:
+    """An exact decimal of ``DIGITS`` digits that is not below the value."""
     return rounded(value * (1 + 10.0 ** (1 - DIGITS)), DIGITS) if value else sympy.Integer(0)
 
 
 def _norms(slopes: Array, shift: float = 0.0) -> Array:
-    """The smallest η at each point for a given ζ: |slopes + ζI|₂."""
+    """The smallest η at each point for a given ζ: |S + ζI|₂, S being ``_Machine.slopes`` there."""
     return np.asarray(np.linalg.norm(slopes + shift * np.eye(slopes.shape[1]), 2, axis=(1, 2)))
 
 
@@ -119,6 +125,7 @@ class _Machine:
         self.function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), analysis.points, ())
 
     def sampled_points(self, random: np.random.Generator) -> Array:
+        """The random points with which ``extremes`` starts, and those of the analysis; points by variables."""
         points = random.uniform(self.ends[:, 0], self.ends[:, 1], (POINTS, len(self.ends)))
         third, count = POINTS // 3, len(self.speeds)
         ends = random.integers(0, 2, (third, count))

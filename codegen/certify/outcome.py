@@ -1,4 +1,4 @@
-"""Results of certifying: a certificate with further proofs, or a refusal with what would be certified."""
+"""Results of certification: a certificate with further proofs, or a refusal with remedies."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from codegen.certify.region_proofs import Regions
 from codegen.certify.sticking import Sticking
 
 PROOFS = ("certificate.json", "limit.json", "refusal.json", "turning.json", *REGION_PROOFS)
+"""Names of all proof files that certification may write."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -24,18 +25,19 @@ class Certificate(Shown):
     Attributes:
         content: the JSON object (docs/certificate_format.md).
         decay_rate: α, 1/s; V decreases by 1 − 2αh in each sample, by 1/(1 + αh)² where the step is implicit.
-        spectral_rate: the largest rate that any P could show at the worst operating point.
-        limit: the refutation of every faster rate, which the checker has accepted too; None if none was found.
+        spectral_rate: the largest rate that any P could certify at the worst operating point, 1/s.
+        facts: the statements of the checker's report.
+        limit: the refutation of every faster rate, which the checker has accepted; None if none was found.
         turning: a certificate with one V for all signs of the slips, not for samples with a reversal; or None.
-        no_turning: whether there is proved to be none.
-        best_rate: α that another V shows, 1/s, where this one is chosen for short dwell times at reversals; else None.
-        by_structure: whether it is about one mode of a machine whose extremes are estimates, not proven bounds.
-        bounds: on each friction error, or the words why there are none.
-        response: how the errors move under what their matrix leaves out, where there are bounds.
+        no_turning: whether it is proved that there is no such V.
+        best_rate: α of another V, 1/s, if this V is chosen for shorter dwell times at reversals; else None.
+        by_structure: whether the certificate is for one mode and assumes extremes of the machine that are estimates.
+        bounds: on each friction error; or the reason why there are none.
+        response: linear response of the errors to disturbances, if it is known.
         sticking: of a (G)CFO, the sticking contacts for which the other errors decay slowest; or None.
         kernel: the proof that the kernel has accepted for the C (proof.json), or None.
-        not_by_kernel: why there is none.
-        ellipsoid: what follows of it for noise and drift, as the checker has accepted it (ellipsoid.json), or None.
+        not_by_kernel: why there is no such proof.
+        ellipsoid: invariant ellipsoids under noise and drift that the checker has accepted (ellipsoid.json), or None.
     """
 
     content: Mapping[str, Any]
@@ -74,19 +76,19 @@ class Certificate(Shown):
 
     @property
     def proofs(self) -> dict[str, str]:
-        """certificate.json; limit.json, the refutation of every faster rate, and turning.json, if any."""
+        """Name of a proof file → its text: certificate.json and, if there are any, limit.json and turning.json."""
         further = {"limit.json": self.limit, "turning.json": self.turning}
         return {"certificate.json": self.text} | {name: json_text(c) for name, c in further.items() if c is not None}
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """A sample time and gains that were certified in place of a refused spec's.
+    """A certified remedy: a sample time and gains to replace those of a refused spec.
 
     Attributes:
-        line: what to write in the spec's observer section.
+        line: the text to write in the spec's observer section.
         sample_time: s.
-        gains: as in that section: scalars, lists or rows.
+        gains: name → scalar, list or list of rows, as in that section.
         decay_rate: α of the certificate, 1/s.
     """
 
@@ -98,13 +100,13 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Proposals:
-    """What to change in a refused spec: each certified by itself, and None where nothing was found.
+    """Remedies for a refused spec, each certified by itself; None where none was found.
 
     Attributes:
-        sample_time: the largest that was certified, with the spec's gains.
-        gains: the nearest that were certified, with the spec's sample time.
-        skipped: why nothing was looked for; empty where it was.
-        measured: the spec's own gains with measured velocity and no K_v, where M(x) is known by structure alone.
+        sample_time: the largest certified sample time, with the spec's gains.
+        gains: the nearest certified gains, with the spec's sample time.
+        skipped: why no search was made; empty if one was.
+        measured: the spec's gains with measured velocity and no K_v, for observers certified by structure only.
     """
 
     sample_time: Proposal | None
@@ -115,19 +117,20 @@ class Proposals:
 
 @dataclass(frozen=True, repr=False)
 class Refusal(Shown):
-    """Why no certificate is given.
+    """A refusal: no certificate was found, or the observer is unstable.
 
     Attributes:
-        counterexample: an exact operating point at which the sampled error is unstable; None if none is known.
+        reason: text for the user.
+        counterexample: variable → value at an operating point where the sampled error is unstable; None if not known.
         spectral_radius: of I + hA there, or the largest over the envelope.
         failing: the gain conditions that fail, as text.
-        largest_sample_time: of explicit Euler at these gains, s; 0 where no sample time helps.
-        proved: whether the counterexample is checked in exact numbers.
-        proof: the refutation as the checker accepts it, or None.
-        proposals: what would be certified; None where that was not asked for.
-        regions: what is certified of parts of the envelope, and through them; None where there are no such.
-        kernel: the proof of sliding.json's decay that the kernel has accepted for the C (proof.json), or None.
-        not_by_kernel: why there is none.
+        largest_sample_time: of explicit Euler at these gains, s; 0 if it is unstable at every sample time.
+        proved: whether the counterexample is proved in exact numbers.
+        proof: a refutation that the checker accepts, or None.
+        proposals: remedies; None if none were requested.
+        regions: proofs for regions of the envelope; None if there are none.
+        kernel: the proof of the decay in sliding.json that the kernel has accepted for the C (proof.json), or None.
+        not_by_kernel: why there is no such proof.
     """
 
     reason: str
@@ -148,7 +151,7 @@ class Refusal(Shown):
 
     @property
     def proofs(self) -> dict[str, str]:
-        """refusal.json, if there is a proof, and those of regions."""
+        """Name of a proof file → its text: refusal.json, if there is a proof, and those of regions."""
         refusal = {} if self.proof is None else {"refusal.json": self.proof}
         regions = {} if self.regions is None else self.regions.proofs
         return {name: json_text(content) for name, content in {**refusal, **regions}.items()}

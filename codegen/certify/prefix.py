@@ -1,4 +1,4 @@
-"""SymPy → the prefix expressions of a certificate (docs/certificate_format.md)."""
+"""Conversion of SymPy expressions and numbers to the text of a certificate (docs/certificate_format.md)."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ def rational_text(value: Any) -> str:
 
 
 def to_prefix(e: Any) -> Any:
-    """A prefix expression: a string or a nested list.
+    """A SymPy expression as a prefix expression: a string, or a list of an operator and prefix expressions.
 
     Raises:
-        TypeError: for a function without a word.
+        TypeError: for a function or power that certificates do not have.
     """
     if e.is_Rational:
         return rational_text(e)
@@ -51,6 +51,7 @@ def to_prefix(e: Any) -> Any:
 
 
 def _power(e: Any) -> Any:
+    """A power as a prefix expression: exp, sqrt, or an integer power."""
     if e.base is sympy.E:
         return ["exp", to_prefix(e.exp)]
     if e.exp == sympy.Rational(1, 2):
@@ -63,12 +64,21 @@ def _power(e: Any) -> Any:
 
 
 def rounded(value: float, digits: int) -> Any:
-    """A short exact decimal near a float."""
+    """The nearest decimal with so many significant digits, as an exact rational."""
     return sympy.Rational(f"{value:.{digits}g}")
 
 
 def rounded_matrix(matrix: NDArray[np.float64], digits: int, size: NDArray[np.float64]) -> list[list[Any]]:
-    """A symmetric matrix with entry i, j to so many digits of size[i] size[j]: keeps a positive definite one so."""
+    """A symmetric matrix in exact numbers, entry (i, j) rounded relative to size[i] size[j].
+
+    With size = √diag, rounding does not depend on the scales of the coordinates; with enough digits a positive definite
+    matrix stays so.
+
+    Args:
+        matrix: m by m.
+        digits: number of significant digits of size[i] size[j].
+        size: length m, positive.
+    """
     result: list[list[Any]] = [[sympy.Integer(0)] * len(matrix) for _ in matrix]
     for i in range(len(matrix)):
         for j in range(i + 1):
@@ -79,21 +89,21 @@ def rounded_matrix(matrix: NDArray[np.float64], digits: int, size: NDArray[np.fl
 
 
 def texts(rows: list[list[Any]]) -> list[list[str]]:
-    """Exact numbers as the format writes them."""
+    """A matrix of exact numbers as text, ``p`` or ``p/q``."""
     return [[rational_text(e) for e in row] for row in rows]
 
 
 def rational_above(value: Any) -> Any:
-    """A SymPy number itself if it is rational, else a decimal of 12 digits that is not below it."""
+    """An upper bound of a SymPy number: the number if it is rational, else a decimal of 12 digits."""
     return value if value.is_Rational else upwards(float(value) * (1 + 1e-12), 12)
 
 
 def fraction(value: Any) -> Fraction:
-    """A SymPy rational, or a number that it can be made of exactly."""
+    """A SymPy rational, integer or text ``p/q`` as a Fraction."""
     exact = sympy.Rational(value)
     return Fraction(int(exact.p), int(exact.q))
 
 
 def upwards(value: float, digits: int) -> Any:
-    """A decimal of so many digits that is not below the value."""
+    """The value rounded up to so many significant digits, as an exact rational."""
     return sympy.Rational(str(Context(prec=digits, rounding=ROUND_CEILING).plus(Decimal(float(value)))))

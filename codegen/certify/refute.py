@@ -1,8 +1,8 @@
-"""A rate that no certificate can show, proved: at one exact operating point the sampled error does not fall so fast.
+"""Refutation of a decay rate: a proof, at one exact operating point, that no P certifies the rate α or a larger one.
 
-Let Φ be the step there and c the fall of V at the rate α. If a symmetric Q has cQ − Φ'QΦ > 0, then Q > 0 if and only if
-Φ/√c is stable (Stein's inertia theorem). A Q that is not positive along some vector therefore proves that V = e'Pe
-falls by no factor c for any P > 0; at α → 0 it proves that the error does not decay.
+Let Φ be the step matrix at the point and c the factor of V per sample for α, such as c = 1 − 2αh. If a symmetric Q
+satisfies cQ − Φ'QΦ > 0, then Q > 0 if and only if Φ/√c is stable (Stein's inertia theorem). So a Q with x'Qx ≤ 0 for
+some x ≠ 0 proves that Φ'PΦ ≤ cP holds for no P > 0. As α → 0 it proves that the error does not decay.
 """
 
 from __future__ import annotations
@@ -31,20 +31,25 @@ from codegen.mechanics.casadi_form import function_of
 from codegen.mechanics.computed import ComputedEntry
 
 SLACK = (1e-3, 2e-3, 5e-3, 1e-2)
+"""Relative distances from the rate at the point to the refuted rate, tried in turn."""
 LEAST = 1e-6
+"""Least refuted rate, 1/s; it is the one for an unstable point."""
 DIGITS = (6, 9, 12, 15)
+"""Numbers of significant digits of Q that are tried in turn."""
 TRIED = 12
+"""Number of sampled operating points that are compared, those of the largest spectral radius."""
 EVALUATIONS = 400
+"""Largest number of evaluations in the search near the slowest point."""
 
 
 @dataclass(frozen=True, eq=False)
 class Slowest:
-    """The slowest operating point that was found.
+    """The operating point of slowest decay that was found.
 
     Attributes:
-        rate: of V for the best P there, 1/s.
-        point: the family's variables, as rationals.
-        matrix: A.
+        rate: the largest α of any P there, 1/s.
+        point: name of each variable of the family → value, rational.
+        matrix: A there, m by m.
     """
 
     rate: float
@@ -53,7 +58,10 @@ class Slowest:
 
 
 def slowest_point(analysis: Analysis, family: Family) -> Slowest | None:
-    """Among the sampled ones, and near the slowest of these if it is stable; None where no point has exact numbers."""
+    """The operating point of slowest decay; None if no point has rational values of all variables.
+
+    The slowest sampled one or, if that is stable, one that a local search finds from there.
+    """
     dynamics, h = analysis.dynamics, float(analysis.dynamics.observer.sample_time)
     function = function_of(family.matrix.subs(family.parameters), [*family.variables])
 
@@ -78,7 +86,11 @@ def slowest_point(analysis: Analysis, family: Family) -> Slowest | None:
 def _slower_near(
     analysis: Analysis, known: dict[str, float], rate: Callable[[Mapping[str, float]], float]
 ) -> dict[str, float]:
-    """A slower point of the same signs of velocities, where a simplex finds one; to six digits."""
+    """A slower point by Nelder–Mead from ``known``, velocities keeping their signs, to six digits; else ``known``.
+
+    Args:
+        rate: decay rate at a point, 1/s; inf if the point has no rational values.
+    """
     dynamics, ranges = analysis.dynamics, analysis.points.ranges
     tied = {n.name: s.name for n, s in dynamics.next_velocity.items()}
     free, bounds = [], []
@@ -87,7 +99,7 @@ def _slower_near(
         if s in dynamics.observer.signs or s.name in tied or low == high:
             continue
         if s not in dynamics.observer.system.positions and low * high < 0:
-            if known[s.name] == 0:  # it stays: on either side the signs of the point would be wrong for some velocities
+            if known[s.name] == 0:  # held at zero: a change would need another sign of the slip
                 continue
             low, high = (0.0, high) if known[s.name] > 0 else (low, 0.0)
         free.append(s.name)
@@ -106,12 +118,12 @@ def _slower_near(
 
 
 def refute(analysis: Analysis, slowest: Slowest, frame: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The refutation of every rate that is 0.1 % (or what is needed) above the slowest point's own, in the same format.
+    """The refutation of all rates from 0.1 % to 1 % above that of the slowest point, which the checker has accepted.
 
-    None where rounding spoils the proof. What is returned has passed the checker.
+    None if the checker refuses all attempts, because of rounding.
 
     Args:
-        frame: the certificate's fields that do not depend on the proof.
+        frame: the fields of a certificate that do not depend on the proof.
     """
     h = analysis.dynamics.period
     for alpha in (max(LEAST, slowest.rate * (1 + slack)) for slack in SLACK):
@@ -127,6 +139,7 @@ def refute(analysis: Analysis, slowest: Slowest, frame: Mapping[str, Any]) -> di
 def _proposals(
     frame: Mapping[str, Any], slowest: Slowest, alpha: float, analysis: Analysis
 ) -> Iterator[dict[str, Any]]:
+    """Refutations of the rate α, with Q rounded to more and more digits; none if Q is positive definite."""
     rate = rounded(alpha, 5)
     _, (scale, _) = matrix_balance(slowest.matrix, permute=False, separate=True)
     h, implicit = float(analysis.dynamics.observer.sample_time), analysis.dynamics.implicit
@@ -153,13 +166,18 @@ def _proposals(
 
 
 def _implicit_rate(a: Array, h: float) -> float:
-    """The α at which (I − hA)⁻¹ falls by 1/(1 + αh) a sample."""
+    """Decay rate of the implicit step, 1/s: α with spectral radius of (I − hA)⁻¹ = 1/(1 + αh)."""
     radius = float(np.abs(1 / (1 - h * np.linalg.eigvals(a))).max())
     return (1 / radius - 1) / h
 
 
 def _inertia(a: Array, alpha: float, h: float, implicit: bool) -> Array | None:
-    """Q with cQ − Φ'QΦ a positive multiple of I, in the coordinates of ``a``."""
+    """Q of the Stein equation cQ − Φ'QΦ = λI with some λ > 0, m by m, in floating point; None if it is singular.
+
+    Args:
+        a: A, balanced, m by m.
+        alpha: α, 1/s.
+    """
     unit = np.eye(len(a))
     try:
         step = np.linalg.inv(unit - h * a) * (1 + alpha * h) if implicit else unit + h * a
@@ -171,19 +189,19 @@ def _inertia(a: Array, alpha: float, h: float, implicit: bool) -> Array | None:
 
 
 def _operating_points(analysis: Analysis) -> Iterator[dict[str, float]]:
-    """Sampled ones, slowest first, each also with its positions at zero."""
+    """Sampled operating points, the worst first, each also with its positions at zero: variable → value."""
     names = [s.name for s in analysis.points.variables]
     angles = {x.name for x in analysis.dynamics.observer.system.positions}
     neighbours = {n.name: s.name for n, s in analysis.dynamics.next_velocity.items()}
     for row in analysis.points.values[[0, *np.argsort(-analysis.radii)[:TRIED]]]:
         for turned in (False, True):
             known = {n: 0.0 if turned and n in angles else float(x) for n, x in zip(names, row, strict=True)}
-            # nothing jumps in a sample
+            # v[k+1] = v[k]
             yield known | {n: known[s] for n, s in neighbours.items() if n in known and s in known}
 
 
 def rational_matrix(analysis: Analysis, family: Family) -> Any:
-    """A at the slowest operating point at which it is rational, exact; None where there is none."""
+    """A at the worst sampled operating point where it is rational, exact; None if there is no such point."""
     for known in _operating_points(analysis):
         point = _point(analysis, family, known)
         if point is not None:
@@ -194,7 +212,10 @@ def rational_matrix(analysis: Analysis, family: Family) -> Any:
 
 
 def _point(analysis: Analysis, family: Family, known: Mapping[str, float]) -> dict[str, Any] | None:
-    """The family's variables at an operating point, as rationals."""
+    """Name of each variable of the family → rational value at an operating point, within its range.
+
+    None if a value is missing or irrational.
+    """
     system = analysis.dynamics.observer.system
     result: dict[str, Any] = {}
     slips = dict(zip([c.slip for c in system.contacts], system.slip_velocity, strict=True))
@@ -217,10 +238,10 @@ def _point(analysis: Analysis, family: Family, known: Mapping[str, float]) -> di
 
 
 def unstable_point(analysis: Analysis) -> dict[str, str] | None:
-    """The worst sampled point as rationals, if I + hA is proved unstable there; else None.
+    """The worst sampled operating point, variable → rational value, if its step is proved unstable; else None.
 
-    Where A is rational at the point the proof is exact: the polynomial of I + hA fails the Jury table in rationals. A
-    point where A holds sines or roots is not given as proved.
+    The characteristic polynomial of I + hA, or of (I − hA)⁻¹ for the implicit step, fails the Jury test in rationals.
+    There is no proof if an entry of A is irrational at the point.
     """
     dynamics = analysis.dynamics
     observer = dynamics.observer
@@ -245,7 +266,7 @@ def unstable_point(analysis: Analysis) -> dict[str, str] | None:
 
 
 def schur_stable(coefficients: list[Fraction]) -> bool:
-    """Whether all roots lie inside the unit circle: the Schur–Cohn (Jury) recursion in exact numbers.
+    """Whether all roots of a polynomial are inside the unit circle, by the Schur–Cohn (Jury) recursion, exact.
 
     Args:
         coefficients: highest power first.

@@ -1,7 +1,9 @@
-"""Certificates of a DFO region by region, for an envelope that is refused because it contains zero friction or slip.
+"""Certificates of a DFO for regions of an envelope that is refused because it contains zero friction or zero slip.
 
-Sliding and presliding have one certificate each. Near zero friction V may grow, by a factor that is proved. One V that
-decreases while sliding is used there too, and gives the growth and the dwell time of a reversal.
+- sliding.json and presliding.json: V decreases in the region; sliding_limit.json refutes faster rates while sliding.
+- weak.json: V over the whole envelope, which may grow at a proved rate.
+- passing.json and recovery.json: one V that decreases while sliding and grows at a proved rate elsewhere. They give the
+  growth of V at a reversal and the dwell time after it.
 """
 
 from __future__ import annotations
@@ -32,26 +34,28 @@ from codegen.mechanics.system import Matrix
 
 PRESLIDING = "presliding.json"
 FALLING = ("sliding.json", PRESLIDING)
+"""Files of regions in which V decreases."""
 ZERO = 1e-6
+"""Spectral abscissa of Ψ, 1/s, up to which the error counts as not growing in continuous time."""
 
 
 @dataclass(frozen=True)
 class Regions:
-    """What the checker has accepted of an envelope that is refused as a whole.
+    """The accepted proofs for regions of an envelope that is refused as a whole.
 
     Attributes:
         proofs: file → its content (docs/certificate_format.md).
         ranges: file → variable → (low, high).
-        rates: file → 1/s: proved or, of ``sliding_limit.json``, refuted; below zero V may grow.
-        reversal: growth of V in ``recovery.json`` where a contact's friction passes zero, by contact.
+        rates: file → rate α, 1/s: proved or, for ``sliding_limit.json``, refuted; if negative, V may grow.
+        reversal: contact → growth of V in ``recovery.json`` when its friction changes sign.
         sample_time: s.
-        must_grow: whether it is proved that no V is non-increasing.
-        passes_zero: whether the envelope has a friction state of zero.
-        whole: files whose region holds the whole envelope.
-        levels: (name, lowest, largest, unit) of the true friction levels, of the files but presliding.
+        must_grow: whether it is proved that every V = e'Pe grows somewhere in the envelope.
+        passes_zero: whether the envelope contains a friction state of zero.
+        whole: files whose region is the whole envelope.
+        levels: (name, lowest, largest, unit) of the true friction levels, for all files except presliding.json.
         withheld: file that is not issued, since no V was found for a range of levels → the rate at the declared level
             alone, 1/s.
-        least_share: of the declared level, to both sides, the least range that was tried for those.
+        least_share: half-width of the narrowest range of levels tried, as a share of the declared level.
     """
 
     proofs: Mapping[str, Mapping[str, Any]]
@@ -68,17 +72,21 @@ class Regions:
 
     @property
     def words(self) -> dict[str, str]:
-        """file → what it says, in a line."""
+        """file → its claim, in one line."""
         return {name: " ".join(render("text/region_line.j2", name=name, regions=self).split()) for name in self.proofs}
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Names of regions that nothing was certified of."""
+        """Names of regions without a certificate."""
         wanted = ("sliding", "presliding", "weak", *(("passing", "recovery") if self.passes_zero else ()))
         return tuple(name for name in wanted if f"{name}.json" not in self.proofs)
 
     def recovery_time(self, passage: float) -> float:
-        """Dwell time of sliding, s, after which V has recovered from a reversal of every contact of this length, s."""
+        """Dwell time after a reversal of all contacts, s: the duration of sliding until V is at its value before it.
+
+        Args:
+            passage: duration of the reversal, in which V may grow, s.
+        """
         growth = float(np.log(list(self.reversal.values())).sum())
         h, up, down = self.sample_time, self.rates["passing.json"], self.rates["recovery.json"]
         risen = growth + passage / h * float(np.log1p(-2 * up * h))
@@ -86,7 +94,13 @@ class Regions:
 
 
 def find_regions(analysis: Analysis, stated: Frame) -> Regions | None:
-    """The regions of a refused DFO, or None where its envelope is refused for another reason or has no such form."""
+    """The proofs for regions of a refused DFO; None if it is refused for another reason or has no symmetric form.
+
+    Without a range of the level in the envelope, the widest range about the declared level is used that has a proof.
+
+    Args:
+        stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
+    """
     observer = analysis.dynamics.observer
     if not observer.truth_ranges or analysis.spectral_abscissa > ZERO or (declared := along_friction(analysis)) is None:
         return None
@@ -108,7 +122,13 @@ def find_regions(analysis: Analysis, stated: Frame) -> Regions | None:
 def _with_presliding(
     widest: _Proofs, search: RegionSearch, declared: AlongFriction, narrower: list[Analysis]
 ) -> Regions:
-    """What was proved; presliding over narrower ranges of levels where it was not for the widest, or its absence."""
+    """The regions, with presliding over a narrower range of levels if there is no proof of it for the widest one.
+
+    Args:
+        widest: proofs at the widest range of levels.
+        declared: the error dynamics at the declared levels.
+        narrower: analyses with narrower ranges, the widest of them first.
+    """
     if PRESLIDING in widest.proofs or not narrower:
         return widest.regions()
 
@@ -118,7 +138,7 @@ def _with_presliding(
         return other.proofs
 
     *wider, narrowest = narrower
-    if found := presliding(narrowest):  # what serves a range of levels serves a narrower one: the narrowest decides
+    if found := presliding(narrowest):  # a V for a range of levels is one for a narrower range too
         widest.proofs.update(next((p for analysis in wider if (p := presliding(analysis))), found))
         return widest.regions()
     alone = search.presliding(declared)
@@ -127,7 +147,14 @@ def _with_presliding(
 
 @dataclass(frozen=True)
 class _Proofs:
-    """The proofs that the checker accepts at one range of levels: file → its content."""
+    """The proofs that the checker accepts at one range of levels.
+
+    Attributes:
+        analysis: the error dynamics with these levels.
+        along: the same in sign-symmetric coordinates.
+        stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
+        proofs: file → its content.
+    """
 
     analysis: Analysis
     along: AlongFriction
@@ -135,7 +162,7 @@ class _Proofs:
     proofs: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def add(self, found: list[Found]) -> None:
-        """Prove what was found."""
+        """Add the proofs of these proposals, as far as the checker accepts them."""
         for region in found:
             if region.kind in ("sliding", "presliding", "weak"):
                 self._prove({f"{region.kind}.json": region})
@@ -152,6 +179,7 @@ class _Proofs:
         return any(axis.least_state == 0 for axis in self.along.axes)
 
     def _holds_envelope(self, content: Mapping[str, Any]) -> bool:
+        """Whether the ranges of a certificate contain the envelope."""
         asked = {v.name: ends for v, ends in (envelope_along(self.analysis) or {}).items()}
         names = {v.name for axis in self.along.axes for v in axis.symbols} & content["variables"].keys()
         ends = {name: [sympy.Rational(x) for x in content["variables"][name]] for name in names}
@@ -160,6 +188,7 @@ class _Proofs:
         )
 
     def regions(self) -> Regions:
+        """The result."""
         ordered = {name: self.proofs[name] for name in REGION_PROOFS if name in self.proofs}
         turns = self.proofs.get("recovery.json", {"reversals": []})["reversals"]
         return Regions(
@@ -178,7 +207,7 @@ class _Proofs:
         )
 
     def _base(self, family: Family) -> dict[str, Any]:
-        """What the proofs of a family state, over the axes."""
+        """The fields of a certificate that do not depend on the proof, in sign-symmetric coordinates."""
         content = self.stated(self.analysis, family)
         for error, own in zip(content["error"], self.analysis.dynamics.observer.errors, strict=True):
             if own.of == "level":
@@ -186,6 +215,8 @@ class _Proofs:
         return content
 
     def _prove(self, named: Mapping[str, Found]) -> None:
+        """Add certificates of proposals with the same P, if the checker accepts all of them; file → proposal."""
+
         def finish(region: Found, content: dict[str, Any]) -> dict[str, Any]:
             rate, h = float(Fraction(content["decay_rate"])), float(Fraction(content["sample_time"]))
             if region.kind == "recovery":
@@ -207,7 +238,7 @@ class _Proofs:
             self.proofs.update(zip(named, (content for content, _ in accepted), strict=True))
 
     def _limit(self, family: Family) -> None:
-        """The refutation of every faster rate while sliding, from the slowest corner of its box."""
+        """Add the refutation of every faster rate while sliding, at the slowest vertex of the region's box."""
         h = float(self.analysis.dynamics.observer.sample_time)
         corners = []
         for ends in product(*[sorted({*ends}) for ends in family.variables.values()]):
@@ -220,17 +251,18 @@ class _Proofs:
 
 
 def none_without_growth(along: AlongFriction) -> bool:
-    """Whether it is proved that no V is non-increasing over the envelope of a refused DFO, in exact numbers.
+    """Whether it is proved, in exact numbers, that every V = e'Pe grows somewhere in the envelope of a refused DFO.
 
-    Let x be a level's error, and A₁x = A₂x = 0 at two operating points of zero friction with opposite steady slips:
-    nothing is learnt of the level. If V = e'Pe with P > 0 rises at neither, P − Φ'PΦ ≥ 0 vanishes along x, so
-    A₁'Px = A₂'Px = 0. But where x = A₁y₁ + A₂y₂ for some y₁ and y₂, this gives x'Px = 0, against P > 0.
+    Let x be the unit vector of a level error, and A₁x = A₂x = 0 at two operating points of zero friction with opposite
+    steady slips, where the level is not observable. Suppose that V with P > 0 grows at neither, P − Φᵢ'PΦᵢ ≥ 0. Since
+    Φᵢx = x, x'(P − Φᵢ'PΦᵢ)x = 0, so (P − Φᵢ'PΦᵢ)x = 0 and A₁'Px = A₂'Px = 0. If x = A₁y₁ + A₂y₂ for some y₁ and y₂,
+    then x'Px = 0, which contradicts P > 0.
     """
     if any(axis.least_state != 0 for axis in along.axes):
         return False
 
     def at_zero(share: Any) -> Matrix:
-        """A at zero friction, steady slips of a share of the largest."""
+        """A at zero friction and steady slips of this share of the largest."""
         point = {v: sympy.Integer(0) for axis in along.axes for v in axis.symbols}
         point |= {axis.slip: share * axis.largest_slip for axis in along.axes}
         point |= {level: (low + high) / 2 for level, (low, high) in along.levels.items()}

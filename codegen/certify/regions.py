@@ -1,7 +1,7 @@
-"""Regions of the envelope in which a DFO is stable, although its level is unobservable at zero friction or slip.
+"""Search for regions of the envelope in which a DFO is stable, its level being unobservable at zero friction or slip.
 
-A region is a box in the variables of ``along_friction``, the same for both signs of every friction state. How far it
-goes is found by bisection, in floating point; ``region_proofs`` then has the checker decide.
+A region is a box in the sign-symmetric coordinates of ``along_friction``, which covers both signs of every friction
+state. Its size is found by bisection in floating point; ``region_proofs`` submits it to the checker.
 """
 
 from __future__ import annotations
@@ -32,25 +32,36 @@ from codegen.certify.lyapunov import (
 from codegen.certify.prefix import rounded
 
 KEPT, KEPT_BESIDE = 0.5, 0.4
-"""Shares of the best rate of sliding: certified at the largest |f| for the slips of the region, and for its other |f|.
-The first is also the rate while sliding of the P that bounds the growth through zero."""
+"""Least decay rates in the sliding region, as shares of the best one: at the largest |f|, and at smaller |f|. The first
+is also required while sliding of the P that bounds the growth of V through zero friction."""
 DEARER = 2.0
-"""Factor by which the accelerations may increase the growth through zero."""
+"""Largest factor by which the range of accelerations may increase the growth rate through zero friction."""
 PRESLIDING = 0.25
 """Presliding: the share of the spectral rate that is certified in its region."""
 DIRECTIONS = ((-1.0, 1.0), (0.0, 1.0), (0.2, 1.0))
-"""Slips as shares of the largest: both directions, and two ranges of those along the friction state."""
+"""Ranges of σu as shares of the largest slip: both directions, and two ranges with slip and friction of one sign."""
 COARSE, RATIO, FINE = 8.0, 0.03, 2e-4
+"""Bisection: factor of the first steps, and the relative and the absolute tolerance."""
 BELOW, THIN = 5e-4, 0.99
+"""Distance of presliding below the least |f| of sliding, and the largest least |f| of presliding over its largest."""
 FLOOR, FASTEST, CELLS = 1e-6, 2.0, 5
+"""Least rate of growth that is searched for, 1/s; h times the largest; cells for each variable of ``_split``."""
 DIGITS = 5
-"""Of the ends of a box."""
+"""Significant digits of the ends of a box."""
 NEAR = 1e-5
-"""As in ``lyapunov``, for the many matrices of cells: within 1 % of the proved limit."""
+"""Relative tolerance of the method of centres for cells: the rate is then within 1 % of the proved limit."""
 
 
 class RegionSearch:
-    """Looks for the boxes."""
+    """Search for the boxes of sliding, presliding and reversals, and for their Lyapunov matrices.
+
+    Attributes:
+        along: the error dynamics in sign-symmetric coordinates.
+        h: sample time, s.
+        fastest_slip: the largest slip speed of all contacts.
+        acceleration: bound on |du/dt| of the fastest contact, if the envelope has none; found by ``regions``.
+        sliding: least |f| of each contact in the sliding region; None if none was found.
+    """
 
     def __init__(self, along: AlongFriction) -> None:
         self.along = along
@@ -61,7 +72,7 @@ class RegionSearch:
         self._enclosures: dict[int, Enclosure] = {}
 
     def regions(self) -> list[Found]:
-        """Sliding first; what is not found is left out."""
+        """The proposals found: sliding first, then presliding, then those for the whole envelope."""
         sliding = self._sliding()
         if sliding is None:
             return []
@@ -80,13 +91,18 @@ class RegionSearch:
         return found + self._through_zero(family, stack, best[1])
 
     def presliding(self, along: AlongFriction) -> list[Found]:
-        """Presliding alone, at other levels, with the sliding and the accelerations that ``regions`` found."""
+        """The proposal of presliding at other levels, for the sliding region and accelerations of ``regions``."""
         other = RegionSearch(along)
         other.acceleration, other._enclosures = self.acceleration, self._enclosures
         return [] if self.sliding is None else other._presliding(self.sliding)
 
     def _bound_acceleration(self, states: list[Any], slips: tuple[float, float], rate: float) -> None:
-        """Up to where growth through zero is at most DEARER times that without acceleration."""
+        """Set ``acceleration``: the largest for which V grows through zero at most DEARER times as fast as without.
+
+        Args:
+            states, slips: the sliding region, as of ``_sliding``.
+            rate: its decay rate, 1/s.
+        """
         leasts = [axis.least_state for axis in self.along.axes]
 
         def both(w: float) -> tuple[Array, Array]:
@@ -103,7 +119,10 @@ class RegionSearch:
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
     def _growth(self, groups: Sequence[Group], whole: Array) -> tuple[float, Array | None]:
-        """The least rate of growth, 1/s, of a P that also meets the conditions of ``groups``, and this P or None."""
+        """(r, P): the least r, 1/s, for which some P has the rates of ``groups``, and at least −r for ``whole``.
+
+        P is None if there is none even for the largest r.
+        """
         worst: Worst = []
 
         @cache
@@ -122,7 +141,10 @@ class RegionSearch:
         return least, served(least)
 
     def _sliding(self) -> tuple[list[Any], tuple[float, float]] | None:
-        """The least |f| of each contact, and the slips as shares of the largest, where at least KEPT of the rate is."""
+        """The sliding region: least |f| of each contact, and (low, high) of the slips as shares of the largest.
+
+        None if the decay rates ``KEPT`` and ``KEPT_BESIDE`` are not found for any.
+        """
         tips = [axis.largest_state for axis in self.along.axes]
         limit = self._limit(self._box(tips, (0.5, 1.0)))
         slips = next((s for s in DIRECTIONS[:2] if self._holds(tips, s, KEPT * limit)), None)
@@ -141,15 +163,19 @@ class RegionSearch:
         return (tips, slips) if self._holds(tips, slips, 0.9 * slower) else None
 
     def _least_state(self, axis: ContactAxes, holds: Callable[[Any], bool]) -> Any:
-        """The least |f|, to four decimals, for which a condition holds that holds at the largest."""
+        """The least |f| for which a condition holds, by bisection from the largest |f|; rounded up to four decimals."""
         good, bad = float(axis.largest_state), float(axis.least_state)
         found = bad if holds(axis.least_state) else _bisected(lambda x: holds(rounded(x, DIGITS)), good, bad)
         return min(rounded(np.ceil(found * 1e4) / 1e4, DIGITS), axis.largest_state)
 
     def _presliding(self, sliding: list[Any]) -> list[Found]:
-        """Away from zero friction, for both directions of slip; or for that of the friction state, away from zero slip.
+        """The proposal of presliding, a region without zero friction; empty if none is found.
 
-        Up to the largest |f|, or to where sliding begins: a law with a kink there is two laws. Empty if none is found.
+        Slips are of both directions or, if that fails, of the sign of the friction state and not zero. |f| is up to the
+        largest or, if that fails, to where sliding begins, since the law may be piecewise with a kink there.
+
+        Args:
+            sliding: least |f| of each contact in the sliding region.
         """
         tops = [axis.largest_state for axis in self.along.axes]
         below = [rounded(np.floor((float(x) - BELOW) * 1e4) / 1e4, DIGITS) for x in sliding]
@@ -160,6 +186,8 @@ class RegionSearch:
         return []
 
     def _away(self, tops: list[Any], low: float, high: float) -> Found | None:
+        """The largest region |f| ≤ ``tops`` with slips in t (low, high), shares of the largest: its |f|, t and P."""
+
         def box(share: float, t: float) -> Box:
             states = [rounded(np.ceil(share * float(top) * 1e4) / 1e4, DIGITS) for top in tops]
             return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
@@ -173,7 +201,7 @@ class RegionSearch:
             return limit > 0 and common_lyapunov_at([(stack, PRESLIDING * limit)], self.h, worst) is not None
 
         slow = 1e-3 if low < 0 < high else 0.02
-        if not holds(THIN, slow):  # nor then with less left out
+        if not holds(THIN, slow):  # nor for a larger region
             return None
         least = _bisected(lambda x: holds(x, slow), 1.0, 0.0)
         if least > THIN:
@@ -185,7 +213,12 @@ class RegionSearch:
         return None if best is None else Found(family, *best, kind="presliding")
 
     def _through_zero(self, sliding: Family, stack: Array, rate: float) -> list[Found]:
-        """The least growth over the whole envelope, and with a P that falls while sliding, at KEPT of the rate."""
+        """Proposals for the whole envelope with the least growth of V: any P, and a P that decreases while sliding.
+
+        Args:
+            sliding, stack, rate: the family of sliding, its matrices at vertices, and the decay rate, 1/s, of which
+                ``KEPT`` is required.
+        """
         family, whole = self._family(self._box([axis.least_state for axis in self.along.axes], (-1.0, 1.0)))
         found = []
         claims: list[tuple[str, list[Group]]] = [("weak", []), ("passing", [(stack, KEPT * rate)])]
@@ -204,7 +237,14 @@ class RegionSearch:
     def _box(
         self, states: list[Any], slips: tuple[float, float], w: float | None = None, tops: list[Any] | None = None
     ) -> Box:
-        """From the least and largest |f| of each contact, slips as shares of the largest, and the largest |du/dt|."""
+        """The box of a region: variable → (low, high).
+
+        Args:
+            states: least |f| of each contact.
+            slips: (low, high) as shares of the largest slip.
+            w: largest |du/dt| of the fastest contact, where the envelope has none; ``acceleration`` by default.
+            tops: largest |f| of each contact; those of the envelope by default.
+        """
         box: dict[sympy.Symbol, tuple[Any, Any]] = {}
         w = self.acceleration if w is None else w
         tops = tops or [axis.largest_state for axis in self.along.axes]
@@ -218,13 +258,14 @@ class RegionSearch:
         return box
 
     def _family(self, box: Box) -> tuple[Family, Array]:
+        """The family over a box, and A at the vertices of its parameter box, N by m by m."""
         family = self.along.family(box)
         if id(family.matrix) not in self._enclosures:
             self._enclosures[id(family.matrix)] = Enclosure(family)
         return family, self._enclosures[id(family.matrix)].vertices([exact_ranges(family)])
 
     def _split(self, kind: str, family: Family) -> Found | None:
-        """Of one contact: the box in cells, whose enclosures lose less."""
+        """The proposal over cells in |f| and slip, whose enclosures are tighter; None for several contacts."""
         if len(self.along.axes) > 1:
             return None
         ends, axis = exact_ranges(family), self.along.axes[0]
@@ -239,9 +280,11 @@ class RegionSearch:
         return None if best is None else Found(family, *best, exact, kind=kind)
 
     def _limit(self, box: Box) -> float:
+        """Upper bound of the decay rate in a box, 1/s."""
         return decay_rate_limit(self._family(box)[1], self.h)
 
     def _holds(self, states: list[Any], slips: tuple[float, float], rate: float) -> bool:
+        """Whether a common P with this decay rate, 1/s, is found for a box."""
         stack = self._family(self._box(states, slips))[1]
         return (
             rate > 0
@@ -251,10 +294,14 @@ class RegionSearch:
 
 
 def _bisected(holds: Callable[[float], bool], good: float, bad: float, geometric: bool = False) -> float:
-    """The number nearest to ``bad`` for which a condition is found to hold that holds at ``good``, to 3 % or 0.0001."""
+    """The number nearest to ``bad`` at which a condition holds, which holds at ``good``; by bisection.
+
+    Args:
+        geometric: bisect logarithms, to 3 % relative; else to 0.0002 absolute.
+    """
     if holds(bad):
         return bad
-    if good == 0.0:  # a largest size: tenths of ``bad`` down to one that is good
+    if good == 0.0:  # search for the largest size: ``bad`` divided by 8 until the condition holds
         good = bad
         while not holds(good):
             good, bad = good / COARSE, good

@@ -1,4 +1,4 @@
-"""How large an observer the checker takes."""
+"""Largest size of an observer that the checker accepts."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from codegen.base.text import render
 from codegen.observers.equations import Observer
 
 LARGEST = 32
-"""Error components: the checker's MAX_SIZE, written here since loading the checker takes a tenth of a second."""
+"""Largest number of error components; equal to the checker's MAX_SIZE, whose import would take 0.1 s."""
 
 
 def beyond_checker(observer: Observer) -> str:
-    """Why an observer is too large for the checker, in words that say the limit; empty where it is not."""
+    """The reason why an observer is too large for the checker, with the limit; empty if it is not."""
     count = len(observer.errors)
     return "" if count <= LARGEST else render("text/beyond_checker.j2", count=count, limit=LARGEST).strip()

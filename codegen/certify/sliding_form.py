@@ -1,4 +1,7 @@
-"""The sliding of a DFO as a proof for the kernel (checker/kernel.py): untrusted, as all that is written for it."""
+"""Conversion of the certificate of a DFO's sliding (sliding.json) to a proof for the kernel (checker/kernel.py).
+
+Nothing here is trusted.
+"""
 
 from __future__ import annotations
 
@@ -15,23 +18,23 @@ from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
 SLOWER = (Fraction(1), Fraction(999, 1000), Fraction(99, 100), Fraction(9, 10))
-"""Shares of the rate of sliding.json that are tried: a cell in place of its cells may lose some."""
+"""Shares of the rate of sliding.json that are tried: the proof has one cell, whose enclosure may be less tight."""
 
 
 def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mapping[str, Any]) -> Iterator[str]:
-    """Proofs of a DFO's sliding as JSON, the fastest first, for the kernel to accept one.
+    """Candidate proofs of a DFO's sliding for the kernel, as JSON, the fastest decay first.
 
-    With σ the sign of a contact's friction state f, the errors are v − v̂, f − f̂ and σ(a − â), as those of the
-    certificate, and the matrix is over σf, σu, a and, in place of the accelerations, the positions and inputs, within
-    which these stay in their ranges (``_pushes``). The level that the step leaves is off by h² K_a u' f' a sample even
-    where all estimates are right: that is the proof's `rest`.
+    With σ = sgn f for the friction state f of a contact, the errors are v − v̂, f − f̂ and σ(a − â), as in the
+    certificate. The matrix is over σf, σu and a. Ranges of positions and inputs take the place of those of the
+    accelerations, such that these stay in theirs (``_largest_sources``). Even with exact estimates the step changes the
+    level error by the second-order term h² K_a u' f'; this is the field `rest` of the proof.
 
     Args:
-        places: as of ``proof_text``.
-        content: of sliding.json.
+        places: as in ``proof_text``.
+        content: the JSON object of sliding.json.
 
     Raises:
-        NotCovered: for what the kernel cannot say.
+        NotCovered: if the kernel cannot express the certificate.
     """
     system, write = observer.system, Writer(observer, places)
     if observer.integration != "euler" or observer.velocity != "estimated":
@@ -65,7 +68,7 @@ def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mappi
         box[v] = pair
         along[v] = s
     moves = dict(zip(system.velocities, acceleration, strict=True)) | dict(zip(state.values(), xi, strict=True))
-    for x, most in _pushes(observer, ends, acceleration, box).items():
+    for x, most in _largest_sources(observer, ends, acceleration, box).items():
         box[x] = [-most, most]
     words = {f"{x}_along": f"({write(e)})" for x, e in at.items()} | {a.name: write(a) for a in level.values()}
     size = range(len(moves))
@@ -80,7 +83,7 @@ def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mappi
         "domain": [write(x) for x in domain],
         **error_fields(observer, write, signs, content, words),
         "along": {write(x): "" if s is None else write(s) for x, s in along.items()},
-        "rest": [write(_left_over(e, observer, moves)) if e.of == "level" else "0" for e in observer.errors],
+        "rest": [write(_second_order(e, observer, moves)) if e.of == "level" else "0" for e in observer.errors],
         "box": {write(x): [str(end) for end in pair] for x, pair in box.items()},
         "cover": "",
         "reversals": [],
@@ -92,10 +95,16 @@ def sliding_proofs(observer: Observer, places: Mapping[str, str], content: Mappi
 
 
 def _speeds(observer: Observer, ends: Mapping[str, list[Any]]) -> dict[Any, tuple[Any, list[Any]]]:
-    """Velocity → the sign with which it is in its range, or None, and that range, in which all slips are in theirs.
+    """Velocity v → (sign s or None, range of s v), such that every slip stays in its range.
 
-    A velocity that is a contact's slip has its range; those that are not share what is left of the others' in equal
-    parts.
+    A velocity that is the slip of a contact has the range of that slip. What remains of the range of another slip is
+    divided equally among its other velocities.
+
+    Args:
+        ends: name of a variable of the certificate → (low, high).
+
+    Raises:
+        NotCovered: if no positive range remains for a velocity.
     """
     system, found = observer.system, {}
     slips = list(zip(system.contacts, observer.signs, system.slip_velocity, strict=True))
@@ -115,13 +124,20 @@ def _speeds(observer: Observer, ends: Mapping[str, list[Any]]) -> dict[Any, tupl
     return found | {v: (None, [-most, most]) for v, most in left.items()}
 
 
-def _pushes(
+def _largest_sources(
     observer: Observer, ends: Mapping[str, list[Any]], acceleration: Any, box: Mapping[Any, list[Any]]
 ) -> dict[Any, Any]:
-    """Position or input → the largest size up to which the slips' accelerations stay in their ranges, in equal shares.
+    """Position or input → bound on its magnitude, such that the acceleration of every slip stays in its range.
+
+    The range that velocities and friction leave is divided equally among positions and inputs.
 
     Args:
-        box: the ranges of all else that the accelerations hold.
+        ends: name of a variable of the certificate → (low, high).
+        acceleration: v' of the machine, n by 1.
+        box: the ranges of velocities, friction states and levels.
+
+    Raises:
+        NotCovered: if an acceleration is not linear in positions and inputs, or exceeds its range without them.
     """
     system, most = observer.system, dict[Any, Any]()
     free = [*system.positions, *system.inputs]
@@ -145,13 +161,18 @@ def _pushes(
 
 
 def _rounded_down(x: Any) -> Any:
-    """A positive number to three digits."""
+    """A positive number rounded down to three significant digits."""
     digit = sympy.Integer(10) ** (int(sympy.floor(sympy.log(x, 10))) - 2)
     return sympy.floor(x / digit) * digit
 
 
-def _left_over(level: Any, observer: Observer, moves: Mapping[Any, Any]) -> Any:
-    """By how much the step leaves this level's error off where all estimates are right: the second order of its law."""
+def _second_order(level: Any, observer: Observer, moves: Mapping[Any, Any]) -> Any:
+    """Change of a level's error in one step from exact estimates: the terms of second order in h of its update.
+
+    Args:
+        level: the error variable.
+        moves: velocity or friction state of the machine → its derivative.
+    """
     shown = dict(zip(estimates_of(observer), (e.truth for e in observer.errors), strict=True))
     slips = dict(zip((c.slip for c in observer.system.contacts), observer.system.slip_velocity, strict=True))
     (held,) = (
@@ -168,10 +189,13 @@ def _left_over(level: Any, observer: Observer, moves: Mapping[Any, Any]) -> Any:
 
 
 def _in_signs(law: Any, s: sympy.Symbol, along: Mapping[Any, Any]) -> tuple[Any, list[Any]]:
-    """The law with a sign for each |x| and sgn x, and what is positive where x has that sign: s x, −s x, x or −x.
+    """(law with sgn x replaced by σ and |x| by σx, list of the σx), with σ = s, −s, 1 or −1 constant in the region.
 
     Args:
-        along: what x is linear in → the range of s times it.
+        along: variable in which x is linear → range of s times the variable.
+
+    Raises:
+        NotCovered: if the sign of some x changes in the region.
     """
     found: dict[Any, Any] = {}
     for x in sorted({atom.args[0] for atom in law.atoms(Magnitude, Sgn)}, key=str):

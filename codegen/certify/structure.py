@@ -60,15 +60,15 @@ from codegen.mechanics.system import Matrix
 from codegen.spec.model import symbol
 
 SLOWER = 1 - 1e-3
-"""Certified rate over the rate found in floating point."""
+"""Quotient of the certified rate and the rate found in floating point."""
 DIGITS = 6
-"""Of the entries of P."""
+"""Significant digits of the entries of P."""
 MODES = 40
 """Values of σ for which P is searched."""
 MOST_CELLS, FINEST = 400, 1e-3
-"""Largest number of intervals of σ, and least length of one over its end."""
+"""Largest number of intervals of σ, and least length of an interval relative to its upper end."""
 KAPPAS = (0.8, 1.1, 1.4, 1.8)
-"""Values of κk/ν that are tried, with the slowest ν."""
+"""Values of κk/ν that are tried, ν being the least eigenvalue."""
 SHARES = (0.97, 0.9, 0.75)
 """Shares of the rate at the ``MODES`` values that are tried for the whole interval of σ."""
 MODE, SIGMA, P, Q, NU = (symbol(name) for name in ("mode", "sigma", "p", "q", "nu"))
@@ -80,10 +80,10 @@ COORDINATES = (
 
 
 def by_structure(analysis: Analysis, stated: Frame) -> tuple[dict[str, Any], verify.Report] | None:
-    """The certificate's content, and the report of the checker that accepted it; None if there is none.
+    """(certificate's JSON object, report of the checker that accepted it); None if there is no certificate.
 
     Args:
-        stated: fields that every certificate has.
+        stated: (analysis, family) → the fields of a certificate that do not depend on the proof.
     """
     content = _measured(analysis, stated) or _estimated(analysis, stated)
     if content is None:
@@ -95,6 +95,7 @@ def by_structure(analysis: Analysis, stated: Frame) -> tuple[dict[str, Any], ver
 
 
 def _measured(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
+    """The certificate for measured velocity, from the scalar step 1 − hν; None if the observer has another form."""
     observer, modes = analysis.dynamics.observer, analysis.modes
     form = observer.cascade
     if modes is None or form is None or observer.velocity != "measured" or observer.integration != "euler":
@@ -121,6 +122,7 @@ def _measured(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
 
 
 def _estimated(analysis: Analysis, stated: Frame) -> dict[str, Any] | None:
+    """The certificate for estimated velocity with K_v = k I; None if the observer has another form or no V is found."""
     mode = moving_mass(analysis)
     if mode is None:
         return None

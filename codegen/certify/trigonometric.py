@@ -1,8 +1,8 @@
-"""A common P for a matrix that is a quotient of polynomials in sines, cosines and variables, as that of an arm.
+"""Common P for an error matrix that is rational in sines, cosines and variables, such as that of a robot arm.
 
-In boxes of θ = sin q, cos q/det M and the like these are independent, and much of the rate is lost; so P is found at
-points of the circle, and the checker decides on cells of tan(q/2), in which the matrix is one quotient (kernel.py,
-lemmas 3 and 7). Angles are taken all round, whatever their range in the envelope.
+A box of parameters, such as sin q and cos q/det M, treats them as independent, which costs much of the rate. So P is
+found at sampled angles, and the checker verifies it on cells of t = tan(q/2), in which A is a quotient of polynomials
+(kernel.py, lemmas 3 and 7). An angle takes all values, whatever its range in the envelope.
 """
 
 from __future__ import annotations
@@ -25,26 +25,33 @@ from codegen.certify.prefix import rounded_matrix, to_prefix
 from codegen.checker import covered, frame, kernel
 
 MOST_POINTS, MOST_CORNERS = 16, 64
+"""Largest number of sampled points of all angles together (3 for each angle at least), and of vertices of the other
+variables."""
 LESS = (0.99, 0.97, 0.9, 0.75, 0.5)
+"""Shares of the rate at the sampled angles that are tried for all angles."""
 DEEPEST, MOST_ERRORS = 6, 12
+"""Largest number of bisections for each angle, and largest number of errors."""
 DIGITS = 9
+"""Significant digits of P in the test of a cell."""
 Cell = dict[str, tuple[Fraction, Fraction]]
+"""Tangent variable "q t" of an angle q → (low, high) in [0, 1]."""
 
 
 def over_angles(family: Family, h: Any) -> Found | None:
-    """A proposal with its cover; None where the matrix has other functions, or nothing is found.
+    """A proposal with a cover of the angles; None if A has other functions or no angle, or if no P is found.
 
     Args:
-        h: sample time of the explicit step, exact.
+        family: the error matrices.
+        h: sample time of the explicit step, s, exact.
     """
     matrix = family.matrix.xreplace(dict(family.parameters))
-    turning = {a for e in matrix for f in e.atoms(sympy.sin, sympy.cos) for a in f.free_symbols}
-    others = [v for v in family.variables if v not in turning]
+    angle_set = {a for e in matrix for f in e.atoms(sympy.sin, sympy.cos) for a in f.free_symbols}
+    others = [v for v in family.variables if v not in angle_set]
     alike = all(f.func in (sympy.sin, sympy.cos) for e in matrix for f in e.atoms(sympy.Function))
     rational = all(p.exp.is_Integer for e in matrix for p in e.atoms(sympy.Pow))
-    if not turning or not alike or not rational or matrix.rows > MOST_ERRORS or 2 ** len(others) > MOST_CORNERS:
+    if not angle_set or not alike or not rational or matrix.rows > MOST_ERRORS or 2 ** len(others) > MOST_CORNERS:
         return None
-    angles = sorted(turning, key=str)
+    angles = sorted(angle_set, key=str)
     circle = np.linspace(-np.pi, np.pi, max(3, int(MOST_POINTS ** (1 / len(angles)))), endpoint=False)
     function = sympy.lambdify([*angles, *others], matrix, "numpy")
     corners = product(*[circle] * len(angles), *[[float(e) for e in family.variables[v]] for v in others])
@@ -53,17 +60,17 @@ def over_angles(family: Family, h: Any) -> Found | None:
     if found is None:
         return None
     p, alpha = found
-    falls = _leaf(family, h, p)
+    decreases = _leaf(family, h, p)
     for share in LESS:
         factor = 1 - 2 * Fraction(str(h)) * Fraction(f"{share * alpha:.9g}")
-        tree = _cover(partial(falls, factor), [f"{a.name} t" for a in angles])
+        tree = _cover(partial(decreases, factor), [f"{a.name} t" for a in angles])
         if tree is not None:
             return Found(family, p, share * alpha * 0.999, cover=(tree,))
     return None
 
 
 def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
-    """A test whether V decreases by a factor in a cell of the tangents, as the checker makes it."""
+    """The test (c, cell) → whether Φ'PΦ ≤ cP on a cell of the tangent variables, by the checker's own functions."""
     known: dict[Any, Any] = {}
     stated = {
         "sample_time": str(h),
@@ -76,7 +83,7 @@ def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
     exact = [[kernel.term(str(x)) for x in row] for row in rounded_matrix(scale, DIGITS, np.sqrt(np.diag(scale)))]
 
     @frame.limited()
-    def falls(factor: Fraction, cell: Cell) -> bool:
+    def decreases(factor: Fraction, cell: Cell) -> bool:
         try:
             for divisor in covered.divisors(known):
                 kernel.semidefinite([[divisor]], box | cell, "", known, kernel.LEAST)
@@ -85,13 +92,16 @@ def _leaf(family: Family, h: Any, p: Array) -> Callable[[Fraction, Cell], bool]:
             return False
         return True
 
-    return falls
+    return decreases
 
 
-def _cover(falls: Callable[[Cell], bool], names: list[str], cell: Cell | None = None, depth: int = 0) -> Any:
-    """A tree of cuts in halves, of the longest side, on whose leaves this holds; None where it would be too deep."""
+def _cover(decreases: Callable[[Cell], bool], names: list[str], cell: Cell | None = None, depth: int = 0) -> Any:
+    """A binary tree of bisections of the longest side, with V decreasing on every leaf; None if it would be too deep.
+
+    "" is a leaf; [name, cut, lower part, upper part] is a bisection.
+    """
     cell = cell or dict.fromkeys(names, (Fraction(0), Fraction(1)))
-    if falls(cell):
+    if decreases(cell):
         return ""
     if depth >= DEEPEST * len(names):
         return None
@@ -99,7 +109,7 @@ def _cover(falls: Callable[[Cell], bool], names: list[str], cell: Cell | None = 
     low, high = cell[name]
     middle, parts = (low + high) / 2, []
     for ends in ((low, middle), (middle, high)):
-        part = _cover(falls, names, cell | {name: ends}, depth + 1)
+        part = _cover(decreases, names, cell | {name: ends}, depth + 1)
         if part is None:
             return None
         parts.append(part)
