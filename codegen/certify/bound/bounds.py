@@ -1,4 +1,4 @@
-"""Results: bounds on the friction errors, for each contact, and through reversals for an observer with a domain."""
+"""Results of the error bounds: of each friction error, and of an observer with a domain also through reversals."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class DomainBound:
-    """Bounds of an observer with a domain.
+    """Error bounds of an observer that updates its level in a domain only (slip speeds above ``slip_speed``).
 
     Attributes:
         inside: on the friction error while the code's output ``in_domain`` is set; None if ``slip_speed`` is too low.
@@ -27,12 +27,12 @@ class DomainBound:
 
 @dataclass(frozen=True)
 class Reversal:
-    """What a reversal of a contact leaves of the error of its level, as proved of the C (checker/reversal.py).
+    """Bound on the error of a contact's level after a reversal, as proved of the C (checker/reversal.py).
 
     Attributes:
-        samples: after so many samples from one at which every error is within its long-run bound.
-        turns: and while the estimated slip changes its sign at most so often.
-        left: bound on the error then, in its unit.
+        samples: number of samples of the reversal; before the first, every error is within its long-run bound.
+        turns: largest number of sign changes of the estimated slip in these samples.
+        left: bound on the error after them, in its unit.
     """
 
     samples: int
@@ -42,11 +42,11 @@ class Reversal:
 
 @dataclass(frozen=True)
 class ErrorBound:
-    """The bound for one friction error.
+    """The bound on one friction error as a function of time since the last reversal.
 
     Attributes:
         name, unit: of the error component, such as e_a_rail in N.
-        steady: bound long after a reversal.
+        steady: limit of the bound long after a reversal.
         parts: disturbance → its part of ``steady``: noise, displacement, velocity, friction, acceleration, rounding.
         start: |error| that is assumed at time 0 after a reversal. True and estimated slip then have the new sign, a law
             with a state has reached its level, and all other errors are within their ``steady``.
@@ -58,11 +58,11 @@ class ErrorBound:
             observer with a domain updates its level.
         domain: bounds through reversals if the spec has a ``domain``, or the reason why there are none.
         percent: kind of model error (mass, input gain, sample time) → increase of ``steady`` by one percent of it.
-        stands: kind of model error → the largest relative error, up to 1, with which ``domain`` still has a bound.
+        stands: kind of model error → the largest relative error, up to 1, for which ``domain`` has a bound.
         of_code: ``steady`` as proved of the C (checker/ellipsoid.py); None if it is not proved.
-        after_of_code: ``after`` as proved of the C, from its own start: what ``reversal`` leaves or any friction, where
-            that is proved.
-        reversal: None where it is not proved what a reversal leaves.
+        after_of_code: ``after`` as proved of the C. If ``reversal`` or ``always`` is proved, it starts from the errors
+            that this gives, else from the assumed ``starts``.
+        reversal: bound after a reversal as proved of the C; None if it is not proved.
         largest: bound on |friction|, by the envelope's range of its level or by the law; None if not known.
         always: proved of the C, for trackers: bound in the long run for any friction within ``largest`` at each sample,
             including stick, reversals and chatter; ``after_of_code`` is from the last such sample on then. None if it
@@ -92,7 +92,7 @@ class ErrorBound:
 
     @property
     def stated(self) -> float:
-        """``steady``, or the one that is proved of the C, where there is one."""
+        """The limit of the bound: ``of_code`` if it is proved, else ``steady``."""
         return self.steady if self.of_code is None else self.of_code
 
     @property

@@ -1,4 +1,4 @@
-"""Bounds on the disturbances of ``error_response``, from the envelope, for a machine with or without a model error."""
+"""Bounds δ on the disturbances of the error dynamics (``error_response``), from the envelope and a model error."""
 
 from __future__ import annotations
 
@@ -36,10 +36,11 @@ class ModelError:
 
 
 EXACT = ModelError()
+"""No model error."""
 
 
 def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelError = EXACT) -> Sizes | str:
-    """Bounds on noise, d_x (``displacement``), d_v (``velocity``), a and ΔF (``friction``); or what is missing for it.
+    """Bounds on noise, d_x (``displacement``), d_v (``velocity``), a and ΔF (``friction``); or what is missing.
 
         |d_x| ≤ h² a/2,    |d_v| ≤ h² j/2 + h ε,    |ΔF| ≤ h |dF/du| |u'|
 
@@ -52,7 +53,7 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
     - samples of (1 + p) h: by the clock of the code the machine moves at (1 + p) v with acceleration (1 + p)² v', which
       is (2p + p²) v' more, and its forces are those of v: p |∂v̂'/∂v| v.
 
-    Inputs are assumed constant in a sample: what they change within one is not included.
+    Inputs are assumed constant during a sample; a change within a sample is not included.
 
     Args:
         off: the model error.
@@ -140,7 +141,7 @@ def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -
     ranges |= {w: end(w.name) * (1 + sympy.Rational(off.gain)) for w in system.inputs if w.name in spec.envelope}
 
     def largest(e: Any) -> Any:
-        """A bound on |e|."""
+        """A bound on |e|; 0, and an entry in ``unknown``, if none is known."""
         if e.is_number:
             return rational_above(abs(e))
         if e in observer.signs or e.func in (sympy.sin, sympy.cos, Sgn):
@@ -161,7 +162,7 @@ def largest_slopes(spec: Spec, observer: Observer, part: Any, off: ModelError) -
 
 
 def unbounded_effect(system: System) -> str:
-    """A part of the system whose effect on the error no disturbance bounds, in words; empty if there is none."""
+    """Description of a part of the system whose effect on the error has no bound; empty if there is none."""
     for transmission in system.transmissions:
         return f"{system.positions[transmission.coordinate]} moves a load behind a spring"
     for contact in system.contacts:
@@ -182,5 +183,5 @@ def with_rounding(sizes: Sizes, response: Response, positions: Fraction, states:
 
 
 def dot(row: Any, sizes: Sequence[Fraction]) -> Fraction:
-    """Σ |row| sizes."""
+    """Σ_j |row_j| sizes_j, the largest value of row · w for |w_j| ≤ sizes_j."""
     return sum((abs(fraction(e)) * s for e, s in zip(row, sizes, strict=True)), Fraction(0))

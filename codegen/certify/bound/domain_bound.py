@@ -35,7 +35,7 @@ from codegen.observers.equations import Observer
 ROUNDING = 1e-9
 """Relative allowance for rounding errors."""
 Peaks = dict[tuple[int, int, int], float]
-"""(i, j, k₀) → sup over k ≥ k₀ of |Φ^k|_ij."""
+"""(i, j, k₀) → sup over k ≥ k₀ of |(Φ^k)_ij|."""
 
 
 def domain_bound(
@@ -44,10 +44,10 @@ def domain_bound(
     """The bounds for the one contact of an observer with a domain, or why there are none.
 
     Args:
-        response: in force errors.
+        response: linear response of (e_v, e_F) to disturbances.
         sizes: bounds on the disturbances.
-        steady: bounds on (e_v, e_F) long after a start, direct feedthrough of noise included.
-        peaks: for the samples k₀ = 0 and those after which the domain begins.
+        steady: bounds on (|e_v|, |e_F|) in the long run, direct feedthrough of noise included.
+        peaks: for k₀ = 0 and for the number of samples of slip after which the domain begins.
     """
     domain, h = observer.domain, float(observer.sample_time)
     assert domain is not None

@@ -1,8 +1,12 @@
-"""Bounds on the errors as invariant ellipsoids, for checker/ellipsoid.py: untrusted, as all that is written for it.
+"""Invariant ellipsoids of the error under bounded disturbances, as proposals for checker/ellipsoid.py.
 
-With e[k+1] = Φe[k] + Σ b_j w_j, |w_j| ≤ d_j, the set of all e with (c'e)² ≤ c'Qc for every c is kept if
-Q ≥ ΦQΦ'/f + Σ t_j b_j b_j' and f + Σ d_j²/t_j ≤ 1. For one row c and given f the least √(c'Qc) is, by Cauchy's
-inequality, Σ_j d_j √(b_j'Xb_j / (1 − f)) with X = Φ'XΦ/f + cc', at t_j ∝ d_j / √(b_j'Xb_j): no search but for f.
+Let e[k+1] = Φe[k] + Σ_j b_j w_j with |w_j| ≤ d_j. The ellipsoid {e : e'Q⁻¹e ≤ 1}, on which |c'e| ≤ √(c'Qc) for every
+row c', is invariant if
+
+    Q ≥ ΦQΦ'/f + Σ_j t_j b_j b_j'    and    f + Σ_j d_j²/t_j ≤ 1,    0 < f < 1, t_j > 0.
+
+For one row c and a given f the least √(c'Qc) is, by Cauchy's inequality, Σ_j d_j √(b_j'Xb_j/(1 − f)), where
+X = Φ'XΦ/f + cc' and t_j ∝ d_j/√(b_j'Xb_j). So only f is searched for. Nothing here is trusted.
 """
 
 from __future__ import annotations
@@ -33,25 +37,33 @@ from codegen.observers.equations import Observer
 from codegen.spec.model import Spec
 
 FEW = 8
-"""Up to so many errors each row has its own ellipsoid; above, one ellipsoid is for all rows."""
+"""Largest number of errors for which each row has its own ellipsoid; with more, all rows have one in common."""
 SHARES = 64
+"""Number of intervals of the grid for f, from ρ² to 1, ρ the spectral radius of Φ."""
 DIGITS = 7
+"""Significant digits of Q, t and the bounds."""
 START_DIGITS = 6
+"""Significant digits of the errors at a start."""
 SUMMED, LONGEST = 3.0, 2000
 """Length of the explicit sum before the ellipsoid bounds the remainder: in time constants, and at most in samples."""
 NEAR = 1e-6
+"""Relative margin for rounding errors."""
 DOUBLINGS, NOTHING = 40, 1e-100
+"""Largest number of squarings of a matrix, and magnitude below which a power is negligible in a sum."""
 SPARE = 1e-4
-"""By about this share an ellipsoid is larger than it would be without rounding."""
+"""Relative enlargement of Q, so that the inequality holds for the rounded Q too."""
 
 
 @dataclass(frozen=True)
 class Disturbance:
-    """One w_j.
+    """A disturbance w_j with |w_j| ≤ d_j and its input vector b_j.
 
     Attributes:
-        kind, of: noise or drift, and of which place.
-        size: d_j; column: b_j, but for ``sign``, by which the proof has it multiplied ("" for 1).
+        kind: noise, drift or friction, as in the claim's fields.
+        of: place of the disturbed quantity in the proof.
+        size: d_j.
+        column: b_j without the factor ``sign``, length m.
+        sign: the sign symbol that multiplies b_j in the proof; "" for 1.
     """
 
     kind: str
@@ -61,6 +73,7 @@ class Disturbance:
     sign: str = ""
 
     def entry(self, row: int) -> str:
+        """An entry of b_j as text, times ``sign``."""
         value = rational_text(self.column[row])
         return f"{value}*{self.sign}" if self.sign and value != "0" else value
 
@@ -68,12 +81,15 @@ class Disturbance:
 def with_ellipsoid(
     certificate: Certificate, spec: Spec, observer: Observer, places: Mapping[str, str], shown: dict[str, Any]
 ) -> Certificate:
-    """The certificate with the bounds that the checker finds of the C, as far as there are bounds at all.
+    """The certificate with bounds that the checker proves of the C; unchanged if there are none.
 
     Args:
         certificate: with the kernel's proof.
-        places: as of kernel_form.proof_text.
-        shown: what the kernel finds of it (``theorem.proved``).
+        places: as in kernel_form.proof_text.
+        shown: what the kernel derives from that proof (``theorem.proved``).
+
+    Raises:
+        ValueError: if the claim has a disturbance that is not the envelope's (an error of this program).
     """
     response = certificate.response
     if isinstance(certificate.bounds, str) or response is None or certificate.kernel is None:
@@ -123,13 +139,15 @@ def ellipsoid_text(
     sizes: Mapping[str, Sequence[Fraction]],
     bounds: Sequence[ErrorBound],
 ) -> str:
-    """The claim as JSON (docs/certificate_format.md).
+    """The claim of invariant ellipsoids, as JSON (docs/certificate_format.md).
 
     Args:
-        places: as of kernel_form.proof_text.
-        proof, shown: the kernel's, and what it finds of it.
+        places: as in kernel_form.proof_text.
+        proof: the kernel's proof.
+        shown: what the kernel derives from it.
+        response: linear response of the errors to disturbances.
         sizes: cause → the largest disturbance of each coordinate or friction (``disturbances``).
-        bounds: of each friction, with the times after a reversal that are asked for.
+        bounds: of each friction error; they give the times after a reversal at which the claim has a bound.
     """
     n, write = len(observer.system.positions), Writer(observer, places)
     positions = [write(x) for x in observer.system.positions]
@@ -182,13 +200,13 @@ def ellipsoid_text(
         known = {tuple(row): float(bound) for _, ball in balls for *row, bound in map(_numbers, ball["rows"])}
         most = [*bounds[0].starts[:n], *(known[tuple(row)] + x for row, x in zip(errors, noise[n:], strict=True))]
         sample_time = fraction(observer.sample_time)
-        # The envelope's: the one in ``sizes`` also has the error of the model's forces.
+        # The acceleration in the envelope; ``sizes["acceleration"]`` contains the error of the model's forces as well.
         acceleration = [2 * x / sample_time**2 for x in sizes["displacement"]]
         entries = _reversals(observer, claim, proof, shown, most, acceleration)
         claim[ellipsoid.REVERSALS] = entries
         starts |= {b.name: _numbers(entry["after"]) for b, entry in zip(bounds, entries, strict=False)}
     claim["sets"] = [
-        *(_with_after(ball, group, starts, step, columns * acting, noise, h) for group, ball in balls),
+        *(_with_decay(ball, group, starts, step, columns * acting, noise, h) for group, ball in balls),
         *whatever,
     ]
     return json.dumps(claim, indent=1) + "\n"
@@ -197,11 +215,12 @@ def ellipsoid_text(
 def unlike_envelope(
     claim: Mapping[str, Any], spec: Spec, observer: Observer, places: Mapping[str, str], sizes: Sizes
 ) -> list[str]:
-    """What a claim has a smaller or larger disturbance of than the spec's envelope, by a reading of its own.
+    """The disturbances of a claim that differ from those of the spec's envelope, in words; computed independently.
 
-    Noise is x_noise, and what a position moves besides h v is h² x_ddot/2; a velocity or friction without a range
-    of its own there is compared with ``sizes``. The largest friction of a coordinate is Σ |U| times that of its
-    contacts, to ``DIGITS``; a claim that is of no such friction has none. A slip's change is h times its acceleration.
+    - Noise of a position x: ``x_noise``.
+    - Drift of a position, x[k+1] − x[k] − h v[k]: h² max |v'|/2; drift of velocities and frictions: as in ``sizes``.
+    - Largest friction on a coordinate, if the claim has any: Σ |U| times that of the contacts, to ``DIGITS`` digits.
+    - Change of a slip in a sample: h times its largest acceleration.
     """
     write, system, h = Writer(observer, places), observer.system, Fraction(str(observer.sample_time))
 
@@ -233,8 +252,10 @@ def unlike_envelope(
 
 
 def _largest_friction(spec: Spec, observer: Observer, write: Writer) -> dict[str, Fraction]:
-    """Truth of each friction → Σ |U_ic| times the largest friction of contact c, or that of its own contact; 0 where
-    one has none."""
+    """Place of each true friction → bound on its magnitude: of its contact, or Σ_c |U_ic| times those of the contacts.
+
+    It is 0 for all if some contact has no bound.
+    """
     slips, most = observer.system.distribution.subs(observer.values), largest_friction(spec, observer)
     known = [x for x in most if x is not None]
     return {
@@ -256,10 +277,15 @@ def _reversals(
     most: Sequence[float],
     acceleration: Sequence[Fraction],
 ) -> list[dict[str, Any]]:
-    """For each contact what a reversal leaves of errors that are within ``most``; none where not all can be stated.
+    """The entries of the field ``reversals``: for each contact, bounds on the errors after one reversal of it.
 
-    The samples are those in which a slip that passes zero at the largest acceleration is smaller than the error of its
-    estimate. The estimate then changes its sign once.
+    Before the reversal the errors are within ``most``. It takes the samples in which a slip that passes zero at the
+    largest acceleration is smaller than the error of its estimate; the estimate changes its sign once in them. There
+    are no entries if one of them cannot be computed.
+
+    Args:
+        most: bound on the magnitude of each error.
+        acceleration: largest |v'| of each coordinate.
     """
     own = {e[part]: kernel.term(1, e[part]) for e in proof["errors"] for part in ("truth", "estimate")}
     text = kernel.Text(shown["names"] | own, {})
@@ -288,13 +314,14 @@ def _reversals(
 
 
 def _slip_change(observer: Observer, sign: str, acceleration: Sequence[Fraction]) -> Fraction:
-    """What the slip of the contact with this sign changes by in a sample at most: h Σ |U_ic| times the acceleration."""
+    """Largest change of a slip in a sample, h Σ_i |U_ic| max |v_i'|, for the contact with this sign symbol."""
     of = [f"sign.{contact.name}" for contact in observer.system.contacts].index(sign)
     slips = observer.system.distribution.subs(observer.values)
     return fraction(observer.sample_time) * dot(slips.col(of), acceleration)
 
 
 def _numbers(texts_: Sequence[str]) -> list[Any]:
+    """Exact numbers from text."""
     return [sympy.Rational(x) for x in texts_]
 
 
@@ -306,7 +333,12 @@ def _disturbances(
     sizes: Mapping[str, Sequence[Fraction]],
     friction: Mapping[str, Fraction],
 ) -> list[Disturbance]:
-    """What is not zero, noise first; ``friction``: largest force of truths of which a set is to hold for any."""
+    """The disturbances that are not zero, noise first.
+
+    Args:
+        positions: places of the positions in the proof.
+        friction: place of a true friction → bound on its magnitude, for the sets that hold for any friction; or {}.
+    """
     n, unit = len(positions), sympy.eye(len(proof["errors"]))
     truths, signs = ([e[part] for e in proof["errors"]] for part in ("truth", "sign"))
     blocks = [
@@ -336,9 +368,10 @@ def _any_friction(
     sizes: Mapping[str, Sequence[Fraction]],
     bounds: Sequence[ErrorBound],
 ) -> dict[str, Fraction]:
-    """Truth → the largest force it can be, where the claim may be of any friction; empty where it may not.
+    """Place of each true friction → bound on its magnitude, for claims that hold for any friction within the bounds.
 
-    That is where a contact may reverse: a level has to be one at every slip then.
+    {} if there can be no such claim: the kernel's proof has conditions, a friction has no bound or, for level errors,
+    the level varies with the slip, so that reversals are not covered.
     """
     n = len(observer.system.positions)
     most = [b.largest for b in bounds if b.largest is not None]
@@ -350,16 +383,26 @@ def _any_friction(
 
 
 def _shift(parts: Sequence[tuple[Any, str]], sign: str) -> str:
+    """Σ b · noise.x as text, times ``sign``: the direct feedthrough of noise to an error."""
     terms = [f"{'*'.join([f'({rational_text(b)})', *([sign] if sign else []), f'noise.{x}'])}" for b, x in parts]
     return " + ".join(terms) or "0"
 
 
 Group = Sequence[tuple[Sequence[Any], ErrorBound | None]]
-"""Rows of one set; of a friction error, with its bound."""
+"""Pairs (row c, bound of the friction error that the row selects, or None) that have one ellipsoid in common."""
 
 
 def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, Any]:
-    """The ellipsoid with the least bound for the remainder of one row after the explicit sum, or of several rows."""
+    """An entry of ``sets``: an invariant ellipsoid, and for each row c a bound on |c'e| in the long run.
+
+    |c'e| ≤ Σ_{i<N} Σ_j |c'Φ^i b_j| d_j + √(c'Φ^N Q Φ'^N c): a sum over N samples, and the ellipsoid for the remainder.
+    Q minimises the second term for one row, or a compromise for several.
+
+    Args:
+        step: Φ, m by m.
+        columns: b_j, m by number of disturbances.
+        size: d_j.
+    """
     rows = [row for row, _ in group]
     largest = float(np.abs(np.linalg.eigvals(step)).max())
     samples = min(math.ceil(SUMMED / (1 - largest)), LONGEST)
@@ -367,21 +410,21 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
     floats = [np.array([float(x) for x in row]) @ last for row in rows]
     shares = [rounded(largest**2 + (1 - largest**2) * k / SHARES, DIGITS) for k in range(1, SHARES)]
 
-    doubled = {f: _doubled(step.T / np.sqrt(float(f))) for f in shares}
+    doubled = {f: _squarings(step.T / np.sqrt(float(f))) for f in shares}
 
     def reach(target: Array, f: Any) -> float:
-        return float(size @ _gains(doubled[f], columns, target)) / math.sqrt(1 - float(f))
+        return float(size @ _amplitudes(doubled[f], columns, target)) / math.sqrt(1 - float(f))
 
     own = [min(reach(np.outer(row, row), f) for f in shares) for row in floats] if len(rows) > 1 else [1.0]
     target: Array = np.sum([np.outer(row, row) / b**2 for row, b in zip(floats, own, strict=True)], axis=0)
     share = min(shares, key=lambda f: reach(target, f))
     f = float(share)
-    gains = _gains(doubled[share], columns, target)
+    gains = _amplitudes(doubled[share], columns, target)
     gains = np.maximum(gains, 1e-6 * float(size @ gains) / size.sum())
     best = size * float(size @ gains) / ((1 - f) * gains) * (1 + 10.0 ** (1 - DIGITS))
     weights = [upwards(w, DIGITS) if w else sympy.Integer(0) for w in best]
     pushed = (columns * np.array([float(w) for w in weights])) @ columns.T
-    doubled_step = _doubled(step / np.sqrt(f))
+    doubled_step = _squarings(step / np.sqrt(f))
     matrix = _summed(doubled_step, pushed)
     scale = np.diag(np.diag(matrix))
     more = _summed(doubled_step, scale)
@@ -396,14 +439,18 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
     }
 
 
-def _with_after(
+def _with_decay(
     ball: dict[str, Any], group: Group, starts: Mapping[str, Any], step: Array, pushed: Array, noise: Any, h: float
 ) -> dict[str, Any]:
-    """The set with what its rows are at most from some times after a reversal on, from the errors assumed then.
+    """The entry of ``sets`` with bounds on its rows from given times after a reversal on (fields within and after).
 
     Args:
-        starts: of each bound, the errors then: what is proved of a reversal or of any friction, or is assumed.
-        pushed: the columns of the disturbances times their sizes; noise: what that of a sample does to each error.
+        ball: the entry.
+        starts: name of a bound → |error| of each component right after the reversal: proved, or else assumed.
+        step: Φ, m by m.
+        pushed: b_j d_j, m by number of disturbances.
+        noise: bound on the direct feedthrough of noise to each error.
+        h: sample time, s.
     """
     after, within = [], np.zeros(len(step))
     for row, bound in ((row, bound) for row, bound in group if bound is not None):
@@ -422,33 +469,40 @@ def _with_after(
     ball["after"] = []
     for row, start, whole, counts in after:
         floats = np.array(row, dtype=float)
-        found = _from_then_on(floats, step, pushed, counts, whole, float(larger) * matrix)
+        found = _bounds_from(floats, step, pushed, counts, whole, float(larger) * matrix)
         line, begun = ([rational_text(x) for x in each] for each in (row, start))
         stated = [
             [str(k), rational_text(upwards(b * (1 + NEAR), DIGITS))]
             for k, b in zip(counts, found, strict=True)
-            if b < np.abs(floats) @ whole or k == counts[-1]  # a bound above that of the start says nothing
+            if b < np.abs(floats) @ whole or k == counts[-1]  # a bound above that at the start is of no use
         ]
         ball["after"].append({"row": line, "start": begun, "bounds": stated})
     return ball
 
 
-def _from_then_on(
+def _bounds_from(
     row: Array, step: Array, pushed: Array, counts: Sequence[int], start: Array, matrix: Array
 ) -> list[float]:
-    """For each number of samples, what the row of the error is at most from then on.
+    """For each number of samples k in ``counts``, a bound on |c'e| at all samples from k on.
 
-    Two ways, the smaller one counts: by the ellipsoid with matrix Q that the start is in, √(c'Qc); or the largest of
-    all samples up to the next number, and what holds from there on. The first loses a factor √n to n errors.
+    It is the smaller one of two: √(c'Qc) after k samples, by an ellipsoid Q that contains the start; or the largest
+    bound of the single samples up to the next number, and the bound from there on. With m errors the first is larger
+    than needed by up to √m.
+
+    Args:
+        row: c.
+        pushed: b_j d_j, m by number of disturbances.
+        start: |error| of each component at the start.
+        matrix: Q, m by m.
     """
     alone, largest = list[float](), [0.0 for _ in counts]
-    total, row = _pushed(row, step, pushed, counts[0])
+    total, row = _driven_part(row, step, pushed, counts[0])
     for k in range(counts[0], counts[-1] + 1):
         if k in counts:
             alone.append(total + float(row @ matrix @ row) ** 0.5)
         here = total + float(np.abs(row) @ start)
         largest[len(alone) - 1] = max(largest[len(alone) - 1], here)
-        more, row = _pushed(row, step, pushed, 1)
+        more, row = _driven_part(row, step, pushed, 1)
         total += more
     found = [alone[-1]]
     for by_ellipsoid, by_samples in zip(alone[-2::-1], largest[-2::-1], strict=True):
@@ -457,8 +511,8 @@ def _from_then_on(
     return found
 
 
-def _pushed(row: Array, step: Array, pushed: Array, samples: int) -> tuple[float, Array]:
-    """What the disturbances of so many samples do to a row of the error, and the row by which the first one counts."""
+def _driven_part(row: Array, step: Array, pushed: Array, samples: int) -> tuple[float, Array]:
+    """(Σ_{i<N} Σ_j |c'Φ^i b_j| d_j, c'Φ^N) for N samples: effect of the disturbances on c'e, and the row after."""
     total = 0.0
     for _ in range(samples):
         total += float(np.abs(row @ pushed).sum())
@@ -467,20 +521,24 @@ def _pushed(row: Array, step: Array, pushed: Array, samples: int) -> tuple[float
 
 
 def _bound(row: Array, step: Array, columns: Array, samples: int, matrix: Any) -> Any:
-    """The explicit sum plus the ellipsoid's √(c'Qc) for the remainder, rounded upwards."""
-    total, row = _pushed(row, step, columns, samples)
+    """The bound on |c'e| of ``_set``, rounded up: sum over N samples plus √(c'Φ^N Q Φ'^N c)."""
+    total, row = _driven_part(row, step, columns, samples)
     left = float(row @ np.array(matrix, dtype=float) @ row) ** 0.5
     return upwards((total + left) * (1 + NEAR), DIGITS)
 
 
-def _gains(doubled: Sequence[Array], columns: Array, target: Array) -> Array:
-    """√(b_j'Xb_j) with X = Φ'XΦ/f + the target, of ``_doubled`` Φ'/√f."""
+def _amplitudes(doubled: Sequence[Array], columns: Array, target: Array) -> Array:
+    """√(b_j'Xb_j) for each j, where X = Φ'XΦ/f + ``target``.
+
+    Args:
+        doubled: ``_squarings`` of Φ'/√f.
+    """
     x = _summed(doubled, target)
     return np.asarray(np.sqrt(np.maximum(np.sum(columns * (x @ columns), axis=0), 0.0)))
 
 
-def _doubled(step: Array) -> list[Array]:
-    """A, A², A⁴, … up to one that adds nothing to a sum in doubles."""
+def _squarings(step: Array) -> list[Array]:
+    """A, A², A⁴, …, up to a power that is negligible in double precision."""
     found = [step]
     while len(found) < DOUBLINGS and np.abs(found[-1]).max() > NOTHING:
         found.append(found[-1] @ found[-1])
@@ -488,7 +546,12 @@ def _doubled(step: Array) -> list[Array]:
 
 
 def _summed(doubled: Sequence[Array], start: Array) -> Array:
-    """Σ_k A^k C A'^k of a stable A."""
+    """The solution Σ_k A^k C A'^k of the discrete Lyapunov equation X = AXA' + C, by doubling.
+
+    Args:
+        doubled: ``_squarings`` of a stable A.
+        start: C.
+    """
     for step in doubled:
         start = start + step @ start @ step.T
     return start

@@ -34,31 +34,33 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
 SHARES = (1, 2, 3, 4, 6)
-"""Times after a reversal at which the bound is stated, in time constants of the best rate known."""
+"""Times after a reversal at which the bound is stated, in units of 1/α, α the best rate known."""
 PERCENT = Fraction(1, 100)
+"""Relative model error for which the increase of the bound is stated."""
 OFF = {
     "mass": ModelError(mass=PERCENT),
     "input gain": ModelError(gain=PERCENT),
     "sample time": ModelError(time=PERCENT),
 }
+"""Kind of model error → a model error of one percent."""
 HALVINGS = 24
 """Bisection steps for the tolerated model error of a domain."""
 LONGEST, EVERY = 20_000, 64
-"""Most samples that are summed, and samples between two checks of the remainder."""
+"""Largest number of samples that are summed, and number of samples between two checks of the remainder."""
 REST, ENOUGH = 1e-6, 1e-4
-"""Remainder of the infinite sum, over the sum, at which summing ends, and that which is enough after ``LONGEST``."""
+"""Bound on the remainder relative to the sum, at which the summation ends; and the one accepted after ``LONGEST``."""
 ROUNDING = 1e-9
 """Relative allowance for rounding errors."""
 
 
 @dataclass(frozen=True)
 class Steady:
-    """What bounded disturbances do to one component of the error in the long run.
+    """Bound on one error component in the long run, under bounded disturbances: an L1 norm of impulse responses.
 
     Attributes:
-        bound: with the rest that is not summed.
-        worst: without it, attained by independent disturbances.
-        parts: cause → its share of the bound.
+        bound: Σ over all samples, the remainder included.
+        worst: Σ over the samples that were summed, which independent disturbances attain.
+        parts: cause → its part of ``bound``.
     """
 
     bound: float
@@ -68,7 +70,7 @@ class Steady:
 
 @dataclass(frozen=True)
 class Sums:
-    """Σ_k |Φ^k b| of every error component, for disturbances of size 1, with ``ROUNDING`` added.
+    """L1 norms Σ_k |Φ^k b| of the impulse responses of every error component to every disturbance; rounded up.
 
     Attributes:
         of: cause and index of each disturbance.
@@ -82,7 +84,7 @@ class Sums:
 
 
 def lyapunov_tail(certificate: Certificate) -> tuple[Any, float, Any, Any]:
-    """(P, γ, r, c) with |Φ^k|_ij ≤ γ^k r_i c_j, where r_i = √((P⁻¹)_ii) and c_j = √(P_jj)."""
+    """(P, γ, r, c) with |(Φ^k)_ij| ≤ γ^k r_i c_j, where r_i = √((P⁻¹)_ii), c_j = √(P_jj) and γ² = 1 − 2αh."""
     content = certificate.content
     p = np.array([[float(Fraction(x)) for x in row] for row in content["lyapunov_matrix"]])
     columns = np.sqrt(np.diag(p))
@@ -92,7 +94,10 @@ def lyapunov_tail(certificate: Certificate) -> tuple[Any, float, Any, Any]:
 
 
 def impulse_sums(response: Response, sizes: Sequence[Sizes], certificate: Certificate) -> Sums | None:
-    """The sums for all disturbances above zero in any of ``sizes``; None if ``LONGEST`` samples are too few."""
+    """The L1 norms for all disturbances that some of ``sizes`` has; None if ``LONGEST`` samples are too few.
+
+    The bound on the remainder after N samples is √((P⁻¹)_ii) √(x'Px)/(1 − γ) with x = Φ^N b.
+    """
     p, gamma, rows, _ = lyapunov_tail(certificate)
     step, n = _doubles(response.step), response.noise.cols
     unit = np.eye(len(step))
@@ -124,7 +129,7 @@ def impulse_sums(response: Response, sizes: Sequence[Sizes], certificate: Certif
 
 
 def steady_bounds(response: Response, sums: Sums, sizes: Sizes) -> list[Steady]:
-    """For every error component |D| δ_noise + Σ_j Σ_k |Φ^k B_j| δ_j."""
+    """The long-run bound |D| δ_noise + Σ_j Σ_k |Φ^k B_j| δ_j of every error component."""
     result = []
     for i in range(response.step.rows):
         direct = float(dot(response.direct.row(i), sizes["noise"]))
@@ -138,6 +143,7 @@ def steady_bounds(response: Response, sums: Sums, sizes: Sizes) -> list[Steady]:
 
 
 def _doubles(matrix: Any) -> Any:
+    """An exact matrix in double precision."""
     return np.array(matrix.tolist(), dtype=float).reshape(matrix.rows, matrix.cols)
 
 
@@ -147,7 +153,7 @@ def error_bounds(
     certificate: Certificate,
     rounding: tuple[Fraction, list[Fraction]] = (Fraction(0), []),
 ) -> tuple[ErrorBound, ...] | str:
-    """The bound of every friction error, or why there is none.
+    """The bounds on all friction errors as functions of time since the last reversal, or why there are none.
 
     The envelope must bound the accelerations (``v_dot``), and v too where g depends on x; ``x_noise`` bounds the
     position noise, quantisation included, and is 0 if the envelope does not have it.
@@ -184,7 +190,7 @@ def error_bounds(
     tolerated: dict[str, float] = {}
     if observer.domain is not None:
         highest = {
-            (i, j, k): _from_then_on(response, i, unit, [k], reach[i], gamma)[0] * (1 + ROUNDING)
+            (i, j, k): _decay_of_start(response, i, unit, [k], reach[i], gamma)[0] * (1 + ROUNDING)
             for i in (0, 1)
             for j, unit in enumerate(np.eye(len(steady))[:2])
             for k in {0, observer.domain.samples}
@@ -204,7 +210,7 @@ def error_bounds(
     result = []
     for i, error in list(enumerate(observer.errors))[n:]:
         start = [s + (jumps[j] if j in (i, *together) else 0.0) for j, s in enumerate(steady)]
-        falling = _from_then_on(response, i, np.array(start), counts, reach[i], gamma)
+        falling = _decay_of_start(response, i, np.array(start), counts, reach[i], gamma)
         later = [(k * h, left * (1 + ROUNDING) + steady[i]) for k, left in zip(counts, falling, strict=True)]
         result.append(
             ErrorBound(
@@ -242,7 +248,7 @@ def _least_slip_speed(observer: Observer, steady: Sequence[float], slides: Seque
 
 @numerical("the bound on the error")
 def with_bounds(spec: Spec, analysis: Analysis, certificate: Certificate) -> Certificate:
-    """The certificate with the bounds on the friction errors, or the words why there are none.
+    """The certificate with bounds on the friction errors, or with the reason why there are none.
 
     Raises:
         BadInput: for a domain in which there is no bound.
@@ -265,7 +271,7 @@ def rounding_share(
     not as the difference of two nearly equal numbers.
 
     Args:
-        rounding: as of ``error_bounds``.
+        rounding: as in ``error_bounds``.
     """
     response = certificate.response or error_response(observer)
     if isinstance(response, str):
@@ -278,7 +284,7 @@ def rounding_share(
 
 
 def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound, ...] | str) -> None:
-    """Raise BadInput for a domain in which there is no bound, so that no code says that it holds."""
+    """Raise BadInput for a domain in which there is no bound; no code with an output ``in_domain`` is generated."""
     guarded = observer.domain
     if guarded is None:
         return
@@ -299,10 +305,11 @@ def refuse_empty_domain(spec: Spec, observer: Observer, bounds: tuple[ErrorBound
 def _tolerated(
     spec: Spec, observer: Observer, response: Response, unit: ModelError, inside: Callable[[Sizes], DomainBound | str]
 ) -> float:
-    """The largest relative model error, up to 1, with which the domain still has a bound; by bisection.
+    """The largest relative model error, up to 1, for which the domain has a bound; by bisection.
 
     Args:
-        unit: the kind of model error, of one percent.
+        unit: a model error of this kind, of one percent.
+        inside: bounds on the disturbances → bounds of the domain, or the reason why there are none.
     """
     low, high = Fraction(0), Fraction(1)
     for _ in range(HALVINGS):
@@ -316,15 +323,17 @@ def _tolerated(
     return float(low)
 
 
-def _from_then_on(
+def _decay_of_start(
     response: Response, i: int, start: Any, counts: Sequence[int], reach: Any, fall: float
 ) -> list[float]:
-    """sup over j >= k of Σ |Φ^j|[i] start, for each number of samples k in ``counts``.
+    """sup over j ≥ k of Σ_l |(Φ^j)_il| start_l, for each number of samples k in ``counts``: decay of initial errors.
 
-    The powers are computed until the bound on all later ones, by the certificate's P, is below the largest found.
+    The powers are computed until the bound on all later ones, from the certificate's P, is below the largest found.
 
     Args:
-        reach, fall: |Φ^j|[i] <= reach fall^j, as the certificate's P says.
+        i: index of the error component.
+        start: |error| of each component at the start.
+        reach, fall: numbers with |(Φ^j)_il| ≤ reach_l fall^j (``lyapunov_tail``).
     """
     step = np.array(response.step.tolist(), dtype=float)
     row, found, last = np.linalg.matrix_power(step, counts[0])[i], [0.0 for _ in counts], counts[-1] + LONGEST
@@ -339,7 +348,7 @@ def _from_then_on(
 
 
 def _jump(observer: Observer, error: ErrorVariable, slides: Sequence[Sliding | None]) -> float:
-    """Jump of the true friction at a reversal: twice the declared level at rest, of a contact or on a coordinate."""
+    """Jump of the true friction of a contact or on a coordinate at a reversal: twice the level where sliding begins."""
     return 2 * _of_levels(observer, error, [float(s.level) if s is not None else 0.0 for s in slides])
 
 
@@ -350,7 +359,7 @@ def _largest(observer: Observer, error: ErrorVariable, friction: Sequence[Fracti
 
 
 def _of_levels(observer: Observer, error: ErrorVariable, levels: list[float]) -> float:
-    """From a level of each contact: that of the error's contact, or Σ |U_ic| level_c on the error's coordinate i."""
+    """The level of the contact c to which the error belongs, or Σ_c |U_ic| level_c for an error on coordinate i."""
     if error.contact is not None:
         return levels[error.contact]
     system = observer.system

@@ -31,28 +31,32 @@ from codegen.spec.functions import Magnitude, Sgn
 from codegen.spec.model import symbol
 
 STEP = symbol("h")
+"""Symbol of the sample time."""
 SLOPES = {
     "by_position": "the slope of g in x",
     "by_velocity": "the slope of g in v",
     "by_input": "the slope of g in the inputs",
 }
+"""Matrix of ``Response`` → its name in reasons."""
 
 
 @dataclass(frozen=True)
 class Response:
-    """The matrices, of exact numbers; m error components (force errors), n coordinates.
+    """The matrices of the linear response, in exact numbers; m error components (force errors), n coordinates.
 
     Attributes:
         step: Φ, m by m.
-        noise: N, m by n; ``direct``: D, m by n.
-        displacement: X, m by n; velocity: V, m by n.
+        noise: N, m by n.
+        direct: D, m by n.
+        displacement: X, m by n.
+        velocity: V, m by n.
         acceleration: A, m by n; zero for Euler and semi-implicit steps, but in a semi-implicit tracker for its gain K_1
             on the position: its state moves by the old velocity and x by the new one, which leaves −h² K_1 a.
         by_position, by_velocity, by_force: ∂v̂'/∂x, ∂v̂'/∂v and ∂v̂'/∂F of the model's acceleration v̂', n by n.
         by_input: ∂v̂'/∂w, n by inputs.
-        nonaffine: parts of forces that are not affine in positions or inputs; not contained in the slopes above.
-        by_nonaffine: ∂v̂'/∂(part), n by parts.
         estimate_by_state: |∂estimate/∂z|, m by m.
+        by_nonaffine: ∂v̂'/∂(part), n by number of parts.
+        nonaffine: the parts: forces that are not affine in positions or inputs, and not contained in the slopes above.
     """
 
     step: Matrix
@@ -71,7 +75,7 @@ class Response:
 
 
 def error_response(observer: Observer) -> Response | str:
-    """The response in force errors, or why there is none: what is not affine, or not explicit."""
+    """The linear response of the force errors to disturbances; or why there is none, such as an implicit step."""
     system, h, numbers = observer.system, observer.sample_time, _numbers(observer)
     if reason := _unsupported(observer):
         return reason
@@ -112,7 +116,7 @@ def error_response(observer: Observer) -> Response | str:
     ]
     for name in ("step", "noise", "direct", "displacement", "velocity", "acceleration"):
         matrices[name] = scaled(signs, matrices[name], signs if name == "step" else [1] * n)
-    # Where a sign is left, the response depends on the direction of slip.
+    # A sign that remains makes the response depend on the direction of slip; ``_not_constant`` reports it.
     exact = {
         name: each(matrix, lambda e: drop_squares(sympy.expand(e), observer.signs)) for name, matrix in matrices.items()
     }
@@ -121,6 +125,7 @@ def error_response(observer: Observer) -> Response | str:
 
 
 def _numbers(observer: Observer) -> dict[sympy.Symbol, Any]:
+    """Parameter, gain or sample time → its exact value."""
     return {**observer.values, STEP: observer.sample_time}
 
 
@@ -142,10 +147,12 @@ def _unsupported(observer: Observer) -> str:
 def _substituted(
     observer: Observer, inverse_mass: Matrix, a: Matrix, nonaffine: NonAffine
 ) -> tuple[dict[Any, Any], Matrix, Matrix]:
-    """Every element of the equations over states and measurements, the model's acceleration, and the estimates.
+    """(symbol of an equation → its expression in states and measurements, the model's acceleration, the estimates).
 
     Args:
-        a: symbols that stand for the model's acceleration in the equations after it.
+        inverse_mass: M⁻¹.
+        a: symbols that replace the model's acceleration in the equations that use it.
+        nonaffine: collects the parts of forces that are not affine.
     """
     numbers = _numbers(observer)
     signs = dict(zip(_slips(observer), observer.signs, strict=True))
@@ -165,7 +172,7 @@ def _substituted(
 
 
 def _not_constant(observer: Observer, matrices: Mapping[str, Matrix]) -> str:
-    """Which of the matrices is not made of rational numbers, as a reason; empty if all are."""
+    """The reason why the response is not constant: a matrix with an entry that is no rational number; else ""."""
     varying = {name: e for name, matrix in matrices.items() for e in matrix if not e.is_Rational}
     if not varying:
         return ""
@@ -200,10 +207,11 @@ class NonAffine:
         )
 
     def replaced_in(self, expression: Matrix, is_force: bool) -> Matrix:
-        """The expressions with one symbol in place of each one's non-affine part."""
+        """The expressions, each with its non-affine part replaced by one symbol, which is added to ``parts``."""
         return Matrix(expression.applyfunc(lambda e: self._replaced(e, is_force and self._all_with_position)))
 
     def _replaced(self, expression: Any, all_with_position: bool) -> Any:
+        """One expression with its non-affine part replaced."""
         terms = self._terms(expression, all_with_position)
         if not terms:
             return expression
@@ -212,11 +220,12 @@ class NonAffine:
         return sympy.expand(expression) - self.parts[part] + part
 
     def _terms(self, expression: Any, all_with_position: bool) -> list[Any]:
-        """Terms without states that are not affine, or, if asked for, that have a position."""
+        """The terms without states that are not affine or, with ``all_with_position``, that contain a position."""
         terms = [e for e in sympy.Add.make_args(sympy.expand(expression)) if e.free_symbols <= self._known]
         return [e for e in terms if not self._is_affine(e) or (all_with_position and e.free_symbols & self._positions)]
 
     def _is_affine(self, term: Any) -> bool:
+        """Whether a term is a constant, or a constant times one position or input."""
         _, rest = term.as_independent(*self._measured, as_Add=False)
         return bool(rest.is_Symbol or not rest.free_symbols)
 

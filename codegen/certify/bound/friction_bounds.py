@@ -32,7 +32,7 @@ class Sliding:
 
 
 def sliding(observer: Observer, contact: ContactFriction) -> Sliding | None:
-    """The law in sliding; None if its slope has no bound."""
+    """The law of a contact in sliding: its slope bound, level and least slip speed; None if its slope has no bound."""
     law, values = contact.law, {k: observer.values[s] for k, s in contact.law_parameters.items()}
     known = law.in_sliding(values) if isinstance(law, DynamicLaw) else (sympy.Integer(0), law.slope_bound(values))
     if known is None or not getattr(known[1], "is_finite", False):

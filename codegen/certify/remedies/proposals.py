@@ -1,7 +1,7 @@
-"""What to change where a spec is refused: the longest sample time, or the nearest gains, that are certified.
+"""Remedies for a refused spec: the longest sample time, or the nearest gains, that are certified.
 
-The search looks at eigenvalues over the operating points. What is handed out passed what refused the spec: its
-files were generated, its certificate found, and the checker took the one for that of the others.
+The search uses the eigenvalues of the error matrices at the operating points. A remedy is proposed only if, with it,
+the files are generated and the checker accepts their certificate.
 """
 
 from __future__ import annotations
@@ -36,10 +36,11 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
 Numbers = Mapping[tuple[str, tuple[int, ...]], float]
+"""(name of a gain, indices of an entry) → value."""
 
 
 class Judged(Protocol):
-    """What is derived of a spec: its analysis, and its certificate bound to all that is generated from it."""
+    """The results for a spec: its analysis, and the outcome of certification for the files generated from it."""
 
     @property
     def analysis(self) -> Analysis: ...
@@ -49,31 +50,42 @@ class Judged(Protocol):
 
 
 Derive = Callable[[Spec], Judged]
+"""Spec → its results."""
 
 LARGEST = 8
-"""Error components up to which a search is made."""
+"""Largest number of error components for which remedies are searched for."""
 MOST_VERTICES, MOST_VERTICES_UNDECIDED = 150, 32
-"""The same for vertices of A's family; fewer where each point is stable, since then no eigenvalue guides the search."""
+"""Largest number of vertices of the family of A; fewer if every operating point is stable, since the eigenvalues then
+give the search no direction."""
 ATTEMPTS, ATTEMPTS_VARYING = 9, 2
-"""How often ``certify`` is tried for each proposal: where A is one matrix, and where it varies over the envelope."""
+"""Largest number of calls of ``certify`` for each remedy, for a constant A and for one that varies."""
 SHORTER = 1e-5
+"""Shortest sample time that is tried, relative to the spec's."""
 SHARES = (0.995, 0.9, 0.7, 0.5, 0.25, 0.1)
+"""Shares of the longest stable sample time that are tried."""
 INSIDE = (0.05, 0.2, 0.7)
+"""Distances beyond the boundary of stability that are tried, in |log| of the gain factors."""
 SCATTERED = 120
+"""Number of random directions of the search."""
 NEAREST = 3
+"""Number of directions, those of least distance, whose gains are tried."""
 DIGITS = 3
+"""Significant digits of proposed gains."""
 SIGN_COSTS = np.log(10.0)
+"""Distance that is added for each gain with changed signs."""
 
 
 @numerical("gains or a sample time that would be certified")
 def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
     """The largest sample time and the nearest gains that are certified in place of those of a refused spec.
 
-    Gains are near where the factors on them are small: the distance is the sum of the factors' |log|, over gains taken
-    as a whole, and a change of sign counts as a factor of ten. Sums favour proposals that change few gains.
+    The distance of gains is the sum of |log factor| over the axes of ``gain_axes``, plus log 10 for each gain with
+    changed signs. A sum of absolute values favours proposals that change few gains.
 
     Args:
-        derive: the same for another observer section; what is proposed has a certificate as its outcome.
+        spec: the refused spec.
+        analysis: its analysis.
+        derive: spec → its results; the outcome for a proposed spec is a certificate.
     """
     system = analysis.dynamics.observer.system
     count = len(analysis.dynamics.observer.errors)
@@ -102,16 +114,21 @@ def propose(spec: Spec, analysis: Analysis, derive: Derive) -> Proposals:
 
 
 def _too_large(what: str, count: int, limit: int) -> Proposals:
+    """No remedies, with the reason that a number exceeds its limit."""
     return Proposals(None, None, render("text/proposals_too_large.j2", what=what, count=count, limit=limit).strip())
 
 
 def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
-    """The first of these specs that is certified, and its line under ``key`` in the observer section."""
+    """The remedy by the first of these specs that is certified; None if none is.
+
+    Args:
+        key: entry of the observer section that differs from the refused spec.
+    """
     for spec in specs:
         with suppress(BadInput):
             derived = derive(spec)
             if not isinstance(certify(spec, derived.analysis, {}, "certify", further=False), Certificate):
-                continue  # the whole outcome would be a refusal too, after a search for regions
+                continue  # saves the search for regions in ``derived.outcome``, which would be a refusal as well
             found = derived.outcome
             if isinstance(found, Certificate):
                 assert spec.observer is not None
@@ -123,7 +140,7 @@ def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
 
 
 def _measured(spec: Spec, derive: Derive) -> Proposal | None:
-    """The spec's gains with measured velocity: a tracker's then have a certificate by structure, for any M(x)."""
+    """The remedy of measured velocity with the spec's gains: a tracker then has a certificate by structure."""
     choice = spec.observer
     if choice is None or choice.velocity != "estimated":
         return None
@@ -132,11 +149,12 @@ def _measured(spec: Spec, derive: Derive) -> Proposal | None:
 
 
 def _numbers(raw: Any, where: Place) -> Any:
+    """A gain as floats: scalar, list or list of rows."""
     return [_numbers(entry, where) for entry in raw] if isinstance(raw, list) else float(exact_number(str(raw), where))
 
 
 def _sample_times(spec: Spec, analysis: Analysis, family: GainDynamics) -> Iterator[Spec]:
-    """The spec with shorter sample times, the longest first; nothing where none is stable."""
+    """The spec with shorter sample times, the longest first; none if no sample time is stable."""
     observer, own = analysis.dynamics.observer, family.settings()
     if analysis.dynamics.implicit or not stable(family, "continuous", own, True)[0]:
         return
@@ -170,12 +188,14 @@ def _gain_sets(spec: Spec, system: System, analysis: Analysis, family: GainDynam
 
 @dataclass(frozen=True)
 class _Ray:
-    """Gains that move in one direction of their logarithms, and where on it the error becomes stable.
+    """A ray in the space of the logarithms of the gains, with its first stable point.
 
     Attributes:
-        direction: one entry an axis, their sizes sum to 1.
-        length: the sum of |log| of the factors at which the error is stable first.
-        distance: that, plus the penalty for changed signs.
+        spec: the spec at the start of the ray, with signs of gains as chosen.
+        axes: the gains, or groups of entries, that vary.
+        direction: one number for each axis, their absolute values sum to 1.
+        length: Σ |log factor| at the first stable point.
+        distance: ``length`` plus the penalty for changed signs.
     """
 
     spec: Spec
@@ -185,7 +205,7 @@ class _Ray:
     distance: float
 
     def spec_at(self, length: float) -> Spec:
-        """The spec with the gains there, to three digits; a gain that is not moved stays as written."""
+        """The spec with the gains at this length of the ray, to three digits; an unchanged gain stays as written."""
         numbers = {}
         for axis, share in zip(self.axes, self.direction, strict=True):
             assert axis.chosen is not None
@@ -195,7 +215,7 @@ class _Ray:
 
 
 def _signs(spec: Spec) -> Iterator[tuple[Spec, int]]:
-    """The spec, and with gains of another sign; with the number of gains changed."""
+    """Pairs (spec with some combination of signs of its gains, number of gains with changed signs)."""
     assert spec.observer is not None
     entries = gain_entries(spec.observer.gains)
     options: list[list[Numbers]] = []
@@ -216,7 +236,7 @@ def _signs(spec: Spec) -> Iterator[tuple[Spec, int]]:
 
 
 def _rays(spec: Spec, flips: int, system: System, family: GainDynamics) -> Iterator[_Ray]:
-    """The directions in which a stable error is found, for one choice of signs."""
+    """The rays on which a stable point is found, for one choice of signs."""
     try:
         observer = build_observer(spec, system)
         axes = gain_axes(spec, observer)
@@ -242,7 +262,7 @@ def _rays(spec: Spec, flips: int, system: System, family: GainDynamics) -> Itera
 
 
 def _directions(count: int) -> Array:
-    """One gain alone, all by one factor, and scattered ones; rows whose sizes sum to 1."""
+    """Search directions as rows, absolute values summing to 1: all gains by one factor, single gains, random ones."""
     rows = [s * np.ones(count) / count for s in (-1, 1)]
     if count > 1:
         rows += [s * e for e in np.eye(count) for s in (-1, 1)]
@@ -252,7 +272,11 @@ def _directions(count: int) -> Array:
 
 
 def _stable(family: GainDynamics, base: Settings, axes: Sequence[GainAxis], shifts: Array) -> NDArray[np.bool_]:
-    """Whether sampled error and Ψ are stable with the gains at exp(shifts) of their size; axes last in ``shifts``."""
+    """Whether I + hA and Ψ are stable with gains multiplied by exp(shifts).
+
+    Args:
+        shifts: log factors, … by number of axes; the result has the shape ….
+    """
     settings, flat = base, shifts.reshape(-1, len(axes))
     for k, axis in enumerate(axes):
         assert axis.chosen is not None

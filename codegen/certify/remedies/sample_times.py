@@ -1,4 +1,4 @@
-"""The largest sample time that can be certified at a spec's gains, for every way to step its observer."""
+"""Largest sample time that can be certified at a spec's gains, for every integration method of its observer."""
 
 from __future__ import annotations
 
@@ -33,25 +33,32 @@ from codegen.spec.model import Spec
 from codegen.spec.numerics import numerical
 
 ANY = 1e3
+"""Sample time that counts as arbitrarily long, s."""
 SHORTEST = 1e-9
+"""Shortest sample time that is tried, s."""
 STEPS, STEPS_VARYING = 14, 8
+"""Numbers of bisection steps for a constant and for a varying A."""
 FACTOR = 4.0
+"""Quotient of successive sample times before the bisection."""
 MARGIN, NEAR = 0.995, 0.99
+"""Share of the largest feasible sample time that is submitted to the checker, and share of the spectral limit that is
+tried first."""
 SLOWEST = 1e-3
-"""Where A varies: the share of the slowest vertex' rate that is asked for."""
+"""Required decay rate for a varying A, as a share of the upper bound that the vertices give."""
 
 
 @numerical("the largest sample times")
 def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refusal | None = None) -> dict[str, float]:
-    """Integration → the largest sample time in s that was certified, within 1 %; inf where 1000 s still is.
+    """Integration method → the largest certified sample time, s; inf if 1000 s is certified, 0 if none was found.
 
-    Where A varies over the envelope it is that of a common P for all of it, within 2 %. An integration is left out that
-    does not apply (velocity measured, K_v not diagonal) or whose A a certificate cannot state, and 0 says that none was
-    found. What is handed out has passed the checker.
+    The tolerance is 1 %, or 2 % if A varies over the envelope and needs a common P. A method is omitted if it does not
+    apply (velocity measured, K_v not diagonal) or if a certificate cannot express its A. Each sample time was certified
+    by the checker.
 
     Args:
-        own: analysis of the spec as it is.
-        outcome: of ``certify``: of a refused DFO that slides in a certified region, it is for that region.
+        own: analysis of the spec.
+        outcome: result of ``certify``; for a refused DFO with a certified sliding region, the sample times are those of
+            the region.
     """
     assert spec.observer is not None
     found: dict[str, float] = {}
@@ -87,6 +94,8 @@ def largest_sample_times(spec: Spec, own: Analysis, outcome: Certificate | Refus
 
 
 def _largest(spec: Spec, analysis: Analysis) -> float | None:
+    """The largest certified sample time over the envelope, s, as of ``_bisected``."""
+
     def cells(at: Analysis) -> tuple[Family, Cells]:
         family = build_family(at.dynamics, at.points.ranges)
         return family, enclose_family(family)
@@ -100,6 +109,7 @@ def _largest(spec: Spec, analysis: Analysis) -> float | None:
 
 
 def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any]) -> float | None:
+    """The largest certified sample time in the region of a sliding.json, s; None if A has no symmetric form."""
     along = along_friction(levels_of(analysis, content))
     if along is None:
         return None
@@ -114,7 +124,7 @@ def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any])
 
 
 def _spectral_limit(analysis: Analysis) -> float:
-    """A sample time beyond which the sampled error is unstable at a point of the envelope, nearly the least, s."""
+    """Upper bound of the sample time, s, near the least at which an operating point is unstable."""
     dynamics, points = analysis.dynamics, analysis.points
     function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points, ())
 
@@ -129,7 +139,7 @@ def _spectral_limit(analysis: Analysis) -> float:
 
 
 def _one_matrix(analysis: Analysis) -> Callable[[float], bool]:
-    """Whether floating point finds a Lyapunov matrix at a sample time, where A does not vary over the envelope."""
+    """The test of a sample time, s, for an A constant over the envelope: whether a P is found in floating point."""
     dynamics, points = analysis.dynamics, analysis.points
     function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points, ())
 
@@ -142,10 +152,10 @@ def _one_matrix(analysis: Analysis) -> Callable[[float], bool]:
 
 @dataclass(frozen=True, eq=False)
 class _Proofs:
-    """A common P for all cells of the envelope, at any sample time.
+    """Search for a common P of all cells of the envelope at given sample times, and its proof.
 
     Attributes:
-        cells_at: the family and its cells at the sample time of an analysis.
+        cells_at: analysis → the family and its cells at the sample time of the analysis.
     """
 
     spec: Spec
@@ -153,14 +163,14 @@ class _Proofs:
     cells_at: Callable[[Analysis], tuple[Family, Cells]]
 
     def largest(self, beyond: float) -> float | None:
-        """The largest sample time, from the spec's own on; nothing is found ``beyond``."""
+        """The largest certified sample time, s, in a search from the spec's own up to ``beyond``."""
         start = float(self.analysis.dynamics.observer.sample_time)
         return _bisected(lambda h: self.found(h) is not None, self.certified, STEPS_VARYING, start, beyond)
 
     def found(self, h: float) -> tuple[Analysis, Found] | None:
-        """A P in floating point, with the analysis at this sample time; None if none is found.
+        """(analysis at this sample time, P in floating point); None if no P is found.
 
-        What was taken at operating points is the spec's own.
+        Only the dynamics of the analysis are changed; values at operating points are for the spec's sample time.
         """
         dynamics = self.analysis.dynamics
         at = replace(self.analysis, dynamics=dynamics.at(sympy.Rational(Fraction(f"{h:.12g}"))))
@@ -177,7 +187,7 @@ class _Proofs:
         return at, Found(family, p, 0.999 * rate, cells.splits)
 
     def certified(self, h: float) -> bool:
-        """Whether the checker accepts what is found."""
+        """Whether a P is found at this sample time and the checker accepts it."""
         proposal = self.found(h)
         if proposal is None:
             return False
@@ -190,12 +200,15 @@ class _Proofs:
 def _bisected(
     feasible: Callable[[float], bool], certified: Callable[[float], bool], steps: int, start: float, beyond: float = ANY
 ) -> float | None:
-    """The largest sample time, s: from ``start`` up, or down, by factors, then by bisection; None: any, not certified.
+    """The largest certified sample time, s: from ``start`` up or down by factors, then by bisection.
+
+    inf if ``ANY`` is certified; None if a P is found for ``ANY`` that the checker refuses; 0 if none is certified.
 
     Args:
-        feasible: whether floating point finds a Lyapunov matrix at a sample time.
-        certified: whether the checker accepts what is found there.
-        beyond: where none is found.
+        feasible: whether a P is found in floating point at a sample time.
+        certified: whether the checker accepts it.
+        steps: number of bisection steps.
+        beyond: upper bound of the sample time, s.
     """
     if beyond >= ANY and feasible(ANY):
         return math.inf if certified(ANY) else None
@@ -217,7 +230,7 @@ def _bisected(
 
 
 def _between(holds: Callable[[float], bool], low: float, high: float, steps: int) -> tuple[float, float]:
-    """Nearer ends of an interval at the lower of which this holds, by bisection of logarithms."""
+    """A smaller interval (low, high) with the condition true at low, by bisection of logarithms."""
     for _ in range(steps):
         middle = math.sqrt(low * high)
         low, high = (middle, high) if holds(middle) else (low, middle)
