@@ -12,6 +12,7 @@ import sympy
 from codegen.spec.functions import Magnitude, Sgn
 
 Stage = Literal["delay", "gain", "dead_zone", "threshold", "saturation", "lag"]
+"""Kind of a stage, in the order of the chain."""
 
 
 @dataclass(frozen=True)
@@ -19,8 +20,8 @@ class Limit:
     """A saturation of an input.
 
     Attributes:
-        height: L, the largest magnitude that passes, in the input's unit.
-        rounding: r, how round its corner is: 0 for a sharp one, below 1.
+        height: L, the largest magnitude of the output, in the input's unit.
+        rounding: r, 0 ≤ r < 1, the roundness of the corner; 0 for a sharp one.
     """
 
     height: sympy.Expr
@@ -30,7 +31,7 @@ class Limit:
         """The saturated input.
 
         With a sharp corner clip(w, −L, L) = (|w + L| − |w − L|)/2. With a rounding r each |u| becomes √(u² + (rL)²),
-        with u = w ± L√(1 − r²), and the difference is divided by 2√(1 − r²), so that at most L passes.
+        with u = w ± L√(1 − r²), and the difference is divided by 2√(1 − r²), so that the output is within ±L.
         """
         if self.rounding == 0:
             return (Magnitude(w + self.height) - Magnitude(w - self.height)) / 2
@@ -41,9 +42,9 @@ class Limit:
 
 @dataclass(frozen=True)
 class Actuator:
-    """Actuator model of one input: delay → gain → dead zone → threshold → saturation → lag, whatever is declared first.
+    """Actuator model of one input: delay → gain → dead zone → threshold → saturation → lag, in this order always.
 
-    Several stages of one kind act in series: delays add up, gains multiply, dead zones add up.
+    Stages of one kind act in series: delays add up, gains multiply, dead zones add up.
 
     Attributes:
         delay: s.
@@ -68,7 +69,7 @@ class Actuator:
 
         Args:
             parameter: delay, gain, width, threshold, height or time constant.
-            shape: the rounding of a saturation, or the number of equal lags; may be left out.
+            shape: the rounding of a saturation, or the number of equal lags; optional.
 
         Raises:
             ValueError: for a second lag stage.
@@ -96,9 +97,9 @@ class Actuator:
 
     @property
     def has_inverse(self) -> bool:
-        """Whether each mean of the effective input over a sample is produced by some constant command.
+        """Whether some constant command produces each mean of the effective input over a sample.
 
-        That is so without a threshold and without a lag.
+        True without a threshold and without a lag.
         """
         return self.lag is None and not self.thresholds
 
@@ -109,7 +110,7 @@ class Actuator:
             w = w - Limit(self.dead_zone).of(w)
         for threshold in self.thresholds:
             above = Sgn(Magnitude(w) - threshold)
-            w = w * above * (1 + above) / 2  # exactly at the threshold nothing passes
+            w = w * above * (1 + above) / 2  # zero exactly at the threshold
         for limit in self.limits:
             w = limit.of(w)
         return w

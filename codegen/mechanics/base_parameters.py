@@ -1,9 +1,9 @@
 """Base inertial parameters of a kinematic tree: the combinations of masses and inertias that joint torques depend on.
 
 Rotation about a joint does not move mass on its axis. So the mass of each revolute body, and its first and second
-moment along the axis, can be moved to the parent body without a change of M(x) or h(x, v) (Khalil and Dombre 2002,
-section 9.4). This leaves zeros, which cost nothing in the recursions. The regrouping is done in exact numbers, which
-are rounded to doubles once, in the recursions.
+moment along the axis, can be assigned to the parent body without a change of M(x) or h(x, v) (Khalil and Dombre 2002,
+section 9.4). The entries that become zero are omitted from the recursions. The regrouping is done in exact numbers,
+which are rounded to doubles once, in the recursions.
 
 The parameters that remain are the base parameters, which can be identified from a log of joint torques. In each joint's
 frame, with its z axis along the joint, they are for the body of a revolute joint the first moments mx, my and the
@@ -31,10 +31,14 @@ Inertia = tuple[Fraction, Exact, Exact]
 ROUNDING = Fraction(1, 10**14)
 """Sums below this fraction of their terms are set to zero, since the angles in robot files are rounded."""
 REVOLUTE = ("mx", "my", "xx", "xy", "xz", "yz", "zz")
+"""Names of the base parameters of a body with a revolute joint."""
 PRISMATIC = ("m", "mx", "my", "mz", "xx", "xy", "xz", "yy", "yz", "zz")
+"""Names of the base parameters of a body with a prismatic joint."""
 POINTS, SEED = 24, 5
+"""Number of random states in which the effect of the parameters is computed, and seed of their random numbers."""
 LEAST_EFFECT = 1e-9
-"""A parameter whose largest torque over random states is below this fraction of the largest of all has no effect."""
+"""Largest |∂torque/∂p| over random states, relative to that of all parameters, up to which p counts as without effect.
+"""
 
 
 def regrouped(tree: KinematicTree) -> KinematicTree:
@@ -140,15 +144,18 @@ def _without_rounding(values: Exact, size: Fraction) -> Exact:
 
 
 def _vector(values: Exact) -> Vector:
+    """A tuple of three numbers."""
     x, y, z = values
     return x, y, z
 
 
 def _rows(values: Exact) -> Rows:
+    """A 3 by 3 matrix as a tuple of rows."""
     return _vector(values[0]), _vector(values[1]), _vector(values[2])
 
 
 def _skew(r: Exact) -> Exact:
+    """The matrix [r] of a cross product, [r] a = r × a."""
     return exact_array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])
 
 
@@ -200,9 +207,9 @@ def masses_of(tree: KinematicTree, values: Mapping[str, Any]) -> list[Points]:
 
 
 def _acting(tree: KinematicTree, names: Sequence[str]) -> set[str]:
-    """Names of the parameters that change a joint torque in at least one of several random states.
+    """Names of the parameters on which a joint torque depends in at least one of several random states.
 
-    Bodies near the base have few of them: that of a first joint with a vertical axis has zz alone.
+    Bodies near the base have few of them: for a first joint with a vertical axis it is zz only.
     """
     n = len(tree.bodies)
     x, v, a = (casadi.SX.sym(name, n) for name in "xva")
@@ -254,10 +261,12 @@ def _points(body: MovingBody, values: Mapping[str, Any]) -> Points:
 
 
 def _keys(body: MovingBody) -> tuple[str, ...]:
+    """Names of the moments that are base parameters of a body, by the type of its joint."""
     return REVOLUTE if body.kind == "revolute" else PRISMATIC
 
 
 def _unit(name: str) -> str:
+    """Unit of a base parameter: kg, kg*m or kg*m^2."""
     moment = name.rsplit("_", 1)[1]
     return "kg" if moment == "m" else "kg*m" if moment.startswith("m") else "kg*m^2"
 
@@ -312,4 +321,5 @@ def _of_point(mass: Fraction, c: Any) -> Any:
 
 
 def _exact(number: float) -> Fraction:
+    """A float as the fraction of its decimal of 12 digits."""
     return Fraction(f"{number:.12g}")

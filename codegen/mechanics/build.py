@@ -1,4 +1,7 @@
-"""Spec → System: symbols and values of M, g, U and the contacts; M(x) is checked at sampled points of the envelope."""
+"""Construction of the ``System`` of a spec: M, g, U, contacts and parameter values, with a check of M(x).
+
+M(x) must be symmetric and positive definite at sampled points of the envelope.
+"""
 
 from __future__ import annotations
 
@@ -22,11 +25,12 @@ from codegen.spec.units import coherent_name, dimension, parse_unit
 SAMPLES = 400
 """Random points of the envelope at which M(x) is checked."""
 CORNERED = 6
-"""Coordinates of which all corners and mid-points of the envelope are checked: 3⁶ points; others are at mid-range."""
+"""Number of coordinates of which all vertices and mid-points of the ranges are checked, 3⁶ points; the others are at
+mid-range."""
 SYMMETRY = 1e-12
-"""Largest difference of two mirrored entries of M, over its largest entry: they may be written in different forms."""
+"""Tolerance of the symmetry of M, relative to its largest entry: M_ij and M_ji may be written in different forms."""
 MOST_VALUES = 4
-"""Parameters whose values a message shows."""
+"""Largest number of parameters whose values a message shows."""
 MASSES = {"kg": "mass", "kg*m^2": "moment of inertia"}
 """Unit → kind of a parameter that must not be negative."""
 

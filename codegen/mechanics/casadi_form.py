@@ -145,6 +145,7 @@ def over_rows(function: casadi.Function, rows: Array) -> Array:
 
 
 def _scalar(e: Any, scope: _Scope) -> Any:
+    """The SX scalar of a SymPy expression."""
     if e.is_Symbol:
         return scope.names[e]
     if e.is_Number or e is sympy.pi or e is sympy.E:
@@ -197,6 +198,7 @@ def _cos_sin_of_multiple(n: int, angle: Any, scope: _Scope) -> tuple[Any, Any]:
 
 
 def _computed(e: ComputedEntry, scope: _Scope) -> Any:
+    """An entry of a computation, whose CasADi function is called once for all entries at the same arguments."""
     key = (e.computation, *e.arguments)
     if key not in scope.computed:
         scope.computed[key] = e.computation.function(casadi.vertcat(*[_scalar(a, scope) for a in e.arguments]))
@@ -226,6 +228,7 @@ def _product(e: Any, scope: _Scope) -> Any:
 
 
 def _power(base: Any, exponent: Any, scope: _Scope) -> Any:
+    """base**exponent: integer powers by products, then sqrt, exp, or pow."""
     value = _scalar(base, scope)
     if exponent.is_Integer:
         n = int(exponent)

@@ -1,4 +1,4 @@
-"""Simplification of equations of motion that were derived from energies: products of sines and cosines become sums."""
+"""Simplification of derived equations of motion: products of sines and cosines become sums of harmonics."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from sympy.simplify.fu import TR8
 from codegen.spec.functions import Magnitude, Sgn
 
 LONGEST = 4000
+"""Number of operations above which an expression is not simplified."""
 HIGHEST_POWER = 6
+"""Largest power of a sum that is expanded."""
 
 
 def compact(expression: Any) -> Any:
@@ -30,7 +32,7 @@ def compact(expression: Any) -> Any:
     forms = [expanded, expression]
     if expanded.has(sympy.sin, sympy.cos) and sympy.count_ops(expanded) <= LONGEST:
         forms.insert(0, sympy.expand(TR8(expanded)))
-    return _own_functions(min(forms, key=sympy.count_ops))  # of equals the first: equal expressions come out equal
+    return _own_functions(min(forms, key=sympy.count_ops))  # the first of equal lengths: a canonical choice
 
 
 def _own_functions(expression: Any) -> Any:

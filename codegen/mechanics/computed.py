@@ -1,8 +1,8 @@
-"""SymPy functions that are defined by a CasADi expression, for quantities too large to be written symbolically.
+"""SymPy functions defined by a CasADi expression, for quantities too large for a symbolic expression.
 
-M(x) of a seven-joint arm has no readable expression, and its symbolic expansion does not end in useful time. Here each
-entry is one SymPy function of its arguments. It allows substitution and differentiation (the derivative, by CasADi, is
-another such function), and ``to_casadi`` inserts its definition, once for all entries at the same arguments.
+An example is M(x) of a seven-joint arm, whose symbolic expansion takes too long. Here each entry is one SymPy function
+of its arguments. It can be substituted in and differentiated (the derivative, by CasADi, is another such function), and
+``to_casadi`` inserts its definition, once for all entries at the same arguments.
 """
 
 from __future__ import annotations
@@ -88,14 +88,17 @@ class ComputedEntry(sympy.Function):
 
     @property
     def computation(self) -> Computation:
+        """The vector function of which this is an entry."""
         return cast(Computation, self.args[0])
 
     @property
     def index(self) -> int:
+        """Index of the entry."""
         return int(self.args[1])
 
     @property
     def arguments(self) -> tuple[Any, ...]:
+        """The arguments, in the order of ``Computation.names``."""
         return tuple(self.args[2:])
 
     @cached_property
@@ -114,6 +117,7 @@ class ComputedEntry(sympy.Function):
         return total
 
     def _eval_evalf(self, precision: int) -> Any:
+        """The numeric value; None if an argument is not a number."""
         values = [a.evalf(precision) for a in self.arguments]
         if not all(v.is_Float or v.is_Integer for v in values):
             return None
@@ -128,6 +132,7 @@ class ComputedEntry(sympy.Function):
     _sympyrepr = _sympystr
 
     def _latex(self, printer: Any, exp: str | None = None) -> str:
+        """The entry's text as upright LaTeX, with an exponent if one is given."""
         body = r"\mathrm{" + str(self).replace("_", r"\_") + "}"
         return rf"{body}^{{{exp}}}" if exp else body
 

@@ -1,4 +1,4 @@
-"""Contacts of a spec → ContactFriction: the law of each is looked up, its parameters are checked and become symbols."""
+"""Friction contacts of a spec as ``ContactFriction``: law by name, checked parameter values, parameter symbols."""
 
 from __future__ import annotations
 
@@ -14,10 +14,12 @@ from codegen.spec.quantity import refuse_other_unit
 from codegen.spec.units import dimension, parse_unit
 
 Values = dict[sympy.Symbol, Any]
+"""Parameter symbol → exact value."""
 Units = dict[sympy.Symbol, str]
+"""Parameter symbol → unit."""
 
 HINT = "what adds to a law, such as viscous friction, stands under `effects:` (`stiction effects`)"
-"""Said after an unknown law or parameter: many who write it look for a declared effect."""
+"""Hint in the message on an unknown law or parameter, which often belongs to a declared effect."""
 
 
 def build_contacts(spec: Spec, distribution: Matrix) -> tuple[tuple[ContactFriction, ...], Values, Units]:
@@ -78,6 +80,7 @@ def law_of(
 
 
 def _known_law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
+    """The law that a contact names; BadInput if there is no such law."""
     law = LAWS.get(contact.law)
     if law is None:
         synonym_of = ALSO_CALLED.get(contact.law.lower())
@@ -91,6 +94,7 @@ def _known_law(spec: Spec, key: str, contact: Contact) -> FrictionLaw:
 
 
 def _refuse_unknown_parameter(spec: Spec, key: str, law: FrictionLaw, name: str) -> None:
+    """Raise BadInput for a name that is no parameter of the law."""
     names = [p.name for p in law.parameters]
     expected = f"name, law, unit and {', '.join(names)} of the law {law.name}; {HINT}"
     refuse_unknown(name, names, spec.place(f"{key}.{name}"), "unknown key", expected, code="SPEC004")

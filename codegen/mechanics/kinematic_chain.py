@@ -1,4 +1,4 @@
-"""Kinematic tree → M(x) and the bias force h(x, v) in CasADi SX.
+"""Mass matrix M(x) and bias force h(x, v) of a kinematic tree, in CasADi SX.
 
 M is computed by the composite-rigid-body algorithm and h by the recursive Newton–Euler algorithm (Featherstone 2008,
 sections 6.2 and 5.3), in body coordinates. The recursion uses accelerations of points, so it needs no linear velocity.
@@ -22,7 +22,7 @@ from codegen.base.exact_numbers import exact_array
 from codegen.spec.motion import KinematicTree, MovingBody
 
 ROUNDING = Fraction(1, 10**14)
-"""A moment smaller than this share of the inertia is the rounding of a zero."""
+"""Share of the inertia up to which a second moment is set to zero, as a rounding error."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,7 @@ class Joint:
         return casadi.tril2symm(casadi.tril(self.placed @ m @ self.placed.T))
 
     def wrench_to_parent(self, moment: Any, force: Any) -> tuple[Any, Any]:
+        """Moment and force on the body in the parent's coordinates, the moment about the parent's origin."""
         turned = self.rotation @ force
         return self.rotation @ moment + cross(self.origin, turned), turned
 
@@ -124,7 +125,7 @@ def bias_force(tree: KinematicTree, positions: Any, velocities: Any, masses: Seq
     for i, body in enumerate(bodies):
         joint, rate = joints[i], velocities[i]
         back = joint.rotation.T
-        if body.parent < 0:  # a base that accelerates upwards feels like gravity
+        if body.parent < 0:  # gravity as an upward acceleration of the base
             w, dw, a = casadi.SX(3, 1), casadi.SX(3, 1), back @ -_column(tree.gravity)
         else:
             turning, angular, tensor, origin = motions[body.parent]
@@ -185,6 +186,7 @@ def _unit_acceleration(joint: Joint, points: Points) -> tuple[Any, Any]:
 
 
 def _along(joint: Joint, moment: Any, force: Any) -> Any:
+    """Generalised force of a joint: the component of the moment (revolute) or force (prismatic) along its axis."""
     return casadi.dot(joint.axis, moment if joint.revolute else force)
 
 
@@ -201,6 +203,7 @@ def _joint(body: MovingBody, position: Any) -> Joint:
 
 
 def _is_z(axis: Any) -> bool:
+    """Whether an axis is the z axis exactly."""
     return bool(casadi.DM(axis)[0] == 0 and casadi.DM(axis)[1] == 0 and casadi.DM(axis)[2] == 1)
 
 
@@ -215,8 +218,10 @@ def points_of(body: MovingBody) -> Points:
 
 
 def _column(values: Any) -> Any:
+    """Exact numbers as a column of doubles, SX."""
     return casadi.SX(casadi.DM([float(value) for value in values]))
 
 
 def _matrix(rows: Any) -> Any:
+    """Rows of exact numbers as a matrix of doubles, SX."""
     return casadi.SX(casadi.DM([[float(value) for value in row] for row in rows]))

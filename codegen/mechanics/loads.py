@@ -23,6 +23,7 @@ def with_loads(system: System) -> System:
 
 
 def _with_load(system: System, transmission: Transmission) -> System:
+    """The system with the load coordinate of one transmission."""
     i = transmission.coordinate
     x, v = system.positions[i], system.velocities[i]
     x_load, v_load = symbol(f"{x}_load"), symbol(f"{v}_load")

@@ -19,7 +19,9 @@ from codegen.spec.model import Contact, Spec, symbol
 from codegen.spec.motion import Body, Constraints, KinematicTree, Lagrangian, Topology, position_name, rate_name
 
 TOLERANCE = 1e-9
+"""Largest magnitude at sampled points of an expression that must be zero."""
 LARGEST_SYMBOLIC = 4
+"""Largest order of a transform with parameters that is inverted symbolically."""
 
 
 def equation_of_motion(spec: Spec, free: Sequence[LinkParameter] = ()) -> tuple[Matrix, Matrix, Matrix]:
@@ -74,6 +76,7 @@ def _distribution(spec: Spec, derived: Matrix) -> Matrix:
 
 
 def _equal(spec: Spec, a: Matrix, b: Matrix) -> bool:
+    """Whether two columns are equal, symbolically or at sampled points of the envelope."""
     difference = compact(Matrix(a - b))
     if difference == sympy.zeros(difference.rows, 1):
         return True
@@ -82,6 +85,7 @@ def _equal(spec: Spec, a: Matrix, b: Matrix) -> bool:
 
 
 def _words(column: Matrix) -> str:
+    """The entries of a column as text for a message."""
     return ", ".join(str(entry) for entry in column)
 
 

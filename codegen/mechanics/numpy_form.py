@@ -19,7 +19,7 @@ def numpy_function(
     Args:
         values: numbers for the other symbols.
     """
-    if not any(sympy.sympify(e).free_symbols for e in expressions):  # as of most actuators: compiling takes long
+    if not any(sympy.sympify(e).free_symbols for e in expressions):  # constants, as of most actuators: no compilation
         constant = [float(e) for e in expressions]
         return lambda *at: list(constant)
     others = {s for e in expressions for s in sympy.sympify(e).free_symbols} - set(arguments)

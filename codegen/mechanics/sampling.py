@@ -13,7 +13,9 @@ from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.spec.model import Spec, symbol
 
 POINTS = 12
+"""Number of sampled points."""
 SINGULAR = 1e-9
+"""Singular value of a scaled matrix up to which it counts as zero."""
 
 
 def position_range(spec: Spec, name: str, unit: str) -> tuple[float, float]:
@@ -68,6 +70,7 @@ def rank(matrix: Any, points: list[dict[sympy.Symbol, Any]]) -> int:
 
 
 def _rank(numbers: Any) -> int:
+    """The rank of a numeric matrix whose columns and rows are scaled to unit length first."""
     for axis in (0, 1):
         size = np.linalg.norm(numbers, axis=axis, keepdims=True)
         numbers = numbers / np.where(size == 0, 1, size)

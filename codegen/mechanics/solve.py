@@ -74,6 +74,7 @@ def factorised(mass: Any, reciprocals: bool = True) -> Factors:
 
 
 def _divided(value: Any, pivot: Any, reciprocals: bool) -> Any:
+    """value/pivot, with ``reciprocals`` as value · (1/pivot)."""
     return value * (1 / pivot) if reciprocals else value / pivot
 
 

@@ -1,4 +1,4 @@
-"""The mechanical system M(x) v' = g(x, v, w) − U λ as SymPy matrices, and the ways an effect may change it."""
+"""The mechanical system M(x) v' = g(x, v, w) − U λ as SymPy matrices, and the changes that effects make to it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ else:
 TIME = symbol("t")
 """Time from the start of the log, or from an observer's first sample, in s."""
 LONGEST_SLOPE = 200
-"""Operations of an entry of ∂g/∂w that is simplified by ``cancel``."""
+"""Largest number of operations of an entry of ∂g/∂w that is simplified by ``cancel``."""
 
 
 @dataclass(frozen=True)
@@ -131,36 +131,40 @@ class System:
 
     @property
     def degrees_of_freedom(self) -> int:
+        """n, the number of coordinates."""
         return len(self.positions)
 
     @property
     def x(self) -> Matrix:
+        """The positions, n by 1."""
         return Matrix(self.positions)
 
     @property
     def v(self) -> Matrix:
+        """The velocities, n by 1."""
         return Matrix(self.velocities)
 
     @cached_property
     def slip_velocity(self) -> Matrix:
-        """U' v, one row a contact."""
+        """The slip velocities u = U' v, contacts by 1."""
         return Matrix(self.distribution.T * self.v)
 
     @property
     def slip_position(self) -> Matrix:
-        """s = U' x, one row a contact."""
+        """The slip positions s = U' x, contacts by 1."""
         return Matrix(self.distribution.T * self.x)
 
     @property
     def input_matrix(self) -> Matrix | NonlinearInput:
         """The input matrix B of g = g₀(x, v) + B(x, v) w, n by inputs, with w the commands.
 
-        Where g is not linear in w, it is a NonlinearInput instead, which says where.
+        If g is not linear in w, a NonlinearInput that names the coordinate and the input.
         """
         static = {w: a.static(w) for w, a in self.actuators.items() if a.lag is None}
         return _input_matrix(_over(self.force, static), self.positions, self.inputs)
 
     def actuator(self, index: int) -> Actuator:
+        """The actuator model of an input; that of a direct input if none is declared."""
         return self.actuators.get(self.inputs[index], Actuator())
 
     def commanded(self, expression: Any) -> Any:
@@ -226,24 +230,27 @@ class System:
         return usual
 
     def contact_index(self, name: str) -> int:
+        """Index of the contact with this name; ValueError if there is none."""
         return [c.name for c in self.contacts].index(name)
 
     def position_index(self, name: str) -> int:
+        """Index of the position with this name; ValueError if there is none."""
         return [x.name for x in self.positions].index(name)
 
-    # What an effect may do to a system; each returns a new one.
+    # Changes that effects make; each method returns a new system.
 
     def with_parameters(self, values: Mapping[sympy.Symbol, Any], units: Mapping[sympy.Symbol, str]) -> System:
+        """Add parameters: symbol → exact value in SI, and symbol → unit."""
         return replace(self, values={**self.values, **values}, units={**self.units, **units})
 
     def with_force(self, coordinate: int, expression: sympy.Expr) -> System:
-        """Add a generalised force (positive pushes towards +x)."""
+        """Add a generalised force to a coordinate, positive in the direction of +x."""
         force = self.force.as_mutable()
         force[coordinate] += expression
         return replace(self, force=Matrix(force))
 
     def with_inertia(self, coordinate: int, expression: sympy.Expr) -> System:
-        """Add to M on the diagonal."""
+        """Add an inertia to a coordinate, on the diagonal of M."""
         mass = self.mass_matrix.as_mutable()
         mass[coordinate, coordinate] += expression
         return replace(self, mass_matrix=Matrix(mass))
@@ -276,6 +283,7 @@ class System:
         return replace(self, transmissions=(*self.transmissions, transmission))
 
     def _with_contact(self, index: int, **change: Any) -> System:
+        """The system with some fields of a contact changed."""
         contacts = list(self.contacts)
         contacts[index] = replace(contacts[index], **change)
         return replace(self, contacts=tuple(contacts))
@@ -297,8 +305,8 @@ def _input_matrix(
             if slope.has(*inputs):
                 slope = compact(slope)
             if slope.has(*inputs) and sympy.count_ops(slope) <= LONGEST_SLOPE:
-                slope = sympy.cancel(slope)  # a quotient in which w falls out
-            # a step in w has no slope, and ``sgn`` says that its own is zero
+                slope = sympy.cancel(slope)  # a quotient in which w cancels
+            # a discontinuity in w is not seen in the slope: that of ``sgn`` is zero
             steps = [f for f in force[i].atoms(sympy.Function) if f.has(entry)]
             if slope.has(*inputs) or steps:
                 return NonlinearInput(position.name, entry.name, slope)
