@@ -1,1 +1,1 @@
-"""What every station uses and what knows nothing of friction: errors, files, text, resources, compiler, terminal."""
+"""General services, independent of friction: errors, files, text, resources, compiler, terminal."""

@@ -1,4 +1,4 @@
-"""Types of NumPy arrays by what they hold; shapes are in the docstrings of those who use them."""
+"""Types of NumPy arrays by the type of their entries; shapes are in the docstrings of their users."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -31,7 +31,8 @@ _NAMES: dict[Any, tuple[type | tuple[type, ...], str]] = {
     Mapping: (Mapping, "a mapping"),
     Sequence: ((Sequence, Set), "a list"),
 }
-"""Type of an annotation → what fits it, and its words. Types that are not here, and are no classes, are not checked."""
+"""Type of an annotation → (admissible type of an argument, its name in messages). A class that is not here stands for
+itself; other annotations are not checked."""
 
 
 def refuse_wrong_arguments(work: Callable[..., object], given: tuple[object, ...], named: Mapping[str, object]) -> None:
@@ -62,14 +63,17 @@ def _found(value: object) -> str:
 
 
 def _one(noun: str) -> str:
+    """A noun with its indefinite article."""
     return f"{'an' if noun[0] in 'aeioAEIO' else 'a'} {noun}"
 
 
 def _alternatives(hint: Any) -> tuple[Any, ...]:
+    """The members of a union, or the annotation alone."""
     return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
 
 
 def _fits(value: object, hint: Any) -> bool:
+    """Whether a value has a type that the annotation allows; entries of lists and mappings are checked too."""
     return any(_fits_one(value, one) for one in _alternatives(hint))
 
 
@@ -110,6 +114,7 @@ def _words(hint: Any) -> str:
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 OURS = (BadInput, InternalError, BrokenPipeError)
+"""Exceptions that every verb may raise."""
 
 
 def verb_that_raises(

@@ -1,4 +1,7 @@
-"""The local C compiler: generated C → a shared library that computes the same bits as the Python twin; its loading."""
+"""Compilation of generated C with the local compiler, a cache of the results, and loading of shared libraries.
+
+The library computes the same bits as the Python twin.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +22,9 @@ from codegen.base.files import sha256, write_all
 from codegen.base.temporary import in_temporary_folder, private_folder, refuse_replaceable, temporary_directory
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-s")
-"""No debug data and no path in the result, so that the same sources give the same bytes."""
+"""Compiler options. The library has no debug data and no path, so that the same sources give the same bytes."""
 LONGEST_MESSAGE = 400
+"""Largest number of characters of the compiler's messages that an error quotes."""
 
 
 def find_compiler() -> tuple[str, ...] | None:
@@ -96,14 +100,16 @@ def load_library(library: bytes) -> ctypes.CDLL:
 
 
 FOLDER = "stiction-libraries"
+"""Beginning of the name of the cache folder in the temporary directory; the user's id follows."""
 LARGEST = 1 << 28
-"""Bytes: largest library that is cached."""
+"""Largest size of a cached file that is read, bytes."""
 MOST_CACHED = 1 << 27
-"""Bytes of all cached results; those that were not used for longest are removed."""
+"""Largest size of the cache, bytes; above it the least recently used results are removed."""
 SWEPT = 16
-"""They are counted when a process caches its first result, and again after each 1/16 of these bytes: the cache of a
-machine in use holds thousands of files, and to look at all of them takes as long as to compile one."""
+"""The size of the cache is computed when a process caches its first result, and again after each MOST_CACHED/SWEPT
+bytes. The cache may have thousands of files, and to list them takes as long as one compilation."""
 _uncounted: dict[Path, int] = {}
+"""Cache folder → bytes added since its size was computed."""
 
 
 def cached_library(sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ()) -> bytes:
@@ -178,6 +184,7 @@ def _checked(kept: Path) -> bytes | None:
 
 
 def _digest(library: bytes) -> bytes:
+    """The first line of a cached file: the SHA-256 of the result that follows."""
     return f"{hashlib.sha256(library).hexdigest()}\n".encode()
 
 

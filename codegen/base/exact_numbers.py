@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 DIGITS = 40
+"""Number of decimals of sines, cosines and roots."""
 RIGHT_ANGLE = Fraction(1, 10**15)
-"""A double that means π/2 is this near to it: a sine or cosine smaller than this is zero."""
+"""Largest magnitude of a sine or cosine that is set to zero: a double nearest to π/2 differs from it by less."""
 
 LARGEST_ORDER = 16
+"""Largest order of a matrix whose eigenvalues are computed to thirty digits."""
 
 Exact = NDArray[np.object_]
 """An array of Fractions; NumPy multiplies such arrays by Python's own arithmetic, without BLAS."""
@@ -63,7 +65,7 @@ def square_root(square: Fraction) -> Fraction:
     return Fraction(math.isqrt(square.numerator * scale // square.denominator), math.isqrt(scale))
 
 
-@lru_cache(maxsize=4096)  # axes of gains and sample times are asked for again and again
+@lru_cache(maxsize=4096)  # the same axes of gains and sample times are computed many times
 def power_of_ten(exponent: float) -> float:
     """10 to a power, correctly rounded."""
     with mpmath.workdps(DIGITS):
@@ -71,6 +73,7 @@ def power_of_ten(exponent: float) -> float:
 
 
 def _rational(value: Any) -> Fraction:
+    """A number of mpmath rounded to ``DIGITS`` decimals."""
     return Fraction(int(mpmath.nint(value * mpmath.mpf(10) ** DIGITS)), 10**DIGITS)
 
 
@@ -99,7 +102,7 @@ def eigenvalues(matrix: NDArray[np.float64]) -> NDArray[np.complex128]:
 @lru_cache(maxsize=64)
 def _eigenvalues(rows: tuple[tuple[float, ...], ...]) -> tuple[complex, ...]:
     if len(rows) == 1:
-        return (complex(rows[0][0]),)  # of one row mpmath returns something else
+        return (complex(rows[0][0]),)  # for order 1 mpmath returns another type
     with mpmath.workdps(30):
         found = mpmath.eig(mpmath.matrix([list(row) for row in rows]), left=False, right=False)
         size = max([abs(z) for z in found], default=mpmath.mpf(0))

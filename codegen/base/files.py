@@ -17,6 +17,7 @@ from codegen.base.temporary import sweep_files, take_place, temporary_file
 
 
 def sha256(text: str) -> str:
+    """The SHA-256 of a text in UTF-8, in hexadecimal digits."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -97,7 +98,7 @@ def json_of(path: Path, form: str) -> dict[str, Any] | None:
 
 
 def remove(path: Path) -> None:
-    """Remove a file of ours. Raises BadInput where it cannot be."""
+    """Remove a file that stiction wrote, if it exists. Raises BadInput if it cannot be removed."""
     with writing(path, "removed"):
         path.unlink(missing_ok=True)
 

@@ -126,6 +126,7 @@ def identity(path: str | Path) -> str:
 
 
 def _special(path: Path) -> str | None:
+    """The kind of the file at a path, as ``_kind``; None also if it cannot be determined."""
     try:
         return _kind(path.stat().st_mode)
     except (OSError, ValueError):

@@ -45,6 +45,7 @@ def noted() -> Iterator[None]:
 
 
 def _note(number: int, frame: object) -> None:
+    """Signal handler: record Ctrl-C and raise KeyboardInterrupt."""
     global _asked
     _asked = True
     raise KeyboardInterrupt

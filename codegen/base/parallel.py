@@ -1,6 +1,6 @@
-"""Work on several cores: threads for runs of compiled code, which leave the interpreter free, and processes for fits.
+"""Parallel computation: threads for compiled code, which releases the interpreter lock, and processes for fits.
 
-Results do not depend on the number of cores: each is computed on its own, and they are returned in the order of the
+Results do not depend on the number of cores: each is computed independently, and they are returned in the order of the
 items.
 """
 
@@ -23,9 +23,9 @@ from typing import Any, TypeVar
 
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 WORKERS, PROCESSES = max(1, min(2, CORES)), max(1, min(4, CORES))
-"""Most threads, and most processes, this one included."""
+"""Largest number of threads, and of processes including this one."""
 MOST_ITEMS = 8192
-"""Of one call of ``in_processes``: their indices lie in a pipe, which holds 64 KiB."""
+"""Largest number of items for which ``in_processes`` forks: their indices are in a pipe, which has 64 KiB."""
 _DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 Item = TypeVar("Item")
@@ -155,6 +155,7 @@ def in_another_process(function: Callable[..., Result], *arguments: Any) -> Call
 
 
 def _may_fork() -> bool:
+    """Whether processes are allowed and this is not a nested call."""
     return _forks and not getattr(_inside, "busy", False)
 
 
@@ -206,7 +207,7 @@ class _Child:
         ctypes.CDLL(None).prctl(_DIES_WITH_PARENT, int(signal.SIGKILL))
         _inside.busy = True
         found, written = {}, io.BytesIO()
-        with suppress(Exception):  # the parent computes what is missing, and meets the error
+        with suppress(Exception):  # the parent computes missing items itself, which raises the error there
             for k in order:
                 found[k] = function(items[k])
         _Pickler(written, self._shared).dump(found)
@@ -223,6 +224,7 @@ class _Child:
         return found
 
     def end(self) -> None:
+        """Kill the process, if it still runs, and wait for its end."""
         os.close(self._answer)
         with suppress(ProcessLookupError):
             os.kill(self._process, signal.SIGKILL)
@@ -252,4 +254,5 @@ class _Unpickler(pickle.Unpickler):
 
 
 def _enter() -> None:
+    """Mark this thread as a worker, in which nested calls run serially."""
     _inside.busy = True

@@ -23,7 +23,7 @@ def of_quaternion(quaternion: Array) -> Array:
 
 
 def roll_pitch_yaw(r: Any) -> list[float]:
-    """Angles of a rotation matrix; with a pitch of a quarter turn the roll is zero."""
+    """[roll, pitch, yaw] of a rotation matrix, rad, about fixed axes x, y, z; for a pitch of ±π/2 the roll is zero."""
     pitch = atan2(-r[2, 0], sqrt(r[0, 0] ** 2 + r[1, 0] ** 2))
     if abs(abs(pitch) - pi / 2) < 1e-9:
         return [0.0, float(pitch), float(atan2(-r[0, 1], r[1, 1]))]

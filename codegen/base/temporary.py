@@ -1,4 +1,4 @@
-"""Temporary files and folders of a run: locked while in use; what a killed run leaves is removed by a later run.
+"""Temporary files and folders of a run, locked while in use; a later run removes those of a killed one.
 
 A file or folder is removed only if this user owns it, its name is one that ``_new_name`` makes, and no process holds
 its lock. The operating system releases a lock when the process that holds it ends, however it ends.
@@ -158,6 +158,7 @@ def _ours(folder: Path, head: str) -> list[os.DirEntry[str]]:
 
 
 def _named(name: str, head: str) -> bool:
+    """Whether ``_new_name`` made a name: it has this head and the right hash."""
     found = _NAME.fullmatch(name)
     return found is not None and name == _new_name(head, found[1])
 

@@ -1,4 +1,4 @@
-"""Where the commands print: results and errors."""
+"""Consoles to which commands print results (stdout) and errors (stderr)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from codegen.base.user_text import terminal_text
 
 
 class PlainConsole(Console):
-    """A console on which text is only text: no markup, and what a terminal would obey is written as an escape."""
+    """A console that prints text without markup, with control characters written as escapes."""
 
     def __init__(self, stderr: bool = False) -> None:
         super().__init__(stderr=stderr, soft_wrap=True, highlight=False, markup=False, emoji=False)
@@ -38,7 +38,9 @@ class PlainConsole(Console):
 
 
 output = PlainConsole()
+"""Console of results."""
 errors = PlainConsole(stderr=True)
+"""Console of errors and progress."""
 
 
 @contextmanager

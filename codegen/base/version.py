@@ -1,3 +1,3 @@
-"""The one place that knows the version; pyproject.toml reads it from here."""
+"""Version of the package; pyproject.toml reads it from here."""
 
 VERSION = "0.1.0"

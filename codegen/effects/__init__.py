@@ -1,4 +1,4 @@
-"""The catalogue of physical effects that a model may lack. To add one: a file with its class, an entry in CATALOGUE."""
+"""Catalogue of the physical effects that a model may lack. To add one: a file with its class, an entry in CATALOGUE."""
 
 from codegen.effects.compliance import Backlash, Compliance
 from codegen.effects.effect import Confusion, Effect, EffectParameter
@@ -53,5 +53,6 @@ CATALOGUE: dict[str, Effect] = {
         DriveBackdriveFriction(),
     )
 }
+"""Kind → effect; those of a user are added by ``register``."""
 
 __all__ = ["CATALOGUE", "Confusion", "Effect", "EffectParameter"]

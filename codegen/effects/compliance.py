@@ -23,24 +23,27 @@ SHARE = EffectParameter("load_fraction", "1", "share ρ of the inertia behind th
 FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
 """Starting values of the resonance frequency, as multiples of the log's cutoff frequency."""
 LOADS = (0.3, 0.65)
+"""Starting values of the load fraction."""
 DAMPING_RATIOS = (0.15, 0.6)
+"""Starting values of the damping ratio of the resonance: lightly and well damped."""
 GAPS, GAP_RATIO = 5, 1.25
-"""Number of starting gaps for every coupling, and ratio of those tried with a well damped coupling of medium
-stiffness. The loss of a free run is informative only within about a quarter of the true gap, but then for any
-coupling near the true one."""
+"""Number of starting gaps for every coupling, and ratio of neighbouring gaps for well damped couplings of medium
+stiffness. The free-run error depends on the gap only within about a quarter of the true gap, but then for any coupling
+near the true one."""
 FOLLOWED_LOADS, FOLLOWED_RATIO = (0.25, 0.45, 0.65), 1.5
 """Load fractions, and ratio of neighbouring gaps, of the grid of ``Effect.followed``, with well damped contacts. The
 force residual changes gradually with both, and gives the friction level too."""
 RESTARTED, RINGING = 14, 0.04
+"""Number of load fractions, and damping ratio, from which a fit of compliance is repeated with the fitted stiffness."""
 RESTARTED_LOADS, IMPACT = (0.15, 0.35, 0.55, 0.75), 0.3
-"""Load fractions, and a damping ratio, from which a fit of backlash starts again with the stiffness that it found.
-Slow motion under gravity shows the stiffness alone, so the first fit may end at a load fraction that is far off. The
-simulated phase of a lightly damped load is then wrong, unless its frequency is right to about its damping ratio."""
+"""Load fractions, and damping ratio, from which a fit of backlash is repeated with the fitted stiffness. Slow motion
+under gravity depends on the stiffness only, so the load fraction of the first fit may be wrong by far. The simulated
+phase of a lightly damped load is then wrong, unless its frequency is right to about its damping ratio."""
 LEAST_LOAD = 0.02
-"""Least load fraction that a diagnosis accepts. A lighter load acts at its resonance alone and can imitate a
-disturbance that is periodic in time."""
+"""Least load fraction that a diagnosis accepts. The effect of a lighter load is at its resonance only, and can be the
+same as that of a disturbance periodic in time."""
 SEEN_GAP = 2.0
-"""Least gap, in standard deviations of the position noise, at which backlash can be told from compliance."""
+"""Least gap, in standard deviations of the position noise, for which backlash is distinguishable from compliance."""
 
 
 class _OnAxis(Effect):

@@ -9,8 +9,9 @@ from math import inf
 import numpy as np
 
 LARGEST_EXPONENT = 300.0
+"""Largest magnitude of an argument of exp."""
 NEAREST = 2.0**-52
-"""Distance to an upper bound, over that between the bounds, below which a value counts as at this distance."""
+"""Least distance of a value to its upper bound, relative to the distance of the bounds."""
 
 
 class Coordinate(ABC):
@@ -82,6 +83,8 @@ class Between(Coordinate):
 
 
 FREE = Free()
+"""Coordinate of a parameter without bounds."""
 ANGLE = Free(of_unit_size=True)
+"""Coordinate of an angle, rad."""
 PERIOD = Above(reach=0.2)
-"""A period may change by a fifth: beyond, another number of waves fits in the stroke."""
+"""Coordinate of a period, which may change by a fifth; after a larger change the stroke has another number of waves."""

@@ -18,7 +18,7 @@ from codegen.spec.model import DeclaredEffect, Spec, symbol
 from codegen.spec.quantity import refuse_other_unit
 
 FAR_VALUE = 1e9
-"""Of a parameter: where a condition on values, such as at most the friction level, does not hold."""
+"""Parameter value so large that a condition such as |d| ≤ friction level is violated, if there is one."""
 
 
 def places_of(effect: Effect, system: System) -> list[str]:
@@ -73,6 +73,7 @@ def add_declared_effects(system: System, spec: Spec) -> System:
 
 
 def _refuse_unknown_kinds(spec: Spec) -> None:
+    """Raise BadInput for declared effects of unknown kind, all of them together."""
     faults = Faults()
     for index, declared in enumerate(spec.effects):
         with faults.noting():
@@ -82,11 +83,12 @@ def _refuse_unknown_kinds(spec: Spec) -> None:
 
 
 def effect_symbols(effect: Effect, on: str, system: System) -> dict[str, sympy.Symbol]:
-    """Parameter symbols named kind_place_parameter, numbered when the same effect is there twice."""
+    """Parameter → its symbol kind_place_parameter; with a number for a second effect of the kind at the place."""
     return _symbols(effect, on, {s.name for s in system.values})
 
 
 def _symbols(effect: Effect, on: str, taken: Collection[str]) -> dict[str, sympy.Symbol]:
+    """The symbols of ``effect_symbols``, with names that are not in ``taken``."""
     head, suffix, count = f"{effect.kind}_{on.replace(', ', '_')}", "", 1
     while any(f"{head}{suffix}_{p.name}" in taken for p in effect.parameters):
         count += 1
@@ -136,6 +138,7 @@ def unit_words(effect: Effect, place: int, system: System) -> dict[str, str]:
 
 
 def _add(system: System, spec: Spec, index: int, declared: DeclaredEffect) -> System:
+    """The system with one declared effect; raises BadInput as ``add_declared_effects``."""
     key = f"effects[{index}]"
     if declared in spec.effects[:index]:
         found = f"the same {declared.kind} on {', '.join(declared.on)} twice"
@@ -275,6 +278,7 @@ def added(
 
 
 def _consists_of(system: System) -> tuple[Any, ...]:
+    """Coordinates, inputs and names of contacts, which an effect must not change."""
     names = [c.name for c in system.contacts]
     return system.positions, system.velocities, system.inputs, names
 
@@ -294,6 +298,7 @@ def _changed(before: System, after: System) -> Iterator[Any]:
 
 
 def _law(contact: ContactFriction) -> Iterator[Any]:
+    """The expressions of a contact's law: level and, for a law with states, force and rates."""
     law, p = contact.law, contact.law_parameters
     yield contact.law_level
     if isinstance(law, DynamicLaw):

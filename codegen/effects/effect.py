@@ -1,7 +1,7 @@
-"""The base class of effects: a physical effect that a model may lack, as parameters, a place and a change of System.
+"""Base class of effects: a physical effect that a model may lack, given by parameters, a place and a change of System.
 
-Everything else follows from that change: the added force, free-run simulation in diagnosis, the terms in Ψ, the
-certificate and the generated code.
+The change determines the added force, the free-run simulation in diagnosis, the terms in Ψ, the certificate and the
+generated code.
 """
 
 from __future__ import annotations
@@ -22,13 +22,16 @@ from codegen.effects.start import Covered, Start
 from codegen.mechanics.system import Matrix, System
 
 Place = Literal["contact", "coordinate", "two coordinates", "axis", "input", "sensor"]
+"""Kind of place at which an effect acts."""
 Axis = Literal["velocity", "position", "load", "time", "acceleration", "input", "input rate"]
+"""Variable over which a residual is plotted."""
 Symbols = Mapping[str, sympy.Symbol]
+"""Name of a parameter → its symbol."""
 
 SHARES = (0.1, 0.5)
 """Default starting values of a shape parameter, as shares of ``Covered.size``."""
 PROBE = 1e-3
-"""Step of a scale parameter for a difference quotient, as a share of ``Covered.size``: small enough to be linear."""
+"""Step of a scale parameter in a difference quotient, as a share of ``Covered.size``; the force is linear over it."""
 
 
 @dataclass(frozen=True)

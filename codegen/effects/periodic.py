@@ -166,6 +166,7 @@ class PositionDependentFriction(Periodic):
 
 
 STEEPEST = 0.5
+"""Upper bound of the slope of a sensor's error over position."""
 
 
 class EncoderEccentricity(Periodic):

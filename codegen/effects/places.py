@@ -1,4 +1,4 @@
-"""Coordinates on which contacts and inputs act: they decide where an effect applies, and which are equivalent.
+"""Coordinates on which contacts and inputs act; on them depends where an effect applies and which are equivalent.
 
 Effects are equivalent ("twins") where they give the same equation of motion and differ only in the names of the forces.
 Which ones are depends on how many contacts and inputs act on a coordinate.

@@ -19,6 +19,7 @@ from codegen.spec.reserved import is_identifier
 from codegen.spec.units import is_written
 
 LIST = "EFFECTS"
+"""Name of the list in a user's file."""
 
 
 def register(effect: Effect, where: str = "an effect") -> None:

@@ -48,6 +48,7 @@ class Covered:
 
     @property
     def half_span(self) -> float:
+        """Half the distance from the lowest to the highest position."""
         return self.span / 2
 
     @property
@@ -73,6 +74,7 @@ class Covered:
 
 
 Start = Callable[[Covered], Sequence[float]]
+"""Function that gives the starting values of a shape parameter."""
 
 
 def speeds(covered: Covered) -> Sequence[float]:
