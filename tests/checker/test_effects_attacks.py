@@ -91,8 +91,8 @@ C_TEXTS: list[tuple[str, str, str, str]] = [
     ("stribeck", "#include <math.h>\n", "#include <math.h>\n#define exp(u) 1.0\n", FORM),
     ("stribeck", "#include <math.h>\n", "#define exp(u) 1.0\n#include <math.h>\n", FORM),
     ("stribeck", STEP, f"    double (*exp)(double) = cos;\n{STEP}", "cannot be read"),
-    ("friction_drift", "state->t + parameters->sample_time;\n\n    /* one", "state->t + 2.0 * parameters->sample_time;"
-     "\n\n    /* one", "moves otherwise in the machine"),
+    ("friction_drift", "state->t + parameters->sample_time;\n\n    /* this", "state->t + 2.0 * parameters->sample_time;"
+     "\n\n    /* this", "moves otherwise in the machine"),
     ("friction_drift", "const double t_next = state->t ", "const double t_next = 1.5 * state->t ", "moves otherwise"),
     ("friction_drift", "const double t_next = state->t ", "const double t_next = v_hat + state->t ", "moves otherwise"),
     ("friction_drift", "T * state->t))", "T * state->t * 2.0))", OTHER),
