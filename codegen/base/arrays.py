@@ -4,4 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+"""Array of doubles."""
 Flags = NDArray[np.bool_]
+"""Array of truth values."""

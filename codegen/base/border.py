@@ -78,6 +78,7 @@ def _fits(value: object, hint: Any) -> bool:
 
 
 def _fits_one(value: object, hint: Any) -> bool:
+    """As ``_fits``, for an annotation that is no union."""
     kind, inner = get_origin(hint) or hint, get_args(hint)
     if kind is Callable:
         return callable(value)

@@ -190,9 +190,11 @@ def nearest_name(word: str, known: Iterable[str]) -> str | None:
 
 
 _NUMBER = re.compile(r"(?<=\w)_?\d+$")
+"""Number at the end of a name."""
 
 
 def _struck_once(word: str) -> str:
+    """The word with repeated letters reduced to one."""
     return re.sub(r"(.)\1+", r"\1", word)
 
 

@@ -101,6 +101,7 @@ def eigenvalues(matrix: NDArray[np.float64]) -> NDArray[np.complex128]:
 
 @lru_cache(maxsize=64)
 def _eigenvalues(rows: tuple[tuple[float, ...], ...]) -> tuple[complex, ...]:
+    """The eigenvalues of a matrix given by its rows; parts below 10⁻¹⁴ of the largest are zero."""
     if len(rows) == 1:
         return (complex(rows[0][0]),)  # for order 1 mpmath returns another type
     with mpmath.workdps(30):

@@ -176,6 +176,7 @@ def write_all(folder: Path, files: Mapping[str, str | bytes] | Mapping[str, str]
 
 
 def _refuse_special(path: Path) -> None:
+    """Raise BadInput if the path is a folder, a device or a pipe."""
     if path.is_dir() or (path.exists() and not path.is_file()):
         found = f"cannot be written ({'a folder' if path.is_dir() else 'a device or a pipe'} of that name exists)"
         raise BadInput(str(path), found, "a file, or a free name", code="FILE003")

@@ -22,6 +22,7 @@ from functools import partial
 from typing import Any, TypeVar
 
 CORES = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+"""Number of cores that this process may use."""
 WORKERS, PROCESSES = max(1, min(2, CORES)), max(1, min(4, CORES))
 """Largest number of threads, and of processes including this one."""
 MOST_ITEMS = 8192
@@ -31,8 +32,11 @@ _DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 _inside = threading.local()
+"""``busy`` is True in a worker thread or process, where nested calls run serially."""
 _background: set[Future[Any]] = set()
+"""Work of ``in_background`` that is running."""
 _forks = False
+"""Whether processes may be forked (``allow_processes``)."""
 
 
 def in_parallel(function: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:

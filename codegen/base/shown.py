@@ -84,5 +84,6 @@ def plain(value: object) -> Any:
 
 
 def _texts(shown: Shown) -> list[tuple[str, str]]:
+    """(label, value as text) of each entry of a summary; floats to four digits."""
     values = shown.summary.items()
     return [(name, f"{value:.4g}" if isinstance(value, float) else str(value)) for name, value in values]

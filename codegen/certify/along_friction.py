@@ -183,6 +183,7 @@ def _axes(analysis: Analysis, contact: int) -> ContactAxes:
     bounded = all(rates[v] in ranges for v in slip.free_symbols)
 
     def reach(of: Mapping[Any, Any]) -> Any:
+        """Σ |∂u/∂v| max |v|, or with v' in place of v by ``of``: velocity → symbol."""
         return sum(abs(slip.coeff(v)) * max(map(abs, ranges[of.get(v, v)])) for v in slip.free_symbols)
 
     return ContactAxes(
@@ -249,7 +250,7 @@ def _without_kinks(expression: Any, box: Box, parts: dict[Any, sympy.Symbol]) ->
 
 def _symmetric(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...]) -> bool:
     """Whether A is the same for both signs of every σ, checked in exact numbers at ``POINTS`` random points."""
-    observer, dice = dynamics.observer, random.Random(3)
+    observer, generator = dynamics.observer, random.Random(3)
     values = {**observer.values, sympy.Symbol("h", real=True): observer.sample_time}
     mass = observer.system.mass_matrix.subs(observer.values).inv()
     values |= {w: mass[i, j] for w, (i, j) in dynamics.inverse_mass.items()}
@@ -264,11 +265,11 @@ def _symmetric(dynamics: ErrorDynamics, axes: tuple[ContactAxes, ...]) -> bool:
 
     drawn = [v for a in axes for v in a.symbols] + [*observer.level_ranges]
     for _ in range(POINTS):
-        point = {v: sympy.Rational(dice.choice((-1, 1)) * dice.randrange(1, 3000), 1000) for v in drawn}
+        point = {v: sympy.Rational(generator.choice((-1, 1)) * generator.randrange(1, 3000), 1000) for v in drawn}
         here = at(point)
         for axis, level in zip(axes, flips, strict=True):
             other = {v: -x if v in axis.symbols else x for v, x in point.items()}
-            turn = [-1 if k == level else 1 for k in range(dynamics.sampled.rows)]
-            if at(other) != scaled(turn, here, turn):
+            flip_signs = [-1 if k == level else 1 for k in range(dynamics.sampled.rows)]
+            if at(other) != scaled(flip_signs, here, flip_signs):
                 return False
     return True

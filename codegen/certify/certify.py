@@ -79,8 +79,8 @@ def certify(
     found = _certified(analysis, stated, further, places)
     if isinstance(found, Certificate) and analysis.dynamics.observer.declared_levels:
         for share in SHARES:
-            if isinstance(over := _certified(about_declared(analysis, share), stated, further, places), Certificate):
-                return over
+            if isinstance(wider := _certified(about_declared(analysis, share), stated, further, places), Certificate):
+                return wider
     return found
 
 
@@ -212,10 +212,10 @@ def _with_turning(
     if exact is not None and _none_through_turns(observer, kept, exact):
         return replace(found, no_turning=True)
     if len(cells.matrices) <= MOST_TURNING:
-        serving = common_lyapunov(cells.matrices, h, kept)
-        if serving is not None:
+        common = common_lyapunov(cells.matrices, h, kept)
+        if common is not None:
             with suppress(verify.Refused):
-                part = base, Found(family, *serving, cells.splits)
+                part = base, Found(family, *common, cells.splits)
                 return replace(found, turning=proved([part], analysis, turning=True)[0][0])
     return found
 

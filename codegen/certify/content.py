@@ -74,8 +74,8 @@ def frame(
 
 def _meaning(error: ErrorVariable, observer: Observer) -> str:
     """What an error component is, in words; that of a level is certified as a force, times the sign of slip."""
-    turned = observer.level_errors and error.contact is not None
-    return f"sign of slip times ({error.meaning})" if turned else error.meaning
+    signed = observer.level_errors and error.contact is not None
+    return f"sign of slip times ({error.meaning})" if signed else error.meaning
 
 
 @dataclass(frozen=True)
@@ -136,12 +136,12 @@ def proved(
 
 
 def _content(
-    base: Mapping[str, Any], found: Found, analysis: Analysis, digits: int, turning: bool, turns: bool
+    base: Mapping[str, Any], found: Found, analysis: Analysis, digits: int, turning: bool, state_reversals: bool
 ) -> dict[str, Any]:
     """A certificate for a proposal, with P rounded to so many digits and the rate rounded down.
 
     Args:
-        turning, turns: as ``turning`` and ``reversals`` of ``proved``.
+        turning, state_reversals: as ``turning`` and ``reversals`` of ``proved``.
     """
     observer, h = analysis.dynamics.observer, analysis.dynamics.observer.sample_time
     exact = rounded_matrix(found.p, digits, np.sqrt(np.diag(found.p)))
@@ -149,7 +149,7 @@ def _content(
     share = float(rate * h)
     decay = 2 * math.log1p(share) if analysis.dynamics.implicit else -math.log1p(-2 * share)
     reversals = []
-    for contact in range(len(observer.signs)) if observer.level_errors and turns else ():
+    for contact in range(len(observer.signs)) if observer.level_errors and state_reversals else ():
         if flips := [k for k, e in enumerate(observer.errors) if e.contact == contact]:
             with suppress(np.linalg.LinAlgError, OverflowError):  # P is nearly singular: no entry for this reversal
                 reversals.append(turn_cost(exact, observer.system.contacts[contact].name, flips, decay))
@@ -207,8 +207,8 @@ def turn_cost(exact: list[list[Any]], contact: str, flips: list[int], decay: flo
         OverflowError: if the dwell time is infinite.
     """
     p = np.array(exact, dtype=float)
-    turn = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
-    growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, turn @ p @ turn)).real.max()))
+    j = np.diag([-1.0 if k in flips else 1.0 for k in range(len(p))])
+    growth = max(1.0, float(np.linalg.eigvals(np.linalg.solve(p, j @ p @ j)).real.max()))
     bound = rounded(growth * (1 + 1e-6) + 1e-6, 7) if growth > 1 + 1e-12 else sympy.Integer(1)
     dwell = math.ceil(math.log(float(bound)) / decay * (1 + 1e-9))
     return {"contact": contact, "flips": flips, "growth": rational_text(bound), "dwell_samples": int(dwell)}

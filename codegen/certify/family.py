@@ -30,7 +30,7 @@ PI_LOW = sympy.Rational("3.14159265358979323846")
 
 
 class NotEnclosable(Exception):
-    """Error: the error matrix cannot be expressed or enclosed in the form of a certificate; the message says why."""
+    """Error: a certificate cannot express or enclose the error matrix; the message gives the reason."""
 
 
 @dataclass(frozen=True)
@@ -93,12 +93,14 @@ def build_family(dynamics: ErrorDynamics, ranges: Mapping[sympy.Symbol, tuple[An
         theta += "_"  # the spec may have a coordinate of the name theta1
 
     def name_of(expression: Any) -> sympy.Symbol:
+        """The parameter of an expression; a new one if it has none yet."""
         if expression not in named:
             named[expression] = symbol(f"{theta}{len(named) + 1}")
             parameters[named[expression]] = expression
         return named[expression]
 
     def rewrite(entry: Any) -> Any:
+        """An entry of A with parameters in place of the varying factors of each term."""
         total = sympy.Integer(0)
         for term in sympy.Add.make_args(expand_products(entry)):
             coefficient, rest = term.as_coeff_Mul()
@@ -264,7 +266,7 @@ def _bounded_functions(entry: Any, extra: dict[Any, sympy.Symbol], ranges: Mappi
 
 
 def _known_sign(argument: Any, ranges: Mapping[sympy.Symbol, tuple[Any, Any]]) -> int:
-    """1 or −1 if interval arithmetic shows that sign of an expression on the ranges; 0 if it may change."""
+    """Sign of an expression on the ranges, 1 or −1, by interval arithmetic; 0 if it may change."""
     if not argument.free_symbols <= set(ranges):
         return 0
     box = {s.name: (fraction(low), fraction(high)) for s, (low, high) in ranges.items()}

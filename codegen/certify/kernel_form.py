@@ -142,9 +142,9 @@ def mean_velocity(observer: Observer) -> dict[Any, Any]:
     """
     if observer.integration != "exponential":
         return {}
-    h, shown = symbol("h"), observer.equations[0]
-    pushed = next(e.symbols for e in observer.equations if e.form == "mass_solve")
-    parts = zip(observer.system.positions, shown.expression, observer.rates, pushed, strict=False)
+    h, estimate = symbol("h"), observer.equations[0]
+    acceleration_symbols = next(e.symbols for e in observer.equations if e.form == "mass_solve")
+    parts = zip(observer.system.positions, estimate.expression, observer.rates, acceleration_symbols, strict=False)
     return {x: (1 - rate.diff(a)) / (h * value.diff(x)) for x, value, rate, a in parts}
 
 
@@ -331,6 +331,7 @@ class Writer:
         return e.func in (sympy.cos, sympy.sin) and e.args[0].is_Add and e.free_symbols <= self._positions
 
     def _sum(self, e: Any) -> str:
+        """The text of a sum."""
         written = ""
         for term in e.as_ordered_terms():
             minus = term.could_extract_minus_sign()
@@ -339,6 +340,7 @@ class Writer:
         return written
 
     def _product(self, e: Any) -> str:
+        """The text of a product or quotient."""
         above, below = sympy.fraction(e, exact=True)
         factors = sympy.Mul.make_args(above)
         if any(f.is_NumberSymbol for f in factors):  # the code has one decimal for the product of all numbers
@@ -354,6 +356,7 @@ class Writer:
         return f"({self._factor(e)})" if e.is_Pow else self._factor(e)
 
     def _factor(self, e: Any) -> str:
+        """The text of a factor, in parentheses if it is a sum or a negative number."""
         if e.is_Integer and e >= 0:
             return str(e)
         if e.is_Symbol:

@@ -209,14 +209,14 @@ def _feasible(
     used = []
     for stack, known in zip(stacks, worst, strict=True):
         count, last = min(first or len(stack), len(stack)), len(stack) - 1
-        begun = known if len(known) >= count else [*known, *map(int, np.linspace(0, last, count))]
-        used.append(sorted({k for k in begun if k <= last}))
+        start = known if len(known) >= count else [*known, *map(int, np.linspace(0, last, count))]
+        used.append(sorted({k for k in start if k <= last}))
     for _ in range(ROUNDS):
-        asked = [
+        conditions = [
             lyapunov_maps(stack[chosen], h, rate) / largest
             for stack, (_, rate), chosen in zip(stacks, groups, used, strict=True)
         ]
-        p = solve_lmi(np.concatenate(asked), structure)
+        p = solve_lmi(np.concatenate(conditions), structure)
         if p is None or np.linalg.eigvalsh(p)[0] <= 0:
             return None
         missing = False
@@ -340,36 +340,36 @@ def _of_one(a: Array, h: float, alpha: float) -> Array | None:
     return p if np.linalg.eigvalsh(p)[0] > 0 else None
 
 
-def recovery_at_reversals(p: Array, matrix: Array, h: float, turned: Sequence[Sequence[int]]) -> Array:
+def recovery_at_reversals(p: Array, matrix: Array, h: float, flips: Sequence[Sequence[int]]) -> Array:
     """Dwell times in samples, not rounded, after which V = e'Pe is back at its value before each reversal.
 
     log(g)/−log(1 − 2αh), where g is the least number with J'PJ ≤ gP and α the rate of P for this matrix; h > 0.
 
     Args:
         matrix: A.
-        turned: for each reversal the indices of the errors that change their sign.
+        flips: for each reversal the indices of the errors that change their sign.
 
     Raises:
         numpy.linalg.LinAlgError: if P is not positive definite.
     """
-    fall = 1 - 2 * least_rate(p, [matrix], h) * h
-    if not 0 < fall < 1:
-        return np.full(len(turned), math.inf)
-    return np.log(_growths(p, turned)) / -math.log(fall)
+    factor = 1 - 2 * least_rate(p, [matrix], h) * h
+    if not 0 < factor < 1:
+        return np.full(len(flips), math.inf)
+    return np.log(_growths(p, flips)) / -math.log(factor)
 
 
-def _signs(size: int, turned: Sequence[Sequence[int]]) -> list[Array]:
+def _signs(size: int, flips: Sequence[Sequence[int]]) -> list[Array]:
     """The diagonal of J for each reversal, with −1 at the errors that change their sign."""
-    return [np.where(np.isin(np.arange(size), list(each)), -1.0, 1.0) for each in turned]
+    return [np.where(np.isin(np.arange(size), list(each)), -1.0, 1.0) for each in flips]
 
 
-def _growths(p: Array, turned: Sequence[Sequence[int]]) -> Array:
+def _growths(p: Array, flips: Sequence[Sequence[int]]) -> Array:
     """The growth of V at each reversal: the largest generalised eigenvalue of (J'PJ, P)."""
-    return np.array([eigh(s[:, None] * p * s, p, eigvals_only=True)[-1] for s in _signs(len(p), turned)])
+    return np.array([eigh(s[:, None] * p * s, p, eigvals_only=True)[-1] for s in _signs(len(p), flips)])
 
 
 def short_recovery(
-    matrix: Array, h: float, turned: Sequence[Sequence[int]], fastest: Array
+    matrix: Array, h: float, flips: Sequence[Sequence[int]], fastest: Array
 ) -> tuple[Array, float] | None:
     """(P, its rate in 1/s) of one matrix with shorter dwell times at reversals, at ``RATE_KEPT`` of the best rate.
 
@@ -379,19 +379,19 @@ def short_recovery(
 
     Args:
         matrix: A.
-        turned: as in ``least_growth_at_reversals``.
+        flips: as in ``least_growth_at_reversals``.
         fastest: a P with about the best rate.
     """
     limit = decay_rate_limit([matrix], h)
-    if h == 0 or limit <= 0 or len(matrix) > LARGEST_TURNED or not turned:
+    if h == 0 or limit <= 0 or len(matrix) > LARGEST_TURNED or not flips:
         return None
     scale, rate = balance([matrix]), RATE_KEPT * limit
     (scaled,), start = _in(scale, [matrix]), fastest * scale[None, :] * scale[:, None]
     try:
-        p = _in_proportion(scaled, h, rate, turned, _growths(start, turned))
+        p = _in_proportion(scaled, h, rate, flips, _growths(start, flips))
         if p is None:
             return None
-        before, after = (recovery_at_reversals(each, scaled, h, turned).max() for each in (start, p))
+        before, after = (recovery_at_reversals(each, scaled, h, flips).max() for each in (start, p))
     except (np.linalg.LinAlgError, ValueError):
         return None
     if not after < before:
@@ -402,22 +402,22 @@ def short_recovery(
 
 
 def _in_proportion(
-    matrix: Array, h: float, rate: float, turned: Sequence[Sequence[int]], growths: Array
+    matrix: Array, h: float, rate: float, flips: Sequence[Sequence[int]], growths: Array
 ) -> Array | None:
     """The analytic centre of all P with this rate and with growths ≤ ``growths``^s, s ≤ 1 the least feasible; or None.
 
     s is a multiple of 1/``PROPORTIONS`` and found by bisection.
     """
-    turns = [np.diag(signs - 1) for signs in _signs(len(matrix), turned)]
-    falls = lyapunov_maps(matrix[None], h, rate) / max(1.0, float(np.abs(matrix).max()))
+    reversals = [np.diag(signs - 1) for signs in _signs(len(matrix), flips)]
+    decay_maps = lyapunov_maps(matrix[None], h, rate) / max(1.0, float(np.abs(matrix).max()))
 
     def at(step: int) -> Array | None:
-        asked = growths ** (step / PROPORTIONS)
-        rises = [lyapunov_maps(turn[None], 1.0, (1 - g) / 2) for turn, g in zip(turns, asked, strict=True)]
-        p = solve_lmi(np.concatenate([falls, *rises]))
+        bounds = growths ** (step / PROPORTIONS)
+        growth_maps = [lyapunov_maps(turn[None], 1.0, (1 - g) / 2) for turn, g in zip(reversals, bounds, strict=True)]
+        p = solve_lmi(np.concatenate([decay_maps, *growth_maps]))
         if p is None or np.linalg.eigvalsh(p)[0] <= 0 or least_rate(p, [matrix], h) < rate:
             return None
-        return p if (_growths(p, turned) <= asked).all() else None
+        return p if (_growths(p, flips) <= bounds).all() else None
 
     bad, good, found = 0, PROPORTIONS, at(PROPORTIONS)
     if found is None:
@@ -429,12 +429,12 @@ def _in_proportion(
             bad = middle
         else:
             good, found = middle, other
-    asked = growths ** (good / PROPORTIONS)
-    groups = [([matrix], rate), *(([turn / h], (1 - g) / 2 / h) for turn, g in zip(turns, asked, strict=True))]
+    bounds = growths ** (good / PROPORTIONS)
+    groups = [([matrix], rate), *(([turn / h], (1 - g) / 2 / h) for turn, g in zip(reversals, bounds, strict=True))]
     return analytic_centre(groups, h, found)
 
 
-def least_growth_at_reversals(matrix: Array, h: float, turned: Sequence[Sequence[int]]) -> Array | None:
+def least_growth_at_reversals(matrix: Array, h: float, flips: Sequence[Sequence[int]]) -> Array | None:
     """P of one matrix at its spectral rate with the least growth of V at reversals; None if none is found.
 
     P = Σ w_i Re(l̄_i l_i') has the spectral rate for all weights w_i > 0, l_i being the left eigenvectors of I + hA.
@@ -443,9 +443,9 @@ def least_growth_at_reversals(matrix: Array, h: float, turned: Sequence[Sequence
 
     Args:
         matrix: A.
-        turned: for each reversal the indices of the errors that change their sign.
+        flips: for each reversal the indices of the errors that change their sign.
     """
-    if h == 0 or not turned:
+    if h == 0 or not flips:
         return None
     values, right = np.linalg.eig(np.eye(len(matrix)) + h * matrix)
     if np.linalg.cond(right) > WELL:
@@ -453,12 +453,12 @@ def least_growth_at_reversals(matrix: Array, h: float, turned: Sequence[Sequence
     left = np.linalg.inv(right)
     parts = [np.real(np.outer(row.conj(), row)) for row, z in zip(left, values, strict=True) if z.imag >= 0]
 
-    def together(logs: Array) -> Array:
+    def lyapunov_matrix(logs: Array) -> Array:
         return np.asarray(sum(np.exp(w) * part for w, part in zip((0.0, *logs), parts, strict=True)))
 
     def growth(logs: Array) -> float:
         try:
-            return float(np.log(_growths(together(logs), turned)).max())
+            return float(np.log(_growths(lyapunov_matrix(logs), flips)).max())
         except (np.linalg.LinAlgError, ValueError):
             return math.inf
 
@@ -467,5 +467,5 @@ def least_growth_at_reversals(matrix: Array, h: float, turned: Sequence[Sequence
         logs = np.round(minimize(growth, logs, method="Nelder-Mead").x / SAME) * SAME
     if not math.isfinite(growth(logs)):
         return None
-    p = together(logs)
+    p = lyapunov_matrix(logs)
     return (p + p.T) / 2

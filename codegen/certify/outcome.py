@@ -72,6 +72,7 @@ class Certificate(Shown):
 
     @property
     def text(self) -> str:
+        """The text of certificate.json."""
         return json_text(self.content)
 
     @property

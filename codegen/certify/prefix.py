@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from codegen.spec.functions import Magnitude
 
 _CALLS = {sympy.sin: "sin", sympy.cos: "cos", sympy.exp: "exp", sympy.Abs: "abs", Magnitude: "abs"}
+"""SymPy function → its operator in a prefix expression."""
 
 
 def rational_text(value: Any) -> str:

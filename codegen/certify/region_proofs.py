@@ -33,6 +33,7 @@ from codegen.checker import verify
 from codegen.mechanics.system import Matrix
 
 PRESLIDING = "presliding.json"
+"""Name of the proof file of presliding."""
 FALLING = ("sliding.json", PRESLIDING)
 """Files of regions in which V decreases."""
 ZERO = 1e-6

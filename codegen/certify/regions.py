@@ -106,6 +106,7 @@ class RegionSearch:
         leasts = [axis.least_state for axis in self.along.axes]
 
         def both(w: float) -> tuple[Array, Array]:
+            """A at the vertices of the sliding region, and of the whole envelope, for accelerations up to w."""
             return self._family(self._box(states, slips, w))[1], self._family(self._box(leasts, (-1.0, 1.0), w))[1]
 
         stack, whole = both(0.0)
@@ -126,11 +127,11 @@ class RegionSearch:
         worst: Worst = []
 
         @cache
-        def served(rate: float) -> Array | None:
+        def found_at(rate: float) -> Array | None:
             return common_lyapunov_at([*groups, (whole, -rate)], self.h, worst)
 
         def holds(rate: float) -> bool:
-            return served(rate) is not None
+            return found_at(rate) is not None
 
         least = 1.0
         while not holds(least) and least < FASTEST / self.h:
@@ -138,7 +139,7 @@ class RegionSearch:
         while least > FLOOR and holds(least / COARSE):
             least /= COARSE
         least = _bisected(holds, least, least / COARSE, geometric=True)
-        return least, served(least)
+        return least, found_at(least)
 
     def _sliding(self) -> tuple[list[Any], tuple[float, float]] | None:
         """The sliding region: least |f| of each contact, and (low, high) of the slips as shares of the largest.
@@ -189,6 +190,7 @@ class RegionSearch:
         """The largest region |f| ≤ ``tops`` with slips in t (low, high), shares of the largest: its |f|, t and P."""
 
         def box(share: float, t: float) -> Box:
+            """The box with |f| from this share of ``tops`` up, and slips in t (low, high)."""
             states = [rounded(np.ceil(share * float(top) * 1e4) / 1e4, DIGITS) for top in tops]
             return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
 
@@ -227,11 +229,11 @@ class RegionSearch:
             p = analytic_centre_at([*groups, (whole, -growth)], self.h, p)
             if p is None:
                 continue
-            shown = least_rate(p, whole, self.h)
-            found.append(Found(family, p, shown - 1e-3 * abs(shown), kind=kind))
+            certified = least_rate(p, whole, self.h)
+            found.append(Found(family, p, certified - 1e-3 * abs(certified), kind=kind))
             if groups:
-                shown = least_rate(p, stack, self.h)
-                found.append(Found(sliding, p, shown * 0.999, kind="recovery"))
+                certified = least_rate(p, stack, self.h)
+                found.append(Found(sliding, p, certified * 0.999, kind="recovery"))
         return found
 
     def _box(

@@ -72,11 +72,13 @@ KAPPAS = (0.8, 1.1, 1.4, 1.8)
 SHARES = (0.97, 0.9, 0.75)
 """Shares of the rate at the ``MODES`` values that are tried for the whole interval of σ."""
 MODE, SIGMA, P, Q, NU = (symbol(name) for name in ("mode", "sigma", "p", "q", "nu"))
+"""Parameter of the scalar step, the variable σ, and the parameters p = σ, q = 1/σ and nu = σ² of the 3 by 3 step."""
 COORDINATES = (
     ("r", "a component of T^(1/2) (u + kappa f), u = G^(1/2) e_v, f = G^(-1/2) e_f"),
     ("phi", "a component of f + beta u"),
     ("d", "a component of T^(1/2) (D + zeta) u, D the slope of M^-1 g in v"),
 )
+"""(name, meaning) of each component of the error of one mode in a certificate."""
 
 
 def by_structure(analysis: Analysis, stated: Frame) -> tuple[dict[str, Any], verify.Report] | None:

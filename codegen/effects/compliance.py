@@ -20,6 +20,7 @@ from codegen.mechanics.transmission import Transmission
 STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0)
 DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0)
 SHARE = EffectParameter("load_fraction", "1", "share ρ of the inertia behind the spring", low=0.0, high=1.0)
+"""Parameters of the spring between motor and load: ``STIFFNESS``, ``DAMPING`` and ``SHARE``."""
 FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
 """Starting values of the resonance frequency, as multiples of the log's cutoff frequency."""
 LOADS = (0.3, 0.65)

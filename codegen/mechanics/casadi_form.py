@@ -31,6 +31,7 @@ _FUNCTIONS: dict[Any, Callable[[Any], Any]] = {
     Magnitude: casadi.fabs,
     Sgn: casadi.sign,
 }
+"""SymPy function → CasADi function."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import numpy as np
 import sympy
 
 _MODULES: list[Any] = [{"Magnitude": np.abs, "Sgn": np.sign}, "numpy"]
+"""Functions by which ``lambdify`` evaluates an expression."""
 
 
 def numpy_function(

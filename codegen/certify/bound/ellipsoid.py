@@ -162,16 +162,17 @@ def ellipsoid_text(
     acting = size * [d.kind != ellipsoid.FRICTION for d in of]
     free = size * [not (d.kind == "drift" and d.of in friction) for d in of]
 
-    def apart(asked: Group) -> list[Group]:
+    def grouped(asked: Group) -> list[Group]:
+        """Each row alone, or all rows together if there are more than ``FEW`` errors."""
         return [[each] for each in asked] if len(step) <= FEW else [asked]
 
     units = [] if proof["signs"] or not friction else sympy.eye(len(step)).tolist()
-    every = apart([(row, None) for row in units]) if units else []
-    whatever = [_set(step, columns, free, group) | {ellipsoid.FRICTION: "any"} for group in every]
+    every = grouped([(row, None) for row in units]) if units else []
+    any_friction_sets = [_set(step, columns, free, group) | {ellipsoid.FRICTION: "any"} for group in every]
     noise = [float(dot(row, sizes["noise"])) for row in response.direct.tolist()]
     h = float(observer.sample_time)
-    turned, truths = ([e[part] for e in proof["errors"]] for part in ("sign", "truth"))
-    whole = [fraction(row[-1]) for ball in whatever for row in ball["rows"]]
+    level_signs, truths = ([e[part] for e in proof["errors"]] for part in ("sign", "truth"))
+    whole = [fraction(row[-1]) for ball in any_friction_sets for row in ball["rows"]]
     worst = [
         upwards(float(most + friction.get(truth, 0)) + x, START_DIGITS)
         for most, truth, x in zip(whole, truths, noise, strict=bool(units))
@@ -187,17 +188,17 @@ def ellipsoid_text(
         "drift": {d.of: str(d.size) for d in of if d.kind == "drift"},
         "shifts": [
             _shift([(b, x) for b, x, d in zip(row, positions, sizes["noise"], strict=True) if b and d], s)
-            for row, s in zip(response.direct.tolist(), turned, strict=True)
+            for row, s in zip(response.direct.tolist(), level_signs, strict=True)
         ],
         **({ellipsoid.FRICTION: {truth: str(most) for truth, most in friction.items()}} if friction else {}),
         "push": [[d.entry(i) for d in of] for i in range(len(step))],
         "sets": [],
     }
-    groups = apart([(row, None) for row in rows] + list(zip(errors, bounds, strict=True)))
-    balls = [(group, _set(step, columns, acting, group)) for group in groups]
+    groups = grouped([(row, None) for row in rows] + list(zip(errors, bounds, strict=True)))
+    ellipsoids = [(group, _set(step, columns, acting, group)) for group in groups]
     starts = {b.name: worst or [upwards(s, START_DIGITS) for s in b.starts] for b in bounds}
-    if friction and turned[-1]:
-        known = {tuple(row): float(bound) for _, ball in balls for *row, bound in map(_numbers, ball["rows"])}
+    if friction and level_signs[-1]:
+        known = {tuple(row): float(bound) for _, ball in ellipsoids for *row, bound in map(_numbers, ball["rows"])}
         most = [*bounds[0].starts[:n], *(known[tuple(row)] + x for row, x in zip(errors, noise[n:], strict=True))]
         sample_time = fraction(observer.sample_time)
         # The acceleration in the envelope; ``sizes["acceleration"]`` contains the error of the model's forces as well.
@@ -206,8 +207,8 @@ def ellipsoid_text(
         claim[ellipsoid.REVERSALS] = entries
         starts |= {b.name: _numbers(entry["after"]) for b, entry in zip(bounds, entries, strict=False)}
     claim["sets"] = [
-        *(_with_decay(ball, group, starts, step, columns * acting, noise, h) for group, ball in balls),
-        *whatever,
+        *(_with_decay(ball, group, starts, step, columns * acting, noise, h) for group, ball in ellipsoids),
+        *any_friction_sets,
     ]
     return json.dumps(claim, indent=1) + "\n"
 
@@ -350,8 +351,8 @@ def _disturbances(
     if friction:
         slips = observer.system.distribution.subs(observer.values)
         onto = [slips.col(e.contact) if e.coordinate is None else unit[:n, e.coordinate] for e in observer.errors[n:]]
-        pushed = observer.sample_time * response.velocity * response.by_force * sympy.Matrix.hstack(*onto)
-        blocks.append((ellipsoid.FRICTION, truths[n:], [*friction.values()], pushed))
+        driven = observer.sample_time * response.velocity * response.by_force * sympy.Matrix.hstack(*onto)
+        blocks.append((ellipsoid.FRICTION, truths[n:], [*friction.values()], driven))
     turned = dict(zip(truths[n:], signs[n:], strict=True))
     return [
         Disturbance(kind, name, size, list(matrix.col(j)), turned.get(name, ""))
@@ -412,20 +413,20 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
 
     doubled = {f: _squarings(step.T / np.sqrt(float(f))) for f in shares}
 
-    def reach(target: Array, f: Any) -> float:
+    def worst_case(target: Array, f: Any) -> float:
         return float(size @ _amplitudes(doubled[f], columns, target)) / math.sqrt(1 - float(f))
 
-    own = [min(reach(np.outer(row, row), f) for f in shares) for row in floats] if len(rows) > 1 else [1.0]
+    own = [min(worst_case(np.outer(row, row), f) for f in shares) for row in floats] if len(rows) > 1 else [1.0]
     target: Array = np.sum([np.outer(row, row) / b**2 for row, b in zip(floats, own, strict=True)], axis=0)
-    share = min(shares, key=lambda f: reach(target, f))
+    share = min(shares, key=lambda f: worst_case(target, f))
     f = float(share)
     gains = _amplitudes(doubled[share], columns, target)
     gains = np.maximum(gains, 1e-6 * float(size @ gains) / size.sum())
     best = size * float(size @ gains) / ((1 - f) * gains) * (1 + 10.0 ** (1 - DIGITS))
     weights = [upwards(w, DIGITS) if w else sympy.Integer(0) for w in best]
-    pushed = (columns * np.array([float(w) for w in weights])) @ columns.T
+    driven = (columns * np.array([float(w) for w in weights])) @ columns.T
     doubled_step = _squarings(step / np.sqrt(f))
-    matrix = _summed(doubled_step, pushed)
+    matrix = _summed(doubled_step, driven)
     scale = np.diag(np.diag(matrix))
     more = _summed(doubled_step, scale)
     matrix = matrix + SPARE / float(np.max(np.diag(more) / np.diag(scale))) * more
@@ -440,7 +441,7 @@ def _set(step: Array, columns: Array, size: Array, group: Group) -> dict[str, An
 
 
 def _with_decay(
-    ball: dict[str, Any], group: Group, starts: Mapping[str, Any], step: Array, pushed: Array, noise: Any, h: float
+    ball: dict[str, Any], group: Group, starts: Mapping[str, Any], step: Array, driven: Array, noise: Any, h: float
 ) -> dict[str, Any]:
     """The entry of ``sets`` with bounds on its rows from given times after a reversal on (fields within and after).
 
@@ -448,7 +449,7 @@ def _with_decay(
         ball: the entry.
         starts: name of a bound → |error| of each component right after the reversal: proved, or else assumed.
         step: Φ, m by m.
-        pushed: b_j d_j, m by number of disturbances.
+        driven: b_j d_j, m by number of disturbances.
         noise: bound on the direct feedthrough of noise to each error.
         h: sample time, s.
     """
@@ -469,19 +470,19 @@ def _with_decay(
     ball["after"] = []
     for row, start, whole, counts in after:
         floats = np.array(row, dtype=float)
-        found = _bounds_from(floats, step, pushed, counts, whole, float(larger) * matrix)
-        line, begun = ([rational_text(x) for x in each] for each in (row, start))
+        found = _bounds_from(floats, step, driven, counts, whole, float(larger) * matrix)
+        line, start_texts = ([rational_text(x) for x in each] for each in (row, start))
         stated = [
             [str(k), rational_text(upwards(b * (1 + NEAR), DIGITS))]
             for k, b in zip(counts, found, strict=True)
             if b < np.abs(floats) @ whole or k == counts[-1]  # a bound above that at the start is of no use
         ]
-        ball["after"].append({"row": line, "start": begun, "bounds": stated})
+        ball["after"].append({"row": line, "start": start_texts, "bounds": stated})
     return ball
 
 
 def _bounds_from(
-    row: Array, step: Array, pushed: Array, counts: Sequence[int], start: Array, matrix: Array
+    row: Array, step: Array, driven: Array, counts: Sequence[int], start: Array, matrix: Array
 ) -> list[float]:
     """For each number of samples k in ``counts``, a bound on |c'e| at all samples from k on.
 
@@ -491,31 +492,31 @@ def _bounds_from(
 
     Args:
         row: c.
-        pushed: b_j d_j, m by number of disturbances.
+        driven: b_j d_j, m by number of disturbances.
         start: |error| of each component at the start.
         matrix: Q, m by m.
     """
-    alone, largest = list[float](), [0.0 for _ in counts]
-    total, row = _driven_part(row, step, pushed, counts[0])
+    by_set, largest = list[float](), [0.0 for _ in counts]
+    total, row = _driven_part(row, step, driven, counts[0])
     for k in range(counts[0], counts[-1] + 1):
         if k in counts:
-            alone.append(total + float(row @ matrix @ row) ** 0.5)
-        here = total + float(np.abs(row) @ start)
-        largest[len(alone) - 1] = max(largest[len(alone) - 1], here)
-        more, row = _driven_part(row, step, pushed, 1)
+            by_set.append(total + float(row @ matrix @ row) ** 0.5)
+        bound_now = total + float(np.abs(row) @ start)
+        largest[len(by_set) - 1] = max(largest[len(by_set) - 1], bound_now)
+        more, row = _driven_part(row, step, driven, 1)
         total += more
-    found = [alone[-1]]
-    for by_ellipsoid, by_samples in zip(alone[-2::-1], largest[-2::-1], strict=True):
+    found = [by_set[-1]]
+    for by_ellipsoid, by_samples in zip(by_set[-2::-1], largest[-2::-1], strict=True):
         by_samples = max(by_samples, found[0])
         found.insert(0, max(min(by_ellipsoid, by_samples), found[0]))
     return found
 
 
-def _driven_part(row: Array, step: Array, pushed: Array, samples: int) -> tuple[float, Array]:
+def _driven_part(row: Array, step: Array, driven: Array, samples: int) -> tuple[float, Array]:
     """(Σ_{i<N} Σ_j |c'Φ^i b_j| d_j, c'Φ^N) for N samples: effect of the disturbances on c'e, and the row after."""
     total = 0.0
     for _ in range(samples):
-        total += float(np.abs(row @ pushed).sum())
+        total += float(np.abs(row @ driven).sum())
         row = row @ step
     return total, row
 
@@ -523,8 +524,8 @@ def _driven_part(row: Array, step: Array, pushed: Array, samples: int) -> tuple[
 def _bound(row: Array, step: Array, columns: Array, samples: int, matrix: Any) -> Any:
     """The bound on |c'e| of ``_set``, rounded up: sum over N samples plus √(c'Φ^N Q Φ'^N c)."""
     total, row = _driven_part(row, step, columns, samples)
-    left = float(row @ np.array(matrix, dtype=float) @ row) ** 0.5
-    return upwards((total + left) * (1 + NEAR), DIGITS)
+    remainder = float(row @ np.array(matrix, dtype=float) @ row) ** 0.5
+    return upwards((total + remainder) * (1 + NEAR), DIGITS)
 
 
 def _amplitudes(doubled: Sequence[Array], columns: Array, target: Array) -> Array:

@@ -197,6 +197,7 @@ def error_bounds(
         }
 
         def inside(size: Sizes) -> DomainBound | str:
+            """The bounds of the domain for these bounds on the disturbances."""
             at = [b.bound for b in steady_bounds(response, sums, size)]
             return domain_bound(observer, response, size, at, highest)
 
