@@ -11,6 +11,7 @@ from contextlib import contextmanager, nullcontext
 from signal import SIGINT, default_int_handler, getsignal, signal
 
 _asked = False
+"""Whether Ctrl-C was pressed."""
 
 
 def interrupted() -> bool:

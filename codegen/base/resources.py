@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parents[1]
+"""Folder of the package ``codegen``."""
 
 
 def resource_folder(name: str) -> Path:

@@ -8,7 +8,9 @@ from fractions import Fraction
 from math import ceil, floor, inf, isfinite, log10, nextafter
 
 OF_WIDTH = 2
+"""Number of digits of the half width of an interval to which an estimate is printed."""
 MOST = 12
+"""Largest number of digits of an estimate."""
 OF_TIME, HELD = 6, 15
 """Digits of a time: at least, and those that a double holds."""
 

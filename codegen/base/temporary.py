@@ -28,8 +28,11 @@ Result = TypeVar("Result")
 fcntl: Any = import_module("fcntl") if os.name == "posix" else None
 """None on a system without these locks; leftover files are not removed there."""
 _NAME = re.compile(r"\.?stiction-([0-9a-f]{16})-[0-9a-f]{8}\.tmp")
+"""Form of the names that ``_new_name`` makes."""
 _LOCK = "lock"
+"""Name of the locked file in a temporary folder."""
 _OPEN = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+"""Flags of os.open."""
 UNKNOWN_USER = 65534
 """The user id that Linux shows for an owner outside the user namespace (overflow uid), as in a container."""
 

@@ -42,6 +42,7 @@ LANGUAGES = {
 WORDS = "words"
 """Language of all other templates: sentences that a template of a language above then prints."""
 ESCAPED = ("html", "xml")
+"""Languages whose environment escapes all that it prints."""
 CODE = ("c", "python", "cmake", "make", "smt")
 """Languages of code. Their strings are made of checked names, units and numbers, so a control character in one is a
 fault of the project, not of the user."""

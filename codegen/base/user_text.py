@@ -19,11 +19,15 @@ from dataclasses import dataclass
 from codegen.base.errors import BadInput
 
 REPLACEMENT = "\N{REPLACEMENT CHARACTER}"
+"""U+FFFD, which replaces each character that is not allowed."""
 PUNCTUATION = ".,:;()[]{}<>+-=_%&@!?~*/^|# "
 """ASCII signs that end no comment of C, Python, CMake, Make or SMT-LIB by themselves."""
 TYPOGRAPHIC = "–—‘’“”·°×±§…"
+"""Typographic signs that are allowed."""
 QUOTES = {"'": "’", '"': "”", "`": "’"}
+"""ASCII quotation mark → its typographic form."""
 _BREAKS = {"\r\n": " ", "\n": " ", "\r": " ", "\t": " "}
+"""Line break or tab → blank."""
 _INVISIBLE = "\u115f\u1160\u3164\uffa0"
 """Hangul fillers: letters by their Unicode category, but invisible."""
 _COMMENT_MARKS = re.compile(r"(?<=\*)(?=/)|(?<=/)(?=\*)|(?<=\?)(?=\?)")

@@ -18,9 +18,11 @@ from codegen.mechanics.system import System
 from codegen.mechanics.transmission import Transmission
 
 STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0)
+"""k, stiffness of the spring between motor and load."""
 DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0)
+"""c, damping of the spring."""
 SHARE = EffectParameter("load_fraction", "1", "share ρ of the inertia behind the spring", low=0.0, high=1.0)
-"""Parameters of the spring between motor and load: ``STIFFNESS``, ``DAMPING`` and ``SHARE``."""
+"""ρ, share of the inertia that is at the load."""
 FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
 """Starting values of the resonance frequency, as multiples of the log's cutoff frequency."""
 LOADS = (0.3, 0.65)

@@ -13,6 +13,7 @@ from codegen.mechanics.actuator import Stage
 from codegen.mechanics.system import System
 
 CHIRP = "a chirp to high frequencies"
+"""Experiment that discriminates a delay, a lag and compliance."""
 
 
 class OnInput(Effect):
@@ -65,9 +66,11 @@ class InputDelay(OnInput):
 
 
 TAU = EffectParameter("tau", "s", "time constant", low=0.0, start=lags)
+"""tau of one first-order lag."""
 EACH = EffectParameter(
     "tau_each", "s", "time constant of each of two equal lags in series, in place of tau", low=0.0, start=lags
 )
+"""tau_each of two equal lags in series."""
 
 
 class ActuatorLag(OnInput):
@@ -99,10 +102,12 @@ class ActuatorLag(OnInput):
 
 
 WIDTH = EffectParameter("width", "{w}", "half width of the dead zone", low=0.0, start=dead_widths)
+"""width of a dead zone."""
 THRESHOLD = EffectParameter(
     "threshold", "{w}", "greatest input that has no effect, in place of a width; a larger one acts whole",
     low=0.0, start=thresholds,
 )  # fmt: skip
+"""threshold of a dead zone."""
 
 
 class DeadZone(OnInput):
@@ -134,10 +139,12 @@ class DeadZone(OnInput):
 
 
 LIMIT = EffectParameter("limit", "{w}", "greatest effective input", low=0.0, start=limits)
+"""limit of a saturation."""
 ROUNDING = EffectParameter(
     "rounding", "1", "0 for a sharp corner at the limit, towards 1 for a gradual approach", low=0.0, high=1.0,
     start=roundings,
 )  # fmt: skip
+"""rounding of a saturation, r."""
 
 
 class Saturation(OnInput):
