@@ -31,10 +31,10 @@ from codegen.certify.lyapunov import (
 )
 from codegen.certify.prefix import rounded
 
-KEPT, KEPT_BESIDE = 0.5, 0.4
-"""Least decay rates in the sliding region, as shares of the best one: at the largest |f|, and at smaller |f|. The first
-is also required while sliding of the P that bounds the growth of V through zero friction."""
-DEARER = 2.0
+KEPT, KEPT_BELOW = 0.5, 0.4
+"""Least decay rates in the sliding region, as shares of the best one: at the largest |f|, and below it. The first is
+also required of the P that bounds the growth of V through zero friction, while sliding."""
+LARGEST_INCREASE = 2.0
 """Largest factor by which the range of accelerations may increase the growth rate through zero friction."""
 PRESLIDING = 0.25
 """Presliding: the share of the spectral rate that is certified in its region."""
@@ -97,7 +97,9 @@ class RegionSearch:
         return [] if self.sliding is None else other._presliding(self.sliding)
 
     def _bound_acceleration(self, states: list[Any], slips: tuple[float, float], rate: float) -> None:
-        """Set ``acceleration``: the largest for which V grows through zero at most DEARER times as fast as without.
+        """Set ``acceleration``: the largest for which V grows through zero at most twice as fast as without.
+
+        The factor is ``LARGEST_INCREASE``.
 
         Args:
             states, slips: the sliding region, as of ``_sliding``.
@@ -115,7 +117,10 @@ class RegionSearch:
 
         def holds(w: float) -> bool:
             stack, whole = both(w)
-            return common_lyapunov_at([(stack, KEPT * rate), (whole, -DEARER * growth)], self.h, worst) is not None
+            return (
+                common_lyapunov_at([(stack, KEPT * rate), (whole, -LARGEST_INCREASE * growth)], self.h, worst)
+                is not None
+            )
 
         self.acceleration = _bisected(holds, 0.0, 2 * self.fastest_slip / self.h, True)
 
@@ -144,24 +149,24 @@ class RegionSearch:
     def _sliding(self) -> tuple[list[Any], tuple[float, float]] | None:
         """The sliding region: least |f| of each contact, and (low, high) of the slips as shares of the largest.
 
-        None if the decay rates ``KEPT`` and ``KEPT_BESIDE`` are not found for any.
+        None if the decay rates ``KEPT`` and ``KEPT_BELOW`` are not found for any.
         """
-        tips = [axis.largest_state for axis in self.along.axes]
-        limit = self._limit(self._box(tips, (0.5, 1.0)))
-        slips = next((s for s in DIRECTIONS[:2] if self._holds(tips, s, KEPT * limit)), None)
+        leasts = [axis.largest_state for axis in self.along.axes]
+        limit = self._limit(self._box(leasts, (0.5, 1.0)))
+        slips = next((s for s in DIRECTIONS[:2] if self._holds(leasts, s, KEPT * limit)), None)
         if slips is None:
-            low = _bisected(lambda x: self._holds(tips, (x, 1.0), KEPT * limit), 1.0, 1e-3, geometric=True)
+            low = _bisected(lambda x: self._holds(leasts, (x, 1.0), KEPT * limit), 1.0, 1e-3, geometric=True)
             slips = (low, 1.0) if low < 1 else None
         if slips is None or limit <= 0:
             return None
-        slower, directions = KEPT_BESIDE * limit, slips
+        lower_rate, directions = KEPT_BELOW * limit, slips
         for k, axis in enumerate(self.along.axes):
 
             def holds(least: Any, k: int = k) -> bool:
-                return self._holds([*tips[:k], least, *tips[k + 1 :]], directions, slower)
+                return self._holds([*leasts[:k], least, *leasts[k + 1 :]], directions, lower_rate)
 
-            tips[k] = self._least_state(axis, holds)
-        return (tips, slips) if self._holds(tips, slips, 0.9 * slower) else None
+            leasts[k] = self._least_state(axis, holds)
+        return (leasts, slips) if self._holds(leasts, slips, 0.9 * lower_rate) else None
 
     def _least_state(self, axis: ContactAxes, holds: Callable[[Any], bool]) -> Any:
         """The least |f| for which a condition holds, by bisection from the largest |f|; rounded up to four decimals."""
