@@ -279,6 +279,35 @@ def test_another_inertia_is_no_other_unit(tmp_path, share):
     assert "in cm" not in str(told) and "in m?" not in str(told) and "in um" not in str(told)
 
 
+@pytest.mark.parametrize(
+    ("effect", "force"),
+    [
+        (
+            "{kind: inertia_error, on: [x], parameters: {delta: 108}}",
+            lambda m, a: 108 * a,
+        ),  # 54 times the declared mass
+        ("{kind: spring, on: [x], parameters: {k: 900}}", lambda m, a: 900 * m["x"]),
+        (
+            "{kind: friction_drift, on: [rail], parameters: {delta: 60, T: 0.5}}",
+            lambda m, a: 60 * np.exp(-m["t"] / 0.5) * np.sign(m["v"]),
+        ),
+    ],
+    ids=["inertia_error", "spring", "friction_drift"],
+)
+def test_declared_effects_are_part_of_the_balance_of_forces(tmp_path, effect, force):
+    """The declared rotor inertia of a robot's wrist, 54 times that of its link, was taken for a wrong unit."""
+    about = tmp_path / "about.yaml"
+    about.write_text("units: {x: mm}\n")
+    made = moving_in_mm()
+    x = made["x"] / 1000
+    v, a = np.gradient(x, made["t"]), np.gradient(np.gradient(x, made["t"]), made["t"])
+    made["w"] = made["w"] + force({**made, "x": x, "v": v}, a)
+    text = f"{TEXT}effects: [{effect}]\n"
+    told = findings(tmp_path, made, text, description=about)
+    assert {f.severity for f in told.values()} == {"info"}
+    assert told["sign and scale of w"].figures["factor"] == pytest.approx(1, abs=0.03)
+
+
 @pytest.mark.parametrize(("factor", "offer"), [(10.0, "units: {x: mm}"), (3.0, "scale: {x: 0.3333}"), (1.0, "")])
 def test_a_position_and_its_measured_velocity_of_two_scales(tmp_path, factor, offer):
     about = tmp_path / "about.yaml"

@@ -19,6 +19,7 @@ from scipy.optimize import minimize_scalar
 from codegen.base.arrays import Array
 from codegen.base.errors import Place
 from codegen.base.significant import in_percent
+from codegen.effects.declare import system_of
 from codegen.logs.audit.exchanged_columns import exchanged_columns
 from codegen.logs.audit.flipped_signs import flipped_signs
 from codegen.logs.audit.force_balance import Balance, Forces, unexplained
@@ -27,7 +28,6 @@ from codegen.logs.audit.position_scale import gear_ratio, position_scales
 from codegen.logs.column_names import is_convertible
 from codegen.logs.log import Finding, Log
 from codegen.logs.motion import Motion, scaled
-from codegen.mechanics import build_system
 from codegen.spec.model import Spec
 from codegen.spec.units import si_factor
 
@@ -73,9 +73,9 @@ def audit_force(log: Log, spec: Spec, motion: Motion, steady: frozenset[int] = f
         steady: the coordinates that run at constant speed, whose inertia is not judged.
 
     Raises:
-        BadInput: if the spec's mechanics cannot be built.
+        BadInput: if the spec's mechanics or declared effects cannot be built.
     """
-    system = build_system(spec)
+    system = system_of(spec)
     if not motion.usable.any():
         return
     balance = Balance(system)

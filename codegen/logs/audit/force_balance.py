@@ -1,6 +1,7 @@
 """The balance of forces along a measured motion: the force that the motion requires, and the force of each input.
 
-M(x) a − g(x, v, 0) + U λ = g(x, v, w) − g(x, v, 0), both sides with the same low-pass, with the declared friction.
+M(x) a − g(x, v, 0) + U λ = g(x, v, w) − g(x, v, 0), both sides with the same low-pass, with the declared friction and
+the declared effects on mass, force and friction. Those of an actuator, a sensor or a transmission are left out.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from codegen.logs.log import Log
 from codegen.logs.motion import Motion, low_pass
 from codegen.mechanics import System
 from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
+from codegen.mechanics.system import TIME
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +124,8 @@ class Balance:
         before = np.vstack([log.inputs[:1], log.inputs[:-1]])
         moved = motion.positions, motion.velocities, motion.accelerations
         threshold = np.broadcast_to(motion.threshold, motion.positions.shape)
-        rows = np.hstack([*moved, 0.5 * (before + log.inputs), threshold, np.zeros((log.size, 1))])
+        since = (log.time - log.time[0])[:, None]
+        rows = np.hstack([*moved, 0.5 * (before + log.inputs), threshold, np.zeros((log.size, 1)), since])
         found = over_rows(self._function, rows)
         inertia, rest, friction, standing, *alone = np.split(found[:, contacts:], 4 + self._m, axis=1)
         forces, driven = [inertia, rest, friction, standing], [force - rest for force in alone]
@@ -144,7 +147,7 @@ def _unbalanced(residual: Array, *forces: Array) -> float:
 
 
 def _function(system: System) -> casadi.Function:
-    """(x, v, a, w, speeds, zero) → |u| − |∂u/∂v| speeds of each contact; M a; g − U λ without input; U λ; g at rest;
+    """(x, v, a, w, speeds, zero, t) → |u| − |∂u/∂v| speeds of each contact; M a; g − U λ without input; U λ; g at rest;
     g − U λ with each input alone.
 
     ``speeds`` (n) are the thresholds of motion. ``zero`` is 0 in each row; it replaces the inputs that are left out.
@@ -152,7 +155,8 @@ def _function(system: System) -> casadi.Function:
     groups = (system.positions, system.velocities, system.accelerations, system.inputs)
     arguments = [casadi.SX.sym("q", len(group)) for group in groups]
     speeds, zero = casadi.SX.sym("speeds", len(system.positions)), casadi.SX.sym("zero")
-    names = symbol_values(system.values, *zip(groups, arguments, strict=True))
+    time = casadi.SX.sym("t")
+    names = symbol_values(system.values, *zip(groups, arguments, strict=True)) | {TIME: time}
     slip = to_casadi(system.slip_velocity, names)
     names |= {c.slip: slip[k] for k, c in enumerate(system.contacts)}
     none = names | dict.fromkeys(system.inputs, zero)
@@ -168,5 +172,5 @@ def _function(system: System) -> casadi.Function:
     inertia = casadi.mtimes(to_casadi(system.mass_matrix, none), arguments[2])
     margin = casadi.fabs(slip) - casadi.mtimes(casadi.fabs(casadi.jacobian(slip, arguments[1])), speeds)
     outputs = casadi.vertcat(margin, inertia, rest, friction(none), standing, *alone)
-    row = casadi.vertcat(*arguments, speeds, zero)
+    row = casadi.vertcat(*arguments, speeds, zero, time)
     return casadi.Function("forces", [row], [casadi.densify(outputs)], {"cse": True})
