@@ -26,7 +26,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import cache
-from math import ceil, inf, isqrt
+from math import ceil, isqrt
 from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -444,7 +444,8 @@ def require_bounds(
     )
     rows: dict[Row, int] = {}  # row c -> its place among them
     lines: list[Line] = []
-    at: dict[int, list[Line]] = {}  # number of samples -> what is to be shown there
+    due: dict[int, list[Line]] = {}  # number of samples -> lines of which all is shown before it, but not there
+    asked: set[int] = set()
     for row, count, start, end in claimed_rows(set_):
         for text in (count, end or "0"):
             good = re.fullmatch("0|[1-9][0-9]{0,6}", str(text))
@@ -456,9 +457,9 @@ def require_bounds(
         kernel.demand(samples, "the samples of `after` do not rise")
         row_start, where = None if start is None else tuple(start), rows.setdefault(tuple(c), len(rows))
         lines.append(Line(len(lines), where, tuple(c), bound, samples, row_start, bool(end)))
-        for n in samples:
-            at.setdefault(n, []).append(lines[-1])
-        kernel.demand(len(rows) * len(at) * len(Q) <= MOST_ENTRIES, "too many rows at too many samples")
+        due.setdefault(samples.start, []).append(lines[-1])
+        asked.update(samples)
+        kernel.demand(len(rows) * len(asked) * len(Q) <= MOST_ENTRIES, "too many rows at too many samples")
     kernel.demand(len(rows) <= MOST_ROWS, "too many rows")
     noise = [largest(p, most, proof) for p in shift]
     (entering, unit), (squares, by) = kernel.integers(columns), kernel.integers(Q)
@@ -470,14 +471,13 @@ def require_bounds(
         starts[begun] = grown(whole, step, columns)
     if not lines:
         return []
-    due: list[float] = [line.samples.start for line in lines]  # what is shown of a line is shown before this sample
     level = [0] * len(lines)
 
-    def asked(n: int) -> set[int]:
-        return {line.row for line in at.get(n, ()) if due[line.place] <= n}
+    def rows_due(n: int) -> set[int]:
+        return {line.row for line in due.get(n, ())}
 
-    for n, moved in propagated([*rows], asked, max(at), step, entering, unit, larger):
-        for line in (line for line in at[n] if due[line.place] <= n):
+    for n, moved in propagated([*rows], rows_due, max(asked), step, entering, unit, larger):
+        for line in due.pop(n):
             (entries, summed), (a, b) = moved[line.row], line.bound.as_integer_ratio()
             scale = b * unit * GRID
             gap = a * unit * GRID - b * summed  # what the bound leaves to the row of e, times scale
@@ -485,7 +485,6 @@ def require_bounds(
                 square = sum(x * sum(map(mul, q, entries)) for x, q in zip(entries, squares, strict=True))
                 square *= 1 if line.start is None else r
                 if gap >= 0 and square * scale**2 <= gap**2 * by * GRID**2:
-                    due[line.place] = inf
                     continue
                 kernel.demand(line.ends, "a bound of the claim is smaller than the proved one")
             magnitudes, sizes = [*map(abs, entries)], starts[line.start]
@@ -493,7 +492,9 @@ def require_bounds(
             while k >= 0 and sum(map(mul, magnitudes, sizes[k][1])) > most_:
                 k -= 1
             kernel.demand(k >= 0, "a bound of the claim is smaller than the proved one")
-            level[line.place], due[line.place] = k, n + sizes[k][0] + 1
+            level[line.place], later = k, n + sizes[k][0] + 1
+            if later in line.samples:
+                due.setdefault(later, []).append(line)
     bounds = []
     for line in lines:
         direct = sum((kernel.term(a) * d for a, d in zip(line.c, shift, strict=True) if a), kernel.Poly())
