@@ -7,7 +7,7 @@ integers and fractions; every result is exact.
 import re
 from collections import defaultdict
 from fractions import Fraction
-from itertools import product
+from itertools import accumulate, product
 from math import comb, lcm, prod
 from operator import mul
 from typing import TYPE_CHECKING, Any
@@ -142,22 +142,34 @@ def joined(A: Any) -> Poly:
 
 
 def powers(n: int, low: Any, high: Any) -> tuple[list[list[int]], int]:
-    """D times the Bernstein coefficients k = 0 ... n of each power x^j, j = 0 ... n, and D > 0."""
+    """D times the Bernstein coefficients k = 0 ... n of each power x^j, j = 0 ... n, and D > 0.
 
-    def entry(j: int, k: int) -> Any:
-        ways = [comb(j, i) * comb(n - j, k - i) * high**i * low ** (j - i) for i in range(min(j, k) + 1)]
-        return Fraction(sum(ways)) / comb(n, k)
-
-    return integers([[entry(j, k) for k in range(n + 1)] for j in range(n + 1)])
+    Those of x^j, times binomial coefficients, are those of (low + high t)^j (1 + t)^(n - j). Each such product is the
+    one before over 1 + t, times low + high t.
+    """
+    one = lcm(low.denominator, high.denominator)
+    a, b = int(low * one), int(high * one)
+    demand(n < 2**7 and n * max(map(int.bit_length, (a, b, one))) <= 2**15, "too high a power of a range")
+    binomial, rows = [comb(n, k) for k in range(n + 1)], []
+    row, common = [one**n * c for c in binomial], lcm(*binomial)
+    for _ in range(n + 1):
+        demand(True, "")
+        rows.append([c * (common // ways) for c, ways in zip(row, binomial, strict=True)])
+        over = [c // one for c in accumulate(row[:-1], lambda before, c: c - before)]
+        row = [a * c + b * d for c, d in zip([*over, 0], [0, *over], strict=True)]
+    return rows, one**n * common
 
 
 def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
     joint = cleared(joined(A), known, lambda q: semidefinite([[q]], box, tree, known))
     (whole,), _ = integers([joint.values()])
     places = {f"#{i} {j}": (i, j) for i, row in enumerate(A) for j in range(len(row))}
-    degree = {x: max(m.count(x) for m in joint) for x in sorted(joint.names() - {*places})}
-    own = {place: {x for m in joint if m[0] == place for x in m} for place in {m[0] for m in joint}}
-    demand(prod(n + 1 for n in degree.values()) * len(A) < 10**5, "more terms than the limit")
+    own, degree = defaultdict[Any, Any](set), defaultdict[Any, Any](int)  # place -> its variables, variable -> power
+    for place, *m in joint:
+        own[place].update(m)
+        degree |= {x: max(degree[x], m.count(x)) for x in m}
+    numbers = sum(prod(degree[x] + 1 for x in variables) for variables in own.values())  # in a table
+    demand(max(10 * len(A) * prod(n + 1 for n in degree.values()), numbers) < 10**6, "more terms than the limit")
     terms = [(m[0], tuple(m.count(x) if x in own[m[0]] else -1 for x in degree)) for m in joint]
     for cell in leaves(box, tree):
         table = dict(zip(terms, whole, strict=True))  # place, and of each variable in it power or k -> a number
@@ -170,6 +182,7 @@ def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
             table = later
         parts: Any = defaultdict(lambda: defaultdict(list))  # which variables -> k of each -> entries
         for (place, key), c in table.items():
+            demand(True, "")
             where = tuple(at for at, k in enumerate(key) if k >= 0)
             parts[where][tuple(key[at] for at in where)].append((*places[place], c))
         found = set()

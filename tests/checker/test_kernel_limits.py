@@ -7,6 +7,7 @@ import math
 import random
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -173,6 +174,43 @@ def test_numbers_of_many_denominators_are_refused_in_time(
     begun = time.thread_time()
     with frame.limited(), pytest.raises(ValueError, match=why):
         kernel.semidefinite([[kernel.term(x) for x in row] for row in P], {}, "", {})
+    assert time.thread_time() - begun < 4
+
+
+@pytest.mark.parametrize(
+    "names",
+    [lambda _: [tuple(f"x{k}" for k in range(11))], lambda at: [(f"x{5 * at + k}",) for k in range(20)]],
+    ids=["eleven variables in every entry", "thousands of variables"],
+)
+def test_a_large_matrix_of_many_variables_is_refused_in_time(
+    names: Callable[[int], list[tuple[str, ...]]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As many errors as a certificate may have: a gigabyte of coefficients; minutes to count each entry's variables.
+
+    Neither looked at the time limit.
+    """
+    monkeypatch.setattr(frame, "SECONDS", 1)
+    F = [[kernel.Poly({tuple(sorted(m)): 1 for m in names(32 * i + j)}) for j in range(32)] for i in range(32)]
+    P = [[kernel.term(int(i == j)) for j in range(32)] for i in range(32)]
+    box = {x: [Fraction(0), Fraction(1)] for row in F for p in row for x in p.names()}
+    begun = time.thread_time()
+    with frame.limited(), pytest.raises(ValueError, match="more terms than the limit"):
+        kernel.contracts(F, P, Fraction(1), box, "", {})
+    assert time.thread_time() - begun < 4
+
+
+@pytest.mark.parametrize(("digits", "why"), [(40, ""), (1900, "too high a power of a range")])
+def test_a_high_power_of_a_range_with_long_ends_is_decided_in_time(
+    digits: int, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bernstein coefficients of x^64, the highest power in a certificate; as sums of fractions they took minutes."""
+    monkeypatch.setattr(frame, "SECONDS", 1)
+    ends = [Fraction(odd(digits, k), odd(digits, k + 1)) for k in (0, 2)]
+    one, most, x = [[kernel.term(1)]], max(ends) ** 128, [[kernel.term(1, *["x"] * 64)]]
+    begun = time.thread_time()
+    for factor, refused in ((most, why), (most * (1 - Fraction(1, 10**20)), why or "V may not fall")):
+        with frame.limited(), pytest.raises(ValueError, match=refused) if refused else nullcontext():
+            kernel.contracts(x, one, factor, {"x": sorted(ends)}, "", {})
     assert time.thread_time() - begun < 4
 
 
