@@ -57,7 +57,7 @@ def test_what_verify_prints_of_the_c(name: str) -> None:
     files["ellipsoid.json"] = json.dumps(claim).encode()
     said = "\n".join(verify.check(json.dumps(proof), sources=files).proved)
     rate, h = Fraction(proof["decay_rate"]), theorem.proved(proof, files)["c"].values["parameters.sample_time"]
-    fall, slow = re.search(r"by at most (\S+) \(decay rate (\S+) 1/s\)", said).groups()  # type: ignore[union-attr]
+    ((fall, slow),) = re.findall(r"by at most (\S+) \(decay rate (\S+) 1/s\)", said)
     assert Fraction(fall) > 1 - 2 * rate * h and Fraction(slow) < rate
     grown = [Fraction(x) for x in re.findall(r"grows by at most the factor ([^;]+);", said)]
     assert all(x > Fraction(turn["growth"]) for x, turn in zip(grown, proof["reversals"], strict=True))
