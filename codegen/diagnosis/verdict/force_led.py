@@ -109,7 +109,7 @@ def credited_by_force(
 def _joint_by_joint(
     found: ForceSelection, outcome: Outcome, answer: Answer, examined: Callable[[Outcome], tuple[Answer, Outcome]]
 ) -> tuple[Answer, Outcome]:
-    """The answer with the effects of ``with_shown_on_joints``; as it is where these are its own, or are refused."""
+    """The answer with the effects of ``with_shown_on_joints``; unchanged if these are the same, or are refused."""
     fit, remarks = with_shown_on_joints(found, outcome.final)
     if fit is outcome.final:
         return answer, outcome
@@ -124,9 +124,10 @@ def _joint_by_joint(
 
 
 def with_shown_on_joints(found: ForceSelection, by_runs: Fit) -> tuple[Fit, tuple[Fact, ...]]:
-    """A fit by free runs with the selected effects on joints where it has none, or others that the force objects to.
+    """The fit to free runs after each joint of an arm has taken the better of two selections; and remarks on changes.
 
-    Of an arm that is simulated joint by joint, effects on one joint speak neither for nor against those on another one.
+    The effects selected by force residual are added on joints where free runs credit none. They replace the effects of
+    free runs on a joint where the force residual objects to these. The joints are judged independently.
     The selection by free runs fits on all segments only what gains most on few: a dead zone, which acts while the input
     is small, may not be among that, and another effect on its joint stands in for it. Free runs must credit the
     effects that are added, and with those in place of others must not be worse than without any on that joint.
