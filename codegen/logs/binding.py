@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from shlex import quote
 
@@ -31,6 +31,8 @@ from codegen.spec.quantity import refuse_other_unit
 from codegen.spec.units import describe, dimension, parse_unit, same_dimension, si_factor
 from codegen.spec.velocity_names import meant_velocity
 
+NO_COLUMN = "none"
+"""What a description says in place of a position's column where the log has the speed alone."""
 _TIME = re.compile(r"t|_*(?i:time|timestamp|stamp|time_stamp|datetime|elapsed_time|zeit)")
 
 
@@ -113,6 +115,7 @@ class _Search:
         self.symbols = ("t", *spec.positions, *spec.velocities, *(i.name for i in spec.inputs))
         self.terms: dict[str, Term] = {}
         self.missing: dict[str, BadInput] = {}
+        self.unlogged: set[str] = set()
         self.notes: list[str] = []
         self.findings: list[Finding] = []
         self.inferred_units: dict[str, str] = {}
@@ -166,6 +169,10 @@ class _Search:
         """Find the column of a symbol. If there is none, note it in ``missing`` or raise BadInput."""
         text, origin = self._choice(symbol)
         place = origin if isinstance(origin, Place) else Place("column option" if origin else self.place.file)
+        if origin is not None and text == NO_COLUMN and symbol in self.spec.positions and text not in self.names:
+            self.unlogged.add(symbol)
+            self.missing[symbol] = self._speed_wanted(symbol, place)
+            return
         term = find_term(text, self.names, place)
         if term is not None:
             self.terms[symbol] = term
@@ -237,31 +244,77 @@ class _Search:
         nearest = nearest_name(text, self.names) or written.get(nearest_name(text, written) or "")
         return BadInput(self.place, found, expected, shown(nearest) if nearest else None, code="LOG003")
 
+    def _speed_wanted(self, symbol: str, place: Place) -> BadInput:
+        """The error for a position that is said not to be logged, where its velocity is not logged either."""
+        velocity = next(c.velocity for c in self.spec.coordinates if c.name == symbol)
+        found = f"`{symbol}: {NO_COLUMN}`, and no column of its speed {velocity}"
+        return BadInput(place, found, f"a column of {symbol} or of {velocity}", code="LOG003")
+
     def _unused(self) -> list[str]:
         """The columns that no symbol takes."""
         used = {name for term in self.terms.values() for name in term.columns}
         return [name for name in self.names if name not in used]
 
+    def _is_integral(self, symbol: str, unused: Collection[str]) -> bool:
+        """Whether a symbol is a position that is the integral of its logged speed.
+
+        So it is where the description says that the log has no column of it, or where no unused column may hold it:
+        each states a unit that is none of the position, and is not in counts.
+        """
+        velocity = next((c.velocity for c in self.spec.coordinates if c.name == symbol), None)
+        if velocity not in self.terms:
+            return False
+        own = unit_of(symbol, self.spec)
+        units = {name: self._stated(name) for name in unused}
+        return symbol in self.unlogged or not any(
+            unit in ("", "-", "1") or is_in_counts(name) or is_convertible(unit, own) for name, unit in units.items()
+        )
+
+    def _or_none(self, symbol: str) -> str:
+        """What to write where the log has the speed of this position alone; empty for other symbols."""
+        velocity = next((c.velocity for c in self.spec.coordinates if c.name == symbol), None)
+        if velocity not in self.terms:
+            return ""
+        return f"; or `columns: {{{symbol}: {NO_COLUMN}}}` if the log has the speed {velocity} alone, to integrate it"
+
+    def _not_integrated(self, symbol: str) -> BadInput:
+        """The error for a symbol without a column."""
+        error = self.missing[symbol]
+        return BadInput(error.place, error.found, error.expected + self._or_none(symbol), error.nearest, code="LOG003")
+
+    def _likely_speeds(self, positions: Sequence[str], unused: Collection[str]) -> dict[str, Proposed]:
+        """Position without a column → the one unused column whose unit is that of its speed."""
+        found = {}
+        for c in self.spec.coordinates:
+            speeds = [n for n in self.names if n in unused and is_convertible(self._stated(n), f"{c.unit}/s")]
+            if c.name in positions and c.velocity not in self.terms and len(speeds) == 1:
+                found[c.name] = Proposed(c.velocity, speeds[0], "", "by its unit")
+        return found
+
     def _propose(self) -> None:
         """Raise BadInput for the symbols without a column, with lines of meta.yaml that name the likely columns.
 
-        A position whose velocity was logged is integrated where no column is left for it.
+        A position whose velocity was logged is integrated where no column is left that may hold it.
         """
+        asked = [s for s in self.missing if s not in self.unlogged]
         units = {} if self.headless else {name: self._stated(name) for name in self._unused()}
-        proposed = proposed_columns(list(self.missing), units, self.spec)
+        proposed = proposed_columns(asked, units, self.spec)
         found = {one.symbol: one.column for one in proposed}
         left = set(self._unused()) - set(found.values())
-        velocity = {c.name: c.velocity for c in self.spec.coordinates}
-        lacking = [s for s in self.missing if s in found or left or velocity.get(s) not in self.terms]
+        lacking = [s for s in asked if s in found or not self._is_integral(s, left)]
         if not lacking:
             return
-        first = self.missing[lacking[0]]
+        first = self._not_integrated(lacking[0])
         if not proposed and (len(lacking) == 1 or any("an expression" in self.missing[s].expected for s in lacking)):
             raise first
         counted = "t" in lacking and "t" not in found and all(map(is_counter, left))
         absent = f"no {'columns' if len(lacking) > 1 else 'column'} {', '.join(f'`{s}`' for s in lacking)}"
         blank = "NUMBER" if self.headless else "..."
-        lines = lines_of(proposed, {s: blank for s in lacking if s not in found and not (s == "t" and counted)})
+        blanks = {s: blank for s in lacking if s not in found and not (s == "t" and counted)}
+        speeds = self._likely_speeds([s for s in blanks if s in self.spec.positions], left)
+        lines = lines_of(
+            (*proposed, *speeds.values()), {s: NO_COLUMN if s in speeds else to for s, to in blanks.items()}
+        )
         counts = [one for one in proposed if not one.unit and is_in_counts(one.column)]
         lines += "".join(f", and their size, such as {scale_of_counts(one.symbol, self.spec)}," for one in counts)
         if counted:
@@ -269,24 +322,24 @@ class _Search:
         elif "t" in lacking and "t" not in found:
             lines += " (or `sample_time: SECONDS` in place of t)"
         option = "" if counted or not proposed else _options(proposed, lacking)
-        why = f" ({reasons(proposed)})" if proposed else ""
+        why = f" ({reasons((*proposed, *speeds.values()))})" if proposed or speeds else ""
         has = f"NUMBER from 1 to {len(self.names)}" if self.headless else f"it has {listing(self.names)}"
-        expected = f"{lines} in meta.yaml beside the log{option}{why}; {has}"
+        expected = f"{lines} in meta.yaml beside the log{option}{why}{self._or_none(lacking[0])}; {has}"
         nearest = proposed[0].column if proposed and proposed[0].symbol == lacking[0] else None
         raise BadInput(first.place, absent, expected, nearest, code="LOG003")
 
     def _integrated(self) -> tuple[str, ...]:
-        """The positions that are integrated from their velocities: those without a column, where no unused one is left.
+        """The positions that are integrated from their velocities: those without a column that may hold them.
 
         Raises:
-            BadInput: for a position without a column or a measured velocity, or where some column is unused.
+            BadInput: for a position without a measured velocity, or that some unused column may hold.
         """
         found = []
         for c in self.spec.coordinates:
             if c.name not in self.missing:
                 continue
-            if c.velocity not in self.terms or self._unused():
-                raise self.missing[c.name]
+            if not self._is_integral(c.name, self._unused()):
+                raise self._not_integrated(c.name)
             words = f"the position is the integral of the measured speed {c.velocity}, from zero"
             self.notes.append(f"no column {c.name}: {words}")
             found.append(c.name)

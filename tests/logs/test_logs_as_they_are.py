@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.base.errors import BadInput
 from codegen.logs import preflight, read_description, read_log, read_logs
 from codegen.spec.reader import parse_spec
 
@@ -282,3 +283,49 @@ def test_slow_turns_in_counts(tmp_path):
     assert np.allclose(
         read.positions[:, 0], np.interp(read.time, table[:, 0], table[:, 1] * 2 * np.pi / 8192), atol=1e-9
     )
+
+
+def bench_log(path: Path, extra: str) -> np.ndarray:
+    """A log of a test bench with the speed alone and another column; its speeds in rpm."""
+    t = np.arange(400) * 0.02
+    rpm = 100 * np.sin(2 * t)
+    rows = zip(t, rpm, np.cos(t), np.full(400, 12.0), strict=True)
+    head = f"Time (s),Motor Speed (RPM),Torque (N·m),{extra}\n"
+    path.write_text(head + "".join(f"{a:.4f},{b:.6f},{c:.6f},{d}\n" for a, b, c, d in rows))
+    return rpm
+
+
+BENCH_COLUMNS = '{t: "Time (s)", v: "Motor Speed (RPM)", u: "Torque (N·m)"'
+
+
+@pytest.mark.parametrize(
+    ("extra", "columns"), [("Voltage (V)", "}"), ("Pin State 1", ", q: none}"), ("Voltage (V)", ", q: none}")]
+)
+def test_speed_alone_beside_other_columns(tmp_path, extra, columns):
+    """A bench logs volts and pins too; a column in volts is no angle, and of one without a unit the user says so."""
+    rpm = bench_log(tmp_path / "bench.csv", extra)
+    (tmp_path / "meta.yaml").write_text(f"columns: {BENCH_COLUMNS}{columns}\n")
+    read = read_log(tmp_path / "bench.csv", SCREW, description=tmp_path / "meta.yaml")
+    assert read.velocities[:, 0] == pytest.approx(rpm * np.pi / 30, rel=1e-5)
+    turned = np.pi / 30 * 100 * (1 - np.cos(2 * 399 * 0.02)) / 2
+    assert read.positions[-1, 0] - read.positions[0, 0] == pytest.approx(turned, rel=1e-3)
+
+
+def test_a_column_that_may_be_the_position_is_asked_about(tmp_path):
+    bench_log(tmp_path / "bench.csv", "Pin State 1")
+    (tmp_path / "meta.yaml").write_text(f"columns: {BENCH_COLUMNS}}}\n")
+    with pytest.raises(BadInput) as caught:
+        read_log(tmp_path / "bench.csv", SCREW, description=tmp_path / "meta.yaml")
+    assert caught.value.code == "LOG003" and "`columns: {q: none}`" in caught.value.expected
+    (tmp_path / "meta.yaml").unlink()
+    with pytest.raises(BadInput) as caught:
+        read_log(tmp_path / "bench.csv", SCREW)
+    assert 'v: "Motor Speed (RPM)"' in caught.value.expected and "q: none" in caught.value.expected
+
+
+def test_no_position_and_no_speed_is_refused(tmp_path):
+    bench_log(tmp_path / "bench.csv", "Pin State 1")
+    (tmp_path / "meta.yaml").write_text('columns: {t: "Time (s)", u: "Torque (N·m)", q: none}\n')
+    with pytest.raises(BadInput) as caught:
+        read_log(tmp_path / "bench.csv", SCREW, description=tmp_path / "meta.yaml")
+    assert caught.value.code == "LOG003" and "speed v" in caught.value.found
