@@ -259,7 +259,7 @@ def _linearise(observer: Observer, inverse_mass: Matrix, longest: int) -> _Linea
                 values[element] = error.truth - error.symbol
                 values[state] = values[element] - rest
         elif equation.form == "mass_solve":
-            slope = (inverse_mass * jacobian(equation.expression.xreplace(values), e)).xreplace(at_truth)
+            slope = inverse_mass * jacobian(equation.expression.xreplace(values), e, at_truth)
             acceleration_slopes = {
                 sympy.Dummy(f"slope{k}", real=True): entry for k, entry in enumerate(slope) if entry != 0
             }
@@ -281,7 +281,7 @@ def _flow(observer: Observer, linear: _Linearised) -> Matrix:
     plant = dict(zip((*system.positions, *system.velocities), (*system.velocities, *system.accelerations), strict=True))
     flow = jacobian(estimates, observer.states) * Matrix(observer.rates.xreplace(linear.values))
     flow += jacobian(estimates, list(plant)) * Matrix(list(plant.values()))
-    return -jacobian(flow.xreplace(states), e).xreplace(at_truth)
+    return -jacobian(flow.xreplace(states), e, at_truth)
 
 
 def _explicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dict[sympy.Symbol, sympy.Symbol]]:
@@ -306,7 +306,7 @@ def _explicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dic
         stepped |= dict(zip(observer.states, corrected, strict=False))
     stepped |= {v: name for name, v in next_velocity.items()}
     next_estimates = _estimates_of_state(observer).xreplace(stepped)
-    sampled = (-jacobian(next_estimates, e).xreplace(at_truth) - sympy.eye(len(e))) / h
+    sampled = (-jacobian(next_estimates, e, at_truth) - sympy.eye(len(e))) / h
     accelerations = {
         a: (name - v) / h for a, (name, v) in zip(system.accelerations, next_velocity.items(), strict=True)
     }
@@ -329,7 +329,7 @@ def _implicit_step(observer: Observer, linear: _Linearised) -> tuple[Matrix, dic
     states, rates = observer.states.xreplace(linear.values), observer.rates.xreplace(linear.values)
     states_before = dict(zip(observer.states, states.xreplace(at_truth).xreplace(earlier), strict=True))
     from_state = jacobian(_estimates_of_state(observer), observer.states).xreplace(earlier).xreplace(states_before)
-    residual = jacobian(states - h * rates, e).xreplace(at_truth)
+    residual = jacobian(states - h * rates, e, at_truth)
     sampled = (sympy.eye(len(e)) + from_state * residual) / h
     moving = (*system.accelerations, *state_rates.values())
     differences = {rate: (s - name) / h for rate, (name, s) in zip(moving, before.items(), strict=True)}
@@ -395,8 +395,9 @@ def _slip_signs(observer: Observer, rename: Mapping[sympy.Symbol, sympy.Symbol])
 
 def _tidy(expression: Any, slips: Mapping[Any, sympy.Symbol], signs: tuple[sympy.Symbol, ...]) -> Any:
     """Normal form: sgn of a slip as its sign symbol, u·sgn(u) as |u|, s² = 1, products expanded."""
-    expression = expression.replace(lambda e: e.func in (Sgn, Magnitude), lambda e: e.func(sympy.expand(e.args[0])))
-    expression = expression.replace(Sgn, lambda u: _sign(sympy.expand(u), slips))
+    if expression.has(Sgn, Magnitude):
+        expression = expression.replace(lambda e: e.func in (Sgn, Magnitude), lambda e: e.func(sympy.expand(e.args[0])))
+        expression = expression.replace(Sgn, lambda u: _sign(sympy.expand(u), slips))
     expression = drop_squares(expand_products(expression), signs)
     for atom in list(expression.atoms(Sgn)):
         u = atom.args[0]

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from codegen.analysis.analysis import Analysis
-from codegen.cancellation import with_cancellation
 from codegen.certify.bound.bounds import DomainBound, ErrorBound
 from codegen.certify.bound.error_bound import error_bounds, rounding_share
 from codegen.certify.certify import Certificate
@@ -84,11 +83,13 @@ def _step_errors(
     spec: Spec, observer: Observer, domain: DomainBound, precision: str
 ) -> tuple[float, dict[str, float], float]:
     """Largest rounding errors of x, of each state's update and of the friction estimate, over both slip directions."""
+    from codegen.cancellation import with_cancellation  # with scipy.optimize, which few specs need
+
     assert observer.domain is not None
     program = replace(build_program(with_cancellation(spec, observer)), precision=precision)
     code = lower(program)
     system, u = observer.system, UNIT[precision]
-    turn, names = float(system.distribution.subs(observer.values)[0]), [z.name for z in observer.states]
+    turn, names = float(observer.distribution[0]), [z.name for z in observer.states]
     x, w = _largest(spec, system.positions[0].name), [s.name for s in system.inputs]
     fastest = _largest(spec, system.velocities[0].name) + domain.velocity / abs(turn)
     level = float(observer.domain.level[1]) + domain.everywhere

@@ -156,7 +156,7 @@ def along_friction(analysis: Analysis) -> AlongFriction | None:
     """
     observer = analysis.dynamics.observer
     system = observer.system
-    distribution = system.distribution.subs(observer.values)
+    distribution = observer.distribution
     free = distribution.free_symbols | system.mass_matrix.subs(observer.values).free_symbols
     square = distribution.rows == distribution.cols
     if not observer.truth_ranges or analysis.dynamics.implicit or free or not square or distribution.det() == 0:

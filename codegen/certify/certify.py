@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
+from operator import mul
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from codegen.certify.family import Family, NotEnclosable, build_family
 from codegen.certify.levels import SHARES, about_declared
 from codegen.certify.lyapunov import common_lyapunov, extreme_points, least_growth_at_reversals, short_recovery
 from codegen.certify.outcome import Certificate, Proposal, Proposals, Refusal
+from codegen.certify.prefix import fraction
 from codegen.certify.refute import rational_matrix, refute, slowest_point, unstable_point
 from codegen.certify.region_proofs import Regions, find_regions
 from codegen.certify.size import beyond_checker
@@ -227,13 +229,15 @@ def _none_through_turns(observer: Observer, kept: Any, matrix: Any) -> bool:
         kept: sparsity pattern of P, m by m.
         matrix: A at the point, exact.
     """
-    size = range(matrix.rows)
-    witness = sympy.diag(*[int(e.contact is not None) for e in observer.errors])
+    levels = [k for k, e in enumerate(observer.errors) if e.contact is not None]
     step = sympy.eye(matrix.rows) + observer.sample_time * matrix
-    gap = step * witness * step.T - witness
-    rows = [[Fraction(str(gap[i, j])) if kept[i, j] else Fraction(0) for j in size] for i in size]
+    rows, by = verify.integers([[fraction(step[i, k]) for k in levels] for i in range(matrix.rows)])
+    gap = [
+        [Fraction(sum(map(mul, x, y)) * bool(kept[i, j]), by * by) - (i == j in levels) for j, y in enumerate(rows)]
+        for i, x in enumerate(rows)
+    ]
     try:
-        verify.require(verify.integers(rows)[0], "")
+        verify.require(verify.integers(gap)[0], "")
     except verify.Refused:
         return False
     return True

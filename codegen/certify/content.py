@@ -228,7 +228,7 @@ def code_reading(observer: Observer, family: Family, places: Mapping[str, str]) 
     names = {x: x.name for x in system.positions if x not in system.sensor_errors}
     names |= {v: v.name if v.name in places else f"{v.name}_hat" for v in system.velocities}
     shown = {s: sympy.Symbol(places[name]) for s, name in names.items() if name in places}
-    slips = [*system.slip_velocity.subs(observer.values)]
+    slips = [*system.slip_velocity.xreplace(observer.values)]
     signs = [u / sympy.Abs(u) for u in slips]
     meaning = {x: x for x in (*system.positions, *system.velocities)}
     meaning |= dict(zip([c.slip for c in system.contacts], slips, strict=True))

@@ -141,8 +141,9 @@ def _sign_products(matrix: Matrix, signs: tuple[sympy.Symbol, ...]) -> dict[Any,
     The products are those that occur in the terms of A, or single signs if that gives no more parameters. If two signs
     occur only as a product, for example, the product is one parameter.
     """
-    terms = [t for e in matrix for t in sympy.Add.make_args(expand_products(e))]
-    together = {tuple(s for s in signs if s in sympy.Mul.make_args(t)) for t in terms} - {()}
+    terms = [t for e in matrix.todok().values() for t in sympy.Add.make_args(expand_products(e))]
+    factors = [{*sympy.Mul.make_args(t)} for t in terms]
+    together = {tuple(s for s in signs if s in each) for each in factors} - {()}
     single = {(s,) for s in signs if matrix.has(s)}
     chosen = together if len(together) < len(single) else single
     return {sympy.Mul(*parts): parts for parts in sorted(chosen, key=lambda parts: [s.name for s in parts])}

@@ -46,7 +46,7 @@ def slowest_while_sticking(observer: Observer, response: Response) -> Sticking |
     """
     system, h = observer.system, float(observer.sample_time)
     step, inverse = (np.array(m.tolist(), dtype=float) for m in (response.step, -response.by_force))
-    slips = np.array(system.distribution.subs(observer.values).tolist(), dtype=float)
+    slips = np.array(observer.distribution.tolist(), dtype=float)
     n, count = slips.shape
     if not observer.level_errors or len(step) != n + count:
         return None

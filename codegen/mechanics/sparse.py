@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import reduce
-from operator import mul
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import sympy
@@ -18,37 +16,78 @@ def diagonal(entries: Iterable[Any]) -> Matrix:
     return sparse(len(values), len(values), {(i, i): value for i, value in enumerate(values)})
 
 
-def jacobian(expressions: Sequence[Any], variables: Sequence[sympy.Symbol]) -> Matrix:
+def jacobian(
+    expressions: Sequence[Any], variables: Sequence[sympy.Symbol], at: Mapping[sympy.Symbol, Any] | None = None
+) -> Matrix:
     """The Jacobian ∂expressions/∂variables, expressions by variables.
 
-    Only those terms of a sum are differentiated in which the variable occurs.
+    Args:
+        at: variable → value at which it is evaluated; by default the Jacobian is a function of the variables.
     """
-    column = {x: j for j, x in enumerate(variables)}
-    terms: dict[tuple[int, int], list[Any]] = {}
-    for i, expression in enumerate(expressions):
-        for term in sympy.Add.make_args(sympy.sympify(expression)):
-            for x in term.free_symbols & column.keys():
-                terms.setdefault((i, column[x]), []).append(_slope(term, x))
-    entries = {place: sympy.Add(*slopes) for place, slopes in terms.items()}
+    column, gradients = {x: j for j, x in enumerate(variables)}, _Gradients(frozenset(variables), at or {})
+    entries = {
+        (i, column[x]): slope
+        for i, expression in enumerate(expressions)
+        for x, slope in gradients.of(sympy.sympify(expression)).items()
+    }
     return sparse(len(expressions), len(variables), entries)
 
 
-def _slope(term: Any, x: sympy.Symbol) -> Any:
-    """∂term/∂x, the same expression as SymPy's diff, in a fifth of the time for sums and products.
+class _Gradients:
+    """Gradients of expressions at a point, by the chain rule from the symbols up.
 
-    The derivative of a product in which x itself is a factor is the product of the other factors.
+    Only the derivatives that are not zero are computed, and only the parts of an expression in which a variable occurs
+    are visited; equal parts once. The values of the other factors are inserted first, which keeps products short.
+
+    Args:
+        variables: those with respect to which is differentiated.
+        at: variable → its value at the point, if it has one.
     """
-    if term == x:
-        return sympy.S.One
-    if term.is_Add:
-        return sympy.Add(*(_slope(part, x) for part in term.args if x in part.free_symbols))
-    if not term.is_Mul:
-        return sympy.diff(term, x)
-    factors = term.args
-    held = [k for k, factor in enumerate(factors) if x in factor.free_symbols]
-    if len(held) == 1 and factors[held[0]] == x:
-        return reduce(mul, (f for f in factors if f != x), sympy.S.One)
-    return sympy.Add(*(sympy.Mul(*factors[:k], _slope(factors[k], x), *factors[k + 1 :]) for k in held))
+
+    def __init__(self, variables: frozenset[sympy.Symbol], at: Mapping[sympy.Symbol, Any]) -> None:
+        self._variables, self._at = variables, at
+        self._known: dict[Any, dict[sympy.Symbol, Any]] = {}
+
+    def of(self, expression: Any) -> dict[sympy.Symbol, Any]:
+        """Variable → ∂expression/∂variable at the point."""
+        if expression not in self._known:
+            self._known[expression] = self._computed(expression)
+        return self._known[expression]
+
+    def _value(self, expression: Any) -> Any:
+        return expression.xreplace(self._at) if self._at else expression
+
+    def _computed(self, expression: Any) -> dict[sympy.Symbol, Any]:
+        if expression in self._variables:
+            return {expression: sympy.S.One}
+        if not expression.args or self._variables.isdisjoint(expression.free_symbols):
+            return {}
+        if expression.is_Add:
+            return _total(self.of(term) for term in expression.args)
+        if expression.is_Mul:
+            factors = expression.args
+            return _total(
+                {
+                    x: sympy.Mul(*(self._value(f) for f in (*factors[:k], *factors[k + 1 :])), slope)
+                    for x, slope in found
+                }
+                for k, factor in enumerate(factors)
+                if (found := self.of(factor).items())
+            )
+        if isinstance(expression, sympy.Function) and len(expression.args) == 1:
+            outer = self._value(expression.fdiff(1))
+            return {x: outer * slope for x, slope in self.of(expression.args[0]).items()} if outer != 0 else {}
+        occurring = self._variables & expression.free_symbols
+        return {x: self._value(sympy.diff(expression, x)) for x in occurring}
+
+
+def _total(gradients: Iterable[dict[sympy.Symbol, Any]]) -> dict[sympy.Symbol, Any]:
+    """The sum of gradients."""
+    terms: dict[sympy.Symbol, list[Any]] = {}
+    for gradient in gradients:
+        for x, slope in gradient.items():
+            terms.setdefault(x, []).append(slope)
+    return {x: sympy.Add(*slopes) for x, slopes in terms.items()}
 
 
 def sparse(rows: int, columns: int, entries: dict[tuple[int, int], Any]) -> Matrix:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal
 
 import sympy
@@ -203,3 +204,8 @@ class Observer:
     def values(self) -> dict[sympy.Symbol, Any]:
         """Exact values of all parameters, gains and assumed constants."""
         return {**self.system.values, **self.assumed, **self.gains}
+
+    @cached_property
+    def distribution(self) -> Matrix:
+        """U with numbers in place of the parameters."""
+        return Matrix(self.system.distribution.xreplace(self.values))

@@ -102,7 +102,7 @@ def _declared_friction(spec: Spec, observer: Observer) -> dict[str, float]:
     system = observer.system
     each = largest_friction(spec, observer)
     found = {f"F_hat_{c.name}": float(b) for c, b in zip(system.contacts, each, strict=True) if b is not None}
-    distribution = system.distribution.subs(observer.values)
+    distribution = observer.distribution
     for i, x in enumerate(spec.positions):
         parts = [(u, b) for u, b in zip(distribution.row(i), each, strict=True) if u != 0]
         if parts and all(b is not None and not u.free_symbols for u, b in parts):

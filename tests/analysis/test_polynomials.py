@@ -370,3 +370,13 @@ def test_slopes_and_products_are_those_of_sympy() -> None:
         if all(not g.has(f) for f in functions for g in functions if f != g):
             masked = sympy.expand(e.xreplace(functions)).xreplace({d: f for f, d in functions.items()})
             assert expand_products(e) == masked
+
+
+def test_slopes_at_a_point_are_the_slopes_with_its_values_inserted() -> None:
+    dice, symbols = random.Random(6), sympy.symbols("a b c", real=True)
+    for _ in range(60):
+        e = nested(dice, symbols, 3)
+        at, c = {x: sympy.Rational(dice.randrange(1, 99), 50) for x in symbols[:2]}, sympy.Rational(7, 5)
+        for x, slope in zip(symbols, jacobian([e], symbols, at), strict=True):
+            assert not slope.free_symbols & at.keys()
+            assert abs(sympy.N(slope.subs(symbols[2], c) - sympy.diff(e, x).subs({**at, symbols[2]: c}))) < 1e-9

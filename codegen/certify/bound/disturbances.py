@@ -86,7 +86,7 @@ def disturbances(spec: Spec, observer: Observer, response: Response, off: ModelE
         return "g depends on v, and the envelope has no range for every velocity"
     speeds = [s or Fraction(0) for s in velocity]
     speeds_by_clock = [scale * s for s in speeds]
-    distribution = system.distribution.subs(observer.values)
+    distribution = observer.distribution
     contact_rates = []
     for c, contact in enumerate(system.contacts):
         slides = sliding(observer, contact)

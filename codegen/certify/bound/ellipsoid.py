@@ -113,13 +113,13 @@ def with_ellipsoid(
         level = [e["sign"] for e in proof["errors"]].index(entry["sign"])
         left = float_above(Fraction(entry["after"][level]))
         turns[level] = Reversal(int(entry["samples"]), int(entry["turns"]), left)
+    proved = [
+        ([Fraction(c) for c in row[:-1]], (int(samples) * h, begun, float_above(x), ellipsoid.FRICTION in set_))
+        for set_, each in zip(json.loads(text)["sets"], found, strict=True)
+        for (row, samples, begun, _), x in zip(ellipsoid.claimed_rows(set_), each, strict=True)
+    ]
     for b, unit in zip(certificate.bounds, units, strict=True):
-        own = [
-            (int(samples) * h, begun, float_above(x), ellipsoid.FRICTION in set_)
-            for set_, each in zip(json.loads(text)["sets"], found, strict=True)
-            for (row, samples, begun, _), x in zip(ellipsoid.claimed_rows(set_), each, strict=True)
-            if [Fraction(c) for c in row[:-1]] == unit
-        ]
+        own = [bound for row, bound in proved if row == unit]
         after = tuple((time, x) for time, begun, x, _ in own if begun)
         steady, always = (min((x for _, begun, x, any_ in own if not begun and any_ == of), default=None)
                           for of in (False, True))  # fmt: skip
@@ -154,7 +154,7 @@ def ellipsoid_text(
     friction = _any_friction(observer, proof, shown, sizes, bounds)
     of = _disturbances(observer, positions, proof, response, sizes, friction)
     step = np.array(response.step.tolist(), dtype=float)
-    slips = observer.system.distribution.subs(observer.values)
+    slips = observer.distribution
     rows = [[*column, *[0] * (len(step) - n)] for column in slips.T.tolist()]
     errors = sympy.eye(len(step))[n:, :].tolist()
     size = np.array([float(d.size) for d in of])
@@ -257,7 +257,7 @@ def _largest_friction(spec: Spec, observer: Observer, write: Writer) -> dict[str
 
     It is 0 for all if some contact has no bound.
     """
-    slips, most = observer.system.distribution.subs(observer.values), largest_friction(spec, observer)
+    slips, most = observer.distribution, largest_friction(spec, observer)
     known = [x for x in most if x is not None]
     return {
         write(e.truth): Fraction(0)
@@ -291,7 +291,7 @@ def _reversals(
     own = {e[part]: kernel.term(1, e[part]) for e in proof["errors"] for part in ("truth", "estimate")}
     text = kernel.Text(shown["names"] | own, {})
     estimates, entries = [e["estimate"] for e in proof["errors"]], list[dict[str, Any]]()
-    before = [upwards(x * (1 + NEAR), START_DIGITS) for x in most]
+    before, changes = [upwards(x * (1 + NEAR), START_DIGITS) for x in most], _slip_changes(observer, acceleration)
     try:
         known = ellipsoid.dynamics(proof, claim, shown)
     except ValueError:
@@ -299,7 +299,7 @@ def _reversals(
     for error in proof["errors"][len(observer.system.positions) :]:
         slip = text.value(proof["signs"][error["sign"]])
         state = next(p for z in proof["states"].values() if (error["estimate"],) in (p := text.value(z)))
-        (x, *_), change = next(iter(slip)), _slip_change(observer, error["sign"], acceleration)
+        (x, *_), change = next(iter(slip)), changes[error["sign"]]
         reach = sum(abs(a) * before[estimates.index(y)] for (y,), a in slip.items())
         jump = 2 * Fraction(state.get(tuple(sorted((error["sign"], x))), 0)) / slip[x,] / state[error["estimate"],]
         if not change:
@@ -314,11 +314,13 @@ def _reversals(
     return entries
 
 
-def _slip_change(observer: Observer, sign: str, acceleration: Sequence[Fraction]) -> Fraction:
-    """Largest change of a slip in a sample, h Σ_i |U_ic| max |v_i'|, for the contact with this sign symbol."""
-    of = [f"sign.{contact.name}" for contact in observer.system.contacts].index(sign)
-    slips = observer.system.distribution.subs(observer.values)
-    return fraction(observer.sample_time) * dot(slips.col(of), acceleration)
+def _slip_changes(observer: Observer, acceleration: Sequence[Fraction]) -> dict[str, Fraction]:
+    """Sign symbol of a contact → largest change of its slip in a sample, h Σ_i |U_ic| max |v_i'|."""
+    slips, h = observer.distribution, fraction(observer.sample_time)
+    return {
+        f"sign.{contact.name}": h * dot(slips.col(c), acceleration)
+        for c, contact in enumerate(observer.system.contacts)
+    }
 
 
 def _numbers(texts_: Sequence[str]) -> list[Any]:
@@ -349,7 +351,7 @@ def _disturbances(
         ("drift", truths[n:], sizes["friction"], unit[:, n:]),
     ]
     if friction:
-        slips = observer.system.distribution.subs(observer.values)
+        slips = observer.distribution
         onto = [slips.col(e.contact) if e.coordinate is None else unit[:n, e.coordinate] for e in observer.errors[n:]]
         driven = observer.sample_time * response.velocity * response.by_force * sympy.Matrix.hstack(*onto)
         blocks.append((ellipsoid.FRICTION, truths[n:], [*friction.values()], driven))

@@ -241,7 +241,7 @@ def _least_slip_speed(observer: Observer, steady: Sequence[float], slides: Seque
     It is the bound on the estimated slip's error (with a domain, plus the speed below which the level is held), and at
     least the speed from which on the laws with a state slide.
     """
-    slips = observer.system.distribution.subs(observer.values)
+    slips = observer.distribution
     speed = max(sum(abs(float(slips[r, c])) * steady[r] for r in range(slips.rows)) for c in range(slips.cols))
     speed += 0.0 if observer.domain is None else float(observer.domain.slip_speed)
     return max(speed, *(float(s.speed) for s in slides if s is not None))
@@ -363,6 +363,5 @@ def _of_levels(observer: Observer, error: ErrorVariable, levels: list[float]) ->
     """The level of the contact c to which the error belongs, or Σ_c |U_ic| level_c for an error on coordinate i."""
     if error.contact is not None:
         return levels[error.contact]
-    system = observer.system
-    slips = system.distribution.subs(observer.values)
+    slips = observer.distribution
     return float(sum(abs(float(slips[error.coordinate, c])) * level for c, level in enumerate(levels)))

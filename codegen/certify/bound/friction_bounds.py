@@ -60,7 +60,7 @@ def largest_friction(spec: Spec, observer: Observer) -> list[Fraction | None]:
     range ``a_NAME`` for a contact with a declared effect on its level.
     """
     system, bounds = observer.system, list[Fraction | None]()
-    distribution = system.distribution.subs(observer.values)
+    distribution = observer.distribution
 
     def end(name: str) -> Any:
         return max((abs(sympy.Rational(e)) for e in spec.envelope.get(name, ())), default=sympy.oo)
