@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ import sympy
 
 _MODULES: list[Any] = [{"Magnitude": np.abs, "Sgn": np.sign}, "numpy"]
 """Functions by which ``lambdify`` evaluates an expression."""
+KEPT = 256
+"""Compiled functions that are kept."""
 
 
 def numpy_function(
@@ -23,8 +26,17 @@ def numpy_function(
     if not any(sympy.sympify(e).free_symbols for e in expressions):  # constants, as of most actuators: no compilation
         constant = [float(e) for e in expressions]
         return lambda *at: list(constant)
-    others = {s for e in expressions for s in sympy.sympify(e).free_symbols} - set(arguments)
-    known = sorted(others, key=str)
+    exact = tuple(sympy.sympify(e) for e in expressions)
+    symbols = set().union(*(e.free_symbols for e in exact))
+    places = [k for k, s in enumerate(arguments) if s in symbols]
+    known = sorted(symbols - set(arguments), key=str)
     numbers = [float(values[s]) for s in known]
-    function = sympy.lambdify([*arguments, *known], [sympy.sympify(e) for e in expressions], _MODULES)
-    return lambda *at: list(function(*at, *numbers))
+    function = _function(exact, (*(arguments[k] for k in places), *known))
+    return lambda *at: list(function(*(at[k] for k in places), *numbers))
+
+
+@lru_cache(maxsize=KEPT)
+def _function(expressions: tuple[sympy.Expr, ...], arguments: tuple[sympy.Symbol, ...]) -> Callable[..., list[Any]]:
+    """The compiled function; that of an actuator is asked for by every model that has it."""
+    function: Callable[..., list[Any]] = sympy.lambdify(arguments, list(expressions), _MODULES)
+    return function

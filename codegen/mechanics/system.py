@@ -291,7 +291,13 @@ class System:
 
 def _over(expression: Any, static: Mapping[sympy.Symbol, sympy.Expr]) -> Any:
     """An expression with each effective input replaced by its expression over the command, ``static``."""
-    return expression.subs(static, simultaneous=True) if static else expression
+    if not static:
+        return expression
+    if isinstance(expression, sympy.MatrixBase):
+        return expression.applyfunc(lambda entry: _over(entry, static))
+    # An arm's computed terms contain no input; a substitution would go through all their arguments.
+    terms = sympy.Add.make_args(sympy.sympify(expression))
+    return sympy.Add(*[t.subs(static, simultaneous=True) if t.has(*static) else t for t in terms])
 
 
 def _input_matrix(

@@ -112,6 +112,23 @@ def test_models_with_other_imposed_signals_share_nothing_that_depends_on_them(tm
     np.testing.assert_array_equal(plain, expected)
 
 
+def test_only_parameters_of_links_that_a_joint_moves_change_its_runs(tmp_path: Path) -> None:
+    """The free runs of joint 2 alone do not depend on what moves with joint 1 only; each parameter is changed."""
+    log = logged(tmp_path)
+    search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
+    record = replace(search.record, joints=(1,))
+    runner = replace(search.runners([search.declared_trial])[0], record=record)
+    plain, felt = runner.run(search.declared, record.at_rest), []
+    for k, declared in enumerate(search.declared):
+        theta = search.declared.copy()
+        theta[k] += 1e-2 * max(abs(declared), 1.0)
+        felt.append(not np.array_equal(runner.run(theta, record.at_rest), plain))
+    assert [runner.is_felt(k) for k in range(len(felt))] == [k == 0 or own for k, own in enumerate(felt)]
+    assert any(felt[2:]) and not all(felt[2:])  # the first two are the friction levels of the joints
+    slopes = search.refit().of_joint(1).slopes
+    assert [bool(slope.any()) for slope in slopes] == felt
+
+
 def test_what_a_joint_lacks_shows_at_that_joint(tmp_path: Path) -> None:
     log = logged(tmp_path)
     right = by_joint(search_of(arm(tmp_path), log))

@@ -303,22 +303,48 @@ class JointShooter:
 
         return run
 
+    def is_felt(self, model: int, k: int, record: Record) -> bool:
+        """Whether the free runs of the compared joints may depend on argument ``k`` of a model.
+
+        Of the parameters of the links, a joint feels those of the links that it moves.
+        """
+        if k not in self._rigid[model]:
+            return True
+        along = self.terms.along(record.positions, record.velocities, record.sample_time)
+        compared = [c for c in self._models[model] if record.joints is None or c.joint.index in record.joints]
+        felt = along.felt[:, self._rigid[model].index(k)]
+        return any(felt[c.joint.index] or k in c.arguments for c in compared)
+
     def _columns(self, joint: Joint, inputs: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
         """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step."""
-        i, system, count = joint.index, self.terms.system, inputs.shape[1]
-        width = self._shooter.inputs
-        key = "imposed", along, i, substeps, count, width, joint.others, off[along.felt[i]].tobytes()
-        imposed = self.memory.get(key)
-        if imposed is None:  # most runs of a fit change neither mass nor force
+        loads, held = self._loads(joint, along, off, substeps), self._held(joint, along, substeps)
+        used = np.hstack([inputs, loads, held])
+        columns = np.zeros((len(inputs), self._shooter.inputs))
+        columns[:, : used.shape[1]] = used
+        return columns
+
+    def _loads(self, joint: Joint, along: MotionTerms, off: Array, substeps: int) -> Array:
+        """(N substeps, 2) mass and force of a joint; most runs of a fit change neither."""
+        i = joint.index
+        key = "loads", along, i, substeps, off[along.felt[i]].tobytes()
+        found = self.memory.get(key)
+        if found is None:
+            found = between(np.column_stack(along.loads(i, off)), substeps)
+            self.memory.put(key, found)
+        return found
+
+    def _held(self, joint: Joint, along: MotionTerms, substeps: int) -> Array:
+        """(N substeps, k) imposed signals that depend on no parameter, in the order of the joint's inputs."""
+        key = "held", along, joint.index, substeps, joint.others
+        found = self.memory.get(key)
+        if found is None:
+            system = self.terms.system
             motion = dict(zip(system.positions, along.positions.T, strict=True))
             motion |= dict(zip(system.velocities, along.velocities.T, strict=True))
-            signals = [*along.loads(i, off), *along.held(i), *(motion[s] for s in joint.others)]
-            imposed = np.zeros((len(inputs), width))
-            imposed[:, count : count + len(signals)] = between(np.column_stack(signals), substeps)
-            self.memory.put(key, imposed)
-        columns = imposed.copy()
-        columns[:, :count] = inputs
-        return columns
+            signals = [*along.held(joint.index), *(motion[s] for s in joint.others)]
+            found = between(np.column_stack(signals), substeps)
+            self.memory.put(key, found)
+        return found
 
 
 def _record_of(record: Record, i: int) -> Record:

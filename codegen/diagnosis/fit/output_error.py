@@ -169,6 +169,13 @@ class Fit:
         slopes = [self.starts.project(slope, slope=True) for slope in self.raw_slopes]
         return np.stack(slopes) if slopes else np.zeros((0, *self.residual.shape))
 
+    @property
+    def for_table(self) -> Fit:
+        """The fit without its arrays over segments, which take nearly all its memory: values and limits alone."""
+        flat, deep = np.zeros((0, 0)), np.zeros((0, 0, 0))
+        starts = Starts(deep, deep, flat)
+        return replace(self, offsets=flat, unprojected=flat, residual=flat, slopes=deep, starts=starts)
+
     def rows_of(self, joint: int) -> slice:
         """The rows of a joint of an arm that is simulated joint by joint."""
         joints = self.runner.record.joints
@@ -360,6 +367,8 @@ def _slopes(
     """Slopes by every parameter, by differences; those in ``taken`` are known."""
 
     def slope(k: int) -> Array:
+        if not runner.is_felt(k):
+            return np.zeros_like(now)
         moved = theta.copy()
         moved[k] += steps[k]
         return np.asarray((now - mean_residuals(runner, runner.run(moved, offsets))) / steps[k])

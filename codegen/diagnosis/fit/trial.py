@@ -134,6 +134,12 @@ class Trial:
         return np.concatenate([moved, *([v[n] for n in p.names] for p, v in zip(self.parts, found, strict=True))])
 
     @cached_property
+    def symbols_of_chains(self) -> set[sympy.Symbol]:
+        """Symbols of the actuators, which change the input of a run."""
+        chains = self.changed.actuators.values()
+        return set().union(*(sympy.sympify(e).free_symbols for chain in chains for e in chain.numbers))
+
+    @cached_property
     def chains(self) -> Chains:
         return Chains(self.changed, self.symbols)
 
@@ -177,6 +183,14 @@ class Runner:
             return record.by_row(trial.sensors.measured(found, numbers))
 
         return run
+
+    def is_felt(self, k: int) -> bool:
+        """Whether the predicted measurements may depend on parameter ``k`` of the trial's vector."""
+        if not isinstance(self.shooter, JointShooter) or k >= len(self.trial.moved):
+            return True
+        if self.trial.symbols[k] in self.trial.symbols_of_chains:
+            return True
+        return self.shooter.is_felt(self.model, self._arguments.index(k), self.record)
 
     def hidden(self, theta: Array) -> Array:
         """States that are not logged, as by ``Shooter.hidden``."""

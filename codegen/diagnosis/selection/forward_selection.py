@@ -131,7 +131,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         parts = [p for p in every_part(search, current.trial.parts) if joint_of(search, p) == joint]
         ranked = run_round(search, current, parts, partial(report_progress, turn))
         if first:
-            later.append(LaterRound(current.trial.parts, tuple(ranked)))
+            later.append(LaterRound(current.trial.parts, tuple(r.for_table for r in ranked)))
         first = first or ranked
         possible = [r for r in ranked if not r.why_not or r.unsure]
         if not possible:

@@ -55,6 +55,11 @@ class Ranked:
     p: float = 1.0
     force_criterion: ForceCriterion | None = None
 
+    @property
+    def for_table(self) -> Ranked:
+        """The candidate without what only its round needs: an arm has dozens of rounds."""
+        return replace(self, found=self.found.for_table, force_criterion=None)
+
 
 def run_round(
     search: Search, current: Fit, parts: Sequence[Part], report_progress: Callable[[float], None]

@@ -89,7 +89,7 @@ def selected_by_force(
         for turn in range(MOST_EFFECTS):
             progress = partial(lambda done, share: report_progress((done + share) / most), len(rounds))
             ranked = force_round(fits, fit, joint, progress)
-            rounds.append(LaterRound(fit.trial.parts, tuple(ranked)))
+            rounds.append(LaterRound(fit.trial.parts, tuple(r.for_table if r.why_not else r for r in ranked)))
             # Rivals are reported for the first effect only; another joint's effect with rivals is not credited.
             is_tied = fit.trial.parts and not turn and ties(search, ranked)
             if not ranked or ranked[0].why_not or is_tied:
