@@ -16,6 +16,8 @@ from codegen.logs.formats.source import Columns
 LARGEST_VALUE = 1e30
 SHARE_NOT_FINITE, RUN_NOT_FINITE = 0.01, 5
 """Largest share of values that are not finite, and most of them in a row, that are filled in."""
+ONE_OF = "or, where a column numbers motors or records, `rows: {COLUMN: NUMBER}` in meta.yaml beside the log"
+"""How one of several motors is read from a file whose rows are those of all."""
 SHARE_REPEATED = 0.20
 """Largest share of rows that repeat a time stamp with other data."""
 _UNITS = {1e3: ("milliseconds", "0.001"), 1e6: ("microseconds", "1e-6"), 1e9: ("nanoseconds", "1e-9")}
@@ -170,7 +172,10 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
         found = f"time runs backwards, from {float(time[k])!r} to {float(time[k + 1])!r}"
         more = f" ({count} times in the file, the first here)" if count > 1 else ""
         raise BadInput(
-            raw.place(k + 1, 0), found + more, "rows in the order of time; a file for each record", code="LOG007"
+            raw.place(k + 1, 0),
+            found + more,
+            f"rows in the order of time; a file for each record, {ONE_OF}",
+            code="LOG007",
         )
     repeats = np.concatenate(([False], steps == 0))
     if not repeats.any():
@@ -180,7 +185,7 @@ def _rising(raw: Columns, values: Array, notes: list[str]) -> Flags:
     other = repeats & ~same
     if other.sum() > SHARE_REPEATED * len(time):
         found = f"{int(other.sum())} of {len(time)} rows repeat a time stamp with other data, the first here"
-        expected = "a different time in each row (written with more digits)"
+        expected = f"a different time in each row (written with more digits), {ONE_OF}"
         raise BadInput(raw.place(int(np.argmax(other)), 0), found, expected, code="LOG007")
     if same.any():
         notes.append(

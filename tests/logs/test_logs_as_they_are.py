@@ -329,3 +329,20 @@ def test_no_position_and_no_speed_is_refused(tmp_path):
     with pytest.raises(BadInput) as caught:
         read_log(tmp_path / "bench.csv", SCREW, description=tmp_path / "meta.yaml")
     assert caught.value.code == "LOG003" and "speed v" in caught.value.found
+
+
+def test_rows_of_several_motors(tmp_path):
+    """A bus log has a row for each motor at the same time; the message names the key that selects one, which works."""
+    t = np.repeat(np.arange(300) * 0.02, 3)
+    number = np.tile([1, 2, 3], 300)
+    rows = zip(t, number, number * np.sin(t), np.cos(t), strict=True)
+    text = "time,motor_id,position,torque\n" + "".join(f"{a:.4f},{b},{c:.7f},{d:.7f}\n" for a, b, c, d in rows)
+    (tmp_path / "bus.csv").write_text(text)
+    columns = "columns: {t: time, q: position, u: torque}\n"
+    (tmp_path / "meta.yaml").write_text(columns)
+    with pytest.raises(BadInput) as caught:
+        read_log(tmp_path / "bus.csv", SCREW)
+    assert caught.value.code == "LOG007" and "`rows: {COLUMN: NUMBER}`" in caught.value.expected
+    (tmp_path / "meta.yaml").write_text(columns + "rows: {motor_id: 2}\n")
+    read = read_log(tmp_path / "bus.csv", SCREW)
+    assert read.positions[:, 0] == pytest.approx(2 * np.sin(np.arange(300) * 0.02), abs=1e-6)
