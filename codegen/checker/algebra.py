@@ -7,8 +7,8 @@ integers and fractions; every result is exact.
 import re
 from collections import defaultdict
 from fractions import Fraction
-from itertools import accumulate, product
-from math import comb, lcm, prod
+from itertools import accumulate, compress, product
+from math import comb, gcd, lcm, prod
 from operator import mul
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING or __package__:
 
 demand = frame.demand  # raises ValueError if a condition fails or the time limit is reached
 LEAST = Fraction(1, 10**40)
-SHORT = 64  # binary digits of a short number
+LONG, SHORT = 64, 30  # binary digits of a long number, and of a short one
 
 
 # LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
@@ -87,8 +87,9 @@ def integers(rows: Any) -> tuple[list[list[int]], int]:
 # Short numbers are tried first: b_ij is a_ij / 2^(s_i + s_j), rounded down. What is cut off is a symmetric matrix of
 # entries below 1, whose eigenvalues are above -n. So A is definite if (b_ij), less n on the diagonal, is semidefinite.
 def positive(A: Any, definite: bool = False) -> bool:
-    shifts = [max(A[i][i].bit_length() - SHORT, 0) // 2 for i in range(len(A))]
-    short = [[A[i][j] >> shifts[i] + shifts[j] for j in range(i, len(A))] for i in range(len(A) if any(shifts) else 0)]
+    sizes = [A[i][i].bit_length() for i in range(len(A))]
+    shifts = [max(size - SHORT, 0) // 2 for size in sizes if max(sizes) > LONG]
+    short = [[A[i][j] >> shifts[i] + shifts[j] for j in range(i, len(A))] for i in range(len(shifts))]
     for row in short:
         row[0] -= len(A)
     return (short and eliminated(short, False)) or eliminated([row[k:] for k, row in enumerate(A)], definite)
@@ -168,31 +169,50 @@ def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
     for place, *m in joint:
         own[place].update(m)
         degree |= {x: max(degree[x], m.count(x)) for x in m}
-    numbers = sum(prod(degree[x] + 1 for x in variables) for variables in own.values())  # in a table
+    numbers = sum(prod(degree[x] + 1 for x in variables) for variables in own.values())  # in all tables
     demand(max(10 * len(A) * prod(n + 1 for n in degree.values()), numbers) < 10**6, "more terms than the limit")
-    terms = [(m[0], tuple(m.count(x) if x in own[m[0]] else -1 for x in degree)) for m in joint]
+    keys = {place: [range(n + 1) for x, n in degree.items() if x in own[place]] for place in own}  # of its table
+    terms = {(m[0], *[m.count(x) for x in degree if x in own[m[0]]]): c for m, c in zip(joint, whole, strict=True)}
+    tables = {place: [terms.get((place, *power), 0) for power in product(*keys[place])] for place in own}
     for cell in leaves(box, tree):
-        table = dict(zip(terms, whole, strict=True))  # place, and of each variable in it power or k -> a number
-        for at, (x, n) in enumerate(degree.items()):
-            rows, one = powers(n, *ends(x, cell))
-            later: Any = defaultdict(int)
-            for (place, key), c in table.items():
-                for k, weight in enumerate(rows[key[at]] if key[at] >= 0 else [one]):
-                    later[place, (*key[:at], k, *key[at + 1 :]) if key[at] >= 0 else key] += c * weight
-            table = later
+        turned = {x: powers(n, *ends(x, cell)) for x, n in degree.items()}
+        made, common = dict[str, list[int]](), 0
+        for place, table in tables.items():
+            of_others = prod(one for x, (_, one) in turned.items() if x not in own[place])
+            for rows in ([[of_others]], *(rows for x, (rows, _) in turned.items() if x in own[place])):
+                table = of_next(table, rows)
+            made[place], common = table, of_both(common, table)
         parts: Any = defaultdict(lambda: defaultdict(list))  # which variables -> k of each -> entries
-        for (place, key), c in table.items():
-            demand(True, "")
-            where = tuple(at for at, k in enumerate(key) if k >= 0)
-            parts[where][tuple(key[at] for at in where)].append((*places[place], c))
+        for place, table in made.items():
+            where = tuple(x in own[place] for x in degree)
+            for key, c in zip(product(*keys[place]), table, strict=True):
+                demand(True, "")
+                parts[where][key].append((*places[place], c // (common or 1)))
         found = set()
         for key in product(*(range(n + 1) for n in degree.values())):
             matrix = [[0] * len(row) for row in A]
             for where, entries in parts.items():
-                for i, j, c in entries[tuple(map(key.__getitem__, where))]:
+                for i, j, c in entries[tuple(compress(key, where))]:
                     matrix[i][j] = c
             found.add(tuple(map(tuple, matrix)))  # many are the same, as of two signs
         yield from found
+
+
+def of_next(table: list[int], rows: list[list[int]]) -> list[int]:
+    """The table with k in place of the power of its first variable, now the last: so each in its turn is the first."""
+    step, weights, found = len(table) // len(rows), [*zip(*rows, strict=True)], list[int]()
+    for column in zip(*(table[at : at + step] for at in range(0, len(table), step)), strict=True):
+        demand(True, "")
+        found += [sum(map(mul, column, each)) for each in weights] if any(column) else column
+    return found
+
+
+def of_both(common: int, table: list[int]) -> int:
+    """The largest number that divides `common` and all of the table: short numbers are fast."""
+    for c in table:
+        demand(True, "")
+        common = gcd(common, c)
+    return common
 
 
 def ends(x: str, cell: Box) -> Any:

@@ -833,7 +833,7 @@ def test_it_runs_alone_and_prints_no_traceback(tmp_path: Path) -> None:
 
 def test_a_sceptic_reads_it_in_one_sitting() -> None:
     texts = [Path(file.__file__).read_text("utf-8") for file in (algebra, kernel)]
-    assert max(len(text.splitlines()) for text in texts) < 240
+    assert max(len(text.splitlines()) for text in texts) < 260
     assert re.findall(r"# LEMMA (\d+)\.", "".join(texts)) == [str(k) for k in range(1, 11)]
     lines = [line for text in texts for line in text.splitlines()]
     imported = {line.split()[1].split(".")[0] for line in lines if line.startswith(("import ", "from "))}
