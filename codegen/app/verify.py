@@ -49,12 +49,10 @@ def certificate_in(path: str | Path) -> Path:
     path = Path(path)
     if not (is_there(path) and path.is_dir()):
         return path
-    certificate = path / "certificate.json"
-    claims = sorted(p.name for p in path.glob("*.json") if p.name != "manifest.json")
-    if "refusal.json" in claims and not is_there(certificate):
-        found = "no certificate.json: this machine's certificate was refused (refusal.json says why)"
-        raise BadInput(str(path), found, f"one of the claims that lie there: {', '.join(claims)}", code="FILE001")
-    return certificate
+    found, expected = checker.refused_in(path)
+    if found:
+        raise BadInput(str(path), found, expected, code="FILE001")
+    return path / "certificate.json"
 
 
 @verb_that_raises(checker.Refused)

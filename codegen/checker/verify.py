@@ -402,6 +402,15 @@ def say(*lines: str) -> None:
         print(line if len(line) <= width else textwrap.fill(line, width, subsequent_indent=indented, **WHOLE_WORDS))
 
 
+def refused_in(folder: Path) -> tuple[str, str]:
+    """What a folder of a refused certificate lacks, and what may be checked in place of it; "" for any other folder."""
+    claims = sorted(path.name for path in folder.glob("*.json") if path.name != "manifest.json")
+    if "refusal.json" not in claims or "certificate.json" in claims:
+        return "", ""
+    missing = "no certificate.json: this machine's certificate was refused (refusal.json says why)"
+    return missing, f"one of the claims that lie there: {', '.join(claims)}"
+
+
 def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Check a stability certificate.")
     parser.add_argument("certificate", type=Path, help="the file, or a folder with a certificate.json")
@@ -410,6 +419,10 @@ def main(argv: list[str] | None = None) -> int:
     getattr(sys.stdout, "reconfigure", dict)(errors="backslashreplace")  # a screen may lack alpha
     path = given.certificate
     try:
+        missing, expected = refused_in(path) if path.is_dir() else ("", "")
+        if missing:
+            print(one_line(f"error: {path}: {missing}; expected {expected}"), file=sys.stderr)
+            return 2
         path = path / "certificate.json" if path.is_dir() else path
         report = check(files.read(path, MAX_TEXT).decode(), path.parent, given.spec)
     except Refused as e:

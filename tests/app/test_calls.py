@@ -11,6 +11,7 @@ from unittest.mock import patch
 import pytest
 
 import stiction as api
+from codegen.checker import verify as checker
 
 from .command import COMMAND, SPECS, contents, is_one_message, process, stiction
 
@@ -210,6 +211,9 @@ def test_the_folder_of_a_refused_machine_names_the_claims_that_lie_there(folder)
         assert name in told.err
         assert stiction("verify", refused / name).code in (4, 5)
     assert "manifest.json" not in told.err
+    alone = subprocess.run([sys.executable, "-I", checker.__file__, refused], capture_output=True, text=True)
+    assert alone.returncode == 2 and alone.stdout == ""
+    assert alone.stderr == told.err.replace(" [FILE001]", "")
 
 
 def test_words_that_look_like_markup_or_pictures(folder):
