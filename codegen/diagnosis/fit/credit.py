@@ -7,7 +7,7 @@ units of the noise. A model "removes" a share of the squared residual if its own
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import erfc, exp, sqrt
+from math import erfc, exp, log1p, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,8 @@ LEAST_FAR = 5
 """Fewest blocks for a t test on the blocks with large residuals only."""
 LARGE = 4.0
 """A block is large if either model's square exceeds this multiple of the median of the smaller of the two."""
+ALONE = 1.2
+"""Squared ratio of residual to noise up to which the likelihood of free runs counts without a test on blocks."""
 AT_NOISE = 0.05
 """Relative excess of the loss over that of pure noise below which the search for effects ends."""
 TIE_LEVEL = 0.05
@@ -49,6 +51,9 @@ TIE_RATIO = 2.0
 """A rival ties with the best candidate if p > ``TIE_LEVEL``, with at most ``TIE_RATIO`` times its squared residual."""
 TESTS_OF_RIVALS = 5
 """Number of tests of two rivals at the noise, of which the smallest p is taken (Bonferroni)."""
+EXPLAINED = 2.0
+"""Largest square that a model may leave of a segment whose gain counts in the likelihood ratio, over that of the noise or
+of its own median segment: of 40 values of white noise one segment in 10,000 leaves more."""
 MOST_NATS = 2.0
 """Largest gain of one of the ``SIGNED`` blocks that counts in ``Evidence.capped``."""
 MOST = 0.97
@@ -71,6 +76,7 @@ class Evidence:
             either model's residual exceeds ``FAR`` times the noise, or over those chosen by ``LARGE``; 1 if these are
             too few.
         by_score: p-value of ``score_test``, if the fit contains the one before it.
+        likely: the gain in nats without those of segments of which the candidate leaves more than noise (``EXPLAINED``).
         capped: the gain in nats with at most ``MOST_NATS`` from each block, so that few blocks do not decide.
     """
 
@@ -84,12 +90,15 @@ class Evidence:
     signed: int = 0
     by_score: float | None = None
     capped: float = 0.0
+    likely: float = 0.0
 
     def p(self, whiteness: float, alone: bool = True) -> float:
         """One-sided p-value of the gain under "no effect": the smallest of several, times their number (Bonferroni).
 
         The tests are the sign test on all blocks, the likelihood ratio near the noise, two t tests on blocks with large
         residuals, for an effect that acts in few of them, and the score test of a model that contains the other.
+        The likelihood is that of white noise. What a candidate leaves of a disturbance in a segment is one error,
+        however many values it changes; so such a segment's gain is no evidence, and its loss is.
 
         Args:
             whiteness: share of the candidate's residuals that are independent.
@@ -97,7 +106,7 @@ class Evidence:
                 a few segments may decide the likelihood ratio of two wrong models; then a t test on blocks must agree
                 with it.
         """
-        likelihood = exp(-max(whiteness * self.gain, 0.0))
+        likelihood = exp(-max(whiteness * self.likely, 0.0))
         if not alone:
             likelihood = max(likelihood, self.by_blocks)
         tests = [random_signs(self.t), likelihood, self.where_far, self.where_large]
@@ -164,6 +173,7 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
     spread = float(np.sqrt((in_blocks(gains) ** 2).sum()))
     wins = [block.sum() > 0 for block in np.array_split(gains, BLOCKS)]
     before, after, noise = (_squares(losses, kept) for losses in (base, other, np.full(len(base), floor)))
+    disturbed = after > EXPLAINED * max(float(np.median(after)), float(noise[0]))
     of_mean = float(1 - np.exp(-2 * total / (len(gains) * kept)))
     sum_before, sum_after, sum_noise = float(before.sum()), float(after.sum()), len(gains) * float(noise[0])
     of_sum = 1 - max(sum_after, sum_noise) / sum_before if sum_before > sum_noise else 0.0
@@ -184,6 +194,7 @@ def evidence(base: Array, other: Array, kept: int, floor: float = 0.0) -> Eviden
         where_large=large,
         signed=min(SIGNED, len(gains)),
         capped=float(np.minimum(in_blocks(gains), MOST_NATS).sum()),
+        likely=float(np.where(disturbed, np.minimum(gains, 0.0), gains).sum()),
     )
 
 
@@ -282,6 +293,15 @@ def near_noise(fit: Fit, times: float = 1.0) -> bool:
         times: noise that the fit assumes over the measurement's, which scales the median.
     """
     return noise_ratio(fit) * times <= NEAR_NOISE and share_far(fit) <= FEW
+
+
+def leaves_only_noise(fit: Fit, times: float = 1.0) -> bool:
+    """Whether the residual is that of noise in all segments: its median square, and the mean loss, at most at ``ALONE``.
+
+    A few segments far from the noise do not change the median. ``times``: as of ``near_noise``.
+    """
+    squares = times**2 * fit.by_segment / fit.residual.shape[1]
+    return float(np.median(squares)) <= ALONE and float(np.log1p(squares).mean()) <= log1p(ALONE)
 
 
 def free_runs_settle(fit: Fit, share: float, times: float) -> bool:

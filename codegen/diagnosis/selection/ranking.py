@@ -21,7 +21,7 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.selection.candidate_fits import FORM_GAIN, fit_candidates, is_simpler_form, is_usual_form
 from codegen.diagnosis.selection.refusals import only_reduces_drive, relative_size, why_refused
-from codegen.diagnosis.selection.significance import ALONE, chance, combined_p, dispersion, hypotheses, tried, whiteness
+from codegen.diagnosis.selection.significance import chance, combined_p, dispersion, hypotheses, tried, whiteness
 from codegen.effects import CATALOGUE
 from codegen.effects.register import is_identical
 
@@ -181,7 +181,7 @@ def runs_do_not_tell(search: Search, best: Ranked, other: Ranked) -> bool:
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
     """Whether free runs prefer a fit to another one, neither of which contains the other (``Evidence.p_of_rivals``)."""
     other, best = where_they_differ(search, other, best)
-    gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= ALONE
+    gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= credit.ALONE
     return gained.p_of_rivals(whiteness(search, best), at_noise) <= credit.TIE_LEVEL
 
 

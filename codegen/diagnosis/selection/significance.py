@@ -19,8 +19,6 @@ from codegen.diagnosis.fit.trial import Part
 FORCE_SHARE, FORCE_SHARE_OF_FEW = 0.1, 0.5
 """Share of α for the test on the force residual (weighted Bonferroni), and that for logs of fewer than
 ``credit.SIGNED`` segments, since a sign test on B segments gives at least Φ(−√B)."""
-ALONE = 1.2
-"""Squared ratio of residual to noise up to which the likelihood of free runs counts without a test on blocks."""
 
 
 def hypotheses(parts: Sequence[Part]) -> int:
@@ -43,7 +41,7 @@ def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
 
 def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
     """Probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
-    return min(1.0, candidates * e.p(whiteness(search, fit), dispersion(search, fit) <= ALONE))
+    return min(1.0, candidates * e.p(whiteness(search, fit), credit.leaves_only_noise(fit, noise_assumed(search, fit))))
 
 
 def combined_p(p: float, before: ForceCriterion, after: ForceCriterion, candidates: float) -> float:
