@@ -125,7 +125,7 @@ class Candidate:
         why_not: the test that it fails, or why it was not tried, in words.
         own: whether it is a user's own effect.
         at_limit: as of ``FoundEffect``.
-        p: probability of such gains without an effect, for any candidate of the round.
+        p: nominal probability of such gains without an effect, for any candidate of the round.
         form: the parameters in addition to those of the effect's simplest form.
     """
 

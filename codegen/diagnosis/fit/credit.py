@@ -52,8 +52,8 @@ TIE_RATIO = 2.0
 TESTS_OF_RIVALS = 5
 """Number of tests of two rivals at the noise, of which the smallest p is taken (Bonferroni)."""
 EXPLAINED = 2.0
-"""Largest square that a model may leave of a segment whose gain counts in the likelihood ratio, over that of the noise or
-of its own median segment: of 40 values of white noise one segment in 10,000 leaves more."""
+"""Largest square that a model may leave of a segment whose gain counts in the likelihood ratio, over that of the noise
+or of its own median segment: of 40 values of white noise one segment in 10,000 leaves more."""
 MOST_NATS = 2.0
 """Largest gain of one of the ``SIGNED`` blocks that counts in ``Evidence.capped``."""
 MOST = 0.97
@@ -76,7 +76,8 @@ class Evidence:
             either model's residual exceeds ``FAR`` times the noise, or over those chosen by ``LARGE``; 1 if these are
             too few.
         by_score: p-value of ``score_test``, if the fit contains the one before it.
-        likely: the gain in nats without those of segments of which the candidate leaves more than noise (``EXPLAINED``).
+        likely: the gain in nats without those of segments of which the candidate leaves more than noise
+            (``EXPLAINED``).
         capped: the gain in nats with at most ``MOST_NATS`` from each block, so that few blocks do not decide.
     """
 
@@ -296,7 +297,7 @@ def near_noise(fit: Fit, times: float = 1.0) -> bool:
 
 
 def leaves_only_noise(fit: Fit, times: float = 1.0) -> bool:
-    """Whether the residual is that of noise in all segments: its median square, and the mean loss, at most at ``ALONE``.
+    """Whether the residual is that of noise: both its median square and its mean loss are at most at ``ALONE``.
 
     A few segments far from the noise do not change the median. ``times``: as of ``near_noise``.
     """

@@ -42,7 +42,7 @@ class Ranked:
         size: change of the prediction, or force, over that of the drive force.
         why_not: the test that it fails, in words; empty if it passes all.
         unsure: whether it fails only the significance test; in addition to another effect it may pass.
-        p: probability of such gains without an effect, for any candidate of the round; compared with α.
+        p: nominal probability of such gains without an effect, for any candidate of the round; compared with α.
         force_criterion: its force residual.
     """
 

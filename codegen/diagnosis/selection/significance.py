@@ -40,7 +40,7 @@ def tried(search: Search, before: Fit, after: Fit, candidates: int) -> float:
 
 
 def chance(search: Search, fit: Fit, e: Evidence, candidates: float) -> float:
-    """Probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
+    """Nominal probability of such a gain without an effect, for any of so many candidates (Bonferroni)."""
     return min(1.0, candidates * e.p(whiteness(search, fit), credit.leaves_only_noise(fit, noise_assumed(search, fit))))
 
 
