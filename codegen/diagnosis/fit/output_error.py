@@ -225,7 +225,9 @@ def mean_residuals(runner: Runner, predicted: Array) -> Array:
         scale = np.sqrt(record.group) / record.of_starts(record.noise)[:, None]
         error = (record.mean_targets - record.means(predicted)) * scale
     flat = error.reshape(len(error), -1)
-    return np.asarray(np.clip(np.nan_to_num(flat, nan=HUGE, posinf=HUGE, neginf=-HUGE), -HUGE, HUGE))
+    if np.isnan(flat).any():
+        flat = np.nan_to_num(flat, nan=HUGE)
+    return np.asarray(np.clip(flat, -HUGE, HUGE))
 
 
 def state_slopes(runner: Runner, predict: Callable[[Array], Array], offsets: Array, base: Array) -> Starts:
