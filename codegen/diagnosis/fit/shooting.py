@@ -6,7 +6,7 @@ import ctypes
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 from typing import Any
 
 import casadi
@@ -97,13 +97,14 @@ class Structures:
         stiffness = [c.law.bristle_stiffness(c.law_parameters) for c in system.contacts]
         loads = [(t.load_fraction, t.stiffness, t.damping, t.gap) for t in system.transmissions]
         self._split = tuple(t.coordinate for t in system.transmissions)
-        self._sizes = np.cumsum([len(stiffness), len(rest), len(rest), len(rest)])
+        ends = np.cumsum([0, len(stiffness), len(rest), len(rest), len(rest), 4 * len(loads)])
+        self._parts = [slice(start, stop) for start, stop in pairwise(ends)]
         expressions = [*stiffness, *rest, *low, *high, *(e for load in loads for e in load)]
         self._numbers = numpy_function(expressions, symbols, system.values)
 
     def at(self, numbers: Array) -> Structure:
         values = np.array([float(v) for v in self._numbers(*numbers)])
-        sigma, rest, low, high, coupling = np.split(values, self._sizes)
+        sigma, rest, low, high, coupling = (values[part] for part in self._parts)
         return Structure(tuple(sigma), self._split, coupling.reshape(-1, 4), np.stack([low, high]), rest)
 
 
@@ -186,7 +187,8 @@ class Shooter:
         Raises:
             BadInput: where there is no C compiler.
         """
-        hidden, plant = self.hidden(model, p, structure, record, drive, substeps), self._plant(model, p, structure)
+        plant = self._plant(model, p, structure)
+        hidden = self._hidden(plant, structure, record, drive, substeps)
 
         def run(states: Array) -> Array:
             out = np.empty((len(record.start), record.length, self.coordinates))
@@ -203,11 +205,17 @@ class Shooter:
 
         (S, contacts + states + 2 loads): bristle deflections, states of laws, positions of the loads, their velocities.
         """
+        return self._hidden(self._plant(model, p, structure), structure, record, drive, substeps)
+
+    def _hidden(
+        self, plant: tuple[Any, ...], structure: Structure, record: Record, drive: Array, substeps: int
+    ) -> Array:
+        """``hidden`` of a model whose arguments of the C functions are known."""
         hidden = np.zeros((len(record.start), self.contacts + self.states + 2 * self.loads))
         if structure.split or len(structure.rest) or max(structure.sigma, default=0.0) > 0:
             x, v = np.ascontiguousarray(record.positions), np.ascontiguousarray(record.velocities)
             self._compiled().follow(
-                *self._plant(model, p, structure), substeps, record.sample_time, x, v, drive, len(record.start),
+                *plant, substeps, record.sample_time, x, v, drive, len(record.start),
                 record.start, self._warm(record, structure), hidden,
             )  # fmt: skip
         return hidden
