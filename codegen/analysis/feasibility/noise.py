@@ -122,21 +122,36 @@ class NoiseModel:
     def rms(self, settings: Settings) -> Array:
         """RMS noise of the friction estimates, (gain sets, points, outputs); infinite where Φ is not stable.
 
-        P = Σ Φᵏ B B' Φ'ᵏ, by doubling the number of terms, vectorised over gain sets and points.
+        P = Σ Φᵏ B B' Φ'ᵏ, by doubling the number of terms, vectorised over those gain sets and points whose sum has not
+        converged.
         """
         phi, noise_input, output, direct = self.matrices(settings)
         scale = np.asarray(self.noise.rms)
         noise_input, direct = noise_input * scale, direct * scale
-        covariance, power = noise_input @ noise_input.swapaxes(2, 3), phi
         with np.errstate(all="ignore"):
-            for _ in range(DOUBLINGS):
-                covariance = covariance + power @ covariance @ power.swapaxes(2, 3)
-                power = power @ power
-                if np.max(np.abs(power), where=np.isfinite(power), initial=0.0) < 1e-12:
-                    break
+            covariance = self._summed(phi, noise_input @ noise_input.swapaxes(2, 3))
             total = output @ covariance @ output.swapaxes(2, 3) + direct @ direct.swapaxes(2, 3)
             found = np.sqrt(np.diagonal(total, axis1=2, axis2=3))
         return np.where(np.isfinite(found), found, np.inf)
+
+    @staticmethod
+    def _summed(phi: Array, added: Array) -> Array:
+        """Σ Φᵏ A Φ'ᵏ for each matrix Φ and A, (sets, points, m, m), until Φᵏ is below 1e-12 or not finite."""
+        covariance = added.reshape(-1, *added.shape[2:]).copy()
+        open_, power, part = np.arange(len(covariance)), phi.reshape(covariance.shape), covariance
+        for _ in range(DOUBLINGS):
+            part = part + power @ part @ power.swapaxes(1, 2)
+            covariance[open_] = part
+            power = power @ power
+            largest = np.abs(power).max(axis=(1, 2))
+            finite = np.isfinite(largest)
+            covariance[open_[~finite]] = np.nan
+            rest = finite & (largest >= 1e-12)
+            if not rest.any():
+                break
+            if not rest.all():
+                open_, power, part = open_[rest], power[rest], part[rest]
+        return covariance.reshape(added.shape)
 
     def exact_rms(self, settings: Settings) -> Array:
         """The RMS noise of one stable gain set by SciPy's discrete Lyapunov solver, (points, outputs)."""
