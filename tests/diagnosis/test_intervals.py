@@ -10,11 +10,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from codegen.diagnosis.evidence.estimate import BLOCKS, covariance, wave_intervals
+from codegen.diagnosis.evidence.estimate import (
+    BLOCKS,
+    Estimate,
+    covariance,
+    estimate,
+    reaching,
+    wave_intervals,
+)
 from codegen.diagnosis.fit.output_error import Fit, Prior
-from codegen.diagnosis.fit.trial import part_of
-from codegen.diagnosis.results import FoundEffect
-from codegen.diagnosis.verdict.examination import in_simpler_form
+from codegen.diagnosis.fit.trial import Part, part_of
+from codegen.diagnosis.results import FoundEffect, Interval
+from codegen.diagnosis.verdict.examination import _by_both, in_simpler_form
+from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
@@ -181,3 +189,75 @@ def test_a_wave_is_absent_where_the_joint_region_of_its_weights_holds_zero(devia
     (low, high), turn = wave_intervals(0.1, np.diag([(0.1 / deviations) ** 2, 1.0]), MANY)
     assert (low == 0.0) == absent == (turn == (-np.pi, np.pi))
     assert high >= 0.17
+
+
+def parts_of(kind: str, names: tuple[str, ...]) -> tuple[Part, ...]:
+    form = next(f for f in CATALOGUE[kind].forms if tuple(p.name for p in f.parameters) == names)
+    return (part_of(form, 0, system_of(stage())),)
+
+
+def both(
+    own: float, half: float, other: float, half2: float, kind: str = "viscous", name: str = "b", share: float = 1.0
+) -> Interval:
+    """The interval of one parameter by two criteria, each value ± half."""
+    one, two = (Estimate({}, ({name: (v, (v - h, v + h))},)) for v, h in ((own, half), (other, half2)))
+    return reaching(one, two, parts_of(kind, (name,)), {0: share}).effects[0][name][1]
+
+
+def test_an_interval_reaches_the_estimate_of_the_other_criterion() -> None:
+    assert both(2.0, 0.1, 2.0, 0.3) == pytest.approx((1.9, 2.1))
+    low, high = both(2.0, 0.1, 2.05, 0.3)  # the difference may be chance
+    assert (2.0 - low, high - 2.0) == pytest.approx((float(np.hypot(0.1, 0.05)),) * 2, rel=0.05)
+    low, high = both(2.0, 0.01, 2.4, 0.01)  # it is none
+    assert low < 1.6 and high > 2.4
+    assert both(2.0, 0.1, 3.0, 0.1, share=0.0) == pytest.approx((1.9, 2.1))  # of a fit that leaves only noise
+
+
+def test_intervals_hold_two_biased_criteria_and_no_more_than_that() -> None:
+    """Each of two criteria has a bias of its own, ten times its noise: 95 % intervals without it hold few truths."""
+    rng, truth, bias, noise = np.random.default_rng(5), 40.0, 1.0, 0.1
+    half, held, alone = 2.13 * noise, 0, 0
+    for _ in range(2000):
+        one, two = truth + bias * rng.standard_normal(2) + noise * rng.standard_normal(2)
+        low, high = both(one, half, two, half)
+        held, alone = held + (low <= truth <= high), alone + (abs(one - truth) <= half)
+    assert alone < 0.25 * 2000
+    assert 0.7 * 2000 < held < 0.99 * 2000  # one difference tells little of the size of a bias
+
+
+@pytest.mark.parametrize(("own", "other"), [(0.5, 3.0), (-0.5, -3.0), (3.0, 0.5)])
+def test_a_difference_in_size_alone_leaves_the_sign(own: float, other: float) -> None:
+    low, high = both(own, 0.1, other, 0.1)
+    assert low * own > 0 and high * own > 0 and low <= other <= high
+
+
+def test_criteria_of_different_sign_leave_the_sign_open() -> None:
+    low, high = both(0.5, 0.1, -0.4, 0.1)
+    assert low < -0.4 < 0 < high
+
+
+def test_an_interval_stays_within_the_bounds_of_its_parameter() -> None:
+    low, high = both(5000.0, 400.0, 900.0, 100.0, "presliding", "sigma")
+    assert 0 < low < 900 and high > 5400
+
+
+@pytest.mark.parametrize(("sigma", "wider"), [(1e6, False), (300.0, True)])
+def test_a_misfit_of_the_form_widens_the_interval_and_noise_does_not(sigma: float, wider: bool, tmp_path: Path) -> None:
+    """Stiff presliding is friction that sticks; soft presliding, not in the model, biases viscous friction by force."""
+    effects = (
+        "[{kind: viscous, on: rail, parameters: {b: 2.0}}, "
+        f"{{kind: presliding, on: rail, parameters: {{sigma: {sigma:g}}}}}]"
+    )
+    search, problem = search_of(stage(), log_of(stage(effects), tmp_path, "train.csv"))
+    base = search.refit()
+    part = part_of(CATALOGUE["viscous"].forms[0], 0, search.system)
+    final = search.with_parts(base, base.values[0], [part], [{"b": 2.0}])
+    fit, other = search.polished(final)
+    own = estimate(fit, other)
+    both = _by_both(search, base, final, fit, own, problem)
+    (value, alone), (_, found) = own.effects[0]["b"], both.effects[0]["b"]
+    force = ForceFits(search, problem, base).fit(fit.trial, fit.theta).values[1][0]["b"]
+    assert (found != alone) is wider
+    if wider:
+        assert not alone[0] < force < alone[1]
+        assert found[0] < min(2.0, force) and found[1] > max(2.0, force) and 0 < found[0] < value

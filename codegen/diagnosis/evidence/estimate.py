@@ -1,9 +1,14 @@
-"""Parameter estimates of the final fit with 95 % confidence intervals by the sandwich covariance."""
+"""Parameter estimates of the final fit with 95 % confidence intervals by the sandwich covariance.
+
+No covariance of one criterion shows the bias of a wrong form, which its estimate absorbs. A second criterion weighs the
+same misfit otherwise; ``reaching`` widens the intervals by the difference of both estimates.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import exp, hypot, log, pi, sqrt
 
 import numpy as np
 from scipy.stats import f as fisher
@@ -12,6 +17,7 @@ from scipy.stats import t as student
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.linear import inverse
 from codegen.diagnosis.fit.output_error import Fit, segment_weights
+from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import Interval
 
 CONFIDENCE = 0.95
@@ -47,6 +53,75 @@ def estimate(fit: Fit, other: Fit | None = None) -> Estimate:
     found = [_intervals(fit, covariance(fit, number) + spread, max(freedom, 3)) for number, freedom in clusters]
     moved, *effects = (_hull(some) for some in zip(*found, strict=True))
     return Estimate(moved, tuple(effects))
+
+
+def reaching(own: Estimate, other: Estimate, parts: Sequence[Part], shares: Mapping[int, float]) -> Estimate:
+    """Estimates whose intervals reach those of another criterion.
+
+        half width² = h² + c (Δ² + t² τ²),   τ² = max(0, Δ² − s² − s₂²),   s = h/t,   s₂ = h₂/t
+
+    with Δ the difference of the estimates, h and h₂ their half widths, and t the quantile of Student's distribution of
+    ``BLOCKS`` − 1 degrees of freedom. τ is what chance does not explain of Δ: the variance between two measurements of
+    one quantity (DerSimonian and Laird 1986). Differences are of logarithms for a parameter that scales its effect, if
+    both estimates have one sign, and of the fit's coordinates for a bounded one; so no end passes a bound or zero.
+
+    Args:
+        shares: index of a part → c, the share of the squared residual that is no noise; parts without it are unchanged.
+    """
+    effects = list(own.effects)
+    for k, share in shares.items():
+        effects[k] = {
+            name: (value, _reaching(parts[k], name, value, ends, other.effects[k][name], share))
+            for name, (value, ends) in own.effects[k].items()
+        }
+    return replace(own, effects=tuple(effects))
+
+
+def _reaching(
+    part: Part, name: str, value: float, ends: Interval, other: tuple[float, Interval], share: float
+) -> Interval:
+    """The interval of one parameter by ``reaching``."""
+    second, (low, high) = other
+    inward, outward, slope = _straight(part, name, (value, second, *ends))
+    here, half2 = inward(value), 0.5 * (high - low) * slope(second)
+    below, above = sorted(inward(end) for end in ends)
+    gap, half = inward(second) - here, 0.5 * (above - below)
+    if not np.isfinite([gap, half, half2]).all():
+        return ends
+    t = float(student.ppf(0.5 + CONFIDENCE / 2, BLOCKS - 1))
+    chance = (half**2 + half2**2) / t**2
+    more = sqrt(share * (gap**2 + t**2 * max(0.0, gap**2 - chance)))
+    below, above = here - hypot(here - below, more), here + hypot(above - here, more)
+    if name in {phase for _, phase in part.effect.waves}:
+        below, above = max(below, here - pi), min(above, here + pi)
+    first, last = sorted((outward(below), outward(above)))
+    return first, last
+
+
+Map = Callable[[float], float]
+
+
+def _straight(part: Part, name: str, values: Sequence[float]) -> tuple[Map, Map, Map]:
+    """The coordinate in which a parameter's estimates are compared: map, inverse, and |slope| of the map."""
+    place = part.names.index(name)
+    coordinate, neutral = part.coordinates[place], part.effect.parameters[place].neutral
+    if neutral is not None:
+        signs = {np.sign(v - neutral) for v in values}
+        if len(signs) == 1 and (sign := float(signs.pop())):
+            return (
+                lambda v: log(abs(v - neutral)),
+                lambda q: neutral + sign * exp(q),
+                lambda v: 1 / abs(v - neutral),
+            )
+    if not coordinate.curved:
+        return lambda v: v, lambda q: q, lambda v: 1.0
+    step = 1e-6
+
+    def slope(v: float) -> float:
+        inner = coordinate.inward(v)
+        return 2 * step / max(abs(coordinate.outward(inner + step) - coordinate.outward(inner - step)), 1e-300)
+
+    return coordinate.inward, coordinate.outward, slope
 
 
 def _hull(some: Sequence[Values]) -> Values:

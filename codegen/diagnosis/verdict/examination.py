@@ -8,17 +8,19 @@ from dataclasses import replace
 import numpy as np
 
 from codegen.base.significant import in_percent
-from codegen.diagnosis.evidence.estimate import estimate
-from codegen.diagnosis.evidence.reservations import objections, remarks, takes_the_level
+from codegen.diagnosis.evidence.acting_joint import joint_of
+from codegen.diagnosis.evidence.estimate import Estimate, estimate, reaching
+from codegen.diagnosis.evidence.reservations import may_be_absent, objections, remarks, takes_the_level
 from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem, drive_left
 from codegen.diagnosis.fit.search import Search
-from codegen.diagnosis.fit.trial import part_of, with_effects, with_values
+from codegen.diagnosis.fit.trial import Part, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict
 from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, first_candidates
 from codegen.diagnosis.selection.ranking import credible
+from codegen.diagnosis.selection.significance import dispersion
 from codegen.diagnosis.verdict.adoption import Refit, adopt_values, settled_values
 from codegen.diagnosis.verdict.answer import (
     REFIT_WORSE,
@@ -34,6 +36,7 @@ from codegen.diagnosis.verdict.answer import (
     worsened,
 )
 from codegen.diagnosis.verdict.conclusion import against_regression, force_agrees, named_effects, settled_by_free_runs
+from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.diagnosis.verdict.held_out import HeldOut, without_refused
 from codegen.effects import CATALOGUE
 from codegen.mechanics.system import System
@@ -249,13 +252,16 @@ def _examined(
     while True:
         fit, other = search.polished(final)
         parts = fit.trial.parts
-        named = named_effects(parts, estimate(fit, other), refit)
-        found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
-        simpler = in_simpler_form(search, final, found)
+        alone = estimate(fit, other)
+        own = named_effects(parts, alone, refit)
+        simpler = in_simpler_form(search, final, own)
         if simpler is not None:
             final = simpler
             continue
-        raised = [objections(f, p, problem) if strict else [] for f, p in zip(found, parts, strict=True)]
+        named = named_effects(parts, _by_both(search, outcome.base, final, fit, alone, problem), refit)
+        found = tuple(replace(f, at_limit=marks) for f, marks in zip(named, at_limit(fit), strict=True))
+        triples = zip(own, found, parts, strict=True)
+        raised = [_objections(o, f, p, problem) if strict else [] for o, f, p in triples]
         if not any(raised):
             if len(parts) < len(outcome.parts):
                 explained = explained_share(search, outcome.base, final)
@@ -267,6 +273,29 @@ def _examined(
         final = search.without(final, next(k for k, one in enumerate(raised) if one))
         if not credible(search, outcome.base, final, first_candidates(search, outcome.base)):
             return outcome, fit, found, against
+
+
+def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate, problem: Problem) -> Estimate:
+    """Estimates whose intervals reach those of the force residual where free runs leave more than noise (``reaching``).
+
+    Not for a load behind a spring, whose force residual is differentiated noise. Of an arm that is simulated joint by
+    joint, only effects on joints that leave more than noise.
+    """
+    if final.trial.changed.transmissions:
+        return own
+    joints = [joint_of(search, part) for part in final.trial.parts]
+    left = {j: dispersion(search, final if j is None else final.of_joint(j)) for j in set(joints)}
+    shares = {k: 1 - credit.ALONE / left[joint] for k, joint in enumerate(joints) if left[joint] > credit.ALONE}
+    if not shares:
+        return own
+    by_force = ForceFits(search, problem, base).fit(polished.trial, polished.theta)
+    return reaching(own, estimate(by_force), polished.trial.parts, shares)
+
+
+def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Problem) -> list[str]:
+    """The objections to an effect by its ``own`` interval, or that the interval of both criteria holds its absence."""
+    words = objections(own, part, problem)
+    return words if words or not may_be_absent(part.effect, found.intervals) else objections(found, part, problem)
 
 
 def in_simpler_form(search: Search, fit: Fit, found: Sequence[FoundEffect]) -> Fit | None:
