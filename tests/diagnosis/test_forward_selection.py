@@ -505,7 +505,7 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
         asked.append(joint)
         found = after(current, SimpleNamespace(place=joint, kind=f"effect {len(asked)}"), 1.0)
         found = SimpleNamespace(
-            found=found, why_not="no" if joint == 2 or current.left[joint] == 1 else "", unsure=False
+            found=found, why_not="no" if joint == 2 or current.left[joint] == 1 else "", unsure=False, for_table=found
         )
         return [found]
 
