@@ -73,6 +73,19 @@ def compiled(command: Sequence[str], folder: Path, source: str) -> bytes:
     return cached(["a test's", version(command[0]), *command, "", source, *texts], make)
 
 
+def linked(command: Sequence[str | Path]) -> bytes:
+    """What a compiler links of objects; any message of it is an error. Files are keyed by their bytes."""
+
+    def make() -> bytes:
+        with TemporaryDirectory() as scratch:
+            done = run(*command, "-o", Path(scratch) / "made")
+            assert done.returncode == 0 and not done.stderr, f"{' '.join(map(str, command))}\n{done.stderr}"
+            return (Path(scratch) / "made").read_bytes()
+
+    parts = [hashlib.sha256(p.read_bytes()).hexdigest() if isinstance(p, Path) else p for p in command]
+    return cached(["a test's link", version(str(command[0])), *parts], make)
+
+
 class Workshop:
     """A folder of compiled things, shared by the tests of a session and by its workers."""
 
@@ -103,16 +116,13 @@ class Workshop:
 
     def link(self, target: str, compiler: Compiler, *parts: str | Path) -> Path:
         """Link objects into a program or, with -shared among the parts, a library."""
-        name = f"{target}.{_hash(compiler.label, *map(str, parts))}"
-        return self._make(self.folder / name, compiler.command, *compiler.machine, *parts, "-o")
-
-    def _make(self, target: Path, *command: str | Path) -> Path:
-        if not target.exists():
+        made = self.folder / f"{target}.{_hash(compiler.label, *map(str, parts))}"
+        if not made.exists():
             scratch = self._scratch()
-            done = run(*command, scratch)
-            assert done.returncode == 0 and not done.stderr, f"{' '.join(map(str, command))}\n{done.stderr}"
-            scratch.replace(target)
-        return target
+            scratch.write_bytes(linked((compiler.command, *compiler.machine, *parts)))
+            scratch.chmod(0o755)
+            scratch.replace(made)
+        return made
 
     def _scratch(self) -> Path:
         self.folder.mkdir(parents=True, exist_ok=True)
