@@ -136,7 +136,7 @@ def _certified(
             limit,
             best_rate=proposal.best_rate,
         )
-        return _with_turning(found, base, analysis, family, cells) if further else found
+        return _without_jumps(found, base, analysis, family, cells) if further else found
     return replace(_undecided(analysis, why), regions=by_parts())
 
 
@@ -189,7 +189,7 @@ def _proposals(
     yield common
 
 
-def _with_turning(
+def _without_jumps(
     found: Certificate, base: Mapping[str, Any], analysis: Analysis, family: Family, cells: Cells
 ) -> Certificate:
     """The certificate with one V for both signs of every slip added, or with the proof that there is none.
@@ -211,7 +211,7 @@ def _with_turning(
     if not observer.level_errors or kept.all():
         return found
     exact = rational_matrix(analysis, family) if h else None
-    if exact is not None and _none_through_turns(observer, kept, exact):
+    if exact is not None and _none_without_jumps(observer, kept, exact):
         return replace(found, no_turning=True)
     if len(cells.matrices) <= MOST_TURNING:
         common = common_lyapunov(cells.matrices, h, kept)
@@ -222,7 +222,7 @@ def _with_turning(
     return found
 
 
-def _none_through_turns(observer: Observer, kept: Any, matrix: Any) -> bool:
+def _none_without_jumps(observer: Observer, kept: Any, matrix: Any) -> bool:
     """Whether Z = diag(0, I) proves that no V decreases for all signs at one operating point, in exact numbers.
 
     Args:

@@ -152,7 +152,7 @@ def _content(
     for contact in range(len(observer.signs)) if observer.level_errors and state_reversals else ():
         if flips := [k for k, e in enumerate(observer.errors) if e.contact == contact]:
             with suppress(np.linalg.LinAlgError, OverflowError):  # P is nearly singular: no entry for this reversal
-                reversals.append(turn_cost(exact, observer.system.contacts[contact].name, flips, decay))
+                reversals.append(reversal_entry(exact, observer.system.contacts[contact].name, flips, decay))
     words = {"observer": observer, "reversals": reversals, "rate": float(rate), "period": float(h), "turning": turning}
     words["bounded"] = ()  # ellipsoid.json, made from this certificate, adds the contacts (with_reversals)
     words["stateful"] = [(c.name, c.law.name) for c in observer.system.contacts if isinstance(c.law, DynamicLaw)]
@@ -190,7 +190,7 @@ def lines(template: str, **words: Any) -> list[str]:
     return [line.strip() for line in render(template, **words).splitlines() if line.strip()]
 
 
-def turn_cost(exact: list[list[Any]], contact: str, flips: list[int], decay: float) -> dict[str, Any]:
+def reversal_entry(exact: list[list[Any]], contact: str, flips: list[int], decay: float) -> dict[str, Any]:
     """An entry of ``reversals``: the growth g of V = e'Pe at a reversal, and the dwell time after it.
 
     At the reversal e becomes Je, J = diag(±1). g is the least number with J'PJ ≤ gP, rounded up; the dwell time is

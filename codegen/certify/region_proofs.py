@@ -23,7 +23,7 @@ from codegen.analysis.analysis import Analysis
 from codegen.base.text import render
 from codegen.certify import REGION_PROOFS
 from codegen.certify.along_friction import AlongFriction, along_friction, envelope_along
-from codegen.certify.content import Found, Frame, lines, one_line, proved, turn_cost
+from codegen.certify.content import Found, Frame, lines, one_line, proved, reversal_entry
 from codegen.certify.family import Family, NotEnclosable
 from codegen.certify.levels import SHARES, about_declared
 from codegen.certify.lyapunov import decay_rate_limit
@@ -224,7 +224,7 @@ class _Proofs:
                 names = [error["name"] for error in content["error"]]
                 exact = [[sympy.Rational(x) for x in row] for row in content["lyapunov_matrix"]]
                 content["reversals"] = [
-                    turn_cost(exact, axis.name, [names.index(f"e_a_{axis.name}")], -math.log1p(-2 * rate * h))
+                    reversal_entry(exact, axis.name, [names.index(f"e_a_{axis.name}")], -math.log1p(-2 * rate * h))
                     for axis in self.along.axes
                 ]
             words = {"kind": region.kind, "rate": rate, "period": h, "axes": self.along.axes}

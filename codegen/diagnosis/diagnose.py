@@ -39,11 +39,11 @@ from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.augment import augmented_text
 from codegen.diagnosis.verdict.conclusion import (
     candidates,
+    in_no_round,
     interval_in_words,
     is_small,
     rivals_of,
     rounds,
-    standing,
     verdict_of,
 )
 from codegen.diagnosis.verdict.examination import examine, settled
@@ -255,7 +255,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
         candidates=candidates(outcome, system, answer.verdict),
         agreement=agreement(),
         later_rounds=rounds(outcome),
-        standing=standing(last, outcome),
+        in_no_round=in_no_round(last, outcome),
         reliability=reliability_of(answer.verdict, noise_ratio(outcome.final) <= NEAR_NOISE),
         proposal=propose_terms(answer.refit, problem, case.test, case.window) if unknown else None,
     )

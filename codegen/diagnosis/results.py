@@ -359,7 +359,7 @@ class Diagnosis(Shown):
         at_limit: names of those at a limit (a friction level at zero).
         training: relative force error of these models on the training log, for comparison with published fits.
         findings: preflight of each log, in words.
-        standing: effects of the verdict that were a candidate in no round, each compared with the fit without it.
+        in_no_round: effects of the verdict that were a candidate in no round, each compared with the fit without it.
         rivals: of the first effect, which the log does not distinguish from it; with the verdict ``ambiguous``.
         separation: discriminating experiments for candidates that tie, alone or in addition to an effect.
         remainder: force residual of the written model on the training log, for each coordinate.
@@ -380,7 +380,7 @@ class Diagnosis(Shown):
     agreement: Agreement | None = None
     certificate: CertificateChange | None = None
     later_rounds: tuple[Round, ...] = ()
-    standing: tuple[Candidate, ...] = ()
+    in_no_round: tuple[Candidate, ...] = ()
     rivals: tuple[FoundEffect, ...] = ()
     separation: Separation | None = None
     proposal: tuple[ProposedTerms, ...] | None = None
@@ -464,7 +464,7 @@ class Diagnosis(Shown):
                 {"beside": _places(r.found_before), "candidates": [_row(c) for c in r.candidates]}
                 for r in self.later_rounds
             ],
-            "standing": [_row(c) for c in self.standing],
+            "in_no_round": [_row(c) for c in self.in_no_round],
             "error": {name: _errors(one) for name, one in zip(models, errors, strict=True)},
             "relative_force_error_on_training": dict(zip(models, self.training, strict=True)),
             "values": {

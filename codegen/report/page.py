@@ -226,7 +226,7 @@ def _rounds(diagnosis: Diagnosis, models: Models) -> tuple[RoundView, ...]:
             RoundView(tuple(f"{kind} on {on}" for kind, on in later.found_before), rows(later.candidates))
             for later in diagnosis.later_rounds
         ),
-        RoundView((), rows(diagnosis.standing), exchanged=True),
+        RoundView((), rows(diagnosis.in_no_round), exchanged=True),
     ]
     return tuple(view for view in views if view.rows)
 

@@ -87,5 +87,5 @@ def test_what_certify_prints() -> None:
     added = [float(x) for x in re.findall(r"(\S+) N in (?:double|single) precision", text)]
     assert all(a >= r.adds for a, r in zip(added, rounding.values(), strict=True))
     share = [float(x) for x in re.findall(r"[a-z] (\S+) %", text.split("remains valid up to")[1].split(" domain ")[0])]
-    assert all(100 * s >= x for s, x in zip(bound.stands.values(), share, strict=True))
+    assert all(100 * s >= x for s, x in zip(bound.largest_model_error.values(), share, strict=True))
     assert float(re.search(r"certified rate (\S+)", text)[1]) <= found.outcome.decay_rate  # type: ignore[index, union-attr]

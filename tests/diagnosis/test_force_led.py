@@ -25,7 +25,7 @@ from codegen.diagnosis.selection.forward_selection import LaterRound, Outcome
 from codegen.diagnosis.verdict import force_led, force_selection
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.force_fits import LEVEL, ForceFits
-from codegen.diagnosis.verdict.force_led import against_free_runs, told_by_held_out
+from codegen.diagnosis.verdict.force_led import against_free_runs, without_refused_ties
 from codegen.diagnosis.verdict.force_selection import (
     ForceSelection,
     best_first_effect,
@@ -277,7 +277,7 @@ def tied_about_one_place(truth: str, leader: str, rival: str, folder: Path) -> t
 def test_held_out_data_tell_what_the_force_residual_leaves_open(
     truth: str, leader: str, rival: str, left: list[str], tmp_path: Path
 ) -> None:
-    told, words = told_by_held_out(*tied_about_one_place(truth, leader, rival, tmp_path))
+    told, words = without_refused_ties(*tied_about_one_place(truth, leader, rival, tmp_path))
     assert [p.kind for p in (*told.parts, *(one.found.part for one in told.rivals))] == left
     assert told.rounds[0].ranked[0].found.part == told.parts[0]
     assert told.run.values[1] == [pytest.approx(values) for values in told.fit.values[1]]

@@ -208,7 +208,9 @@ def test_every_round_and_every_effect_of_the_verdict_is_in_a_table(
     first = tuple(c for c in first if c.kind != "spring")
     later = Round((("offset", "x"),), (spring,))
     text = ReadPage(
-        words(lacking, monkeypatch, candidates=first, later_rounds=(later,), standing=(replace(spring, accepted=True),))
+        words(
+            lacking, monkeypatch, candidates=first, later_rounds=(later,), in_no_round=(replace(spring, accepted=True),)
+        )
     ).text
     assert "Round 1: each effect alone" in text and "Round 2: in addition to offset on x" in text
     assert "Effects that replaced others" in text and text.count("spring on x") == 2 and text.count("k = 4.5 N/m") == 2

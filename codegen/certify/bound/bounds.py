@@ -58,7 +58,8 @@ class ErrorBound:
             observer with a domain updates its level.
         domain: bounds through reversals if the spec has a ``domain``, or the reason why there are none.
         percent: kind of model error (mass, input gain, sample time) → increase of ``steady`` by one percent of it.
-        stands: kind of model error → the largest relative error, up to 1, for which ``domain`` has a bound.
+        largest_model_error: kind of model error → the largest relative error, up to 1, for which ``domain`` has a
+            bound.
         of_code: ``steady`` as proved of the C (checker/ellipsoid.py); None if it is not proved.
         after_of_code: ``after`` as proved of the C. If ``reversal`` or ``always`` is proved, it starts from the errors
             that this gives, else from the assumed ``starts``.
@@ -82,7 +83,7 @@ class ErrorBound:
     slip_unit: str
     domain: DomainBound | str | None = None
     percent: Mapping[str, float] = field(default_factory=dict)
-    stands: Mapping[str, float] = field(default_factory=dict)
+    largest_model_error: Mapping[str, float] = field(default_factory=dict)
     largest: float | None = None
     of_code: float | None = None
     after_of_code: tuple[tuple[float, float], ...] = ()

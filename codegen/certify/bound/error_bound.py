@@ -227,7 +227,7 @@ def error_bounds(
                 slip_unit=" or ".join(sorted({f"{u}/s" for u in system.position_units})),
                 domain=domain,
                 percent={cause: b[i].bound - steady[i] for cause, b in other_bounds.items()},
-                stands=tolerated,
+                largest_model_error=tolerated,
                 largest=_largest(observer, error, friction),
                 without_noise=tuple(x.name for x in system.positions if f"{x}_noise" not in spec.envelope),
             )

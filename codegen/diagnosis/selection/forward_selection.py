@@ -28,8 +28,8 @@ from codegen.diagnosis.selection.ranking import (
     most_left,
     refused_when_fitted_again,
     run_round,
-    runs_do_not_tell,
     same_signature,
+    tied_by_free_runs,
     ties,
 )
 from codegen.diagnosis.selection.refusals import (
@@ -339,7 +339,7 @@ def _swapped(
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
         own = (f for f in own if not is_no_better_form(f, current, parts[k]))
         as_it_is = _ranked(search, current, without)
-        same = [f for f in own if runs_do_not_tell(search, as_it_is, _ranked(search, f, without))]
+        same = [f for f in own if tied_by_free_runs(search, as_it_is, _ranked(search, f, without))]
         if k or rivals is None:
             most = most_left(current)
             alike = (f for f in same if not force_prefers(here, ForceCriterion(search, f), most))

@@ -154,7 +154,7 @@ def _tied(search: Search, best: Ranked, ranked: Sequence[Ranked]) -> list[Ranked
             continue
         if is_no_better_form(other.found, best.found, best.found.part):
             continue
-        if runs_do_not_tell(search, best, other):
+        if tied_by_free_runs(search, best, other):
             tied.append(other)
             same |= _same_motion(other.found)
     return tied
@@ -171,7 +171,7 @@ def is_elsewhere(search: Search, other: Ranked, best: Ranked) -> bool:
     return joint_of(search, parts[0]) != joint_of(search, parts[1])
 
 
-def runs_do_not_tell(search: Search, best: Ranked, other: Ranked) -> bool:
+def tied_by_free_runs(search: Search, best: Ranked, other: Ranked) -> bool:
     """Whether free runs do not distinguish two candidates: no significant gain or, far from the noise, nearly the same
     share of the squared residual.
     """

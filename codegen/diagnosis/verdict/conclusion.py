@@ -34,8 +34,8 @@ MOST = 0.5
 """Least share, of what a flexible regression on an effect's own variable explains, that the effect must remove."""
 SOME = 0.1
 """Share of the squared remainder; a variable that explains less is reported only if its force is material."""
-TOLD = 2
-"""Changes in time that a verdict tells."""
+MOST_CHANGES = 2
+"""Most changes in time that a verdict names."""
 
 
 def best_refused(outcome: Outcome) -> tuple[str, str, str] | None:
@@ -62,12 +62,12 @@ def main_variables(left: Remainder, material: float) -> list[tuple[str, float]]:
 
 
 def changes_in_words(left: Remainder, system: System, i: int, material: float, log: Log | None = None) -> list[str]:
-    """When the force balance of a coordinate differs from that of the rest of the log: the ``TOLD`` largest changes."""
+    """The ``MOST_CHANGES`` largest changes in time of a coordinate's force balance, each with its times."""
     if not left.is_changing(material):
         return []
     force, speed = system.force_unit(i), f"{system.force_unit(i)}*s/{system.position_units[i]}"
     words = []
-    for change in left.changes[:TOLD]:
+    for change in left.changes[:MOST_CHANGES]:
         size, more = f"{abs(change.coefficient):.3g}", change.coefficient > 0
         match change.term:
             case "force":
@@ -296,7 +296,7 @@ def _row(
     )
 
 
-def standing(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
+def in_no_round(search: Search, outcome: Outcome) -> tuple[Candidate, ...]:
     """Effects of the verdict that were a candidate in no round: that replaced another, or are a refined form of one.
 
     Each with the evidence, on held-out segments of the last fit, of all effects over those without it.

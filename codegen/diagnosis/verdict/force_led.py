@@ -53,9 +53,9 @@ def credited_by_force(
 
     The values and intervals of the effects are those of the fit to the force residual. The effects are examined as
     others are: by their intervals, by a smooth curve over their own variable, and by held-out data, which may refuse
-    some of those that tie (``told_by_held_out``). They are not credited where wrong values of the spec's own parameters
-    explain the free runs better. Effects that free runs credited are replaced only if ``against_free_runs`` gives a
-    reason; of an arm that is simulated joint by joint those of each joint for itself (``with_shown_on_joints``).
+    some of those that tie (``without_refused_ties``). They are not credited where wrong values of the spec's own
+    parameters explain the free runs better. Effects that free runs credited are replaced only if ``against_free_runs``
+    gives a reason; of an arm that is simulated joint by joint those of each joint apart (``with_shown_on_joints``).
 
     Args:
         outcome: of the selection by free runs. answer: the answer from that outcome.
@@ -71,7 +71,7 @@ def credited_by_force(
         return replace(answer, remarks=(*answer.remarks, *said)), outcome
     refused: tuple[Fact, ...] = ()
     if held_out is not None:
-        found, refused = told_by_held_out(found, held_out)
+        found, refused = without_refused_ties(found, held_out)
     alone = "alone no effect would be credited"
     if answer.verdict != "unknown":
         if search.rigid and examined is not None:
@@ -179,7 +179,7 @@ def _refused(answer: Answer, by_force: Answer) -> tuple[Fact, ...]:
     return tuple(replace(fact, words=f"{named} {is_refused}: {fact.words}") for fact in by_force.against[:1])
 
 
-def told_by_held_out(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[Fact, ...]]:
+def without_refused_ties(found: ForceSelection, held_out: HeldOut) -> tuple[ForceSelection, tuple[Fact, ...]]:
     """The selection without those of its tied first effects that held-out data refuse, and what is said of them.
 
     Of a machine that moves about one place, a spring and a constant force are nearly one motion; about another place

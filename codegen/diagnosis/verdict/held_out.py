@@ -61,9 +61,9 @@ class HeldOut:
                 if j == k or k in found:
                     continue
                 gain = force_gain(self.problem, residuals[k], residuals[j])
-                if not tells(gain, level) or worsened(self.measured(models[j]), self.measured(models[k])):
+                if not is_preferred(gain, level) or worsened(self.measured(models[j]), self.measured(models[k])):
                     continue
-                if tells(force_gain(self.problem, self._within_errors(fits[k]), residuals[j]), level):
+                if is_preferred(force_gain(self.problem, self._within_errors(fits[k]), residuals[j]), level):
                     found[k] = j, 1 / max(gain.left, 1e-12)
         return found
 
@@ -86,7 +86,7 @@ class HeldOut:
         return residual_without_values(self.problem, model, slopes, (-bound, bound))
 
 
-def tells(gain: ForceGain, level: float) -> bool:
+def is_preferred(gain: ForceGain, level: float) -> bool:
     """Whether the force residual prefers a model to a rival, by more than models far from the noise may differ."""
     return gain.left < 1 / CLOSE and gain.p_of_rivals() <= level
 

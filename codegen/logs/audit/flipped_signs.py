@@ -56,8 +56,8 @@ def flipped_signs(log: Log, spec: Spec, balance: Balance, motion: Motion, forces
         found = forces_of(with_values(log, values * signs), balance)
         if found is not None:
             tried.append((max(found[0].moving_misfit, found[1]), count, group))
-    if np.any(forces.standing):
-        other = replace(forces, rest=forces.rest - 2 * forces.standing, standing=-forces.standing)
+    if np.any(forces.static):
+        other = replace(forces, rest=forces.rest - 2 * forces.static, static=-forces.static)
         tried.append((max(other.moving_misfit, slopes), 1, POSITION_FORCES))
     best = min((left for left, _, _ in tried), default=1.0)
     if best > (min(FITS, BETTER * now) if now > FITS else FAR_BETTER * now):

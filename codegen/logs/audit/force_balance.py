@@ -30,7 +30,7 @@ class Forces:
         inertia: (K, n) M(x) a.
         rest: (K, n) g(x, v, 0) − U λ with the declared friction.
         friction: (K, n) U λ, which is in ``rest`` too.
-        standing: (K, n) g(x, 0, 0): gravity and springs, which is in ``rest`` too.
+        static: (K, n) g(x, 0, 0): gravity and springs, which is in ``rest`` too.
         driven: (m, K, n) the force of each input alone.
         motion: (K, 2n) positions and velocities.
     """
@@ -38,7 +38,7 @@ class Forces:
     inertia: Array
     rest: Array
     friction: Array
-    standing: Array
+    static: Array
     driven: Array
     motion: Array
 
@@ -58,7 +58,7 @@ class Forces:
 
         If a weight is most of the balance, the squares of all forces depend little on the motion.
         """
-        moving = self.rest - self.standing
+        moving = self.rest - self.static
         return _unbalanced(self.inertia - self.rest - self.given, self.inertia, moving, self.inertia - moving)
 
     def inertia_factor(self, i: int) -> tuple[float, float]:
@@ -104,9 +104,9 @@ class Balance:
         forces, driven, finite, slipping = self._sampled(log, motion)
         columns = np.hstack([*forces, *driven, motion.positions, motion.velocities])
         parts = self._smooth(log, motion, columns, finite)[motion.usable & finite & slipping]
-        inertia, rest, friction, standing = (parts[:, k] for k in range(4))
+        inertia, rest, friction, static = (parts[:, k] for k in range(4))
         moved = parts[:, 4 + self._m :].reshape(-1, 2 * self._n)
-        return Forces(inertia, rest, friction, standing, np.moveaxis(parts[:, 4 : 4 + self._m], 1, 0), moved)
+        return Forces(inertia, rest, friction, static, np.moveaxis(parts[:, 4 : 4 + self._m], 1, 0), moved)
 
     def misfit(self, log: Log, motion: Motion) -> float:
         """``Forces.misfit`` of ``along``, in less time: only the forces that it needs are low-passed."""
@@ -127,8 +127,8 @@ class Balance:
         since = (log.time - log.time[0])[:, None]
         rows = np.hstack([*moved, 0.5 * (before + log.inputs), threshold, np.zeros((log.size, 1)), since])
         found = over_rows(self._function, rows)
-        inertia, rest, friction, standing, *alone = np.split(found[:, contacts:], 4 + self._m, axis=1)
-        forces, driven = [inertia, rest, friction, standing], [force - rest for force in alone]
+        inertia, rest, friction, static, *alone = np.split(found[:, contacts:], 4 + self._m, axis=1)
+        forces, driven = [inertia, rest, friction, static], [force - rest for force in alone]
         finite: Flags = np.all(np.isfinite(np.hstack([*forces, *moved[:2], *driven])), axis=1)
         slipping: Flags = np.all(found[:, :contacts] > 0, axis=1)
         return forces, driven, finite, slipping
@@ -168,9 +168,9 @@ def _function(system: System) -> casadi.Function:
 
     inputs = none, *(none | {w: names[w]} for w in system.inputs)
     rest, *alone = (to_casadi(system.force, at) - friction(at) for at in inputs)
-    standing = to_casadi(system.force, none | dict.fromkeys(system.velocities, casadi.SX(0.0)))
+    static = to_casadi(system.force, none | dict.fromkeys(system.velocities, casadi.SX(0.0)))
     inertia = casadi.mtimes(to_casadi(system.mass_matrix, none), arguments[2])
     margin = casadi.fabs(slip) - casadi.mtimes(casadi.fabs(casadi.jacobian(slip, arguments[1])), speeds)
-    outputs = casadi.vertcat(margin, inertia, rest, friction(none), standing, *alone)
+    outputs = casadi.vertcat(margin, inertia, rest, friction(none), static, *alone)
     row = casadi.vertcat(*arguments, speeds, zero, time)
     return casadi.Function("forces", [row], [casadi.densify(outputs)], {"cse": True})

@@ -75,7 +75,7 @@ def audit_inputs(forces: Forces, spec: Spec, outside: Outside | None, log: Log) 
     scales = np.linalg.norm(columns[acting], axis=1)
     factors = np.linalg.lstsq((columns[acting] / scales[:, None]).T, wanted, rcond=1e-8)[0] / scales
     whole = wanted - factors @ columns[acting]
-    modelled = {"inertia": forces.inertia, "friction": forces.friction, "gravity and springs": -forces.standing}
+    modelled = {"inertia": forces.inertia, "friction": forces.friction, "gravity and springs": -forces.static}
     parts = {what: stacked(force) for what, force in modelled.items()}
     for factor, j in zip(factors, acting, strict=True):
         name = spec.inputs[j].name
