@@ -23,6 +23,8 @@ SYMBOLIC_ORDER = 4
 """Highest order of a block whose conditions are derived symbolically."""
 PRINTABLE = 40
 """Most operations in an expression that is printed."""
+MOST_DEGREE = 24
+"""Highest total degree of a polynomial in several variables that is factored: at 35, minutes were not enough."""
 
 
 @dataclass(frozen=True)
@@ -106,12 +108,27 @@ def _multiplied_out(expression: Any) -> Any:
 
 
 def _factors(expression: Any) -> list[tuple[Any, int]]:
-    """(factor, power) of a polynomial over the rationals; another expression is its own factor."""
+    """(factor, power) of a polynomial over the rationals; an expression that is none, or of a high degree, is its own
+    factor.
+    """
     try:
+        if not _is_factorable(expression):
+            return [(expression, 1)]
         constant, factors = sympy.factor_list(expression)
     except sympy.PolynomialError:  # a power with a real exponent
         return [(expression, 1)]
     return [(constant, 1), *[(f, int(p)) for f, p in factors]]
+
+
+def _is_factorable(expression: Any) -> bool:
+    """Whether each factor as written has one variable or a low degree; otherwise factoring may take minutes."""
+    for factor in sympy.Mul.make_args(expression):
+        base = factor.as_base_exp()[0]
+        if not base.is_number:
+            polynomial = sympy.Poly(base)
+            if len(polynomial.gens) > 1 and polynomial.total_degree() > MOST_DEGREE:
+                return False
+    return True
 
 
 @dataclass(frozen=True)
