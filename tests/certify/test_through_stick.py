@@ -153,10 +153,10 @@ def test_beside_any_contacts_that_stick_the_others_fall_with_one_velocity_gain(s
     inverse, h = np.linalg.inv(mass), 1e-4
     learn = np.diag(10 ** dice.uniform(-1, 2, count)) @ U.T * k
     change = np.block([[-k * np.eye(n), -inverse @ U], [learn, np.zeros((count, count))]])
-    system = SimpleNamespace(
-        distribution=sympy.Matrix(U.tolist()), contacts=[SimpleNamespace(name=f"c{i}") for i in range(count)]
+    system = SimpleNamespace(contacts=[SimpleNamespace(name=f"c{i}") for i in range(count)])
+    observer: Any = SimpleNamespace(
+        system=system, distribution=sympy.Matrix(U.tolist()), sample_time=h, level_errors=True
     )
-    observer: Any = SimpleNamespace(system=system, sample_time=h, values={}, level_errors=True)
     response: Any = SimpleNamespace(
         step=sympy.Matrix((np.eye(n + count) + h * change).tolist()), by_force=sympy.Matrix((-inverse).tolist())
     )

@@ -123,17 +123,19 @@ def test_what_is_explained_is_that_of_the_effects_without_the_one_that_is_refuse
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Of two effects one has an interval that includes zero; the free runs settle what is left by its own share."""
-    parts = tuple(SimpleNamespace(kind=k, on="x") for k in ("spring", "offset"))
+    parts = tuple(SimpleNamespace(kind=k, on="x", effect=None) for k in ("spring", "offset"))
 
     def fit(*parts: Any) -> Any:
         trial = SimpleNamespace(parts=parts)
         return SimpleNamespace(trial=trial, runner=SimpleNamespace(trial=trial))
 
     both, one = fit(*parts), fit(parts[0])
-    found = SimpleNamespace(kind="spring")
+    found = SimpleNamespace(kind="spring", intervals={})
     monkeypatch.setattr(examination, "named_effects", lambda parts, *_: [found] * len(parts))
     for name, value in {
         "estimate": None,
+        "_by_both": None,
+        "may_be_absent": False,
         "in_simpler_form": None,
         "credible": True,
         "first_candidates": 1,
