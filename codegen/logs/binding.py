@@ -244,9 +244,13 @@ class _Search:
         nearest = nearest_name(text, self.names) or written.get(nearest_name(text, written) or "")
         return BadInput(self.place, found, expected, shown(nearest) if nearest else None, code="LOG003")
 
+    def _velocity_of(self, symbol: str) -> str | None:
+        """The velocity of a position; None for another symbol."""
+        return next((c.velocity for c in self.spec.coordinates if c.name == symbol), None)
+
     def _speed_wanted(self, symbol: str, place: Place) -> BadInput:
         """The error for a position that is said not to be logged, where its velocity is not logged either."""
-        velocity = next(c.velocity for c in self.spec.coordinates if c.name == symbol)
+        velocity = self._velocity_of(symbol)
         found = f"`{symbol}: {NO_COLUMN}`, and no column of its speed {velocity}"
         return BadInput(place, found, f"a column of {symbol} or of {velocity}", code="LOG003")
 
@@ -261,7 +265,7 @@ class _Search:
         So it is where the description says that the log has no column of it, or where no unused column may hold it:
         each states a unit that is none of the position, and is not in counts.
         """
-        velocity = next((c.velocity for c in self.spec.coordinates if c.name == symbol), None)
+        velocity = self._velocity_of(symbol)
         if velocity not in self.terms:
             return False
         own = unit_of(symbol, self.spec)
@@ -272,7 +276,7 @@ class _Search:
 
     def _or_none(self, symbol: str) -> str:
         """What to write where the log has the speed of this position alone; empty for other symbols."""
-        velocity = next((c.velocity for c in self.spec.coordinates if c.name == symbol), None)
+        velocity = self._velocity_of(symbol)
         if velocity not in self.terms:
             return ""
         return f"; or `columns: {{{symbol}: {NO_COLUMN}}}` if the log has the speed {velocity} alone, to integrate it"

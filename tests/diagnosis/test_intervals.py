@@ -15,8 +15,8 @@ from codegen.diagnosis.evidence.estimate import (
     Estimate,
     covariance,
     estimate,
-    reaching,
     wave_intervals,
+    widened_by,
 )
 from codegen.diagnosis.fit.output_error import Fit, Prior
 from codegen.diagnosis.fit.trial import Part, part_of
@@ -201,7 +201,7 @@ def both(
 ) -> Interval:
     """The interval of one parameter by two criteria, each value ± half."""
     one, two = (Estimate({}, ({name: (v, (v - h, v + h))},)) for v, h in ((own, half), (other, half2)))
-    return reaching(one, two, parts_of(kind, (name,)), {0: share}).effects[0][name][1]
+    return widened_by(one, two, parts_of(kind, (name,)), {0: share}).effects[0][name][1]
 
 
 def test_an_interval_reaches_the_estimate_of_the_other_criterion() -> None:

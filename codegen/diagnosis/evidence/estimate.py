@@ -1,7 +1,7 @@
 """Parameter estimates of the final fit with 95 % confidence intervals by the sandwich covariance.
 
 No covariance of one criterion shows the bias of a wrong form, which its estimate absorbs. A second criterion weighs the
-same misfit otherwise; ``reaching`` widens the intervals by the difference of both estimates.
+same misfit otherwise; ``widened_by`` widens the intervals by the difference of both estimates.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def estimate(fit: Fit, other: Fit | None = None) -> Estimate:
     return Estimate(moved, tuple(effects))
 
 
-def reaching(own: Estimate, other: Estimate, parts: Sequence[Part], shares: Mapping[int, float]) -> Estimate:
+def widened_by(own: Estimate, other: Estimate, parts: Sequence[Part], shares: Mapping[int, float]) -> Estimate:
     """Estimates whose intervals reach those of another criterion.
 
         half width² = h² + c (Δ² + t² τ²),   τ² = max(0, Δ² − s² − s₂²),   s = h/t,   s₂ = h₂/t
@@ -71,18 +71,18 @@ def reaching(own: Estimate, other: Estimate, parts: Sequence[Part], shares: Mapp
     effects = list(own.effects)
     for k, share in shares.items():
         effects[k] = {
-            name: (value, _reaching(parts[k], name, value, ends, other.effects[k][name], share))
+            name: (value, _widened(parts[k], name, value, ends, other.effects[k][name], share))
             for name, (value, ends) in own.effects[k].items()
         }
     return replace(own, effects=tuple(effects))
 
 
-def _reaching(
+def _widened(
     part: Part, name: str, value: float, ends: Interval, other: tuple[float, Interval], share: float
 ) -> Interval:
-    """The interval of one parameter by ``reaching``."""
+    """The interval of one parameter by ``widened_by``."""
     second, (low, high) = other
-    inward, outward, slope = _straight(part, name, (value, second, *ends))
+    inward, outward, slope = _comparison_coordinate(part, name, (value, second, *ends))
     here, half2 = inward(value), 0.5 * (high - low) * slope(second)
     below, above = sorted(inward(end) for end in ends)
     gap, half = inward(second) - here, 0.5 * (above - below)
@@ -101,7 +101,7 @@ def _reaching(
 Map = Callable[[float], float]
 
 
-def _straight(part: Part, name: str, values: Sequence[float]) -> tuple[Map, Map, Map]:
+def _comparison_coordinate(part: Part, name: str, values: Sequence[float]) -> tuple[Map, Map, Map]:
     """The coordinate in which a parameter's estimates are compared: map, inverse, and |slope| of the map."""
     place = part.names.index(name)
     coordinate, neutral = part.coordinates[place], part.effect.parameters[place].neutral

@@ -9,7 +9,7 @@ import numpy as np
 
 from codegen.base.significant import in_percent
 from codegen.diagnosis.evidence.acting_joint import joint_of
-from codegen.diagnosis.evidence.estimate import Estimate, estimate, reaching
+from codegen.diagnosis.evidence.estimate import Estimate, estimate, widened_by
 from codegen.diagnosis.evidence.reservations import may_be_absent, objections, remarks, takes_the_level
 from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import credit
@@ -276,7 +276,7 @@ def _examined(
 
 
 def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate, problem: Problem) -> Estimate:
-    """Estimates whose intervals reach those of the force residual where free runs leave more than noise (``reaching``).
+    """Estimates whose intervals reach those of the force residual where free runs leave more than noise.
 
     Not for a load behind a spring, whose force residual is differentiated noise. Of an arm that is simulated joint by
     joint, only effects on joints that leave more than noise.
@@ -289,7 +289,7 @@ def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate
     if not shares:
         return own
     by_force = ForceFits(search, problem, base).fit(polished.trial, polished.theta)
-    return reaching(own, estimate(by_force), polished.trial.parts, shares)
+    return widened_by(own, estimate(by_force), polished.trial.parts, shares)
 
 
 def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Problem) -> list[str]:
