@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any
 
 import casadi
@@ -17,7 +16,7 @@ from codegen.analysis.polynomials import expand_products
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
 from codegen.base.exact_numbers import powers_of_ten
-from codegen.mechanics.casadi_form import at_points, function_of, in_place, symbol_values, to_casadi
+from codegen.mechanics.casadi_form import at_points, function_of, symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import Matrix
 from codegen.observers.coulomb import refuse_infinite_slope
@@ -208,46 +207,25 @@ def evaluate(
 ) -> Array:
     """A matrix of the error dynamics at every point, (points, m, m), at the spec's gains and parameters."""
     h = float(dynamics.observer.sample_time if sample_time is None else sample_time)
-    function = matrix_function(dynamics, matrix, points, ())
-    return evaluate_columns(function, points.values, np.full((len(points.values), 1), h))
+    function = matrix_function(dynamics, matrix, points.variables)
+    return at_points(function, np.column_stack([points.values, np.full(len(points.values), h)]))
 
 
 def matrix_function(
-    dynamics: ErrorDynamics, matrix: Matrix, points: OperatingPoints, gains: Sequence[sympy.Symbol]
+    dynamics: ErrorDynamics, matrix: Matrix, variables: Sequence[sympy.Symbol], gains: Sequence[sympy.Symbol] = ()
 ) -> Any:
-    """A matrix of the error dynamics as a CasADi function of two arguments: operating point; gains and sample time.
+    """A matrix of the error dynamics as a CasADi function of one column: operating point, gains and sample time.
 
     Args:
         matrix: m by m over the symbols of ``dynamics``.
-        points: its variables are the first argument, in order.
-        gains: these and then h are the second argument; other gains have the spec's values.
+        variables, gains: the first entries of the column, in order; h is the last. Other gains have the spec's values.
     """
-    variables = casadi.SX.sym("p", len(points.variables))
-    open_values = casadi.SX.sym("k", len(gains) + 1)
-    opened = (*gains, symbol("h")), open_values
-    names = symbol_values(dynamics.observer.values, opened, (points.variables, variables))
+    opened = (*variables, *gains, symbol("h"))
+    column = casadi.SX.sym("p", len(opened))
+    names = symbol_values(dynamics.observer.values, (opened, column))
     names |= {s: to_casadi(e, names) for s, e in dynamics.slopes.items()}
     if dynamics.inverse_mass:
         mass = to_casadi(dynamics.observer.system.mass_matrix, names)
         inverse = factorised(mass).solve_columns(casadi.SX.eye(mass.shape[0]))
         names |= {s: inverse[i, j] for s, (i, j) in dynamics.inverse_mass.items()}
-    return casadi.Function("matrix", [variables, open_values], [casadi.densify(to_casadi(matrix, names))])
-
-
-def evaluate_columns(function: Any, *arguments: Array) -> Array:
-    """A dense CasADi function at N points: arguments (N, size), result (N, rows, columns).
-
-    NumPy and CasADi share the memory, in which CasADi stores matrices by columns.
-    """
-    count = len(arguments[0])
-    rows, columns = function.size_out(0)
-    given, found = [np.ascontiguousarray(a, dtype=float) for a in arguments], np.empty((count, columns, rows))
-    _buffer, evaluate = in_place(_mapped(function, count), given, [found])
-    evaluate()
-    return np.ascontiguousarray(found.transpose(0, 2, 1))
-
-
-@lru_cache(32)
-def _mapped(function: Any, count: int) -> Any:
-    """A CasADi function mapped over ``count`` points; cached, since the construction takes 3 ms."""
-    return function.map(count)
+    return casadi.Function("matrix", [column], [casadi.densify(to_casadi(matrix, names))])

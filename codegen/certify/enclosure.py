@@ -17,7 +17,6 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from codegen.analysis.operating_points import evaluate_columns
 from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric
 from codegen.certify.family import PI, Family, NotEnclosable
@@ -86,7 +85,7 @@ class Enclosure:
         ends = [[sorted({float(low), float(high)}) for low, high in box] for box in boxes]
         grids = [np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(-1, len(box)) for box in ends]
         corners = grids[0] if len(grids) == 1 else np.unique(np.concatenate(grids), axis=0)
-        return evaluate_columns(self._function, corners)
+        return at_points(self._function, corners)
 
 
 def exact_ranges(family: Family) -> dict[sympy.Symbol, Interval]:

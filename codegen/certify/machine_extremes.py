@@ -13,10 +13,11 @@ import numpy as np
 import sympy
 
 from codegen.analysis.analysis import Analysis
-from codegen.analysis.operating_points import evaluate_columns, matrix_function
+from codegen.analysis.operating_points import matrix_function
 from codegen.base.arrays import Array
 from codegen.base.exact_numbers import geometric, powers_of_ten
 from codegen.certify.prefix import rounded
+from codegen.mechanics.casadi_form import at_points
 
 POINTS = 4000
 """Random points of the envelope."""
@@ -122,7 +123,7 @@ class _Machine:
         self.moves = [(column[x], column[v]) for x, v in pairs] if all(v in column for _, v in pairs) else None
         self.speeds = [column[v] for v in system.velocities if v in column]
         self.h, dynamics = float(analysis.dynamics.observer.sample_time), analysis.dynamics
-        self.function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), analysis.points, ())
+        self.function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), variables)
 
     def sampled_points(self, random: np.random.Generator) -> Array:
         """The random points with which ``extremes`` starts, and those of the analysis; points by variables."""
@@ -170,5 +171,5 @@ class _Machine:
 
     def _blocks(self, points: Array) -> tuple[Array, Array]:
         """(M⁻¹∂g/∂v, M⁻¹)."""
-        a = evaluate_columns(self.function, points, np.full((len(points), 1), self.h))
+        a = at_points(self.function, np.column_stack([points, np.full(len(points), self.h)]))
         return a[:, : self.n, : self.n] + self.k * np.eye(self.n), -a[:, : self.n, self.n :]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -98,7 +99,7 @@ def function_of(
 
 
 def at_points(function: Any, points: Array) -> Array:
-    """A function of ``function_of`` evaluated at N points (N, symbols): (N, rows, columns).
+    """A dense CasADi function of one column, such as ``function_of``, at N points (N, symbols): (N, rows, columns).
 
     A value that is not a real number is NaN or infinite.
     """
@@ -106,7 +107,7 @@ def at_points(function: Any, points: Array) -> Array:
     given = np.zeros((len(points), function.size1_in(0)))
     given[:, : points.shape[1]] = points
     found = over_rows(function, given).reshape(len(points), columns, rows)
-    return np.ascontiguousarray(found.transpose(2, 0, 1)).transpose(1, 0, 2)  # in memory row by row of the matrix
+    return np.ascontiguousarray(found.transpose(0, 2, 1))
 
 
 def in_place(function: Any, arguments: Sequence[Any], results: Sequence[Any]) -> tuple[Any, Callable[[], None]]:
@@ -136,13 +137,18 @@ def over_rows(function: casadi.Function, rows: Array) -> Array:
     arguments = np.zeros((padded, function.size1_in(0)))
     arguments[:count], arguments[count:] = rows, rows[-1:]
     results = np.empty((padded, width))
-    mapped: Any = function.map(size)  # its stub lacks the form of set_arg that takes memory
-    buffer, evaluate = mapped.buffer()
+    buffer, evaluate = _mapped(function, size).buffer()
     for k in range(0, padded, size):
         buffer.set_arg(0, arguments[k : k + size].data)
         buffer.set_res(0, results[k : k + size].data)
         evaluate()
     return results[:count]
+
+
+@lru_cache(32)
+def _mapped(function: casadi.Function, count: int) -> Any:
+    """The function mapped over ``count`` points; cached, since the construction takes 3 ms."""
+    return function.map(count)
 
 
 def _scalar(e: Any, scope: _Scope) -> Any:

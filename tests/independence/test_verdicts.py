@@ -16,8 +16,8 @@ import pytest
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.analysis.conditions import SYMBOLIC_ORDER
-from codegen.analysis.operating_points import evaluate_columns, matrix_function
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.analysis.operating_points import matrix_function
+from codegen.mechanics.casadi_form import at_points, over_rows, to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.spec.model import symbol
 
@@ -65,7 +65,7 @@ def draw(analysis: Analysis, count: int, random: np.random.Generator) -> Draws:
     periods = 10 ** random.uniform(-5, 0, (count, 1))
     open_values = np.hstack([size * signs, periods])
     psi, step = (
-        evaluate_columns(matrix_function(dynamics, m, analysis.points, gains), values, open_values)
+        at_points(matrix_function(dynamics, m, analysis.points.variables, gains), np.hstack([values, open_values]))
         for m in (dynamics.in_force(dynamics.jacobian), dynamics.in_force(dynamics.sampled))
     )
     continuous, sampled = np.linalg.eigvals(psi), np.linalg.eigvals(step)
@@ -116,7 +116,7 @@ def _numbers(analysis: Analysis, gains: list[Any], block: Any, expressions: list
     numeric = casadi.densify(to_casadi(block, names))
     names |= {symbol(f"c{k}"): c for k, c in enumerate(reversed(_coefficients(numeric)))}
     column = casadi.vertcat(*[to_casadi(e, names) for e in expressions])
-    return evaluate_columns(casadi.Function("conditions", [at, free], [column]), values, opened)[:, :, 0]
+    return over_rows(casadi.Function("conditions", [casadi.vertcat(at, free)], [column]), np.hstack([values, opened]))
 
 
 def _coefficients(matrix: Any) -> list[Any]:

@@ -11,8 +11,9 @@ import sympy
 
 from codegen.analysis.error_dynamics import ErrorDynamics
 from codegen.analysis.feasibility.axes import SAMPLE_TIME, GainAxis
-from codegen.analysis.operating_points import OperatingPoints, evaluate_columns, matrix_function
+from codegen.analysis.operating_points import OperatingPoints, matrix_function
 from codegen.base.arrays import Array
+from codegen.mechanics.casadi_form import at_points
 
 BATCH = 60_000
 """Most pairs of gain set and operating point that are evaluated at once."""
@@ -84,7 +85,7 @@ class GainDynamics:
         self.symbolic, self.points = dynamics, points
         self.symbols = tuple(dynamics.observer.gains)
         self._functions = {
-            name: matrix_function(dynamics, dynamics.in_force(matrix), points, self.symbols)
+            name: matrix_function(dynamics, dynamics.in_force(matrix), points.variables, self.symbols)
             for name, matrix in (("continuous", dynamics.jacobian), ("sampled", dynamics.sampled))
         }
         self.every = self.active = np.arange(len(points.values))
@@ -100,7 +101,7 @@ class GainDynamics:
         at = self.active if at is None else np.asarray(at)
         sets, count = len(settings), len(at)
         values = np.tile(self.points.values[at], (sets, 1))
-        result = evaluate_columns(self._functions[which], values, np.repeat(settings.columns, count, axis=0))
+        result = at_points(self._functions[which], np.hstack([values, np.repeat(settings.columns, count, axis=0)]))
         return result.reshape(sets, count, *result.shape[1:])
 
     def measures(self, which: str, settings: Settings, at: Any = None) -> Array:

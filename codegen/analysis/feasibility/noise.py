@@ -15,9 +15,8 @@ import sympy
 from scipy.linalg import solve_discrete_lyapunov
 
 from codegen.analysis.feasibility.gain_dynamics import Settings
-from codegen.analysis.operating_points import evaluate_columns
 from codegen.base.arrays import Array, Flags
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
 from codegen.mechanics.solve import solve_symmetric
 from codegen.observers import Observer
 from codegen.observers.velocity import SAMPLE_TIME
@@ -90,17 +89,17 @@ class NoiseModel:
         h = casadi.SX.sym("h")
         known = symbol_values(observer.values) | point | gains
         matrices = _linearised(observer, known | {SAMPLE_TIME: h}, h, estimate.symbols)
-        arguments = [casadi.vertcat(*point.values()), casadi.vertcat(*gains.values(), h)]
+        argument = casadi.vertcat(*point.values(), *gains.values(), h)
         self._shapes = [m.shape for m in matrices]
         flat = casadi.vertcat(*[casadi.vec(casadi.densify(m)) for m in matrices])
-        self._function = casadi.Function("noise", arguments, [flat])
-        self.levels = self._levels(known, arguments[0], by_contact="contact_friction" in names)
+        self._function = casadi.Function("noise", [argument], [flat])
+        self.levels = self._levels(known, casadi.vertcat(*point.values()), by_contact="contact_friction" in names)
 
     def matrices(self, settings: Settings) -> tuple[Array, Array, Array, Array]:
         """Φ, B, C, D, each (gain sets, points, rows, columns), for noise of RMS 1 on each coordinate."""
         sets, count = len(settings), len(self.points)
         values = np.tile(self.points, (sets, 1))
-        flat = evaluate_columns(self._function, values, np.repeat(settings.columns, count, axis=0))[:, :, 0]
+        flat = over_rows(self._function, np.hstack([values, np.repeat(settings.columns, count, axis=0)]))
         parts, start = [], 0
         for rows, columns in self._shapes:
             block = flat[:, start : start + rows * columns].reshape(sets, count, columns, rows)
@@ -186,7 +185,7 @@ class NoiseModel:
         if not by_contact:
             column = casadi.fabs(to_casadi(system.distribution, known)) @ column
         function = casadi.Function("levels", [point], [casadi.densify(column)])
-        return np.abs(evaluate_columns(function, self.points)[:, :, 0])
+        return np.abs(over_rows(function, self.points))
 
 
 def _points(observer: Observer, spec: Spec) -> tuple[tuple[sympy.Symbol, ...], Array]:

@@ -14,7 +14,7 @@ import sympy
 
 from codegen.analysis.analysis import Analysis, analyse
 from codegen.analysis.error_dynamics import ErrorDynamics
-from codegen.analysis.operating_points import evaluate_columns, matrix_function
+from codegen.analysis.operating_points import matrix_function
 from codegen.base.errors import BadInput
 from codegen.certify.along_friction import Box, along_friction
 from codegen.certify.centre import least_rate
@@ -26,6 +26,7 @@ from codegen.certify.levels import levels_of
 from codegen.certify.lyapunov import common_lyapunov, common_lyapunov_at, decay_rate_limit
 from codegen.certify.size import beyond_checker
 from codegen.checker import verify
+from codegen.mechanics.casadi_form import at_points
 from codegen.mechanics.computed import ComputedEntry
 from codegen.observers import build_observer
 from codegen.observers.velocity import INTEGRATIONS
@@ -126,10 +127,11 @@ def _largest_sliding(spec: Spec, analysis: Analysis, content: Mapping[str, Any])
 def _spectral_limit(analysis: Analysis) -> float:
     """Upper bound of the sample time, s, near the least at which an operating point is unstable."""
     dynamics, points = analysis.dynamics, analysis.points
-    function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points, ())
+    function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points.variables)
 
     def stable(h: float) -> bool:
-        values = np.linalg.eigvals(evaluate_columns(function, points.values, np.full((len(points.values), 1), h)))
+        rows = np.column_stack([points.values, np.full(len(points.values), h)])
+        values = np.linalg.eigvals(at_points(function, rows))
         return bool(np.abs(dynamics.multipliers(values, h)).max() < 1)
 
     low = high = float(dynamics.observer.sample_time)
@@ -141,10 +143,10 @@ def _spectral_limit(analysis: Analysis) -> float:
 def _one_matrix(analysis: Analysis) -> Callable[[float], bool]:
     """The test of a sample time, s, for an A constant over the envelope: whether a P is found in floating point."""
     dynamics, points = analysis.dynamics, analysis.points
-    function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points, ())
+    function = matrix_function(dynamics, dynamics.in_force(dynamics.sampled), points.variables)
 
     def feasible(h: float) -> bool:
-        a = evaluate_columns(function, points.values[:1], np.full((1, 1), h))[0]
+        a = at_points(function, np.append(points.values[:1], [[h]], axis=1))[0]
         return common_lyapunov([a], 0.0 if dynamics.implicit else h) is not None
 
     return feasible

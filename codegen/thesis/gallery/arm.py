@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import casadi
 import numpy as np
 
 from codegen.analysis.error_dynamics import derive_error_dynamics
+from codegen.analysis.operating_points import matrix_function
 from codegen.base.arrays import Array
 from codegen.effects.declare import system_of
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import at_points
 from codegen.observers import build_observer
 from codegen.simulate.loop_run import LoopRun
 from codegen.spec.model import Spec
@@ -36,17 +36,11 @@ def growth_rates(spec: Spec, run: LoopRun) -> Array:
     """Largest real part of Ψ's eigenvalues, 1/s, with Ψ frozen at every ``STRIDE``-th sample of a motion."""
     system = system_of(spec)
     dynamics = derive_error_dynamics(build_observer(spec, system))
-    jacobian = dynamics.in_force(dynamics.jacobian)
     variables = [*system.positions, *system.velocities, *system.inputs, *dynamics.observer.signs]
-    values = casadi.SX.sym("values", len(variables))
-    names = symbol_values(dynamics.observer.values, (variables, values))
-    mass = to_casadi(system.mass_matrix, names)
-    inverse = casadi.inv(mass)
-    names |= {s: inverse[i, j] for s, (i, j) in dynamics.inverse_mass.items()}
-    function = casadi.Function("psi", [values], [casadi.densify(to_casadi(jacobian, names))])
     slip = run.true_velocities @ np.array(system.distribution, dtype=float)
     rows = np.hstack([run.true_positions, run.true_velocities, run.inputs, np.sign(slip)])[::STRIDE]
-    return np.array([np.linalg.eigvals(function(row).full()).real.max() for row in rows])
+    function = matrix_function(dynamics, dynamics.in_force(dynamics.jacobian), variables)
+    return np.asarray(np.linalg.eigvals(at_points(function, rows)).real.max(axis=1))
 
 
 def finds_friction(runs: Runs) -> Reading:
