@@ -11,9 +11,9 @@ import pytest
 from codegen.base.resources import resource_folder
 from codegen.diagnosis.case import values_of_zero
 from codegen.diagnosis.diagnose import diagnose_log
-from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.residual import Problem, level_parameters
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.fit.trial import with_effects
+from codegen.diagnosis.fit.trial import with_effects, with_values
 from codegen.diagnosis.results import Fact, FoundEffect
 from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.wrong_values import explaining_values, refused_for_a_value
@@ -98,6 +98,22 @@ def test_a_true_effect_is_not_refused_for_a_value(
     lacking = ARM.replace("simulation:", f"effects: [{entry}]\nsimulation:")
     answer = judged(lacking, tmp_path, FoundEffect(kind, on, parameters, {}))
     assert lacking != ARM and answer.verdict == "effect" and not answer.against
+
+
+def test_a_joint_with_a_wrong_level_and_noise_is_no_half_of_the_residual(tmp_path: Path) -> None:
+    """A weight that left only noise was refused: the other joint, whose level the refit has wrong, counted as half."""
+    kind, parameters = "gravity_imbalance", {"G": 0.36, "phase": -1.57}
+    system = system_of(arm())
+    level = level_parameters(system)[-1]
+    entry = f"{{kind: {kind}, on: theta1, parameters: {json.dumps(parameters)}}}"
+    log = short_log(ARM.replace("simulation:", f"effects: [{entry}]\nsimulation:"), tmp_path, "log.csv")
+    refit = with_values(system, {level.name: 1.5 * float(system.values[level])})
+    effects = (FoundEffect(kind, "theta1", parameters, {}),)
+    none: Any = None
+    found = Answer("effect", effects, refit, with_effects(system, effects), (none, none, none))
+    problem = Problem(system, smooth_motion(log), {})
+    assert explaining_values(arm(), refit, problem), "another value of a mass would explain most of it"
+    assert refused_for_a_value(arm(), found, problem) is found
 
 
 @pytest.mark.slow

@@ -283,12 +283,7 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
     found = _explaining_value(spec, answer.refit, problem)
     if found is None:
         return answer
-    used = problem.used.T
-    before, after = (
-        [float(r[rows] @ r[rows]) for r, rows in zip(residual_without_levels(problem, s).T, used, strict=True)]
-        for s in (answer.refit, answer.augmented)
-    )
-    left = float(np.mean([b / max(a, 1e-300) for a, b in zip(before, after, strict=True)]))
+    left = _left_by_effects(answer, problem)
     if 1 - found.share > FAR_LESS * left:
         return answer
     named = " and ".join(f"{e.kind} on {e.on}" for e in answer.effects)
@@ -299,6 +294,23 @@ def refused_for_a_value(spec: Spec, answer: Answer, problem: Problem) -> Answer:
     figures = (*answer.figures[:2], answer.figures[1])
     against = (Fact("not credited", words),)
     return replace(answer, verdict="unknown", augmented=answer.refit, figures=figures, errors=(), against=against)
+
+
+def _left_by_effects(answer: Answer, problem: Problem) -> float:
+    """Share of the refit's squared residual that the effects leave, both after regression on the levels.
+
+    Each coordinate counts as in the share that a value explains: over the refit's square there. With the mean of the
+    coordinates' own shares, a joint with nothing but noise would leave half of a residual that is on the other joint.
+    """
+    plain = inverse_dynamics_residual(answer.refit, problem.motion)
+    rest = [residual_without_levels(problem, system) for system in (answer.refit, answer.augmented)]
+    sums = [0.0, 0.0]
+    for i, used in enumerate(problem.used.T):
+        if used.any():
+            power = max(float(plain[used, i] @ plain[used, i]), 1e-300)
+            for k, r in enumerate(rest):
+                sums[k] += float(r[used, i] @ r[used, i]) / power
+    return sums[1] / max(sums[0], 1e-300)
 
 
 @dataclass(frozen=True)
