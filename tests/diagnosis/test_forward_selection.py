@@ -478,6 +478,37 @@ def test_a_play_of_nothing_is_a_spring(gap: float, cost: float, kinds: str) -> N
     assert left == (rivals[1:] if kinds == "c" else rivals)
 
 
+def test_a_replacement_without_its_gap_is_a_spring_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A play with a gap of 3e-17 rad took the place of a cogging, and was named beside a friction drift."""
+    first, play, spring = fit("drift", "cogging"), fit("drift", "backlash"), fit("drift", "compliance")
+    for one in (first, play, spring):
+        one.cost, one.by_segment, one.residual = 9.0, np.full(20, 40.0), np.zeros((20, 40))
+    best = SimpleNamespace(found=first, why_not="", unsure=False)
+    for name, value in {
+        "every_part": [],
+        "run_round": [best],
+        "hypotheses": 1,
+        "ties": [],
+        "credible": True,
+        "nothing_left": True,
+        "explained_share": 1.0,
+        "_pair": None,
+        "_reconsidered": (play, []),
+        "_pruned_with_rivals": (play, []),
+        "_merged": None,
+        "first_candidates": 1,
+    }.items():
+        monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
+    seen = lambda search, found, rivals: (spring if found is play else found, rivals)  # noqa: E731
+    monkeypatch.setattr(forward_selection, "_in_seen_kinds", seen)
+    monkeypatch.setattr(forward_selection, "leader_first", lambda search, some: some)
+    monkeypatch.setattr(forward_selection, "still_credited", lambda search, base, found, rivals, count: (found, []))
+    monkeypatch.setattr(forward_selection, "_largest_first", lambda search, found: found)
+    monkeypatch.setattr(forward_selection.credit, "near_noise", lambda fit: True)
+    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
+    assert forward_selection.find_effects(search, fit(), lambda turn, share: None).final is spring
+
+
 @dataclass(frozen=True)
 class JointFit:
     """A fit of an arm: the loss that each joint has left, and its effects, named by the joint at which they are."""

@@ -164,6 +164,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         current, rivals = _pruned_with_rivals(search, current, rivals)
         single = _merged(search, current)
         current, rivals = (single, []) if single else (current, rivals)
+        current, rivals = _in_seen_kinds(search, current, rivals)  # a replacement may have negligible values too
         current, rivals = still_credited(search, base, current, rivals, first_candidates(search, base))
         current = current if rivals else _largest_first(search, current)
     lost = current is base and not refit_only and not credit.near_noise(base)
