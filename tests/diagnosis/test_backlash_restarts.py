@@ -13,6 +13,7 @@ from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import log_of, stage
 from tests.diagnosis.test_adoption import search_of
 
+SMALL = {"gap": 3e-5, "k": 60000.0, "c": 600.0, "load_fraction": 0.6}
 TRUTH = {"gap": 0.01, "k": 6000.0, "c": 60.0, "load_fraction": 0.35}
 LIGHT = {"gap": 0.01, "k": 2000.0, "c": 10.0, "load_fraction": 0.12}
 
@@ -30,3 +31,19 @@ def test_a_backlash_is_fitted_again_from_well_damped_contacts(tmp_path: Path) ->
     assert again.cost < 0.5 * start.cost
     assert again.parameters["gap"] == pytest.approx(TRUTH["gap"], rel=1e-3)
     assert again.parameters["load_fraction"] == pytest.approx(TRUTH["load_fraction"], rel=0.01)
+
+
+def test_searches_of_a_backlash_begin_from_starts_that_differ(tmp_path: Path) -> None:
+    """Two searches that began at the smallest gap, beside the spring alone, kept a fifth of the true gap."""
+    values = ", ".join(f"{name}: {value:g}" for name, value in SMALL.items())
+    log = log_of(stage(f"[{{kind: backlash, on: x, parameters: {{{values}}}}}]"), tmp_path, "train.csv")
+    search, _ = search_of(stage(), log)
+    parts = tuple(part_of(CATALOGUE[kind], 0, search.system) for kind in ("compliance", "backlash"))
+    tried = CandidateFits(search, search.refit(), parts, lambda share: None)
+    tried.screened([0])
+    (found,) = tried.screened([1])
+    starts = np.array([theta[-4:] for _, theta in tried.starts[1]])
+    apart = np.abs(starts[:, None] - starts).max(axis=2)[np.triu_indices(len(starts), 1)]
+    assert len(starts) == 3 and apart.min() > 1, "a factor of e in one of the parameters"
+    gap = tried.trials[1].split(found.theta)[1][-1]["gap"]
+    assert gap == pytest.approx(SMALL["gap"], rel=0.3)

@@ -40,8 +40,11 @@ from codegen.effects.start import Covered
 from codegen.mechanics.casadi_form import over_rows
 from codegen.mechanics.system import Matrix, System
 
-TRIES, SIMPLEX = 120, 0.5
-"""Simplex search before the Gauss–Newton steps: most free runs, and its initial size in logarithms."""
+TRIES, MORE_TRIES, SIMPLEX = 60, 180, 0.5
+"""Simplex searches before the Gauss–Newton steps: most free runs of each and of that from the best of them, and the
+initial size in logarithms. A simplex that has shrunk in a local minimum leaves it when it is begun anew."""
+APART_STARTS = 1.0
+"""Least distance between the starts of simplex searches, in logarithms: twice their initial size."""
 
 
 def starting_point(runner: Runner, base: Fit, covered: Covered, shape: Mapping[str, float]) -> tuple[float, Array]:
@@ -60,16 +63,27 @@ def starting_point(runner: Runner, base: Fit, covered: Covered, shape: Mapping[s
     return cost, np.concatenate([base.theta + step[: len(base.theta)], part.inward(values)])
 
 
-def best_starts(found: Sequence[tuple[float, Array]], most: int) -> list[tuple[float, Array]]:
-    """The best distinct results of ``starting_point``, best first."""
-    best = sorted(found, key=lambda pair: pair[0])[:most]
-    return list({theta.tobytes(): (cost, theta) for cost, theta in best}.values())
+def best_starts(found: Sequence[tuple[float, Array]], most: int, apart: int = 0) -> list[tuple[float, Array]]:
+    """The best distinct results of ``starting_point``, best first.
+
+    Args:
+        apart: number of last values of theta, one of which must differ by ``APART_STARTS`` between two results; 0 for
+            none. Where a loss has many local minima, neighbours of the best start end in the same one.
+    """
+    ordered, chosen = sorted(found, key=lambda pair: pair[0]), list[tuple[float, Array]]()
+    for cost, theta in ordered if apart else ordered[:most]:
+        least = APART_STARTS if apart else 0.0
+        if all(np.abs(theta - other)[-apart:].max() > least for _, other in chosen):
+            chosen.append((cost, theta))
+        if len(chosen) == most:
+            break
+    return chosen
 
 
-def simplex_search(runner: Runner, base: Fit, theta: Array) -> tuple[float, Array]:
+def simplex_search(runner: Runner, base: Fit, theta: Array, tries: int = TRIES) -> tuple[float, Array]:
     """(cost, theta) by Nelder–Mead from ``theta`` over the parameters of the last part, where the loss is not smooth.
 
-    The other parameters follow by one linear step for each evaluation.
+    The other parameters follow by one linear step for each of at most so many evaluations.
     """
     size = len(runner.trial.parts[-1].names)
     first = theta[-size:]
@@ -78,7 +92,7 @@ def simplex_search(runner: Runner, base: Fit, theta: Array) -> tuple[float, Arra
         lambda inner: _with_values(runner, base, inner)[0],
         first,
         method="Nelder-Mead",
-        options={"maxfev": TRIES, "initial_simplex": simplex},
+        options={"maxfev": tries, "initial_simplex": simplex},
     )
     return _with_values(runner, base, best.x)
 

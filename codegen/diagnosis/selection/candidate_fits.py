@@ -15,7 +15,7 @@ from codegen.diagnosis.evidence.coverage import survey
 from codegen.diagnosis.fit.credit import FAR, NEAR_NOISE, near_noise, noise_loss, noise_ratio, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
 from codegen.diagnosis.fit.search import ROUNDS, Search
-from codegen.diagnosis.fit.starting_values import ForceStart, best_starts, simplex_search, starting_point
+from codegen.diagnosis.fit.starting_values import MORE_TRIES, ForceStart, best_starts, simplex_search, starting_point
 from codegen.diagnosis.fit.trial import Part, Runner, part_of, with_values
 from codegen.effects import CATALOGUE
 from codegen.effects.register import candidates, is_own
@@ -238,8 +238,9 @@ class CandidateFits:
 
         found = list(zip(shapes, self._shared_out(start, shapes), strict=True))
         for k in indices:
-            most = 3 if len(self.parts[k].names) > 2 else 2
-            self.starts[k] = best_starts([point for (j, _), point in found if j == k], most)
+            count = len(self.parts[k].names)
+            apart = count if self.parts[k].effect.rough else 0
+            self.starts[k] = best_starts([p for (j, _), p in found if j == k], 3 if count > 2 else 2, apart)
 
     def covered(self, part: Part) -> Covered:
         """The range that the log covers at the place of a part."""
@@ -289,7 +290,10 @@ class CandidateFits:
         return [theta for _, theta in starts]
 
     def _searched(self, indices: Sequence[int]) -> dict[int, list[Array]]:
-        """Index of a part with a non-smooth loss → results of simplex searches from its best starting points."""
+        """Index of a part with a non-smooth loss → the result of simplex searches from its best starting points.
+
+        The best of them is searched again, three times as long.
+        """
         near = [
             (k, theta)
             for k in indices
@@ -299,7 +303,15 @@ class CandidateFits:
             ]
         ]
         found = self._shared_out(lambda one: simplex_search(self._runner(one[0]), self._few(one[0]), one[1]), near)
-        return {k: [theta for (j, _), (_, theta) in zip(near, found, strict=True) if j == k] for k in indices}
+        best: dict[int, tuple[float, Array]] = {}
+        for (k, _), one in zip(near, found, strict=True):
+            best[k] = min(best.get(k, one), one, key=lambda pair: pair[0])
+
+        def search_again(k: int) -> tuple[float, Array]:
+            return simplex_search(self._runner(k), self._few(k), best[k][1], MORE_TRIES)
+
+        again = dict(zip(best, self._shared_out(search_again, list(best)), strict=True))
+        return {k: [min(best[k], again[k], key=lambda pair: pair[0])[1]] if k in best else [] for k in indices}
 
     def fitted(self, screened: Sequence[Screened]) -> list[Fit]:
         """Screened parts fitted on all segments."""
