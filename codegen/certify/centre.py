@@ -104,14 +104,20 @@ def largest_feasible_rate(holds: Callable[[float], Array | None], limit: float) 
             if good >= LEAST:
                 return None
             bad, good = good, 2 * good
+    good, found = first_found(lambda k: holds(limit * RATIO**k), bad, good, found)
+    return found, limit * RATIO**good
+
+
+def first_found(at: Callable[[int], Array | None], bad: int, good: int, found: Array) -> tuple[int, Array]:
+    """(k, P) for the least k in (``bad``, ``good``] where ``at`` finds one, by bisection; ``good`` has ``found``."""
     while good - bad > 1:
         middle = (good + bad) // 2
-        other = holds(limit * RATIO**middle)
+        other = at(middle)
         if other is None:
             bad = middle
         else:
             good, found = middle, other
-    return found, limit * RATIO**good
+    return good, found
 
 
 def method_of_centres(

@@ -29,6 +29,7 @@ from codegen.certify.centre import (
     Pattern,
     analytic_centre,
     certified_rates,
+    first_found,
     half_vectorisation,
     largest_feasible_rate,
     least_rate,
@@ -419,16 +420,10 @@ def _in_proportion(
             return None
         return p if (_growths(p, flips) <= bounds).all() else None
 
-    bad, good, found = 0, PROPORTIONS, at(PROPORTIONS)
+    found = at(PROPORTIONS)
     if found is None:
         return None
-    while good - bad > 1:
-        middle = (good + bad) // 2
-        other = at(middle)
-        if other is None:
-            bad = middle
-        else:
-            good, found = middle, other
+    good, found = first_found(at, 0, PROPORTIONS, found)
     bounds = growths ** (good / PROPORTIONS)
     groups = [([matrix], rate), *(([turn / h], (1 - g) / 2 / h) for turn, g in zip(reversals, bounds, strict=True))]
     return analytic_centre(groups, h, found)

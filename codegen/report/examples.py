@@ -6,9 +6,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
 
-from codegen.base.input_files import read_text
-from codegen.spec.validation import validate
-from codegen.spec.yaml_text import load_plain
+from codegen.spec.validation import read_model
 
 FILE = Path(__file__).with_suffix(".yaml")
 
@@ -36,9 +34,4 @@ class ExamplesFile(BaseModel):
     effects: dict[str, dict[str, float]]
 
 
-def _read() -> ExamplesFile:
-    document, places = load_plain(read_text(FILE, "examples (YAML)"), FILE.name)
-    return validate(ExamplesFile, document, places, FILE.name)
-
-
-EXAMPLES = _read()
+EXAMPLES = read_model(FILE, ExamplesFile, "examples (YAML)")

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from codegen.base.errors import BadInput, Place, nearest_name
+from codegen.base.input_files import read_text
 from codegen.spec.decimal_comma import DECIMAL_COMMA, comma_in_value, with_point
 from codegen.spec.quantity import split_quantity
+from codegen.spec.yaml_text import load_plain
 
 EXAMPLE = 60
 """Most characters of a value that a message repeats in a suggestion."""
@@ -29,6 +32,12 @@ _EXPECTED = {
     "bool_type": "true or false",
     "bool_parsing": "true or false",
 }
+
+
+def read_model(path: Path, model: type[Model], expected: str) -> Model:
+    """A YAML file as an instance of ``model``; ``expected`` names the file. Raises BadInput as ``validate``."""
+    document, places = load_plain(read_text(path, expected), path.name)
+    return validate(model, document, places, path.name)
 
 
 def validate(model: type[Model], data: Any, places: Mapping[str, Place], file: str, context: object = None) -> Model:

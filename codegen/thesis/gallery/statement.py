@@ -7,19 +7,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, PrivateAttr
 
 from codegen.base.errors import Place, refuse_unknown
-from codegen.base.input_files import read_text
-from codegen.spec.validation import validate
-from codegen.spec.yaml_text import load_plain
+from codegen.spec.validation import read_model
 from codegen.thesis.gallery.setting import Setting
 
 CLAIMS = Path(__file__).parent / "claims"
 SETTINGS = Path(__file__).parent / "settings.yaml"
-Model = TypeVar("Model", bound=BaseModel)
 
 
 class Statement(BaseModel):
@@ -116,17 +112,12 @@ class ChapterFile(BaseModel):
 
 def read_figures() -> dict[str, Figure]:
     """Every figure by its number, in the order of the thesis. Raises BadInput for a file that is not a claims file."""
-    settings = {s.name: s for s in _read(SETTINGS, SettingsFile).settings}
+    settings = {s.name: s for s in read_model(SETTINGS, SettingsFile, "settings (YAML)").settings}
     found = {}
     for path in sorted(CLAIMS.glob("*.yaml")):
-        for figure in _read(path, ChapterFile).figures:
+        for figure in read_model(path, ChapterFile, "a claims file (YAML)").figures:
             for name in figure.settings:
                 refuse_unknown(name, settings, Place(path.name), "unknown setting", code="SPEC008")
             figure._others = tuple(settings[name] for name in figure.settings)
             found[figure.figure] = figure
     return found
-
-
-def _read(path: Path, model: type[Model]) -> Model:
-    document, places = load_plain(read_text(path, "a claims file (YAML)"), path.name)
-    return validate(model, document, places, path.name)
