@@ -12,9 +12,17 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from codegen.diagnosis.evidence.score_test import added_parameters, along_best, contains, nested_evidence_of, score_test
+from codegen.diagnosis.evidence.score_test import (
+    added_parameters,
+    along_best,
+    contains,
+    extends,
+    nested_evidence_of,
+    score_test,
+)
 from codegen.diagnosis.fit.credit import Evidence, evidence_of
 from codegen.diagnosis.fit.output_error import Fit, Prior, Starts, segment_weights
+from codegen.effects import CATALOGUE
 
 Array = NDArray[np.float64]
 
@@ -40,7 +48,7 @@ def at(measured: Array, slopes: Array, theta: Array) -> Fit:
     residual, none = measured - np.tensordot(theta, slopes, axes=1), np.zeros(len(theta))
     starts = Starts(np.zeros((SEGMENTS, KEPT, 2)), np.zeros((SEGMENTS, 2, KEPT)), np.ones((SEGMENTS, 2)))
     prior = Prior(none, none, none + 1, none + np.inf, none - np.inf)
-    runner: Any = None
+    runner: Any = SimpleNamespace(trial=SimpleNamespace(parts=()))
     return Fit(runner, theta, np.zeros((SEGMENTS, 2)), residual, residual, slopes, starts, prior, none > 0)
 
 
@@ -182,3 +190,14 @@ def test_a_trial_contains_another_with_fewer_parts_or_a_simpler_form() -> None:
         and contains(trial(), trial())
     )
     assert not contains(trial(drag), trial(spring)) and not contains(trial(spring, drag), trial(hard))
+
+
+def test_a_play_extends_the_spring_in_its_place_and_nothing_else() -> None:
+    def trial(*kinds: str, on: str = "x") -> Any:
+        return SimpleNamespace(parts=[SimpleNamespace(kind=kind, on=on, effect=CATALOGUE[kind]) for kind in kinds])
+
+    play = trial("offset", "backlash")
+    assert extends(play, trial("offset", "compliance")) and extends(play, trial("compliance", "offset"))
+    others = trial("compliance"), trial("viscous", "compliance"), trial("offset", "backlash"), trial("offset", "spring")
+    assert not any(extends(play, one) for one in others) and not extends(trial("offset", "compliance"), play)
+    assert not extends(trial("backlash"), trial("compliance", on="y"))

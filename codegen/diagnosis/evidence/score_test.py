@@ -24,6 +24,15 @@ def contains(richer: Trial, trial: Trial) -> bool:
     return all(set(p.names) <= own.get((p.kind, p.on), set()) for p in trial.parts)
 
 
+def extends(richer: Trial, trial: Trial) -> bool:
+    """Whether a trial has the same effects as another one, one of them by a kind that extends the other's kind."""
+    own, others = ({(p.kind, p.on): p for p in one.parts} for one in (richer, trial))
+    added, lost = [p for key, p in own.items() if key not in others], [p for key, p in others.items() if key not in own]
+    if len(added) != 1 or len(lost) != 1 or len(richer.parts) != len(trial.parts):
+        return False
+    return added[0].effect.extends == lost[0].kind and added[0].on == lost[0].on
+
+
 def added_parameters(trial: Trial, richer: Trial) -> int:
     """Number of parameters of a richer trial's effects that another trial does not have."""
     known = {(p.kind, p.on): len(p.names) for p in trial.parts}

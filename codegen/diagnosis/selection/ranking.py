@@ -13,7 +13,7 @@ import numpy as np
 
 from codegen.diagnosis.evidence.acting_joint import joint_of, where_they_differ
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
-from codegen.diagnosis.evidence.score_test import added_parameters, contains, nested_evidence_of
+from codegen.diagnosis.evidence.score_test import added_parameters, contains, extends, nested_evidence_of
 from codegen.diagnosis.fit import credit
 from codegen.diagnosis.fit.credit import Evidence, evidence_of, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit
@@ -179,8 +179,13 @@ def tied_by_free_runs(search: Search, best: Ranked, other: Ranked) -> bool:
 
 
 def runs_prefer(search: Search, best: Fit, other: Fit) -> bool:
-    """Whether free runs prefer a fit to another one, neither of which contains the other (``Evidence.p_of_rivals``)."""
+    """Whether free runs prefer a fit to another one (``Evidence.p_of_rivals``), or to one that it extends.
+
+    A backlash contains the compliance; it is judged as an effect with a further parameter is, also by the score test.
+    """
     other, best = where_they_differ(search, other, best)
+    if extends(best.trial, other.trial):
+        return nested_evidence_of(other, best).p(whiteness(search, best), alone=False) <= credit.TIE_LEVEL
     gained, at_noise = evidence_of(other, best, floored=False), dispersion(search, best) <= credit.ALONE
     return gained.p_of_rivals(whiteness(search, best), at_noise) <= credit.TIE_LEVEL
 
