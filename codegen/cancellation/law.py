@@ -58,7 +58,7 @@ def cancelling_equations(
     system = observer.system
     source = "Appendix B" if plan.pivots is not None else "least r' W r, r = B u - U F"
     directions, forces = _estimates(observer, plan)
-    steps = Steps(source)
+    steps = Steps(source, system.mass_matrix)
     if found.constant and max(system.degrees_of_freedom, len(system.inputs)) <= CLOSED:
         gains = _closed_gains(found, plan, choice.weight, directions)
         inputs = list(gains * forces)
@@ -114,17 +114,12 @@ def _solved(steps: Steps, found: Reach, plan: Plan, weight: str, force: list[Any
         y = _normal(steps, plan, weight, C, force)
     if R.is_Identity:
         return list(_with_unused_inputs(found, plan, sympy.Matrix(y)))
-    gram = _symmetric(steps, "R", R * R.T)
-    z = steps.solve("R", gram, steps.named(f"{PREFIX}_reached_force", [f"y{k + 1}" for k in range(rank)], y))
-    named = steps.named(f"{PREFIX}_multipliers", [f"z{k + 1}" for k in range(rank)], z)
-    return list(R.T * sympy.Matrix(named))
+    return list(R.T * sympy.Matrix(steps.solve("multipliers", R * R.T, y)))
 
 
 def _square(steps: Steps, C: Any, force: list[Any]) -> list[Any]:
     """C⁻¹ force as C'(C C')⁻¹ force: C C' is positive definite, so no pivot is zero."""
-    z = steps.solve("S", _symmetric(steps, "S", C * C.T), force)
-    named = steps.named(f"{PREFIX}_multipliers", [f"z{k + 1}" for k in range(C.rows)], z)
-    return list(C.T * sympy.Matrix(named))
+    return list(C.T * sympy.Matrix(steps.solve("weights", C * C.T, force)))
 
 
 def _normal(steps: Steps, plan: Plan, weight: str, C: Any, force: list[Any]) -> list[Any]:
@@ -132,102 +127,37 @@ def _normal(steps: Steps, plan: Plan, weight: str, C: Any, force: list[Any]) -> 
     n, rank = C.shape
     weighed = C
     if weight != "identity":
-        solved = [
-            steps.accelerations(f"{PREFIX}_response_{j + 1}", [f"response{j + 1}_{i + 1}" for i in range(n)], C[:, j])
-            for j in range(rank)
-        ]
+        solved = [steps.accelerations(f"response_{j + 1}", C[:, j]) for j in range(rank)]
         weighed = sympy.Matrix([[solved[j][i] for j in range(rank)] for i in range(n)])
     gram = weighed.T * (weighed if weight == "acceleration" else C)
     if weight == "acceleration":
-        force = steps.accelerations(f"{PREFIX}_friction_acceleration", [f"friction_{i + 1}" for i in range(n)], force)
+        force = steps.accelerations("friction_acceleration", force)
     if plan.damping:
         gram = gram + symbol(DAMPING) * sympy.eye(rank)
-    right = list(weighed.T * sympy.Matrix(force))
-    named = steps.named(f"{PREFIX}_projected_force", [f"p{k + 1}" for k in range(rank)], right)
-    return steps.solve("G", _symmetric(steps, "G", gram), named)
-
-
-def _symmetric(steps: Steps, letter: str, matrix: Any) -> Any:
-    """A symmetric matrix whose entries are named quantities."""
-    places = [(i, j) for i in range(matrix.rows) for j in range(i + 1)]
-    names = [f"{letter}{i + 1}_{j + 1}" for i, j in places]
-    entries = steps.named(f"{PREFIX}_gram_matrix", names, [matrix[p] for p in places])
-    result = sympy.zeros(*matrix.shape)
-    for (i, j), entry in zip(places, entries, strict=True):
-        result[i, j] = result[j, i] = entry
-    return result
+    return steps.solve("forces", gram, weighed.T * sympy.Matrix(force))
 
 
 class Steps:
-    """Ordered list of equations; each method adds some and returns the symbols of their results.
+    """Ordered list of equations A y = r; each method adds one and returns the symbols of y, cancel_NAME_1, ….
 
     Args:
         source: origin of the equations, for comments in the code.
+        mass: M.
     """
 
-    def __init__(self, source: str) -> None:
-        self._source = source
+    def __init__(self, source: str, mass: Matrix) -> None:
+        self._source, self._mass = source, mass
         self.equations: list[Equation] = []
 
-    def named(self, title: str, names: list[str], values: list[Any]) -> list[Any]:
-        """Add an equation for the values, named cancel_NAME; zeros and ones stay numbers."""
-        kept = [k for k, value in enumerate(values) if value not in (0, 1)]
-        symbols = [symbol(f"{PREFIX}_{names[k]}") for k in kept]
-        if kept:
-            column = Matrix([values[k] for k in kept])
-            self.equations.append(Equation(title, Matrix(symbols), column, ("",) * len(kept), self._source))
-        result = list(values)
-        for k, s in zip(kept, symbols, strict=True):
-            result[k] = s
-        return result
+    def accelerations(self, name: str, force: Any) -> list[Any]:
+        """The a of M a = force, n by 1; without an equation where the force is zero."""
+        return self.solve(name, self._mass, force) if any(force) else list(force)
 
-    def accelerations(self, title: str, names: list[str], force: Any) -> list[Any]:
-        """The a of M a = force, n by 1."""
-        symbols = [symbol(f"{PREFIX}_{name}") for name in names]
-        if all(e == 0 for e in force):
-            return [sympy.S.Zero] * len(names)
-        units = ("",) * len(names)
-        self.equations.append(Equation(title, Matrix(symbols), Matrix(force), units, self._source, form="mass_solve"))
+    def solve(self, name: str, matrix: Any, right: Any) -> list[Any]:
+        """The y of A y = r, k by 1, for a symmetric positive definite A."""
+        title = f"{PREFIX}_{name}"
+        symbols = [symbol(f"{title}_{i + 1}") for i in range(matrix.rows)]
+        units = ("",) * len(symbols)
+        equation = Equation(title, Matrix(symbols), Matrix(right), units, self._source, "solve", matrix=Matrix(matrix))
+        self.equations.append(equation)
         return symbols
-
-    def solve(self, letter: str, matrix: Any, right: list[Any]) -> list[Any]:
-        """The y of G y = r for symmetric positive definite G: in closed form up to two rows, else by LDLᵀ.
-
-        Args:
-            letter: prefix of the names.
-            matrix: G, k by k; zeros cost no operations.
-            right: r, k entries.
-        """
-        k = matrix.rows
-        if k == 1:
-            return [right[0] / matrix[0, 0]]
-        if k == 2 and matrix[0, 1] != 0:
-            a, b, c = matrix[0, 0], matrix[0, 1], matrix[1, 1]
-            over = self.named(f"{PREFIX}_determinant", [f"{letter}_one_over_det"], [1 / (a * c - b * b)])[0]
-            return [over * (c * right[0] - b * right[1]), over * (a * right[1] - b * right[0])]
-        return self._factored(letter, matrix, right)
-
-    def _factored(self, letter: str, matrix: Any, right: list[Any]) -> list[Any]:
-        """The y of G y = r by G = L D Lᵀ."""
-        k = matrix.rows
-        factor = sympy.eye(k)
-        pivot: list[Any] = []
-        for j in range(k):
-            d = matrix[j, j] - sum(factor[j, p] ** 2 * pivot[p] for p in range(j))
-            pivot += self.named(f"{PREFIX}_pivot", [f"{letter}_D{j + 1}"], [d])
-            below = range(j + 1, k)
-            entries = [
-                (matrix[i, j] - sum(factor[i, p] * factor[j, p] * pivot[p] for p in range(j))) / pivot[j] for i in below
-            ]
-            names = [f"{letter}_L{i + 1}_{j + 1}" for i in below]
-            for i, entry in zip(below, self.named(f"{PREFIX}_factors", names, entries), strict=True):
-                factor[i, j] = entry
-        y = list(right)
-        for i in range(k):
-            value = y[i] - sum(factor[i, p] * y[p] for p in range(i))
-            y[i] = self.named(f"{PREFIX}_forward", [f"{letter}_y{i + 1}"], [value])[0]
-        a = [y[i] / pivot[i] for i in range(k)]
-        for i in reversed(range(k)):
-            value = a[i] - sum(factor[p, i] * a[p] for p in range(i + 1, k))
-            a[i] = self.named(f"{PREFIX}_backward", [f"{letter}_a{i + 1}"], [value])[0]
-        return a

@@ -22,12 +22,14 @@ class Equation:
     Attributes:
         name: a textbook term (``velocity_estimate``).
         symbols: the symbols of its elements in later equations, k by 1.
-        expression: right-hand side over earlier symbols, states, x, v and w; for a ``mass_solve`` the r of M a = r.
+        expression: right-hand side over earlier symbols, states, x, v and w.
         units: one per element.
         source: equation number.
-        form: ``algebra``: symbols = expression; ``mass_solve``: M symbols = expression.
+        form: ``algebra``: symbols = expression; ``mass_solve``: M symbols = expression, for the acceleration;
+            ``solve``: matrix · symbols = expression, behind all equations on which a state depends.
         state: the state z of an estimate of the form z + …, k by 1, or None.
         output: whether it is an output of the generated code.
+        matrix: of a ``solve``, k by k, symmetric positive definite.
         law: for each element that is a function of a friction law, its name and arguments; its partial derivatives are
             symbols in Ψ, so that the structure of Ψ is visible.
     """
@@ -37,10 +39,11 @@ class Equation:
     expression: Matrix
     units: tuple[str, ...]
     source: str
-    form: Literal["algebra", "mass_solve"] = "algebra"
+    form: Literal["algebra", "mass_solve", "solve"] = "algebra"
     state: Matrix | None = None
     output: bool = False
     law: tuple[LawFunction, ...] = ()
+    matrix: Matrix | None = None
 
 
 @dataclass(frozen=True)

@@ -95,9 +95,11 @@ class _Step:
                 self.blocks += self.guard.level(equation)
                 continue
             expression = to_casadi(equation.expression, self.names)
-            if equation.form == "mass_solve":
-                solve = MassSolve(self.taken, equation.source)
-                expression = solve.solve(to_casadi(self.system.mass_matrix, self.names), expression)
+            if equation.form != "algebra":
+                own = equation.form == "solve"
+                matrix = to_casadi(equation.matrix if own else self.system.mass_matrix, self.names)
+                solve = MassSolve(self.taken, equation.source, f"{equation.name}_" if own else "")
+                expression = solve.solve(matrix, expression)
                 self.blocks += solve.blocks
             elements = tuple(s.name for s in equation.symbols)
             block = Block(equation.name, elements, expression, equation.units, equation.source, equation.output)

@@ -97,6 +97,8 @@ def _rates(
     values.update({held[s]: symbol for s, symbol in signs.items()})
     balance = casadi.SX(0, 1)
     for equation in observer.equations:
+        if equation.form == "solve":
+            break  # no state depends on what follows
         expression = to_casadi(equation.expression.xreplace(held), values)
         if equation.form == "mass_solve":
             balance = to_casadi(observer.system.mass_matrix, values) @ a - expression

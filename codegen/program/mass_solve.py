@@ -21,10 +21,11 @@ class MassSolve:
     Args:
         taken: names in use, to which those of the blocks are added.
         source: equation number, for the blocks.
+        prefix: of the names.
     """
 
-    def __init__(self, taken: set[str], source: str) -> None:
-        self._taken, self._source = taken, source
+    def __init__(self, taken: set[str], source: str, prefix: str = "") -> None:
+        self._taken, self._source, self._prefix = taken, source, prefix
         self.blocks: list[Block] = []
 
     def solve(self, mass: Any, right: Any) -> Any:
@@ -137,7 +138,7 @@ class MassSolve:
             wishes: names of the symbols; one in use gets ``_`` or a number at its end.
         """
         elements = []
-        for wish in wishes:
+        for wish in (f"{self._prefix}{each}" for each in wishes):
             possible = (wish, f"{wish}_", *(f"{wish}_{k}" for k in range(2, len(self._taken) + 2)))
             elements.append(next(element for element in possible if element not in self._taken))
             self._taken.add(elements[-1])

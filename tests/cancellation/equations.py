@@ -22,7 +22,7 @@ class Machine:
         self.equations = self.whole.equations[len(observer.equations) :]
 
     def input(self, forces: dict[str, float], at: dict[str, float] | None = None) -> np.ndarray:
-        """ū by the equations that go into the generated code, M a = r solved by NumPy.
+        """ū by the equations that go into the generated code, A y = r solved by NumPy.
 
         Args:
             forces: estimate's symbol → value, such as F_hat_c1 or F_hat_on_x1.
@@ -31,8 +31,8 @@ class Machine:
         known = {s.name: float(v) for s, v in self.whole.values.items()} | forces | (at or {})
         for equation in self.equations:
             values = _evaluated(equation.expression, known)
-            if equation.form == "mass_solve":
-                values = np.linalg.solve(_evaluated(self.system.mass_matrix, known), values)
+            if equation.matrix is not None:
+                values = np.linalg.solve(_evaluated(equation.matrix, known), values)
             known |= {s.name: float(v) for s, v in zip(equation.symbols, values.ravel(), strict=True)}
         return np.array([known[f"u_cancel_{w.name}"] for w in self.system.inputs])
 

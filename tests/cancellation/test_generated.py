@@ -79,6 +79,16 @@ def test_the_section_changes_nothing_else():
     assert "cancel" not in "".join(Derived(plain).files.values())
 
 
+def test_the_section_changes_no_estimate_of_an_implicit_step():
+    """The equations that are solved for the input are no part of the step, which solves M a = g - F for a."""
+    text = machine_text(MASS_OF_X, INPUTS_OF_X["tall"], U_OF_X, "{gain: 0.75}", "mgto", ENVELOPE)
+    text = text.replace("sample_time: 0.001", "sample_time: 0.001, integration: implicit")
+    rows = np.random.default_rng(3).uniform(-0.4, 0.4, (50, 8))
+    names, found = run_both(text, rows)
+    without, plain = run_both(text.replace("cancellation: {gain: 0.75}", ""), rows)
+    assert np.array_equal(found[:, [names.index(name) for name in without]], plain)
+
+
 def test_single_precision_has_the_input_too():
     text = (SPECS / "two_mass.yaml").read_text(encoding="utf-8") + "cancellation: {}\ncode: {precision: single}\n"
     machine = Derived(parse_spec(text, SPECS / "two_mass.yaml"))
