@@ -14,7 +14,7 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.input_timing import acting_between_rows, measured_inputs
+from codegen.diagnosis.evidence.input_timing import acting_earlier, input_leads
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.evidence.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
 from codegen.diagnosis.fit.measure import drive_force
@@ -106,11 +106,11 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
         findings["train"] += not_refitted(problem, unseen)
         deviations = {s: size for s, size in deviations.items() if s not in unseen}
         problem = replace(problem, deviation=deviations)
-    measured = measured_inputs(problem, log)
-    if measured:
-        findings["train"] += tuple(measured.values())
-        log = acting_between_rows(log, measured)
-        test_log = None if test_log is None else acting_between_rows(test_log, measured)
+    leads, timing = input_leads(problem, log)
+    findings["train"] += timing
+    if leads:
+        log = acting_earlier(log, leads)
+        test_log = None if test_log is None else acting_earlier(test_log, leads)
         motion = smoothed(log, system)
         problem = Problem(system, _restrict(motion, split), deviations)
     other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)

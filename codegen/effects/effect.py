@@ -138,6 +138,10 @@ class Effect(ABC):
         """Whether the free-run error is not a smooth function of the parameters, so that gradient methods fail."""
         return False
 
+    def delay(self, values: Mapping[str, float]) -> float:
+        """By how much the input acts late at low frequencies, in s, with these parameter values; by default 0."""
+        return 0.0
+
     @property
     def forms(self) -> tuple[Effect, ...]:
         """The forms of this effect that a diagnosis tries, the simplest first; several with optional parameters."""

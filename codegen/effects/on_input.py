@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import sympy
@@ -64,6 +65,9 @@ class InputDelay(OnInput):
     )
     stage = "delay"
 
+    def delay(self, values: Mapping[str, float]) -> float:
+        return values["T"]
+
 
 TAU = EffectParameter("tau", "s", "time constant", low=0.0, start=lags)
 """tau of one first-order lag."""
@@ -91,6 +95,9 @@ class ActuatorLag(OnInput):
         Confusion("compliance", CHIRP),
     )
     needs = "an input that acts on the machine and has no lag yet"
+
+    def delay(self, values: Mapping[str, float]) -> float:
+        return 2 * values[EACH.name] if EACH.name in values else values[TAU.name]
 
     def add(self, system: System, place: int, p: Symbols) -> System:
         if EACH.name in p:

@@ -145,7 +145,12 @@ class _Search:
             meant = meant_velocity(symbol, velocities) or expected
             refuse_unknown(symbol, self.symbols, "column option", "unknown name", meant, code="LOG013")
         columns = {} if description.listed else description.columns
-        for section, keys in (("columns", columns), ("scale", description.scale), ("units", description.units)):
+        for section, keys in (
+            ("columns", columns),
+            ("scale", description.scale),
+            ("units", description.units),
+            ("late", description.late),
+        ):
             for symbol in keys:
                 place = description.place(f"{section}.{symbol}")
                 meant = meant_velocity(symbol, velocities) or expected

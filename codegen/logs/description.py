@@ -170,6 +170,21 @@ def _scales(value: object, info: ValidationInfo) -> Factors:
     return factors
 
 
+def _times(value: object, info: ValidationInfo) -> dict[str, float]:
+    """Symbol → time in s, of either sign."""
+    if not isinstance(value, dict):
+        raise ValueError("expected a mapping of names to times such as {i: 2 ms}")
+    reading: Any = info.context
+    times = {}
+    for name, one in value.items():
+        parts = split_quantity(one) if isinstance(one, str) else None
+        times[str(name)] = _number(one if parts is None else parts[0])
+        if parts is not None:
+            with reading.faults.noting():
+                times[str(name)] = float(read_quantity(str(one), "s", reading.place(f"late.{name}")))
+    return times
+
+
 def _value(expression: str | float) -> float:
     """The value of an expression of numbers.
 
@@ -233,6 +248,7 @@ class LogDescription(BaseModel):
         unwrap: column → period of its numbers, by which they jump at an overflow.
         rows: column → number that it has in the rows of this log; the others are left out.
         long: columns of a table with a row for each value; None for a row for each time.
+        late: symbol → by how much its values are logged late, in s; negative if they are early.
         hold: topics or columns whose value holds until the next one, where topics of several rates are joined.
         cutoff_hz: Hz; where it is absent that of ``evaluation``.
         missing: ``fill`` for isolated values that are not finite; ``join`` where each column was logged at times of its
@@ -257,6 +273,7 @@ class LogDescription(BaseModel):
     unwrap: dict[str, Annotated[float, BeforeValidator(_period)]] = {}
     rows: dict[str, Annotated[float, BeforeValidator(_number)]] = {}
     long: LongSection | None = None
+    late: Annotated[dict[str, float], BeforeValidator(_times)] = {}
     hold: Names = []
     cutoff_hz: Positive = None
     missing: Literal["refuse", "fill", "join"] = "refuse"

@@ -34,6 +34,7 @@ from codegen.logs.formats.source import LARGEST_STREAM, Allowance, BlockFile, Co
 from codegen.logs.formats.tdms_file import TdmsFile
 from codegen.logs.formats.ulog_file import UlogFile
 from codegen.logs.joined import join_logs
+from codegen.logs.late_columns import in_time
 from codegen.logs.log import Finding, Intake, Log
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import Uniform, uniform
@@ -294,7 +295,8 @@ def _cleaned(raw: Columns, place: Place, binding: Binding, spec: Spec, descripti
         raw = Columns(raw.file, ("t", *raw.names), np.column_stack([time, raw.values]), raw.lines)
         symbols.insert(0, "t")
         scale["t"] = 1.0
-    cleaned = clean(raw, symbols, [s in inputs for s in symbols], scale, description)
+    held = [s in inputs for s in symbols]
+    cleaned = in_time(clean(raw, symbols, held, scale, description), symbols, held, description)
     return _with_integrals(cleaned, symbols[1:], binding, spec)
 
 

@@ -122,6 +122,17 @@ def _held_means(grid: Array, step: float, time: Array, column: Array) -> Array:
     return np.clip(means, column.min(), column.max())
 
 
+def earlier(column: Array, rows: float) -> Array:
+    """(N,) means over each row of a value (N,) that is held from row to row and acts so many rows earlier.
+
+    Rows beyond the end hold the last value. Half a row earlier gives the means of successive rows.
+    """
+    whole = int(np.floor(rows))
+    index = np.clip(np.arange(len(column))[:, None] + [whole, whole + 1], 0, len(column) - 1)
+    share = rows - whole
+    return np.asarray(column[index] @ np.array([1 - share, share]))
+
+
 def _gaps(time: Array, steps: Array, grid: Array, limit: float) -> tuple[tuple[int, int], ...]:
     """Grid samples strictly inside steps longer than ``limit`` seconds."""
     slack = 1e-6 * limit

@@ -90,7 +90,7 @@ class Samples:
         stream = open_stream(self._path, described)
         binding = bind(stream, self._spec, described, self._columns)
         apart = described.beside or described.missing == "join"
-        if apart or described.unwrap or described.rows or set(binding.integrated) & set(self._inputs):
+        if apart or described.unwrap or described.rows or described.late or set(binding.integrated) & set(self._inputs):
             raise NotStreamed  # rows depend on other rows
         require_columns(stream.names, described)
         self._require_inputs(binding.terms, stream.place)

@@ -1,4 +1,4 @@
-"""Inputs that were measured at the rows of a log, told from commands that are held until the next row."""
+"""Inputs that act earlier than commands held until the next row: measured at their rows, or written a row late."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from codegen.diagnosis.evidence.input_timing import acting_between_rows, measured_inputs
+from codegen.diagnosis.case import case_of
+from codegen.diagnosis.evidence.input_timing import Lead, acting_earlier, input_leads
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import Log
@@ -38,19 +39,63 @@ def every(log: Log, means: bool = False) -> Log:
     )
 
 
+def leads_of(log: Log) -> tuple[dict, tuple]:
+    return input_leads(Problem(system_of(stage()), smooth_motion(log), {}), log)
+
+
 def found(log: Log) -> dict:
-    return measured_inputs(Problem(system_of(stage()), smooth_motion(log), {}), log)
+    leads, findings = leads_of(log)
+    return dict(zip(leads, findings, strict=True))
 
 
 def test_one_row_of_four_has_an_input_that_is_not_held(fast: Log) -> None:
     seen = found(every(fast))
     assert list(seen) == [0] and "input_hold" in seen[0].words
-    assert seen[0].figures["lead"] == pytest.approx(0.75, abs=0.1)  # 1.5 of the 4 steps, of half a row
+    assert seen[0].figures["lead"] == pytest.approx(0.375, abs=0.05)  # 1.5 of the 4 steps
 
 
 def test_a_command_that_is_held_is_left_alone(fast: Log) -> None:
     assert not found(every(fast, means=True))
     assert not found(fast)
+
+
+def a_row_late(log: Log) -> Log:
+    """Each input in the row after the one from which it acts."""
+    return replace(log, inputs=np.vstack([log.inputs[:1], log.inputs[:-1]]), description=LogDescription())
+
+
+def test_an_input_that_is_written_a_row_late_is_corrected(fast: Log) -> None:
+    log = every(fast, means=True)
+    late = a_row_late(log)
+    seen = found(late)
+    assert seen[0].figures["lead"] == pytest.approx(1.0, abs=0.05)
+    assert "`late: {w: 8 ms}` in meta.yaml" in seen[0].words
+    case = case_of(stage(), system_of(stage()), late, None, 0.02)
+    assert seen[0].words in {f.words for f in case.findings["train"]}
+    errors = [np.sqrt(np.mean((one.inputs - log.inputs)[:-1] ** 2)) for one in (case.log, late)]
+    assert errors[0] < 0.05 * errors[1]
+
+
+def test_where_the_hold_is_stated_a_late_row_is_told_and_not_corrected(fast: Log) -> None:
+    stated = LogDescription(input_hold="zero-order")
+    leads, findings = leads_of(replace(a_row_late(every(fast, means=True)), description=stated))
+    assert not leads
+    assert "Nothing is corrected" in findings[0].words and "`late: {w: 8 ms}`" in findings[0].words
+    assert leads_of(replace(every(fast, means=True), description=stated)) == ({}, ())
+
+
+def test_an_input_with_a_stated_time_is_left_alone(fast: Log) -> None:
+    late = replace(a_row_late(every(fast, means=True)), description=LogDescription(late={"w": 0.0}))
+    assert leads_of(late) == ({}, ())
+
+
+def test_what_a_lead_must_be_to_be_corrected() -> None:
+    lead = Lead(rows=2.0, deviation=0.05, explained=0.8, size=0.02)
+    assert lead.matters
+    assert not replace(lead, rows=2.6).matters
+    assert not replace(lead, deviation=0.6).matters
+    assert not replace(lead, explained=0.3).matters
+    assert not replace(lead, size=0.004).matters
 
 
 def test_the_description_decides(fast: Log) -> None:
@@ -65,9 +110,9 @@ def test_a_delay_is_no_lead(fast: Log) -> None:
 
 def test_between_two_rows_the_mean_acts(fast: Log) -> None:
     log = every(fast)
-    between = acting_between_rows(log, {0})
+    between = acting_earlier(log, {0: 0.5})
     exact = every(fast, means=True).inputs
     used = slice(20, -20)
     errors = [np.sqrt(np.mean((one.inputs - exact)[used] ** 2)) for one in (between, log)]
     assert errors[0] < 0.5 * errors[1]
-    np.testing.assert_array_equal(acting_between_rows(log, set()).inputs, log.inputs)
+    np.testing.assert_array_equal(acting_earlier(log, {}).inputs, log.inputs)

@@ -24,7 +24,18 @@ from codegen.report.page import render_report
 from tests.diagnosis.stage import among, log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
 
-UNITS = {"amplitude": "N", "period": "m", "phase": "rad", "k": "N/m", "delta": "N", "v_s": "m/s", "T": "s", "gain": "1"}
+UNITS = {
+    "amplitude": "N",
+    "period": "m",
+    "phase": "rad",
+    "k": "N/m",
+    "delta": "N",
+    "v_s": "m/s",
+    "T": "s",
+    "gain": "1",
+    "tau": "s",
+    "tau_each": "s",
+}
 SURE = {"amplitude": (1.4, 1.6), "k": (17.0, 19.0), "delta": (1.9, 2.1), "gain": (1.05, 1.15)}
 
 
@@ -40,7 +51,7 @@ def said(log: Log, kind: str, **values: float) -> tuple[list[str], list[str]]:
     intervals = {name: SURE[name] for name in values if name in SURE}
     found = FoundEffect(kind, on, values, {name: UNITS[name] for name in values}, (), intervals)
     problem = Problem(system, smooth_motion(log), {})
-    part = part_of(CATALOGUE[kind], 0, system)
+    part = part_of(CATALOGUE[kind].with_parameters(list(values)), 0, system)
     return objections(found, part, problem), remarks(found, part, problem)
 
 
@@ -161,3 +172,18 @@ def test_no_candidate_is_accepted_with_a_period_that_was_never_passed(
     long = [c for c in diagnosis.candidates if c.parameters.get("period", 0.0) > stroke]
     assert long and not any(c.accepted for c in long)
     assert [e.kind for e in diagnosis.effects] == ["spring"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "values", "by"),
+    [
+        ("input_delay", {"T": 0.004}, "4 ms"),
+        ("actuator_lag", {"tau": 0.003}, "3 ms"),
+        ("actuator_lag", {"tau_each": 0.002}, "4 ms"),
+    ],
+)
+def test_an_input_that_acts_late_looks_like_a_motion_that_is_logged_late(
+    log: Log, kind: str, values: dict[str, float], by: str
+) -> None:
+    (words,) = said(log, kind, **values)[1]
+    assert f"as if x were logged {by} late" in words and f"`late: {{x: {by}}}` in meta.yaml" in words

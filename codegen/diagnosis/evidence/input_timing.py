@@ -1,13 +1,15 @@
-"""Detection of inputs that are measurements at the rows of a log, not commands that are held until the next row.
+"""Timing of the inputs against the motion: inputs that act earlier than commands that are held from row to row.
 
-Between two rows, a measured input is about the mean of both values. This leads a held command by half a sample, which
-the force residual shows.
+A measured input is between two rows about the mean of both values, which leads a held command by half a sample. An
+input that is written in the row after the one from which it acts leads by a whole one, and one that the drive filters
+before it is logged by the lag of the filter. The force residual shows each. No effect of a machine is as early, but
+compliance, presliding and damping imitate it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,49 +19,127 @@ from codegen.diagnosis.fit.credit import LEAST_SIZE
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.logs import Finding, Log
+from codegen.logs.uniform import earlier
 
-NEAR = 0.5, 1.5
-"""Range of the estimated lead, in half samples, in which an input is treated as measured."""
+LEAST, HALF, MOST = 0.25, 0.75, 2.5
+"""In rows: least lead that is corrected, greatest one that is about half a row, and greatest that is corrected."""
+USUAL = 0.5, 1.0
+"""Leads in rows of a measurement and of an input that is written a row late, taken where the estimate agrees."""
 ONE_WAY = 0.98
 """Least |low-passed sign of the speed| of a used sample, since sticking at a reversal looks like a delay."""
 SURE = 3.5
 """Least lead in standard deviations."""
+EXPLAINED = 0.5
+"""Least share of the squared force residual, after regression on the other terms, that a lead of more than ``HALF``
+explains. Of a force that the model lacks it explains a part only."""
+OF_ITS_OWN = 1e-4
+"""Least share of its square that the change by a lead has apart from the other terms."""
+SETTLED = 0.1
+"""Rows by which the last of several estimates, each with the input shifted by those before, changes at most."""
+PASSES = 4
+"""Most of these estimates. The residual is not linear in a long lead."""
 
 
-def acting_between_rows(log: Log, inputs: Collection[int]) -> Log:
-    """The log with the mean of successive rows in place of the held value, for these inputs."""
-    chosen = [k for k in range(log.inputs.shape[1]) if k in inputs]
+@dataclass(frozen=True)
+class Lead:
+    """By how many rows an input acts earlier than a held command, its standard deviation, and the share explained.
+
+    Attributes:
+        explained: share of the squared force residual, after regression on the other terms.
+        size: RMS of the force that it changes, over that of the drive force.
+    """
+
+    rows: float = 0.0
+    deviation: float = 1.0
+    explained: float = 0.0
+    size: float = 0.0
+
+    @property
+    def matters(self) -> bool:
+        """Whether it is significant, in the range that is corrected, and changes the force by a share that counts."""
+        sure = self.rows > SURE * self.deviation and self.size >= LEAST_SIZE
+        if not sure or not LEAST <= self.rows <= MOST:
+            return False
+        return self.rows <= HALF or self.explained >= EXPLAINED
+
+
+def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
+    """The log with these inputs as they act if each leads by so many rows."""
     values = log.inputs.copy()
-    values[:-1, chosen] = 0.5 * (log.inputs[:-1, chosen] + log.inputs[1:, chosen])
+    for k, lead in rows.items():
+        if k < values.shape[1]:
+            values[:, k] = earlier(values[:, k], lead)
     return replace(log, inputs=values)
 
 
-def measured_inputs(problem: Problem, log: Log) -> dict[int, Finding]:
-    """Index → finding, for the inputs that lead a held command by half a sample.
+def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Finding, ...]]:
+    """Index → lead in rows of the inputs that are corrected, and the findings.
 
-    So do commands in a log that keeps one of several rows of a faster loop. The force residual is regressed on the
-    change by that lead, with acceleration, speed, its sign and a constant for errors of declared parameters.
+    The force residual is regressed on the change by a lead of half a row, with accelerations, speeds, their signs,
+    positions, v|v| and a constant for errors of the declared model. Where ``input_hold`` is stated nothing is
+    corrected, and a lead of more than ``HALF`` rows is a finding.
     """
-    system, motion = problem.system, problem.motion
-    if system.actuators or log.description.measured_inputs or log.description.input_hold:
-        return {}
-    residual, found = inverse_dynamics_residual(system, motion), {}
+    system, about = problem.system, log.description
+    if system.actuators:
+        return {}, ()
+    leads, found = dict[int, float](), list[Finding]()
     for k, w in enumerate(system.inputs):
-        values = motion.inputs.copy()
-        values[1:-1, k] += (motion.commands[2:, k] - motion.commands[:-2, k]) / 4
-        change = inverse_dynamics_residual(system, replace(motion, inputs=values)) - residual
-        leads = [_lead(problem, i, residual[:, i], change[:, i]) for i in range(residual.shape[1])]
-        lead, deviation = max(leads, key=lambda one: one[0] / one[1])
-        if not (NEAR[0] <= lead <= NEAR[1] and lead > SURE * deviation) or _share(problem, change) < LEAST_SIZE:
+        lead = Lead() if w.name in about.late else lead_of(problem, k)
+        stated = bool(about.input_hold)
+        if not lead.matters or (stated and lead.rows <= HALF):
             continue
-        words = (
-            f"{w} acts {1e3 * lead * motion.sample_time / 2:.2g} ms earlier than a command that is held from row to "
-            f"row, about half a row ({1e3 * motion.sample_time / 2:.2g} ms). So it is treated as a measurement: the "
-            "mean of successive rows is used. If it is a held command, set `input_hold: zero-order` in the log "
-            "description."
+        if not stated:
+            leads[k] = lead.rows
+        figures = {"lead": lead.rows, "deviation": lead.deviation, "explained": lead.explained}
+        words = _words(w.name, lead.rows, problem.motion.sample_time, stated)
+        found.append(Finding("warning", f"timing of {w}", words, figures))
+    return leads, tuple(found)
+
+
+def _words(w: str, rows: float, h: float, stated: bool) -> str:
+    by = f"{1e3 * rows * h:.3g} ms"
+    early = f"{w} acts {by} earlier than a command that is held from row to row"
+    if rows <= HALF:
+        return (
+            f"{early}, about half a row ({1e3 * h / 2:.2g} ms). So it is treated as a measurement: between two rows a "
+            "mean of both is used. If it is a held command, set `input_hold: zero-order` in the log description."
         )
-        found[k] = Finding("warning", f"timing of {w}", words, {"lead": lead, "deviation": deviation})
-    return found
+    early += (
+        f", {'one row' if rows == 1 else f'{rows:.3g} rows'}: it is logged late, in a row after the one from which it "
+        "acts or behind a filter of the drive, or the motion is logged early"
+    )
+    key = f"`late: {{{w}: {by}}}` in meta.yaml beside the log"
+    if stated:
+        return (
+            f"{early}. Nothing is corrected, since the description states `input_hold`; {key} corrects it. Otherwise "
+            "compliance, damping or presliding may be named in its place."
+        )
+    return (
+        f"{early}. So it is taken {by} earlier, as {key} would state. If it acts as logged: `input_hold: zero-order`."
+    )
+
+
+def lead_of(problem: Problem, k: int) -> Lead:
+    """The lead of input k by the coordinate that shows it best."""
+    motion, system = problem.motion, problem.system
+    before, explained = 0.0, 0.0
+    for _ in range(PASSES):
+        commands = earlier(motion.commands[:, k], before)
+        held, moved = motion.inputs.copy(), motion.inputs.copy()
+        held[1:, k] = (commands[1:] + commands[:-1]) / 2
+        moved[:, k] = held[:, k]
+        moved[1:-1, k] += (commands[2:] - commands[:-2]) / 4
+        residual = inverse_dynamics_residual(system, replace(motion, inputs=held))
+        change = inverse_dynamics_residual(system, replace(motion, inputs=moved)) - residual
+        leads = [_lead(problem, i, residual[:, i], change[:, i]) for i in range(residual.shape[1])]
+        i = max(range(len(leads)), key=lambda i: leads[i].rows / leads[i].deviation)
+        one, explained = leads[i], explained or leads[i].explained
+        rows = before + one.rows
+        if abs(one.rows) <= SETTLED or not HALF < rows <= MOST:
+            break
+        before = rows
+    usual = next((u for u in USUAL if abs(rows - u) <= SURE * one.deviation), rows)
+    return Lead(usual, one.deviation, explained, 2 * abs(rows) * _share(problem, change))
 
 
 def _share(problem: Problem, change: Array) -> float:
@@ -71,20 +151,25 @@ def _share(problem: Problem, change: Array) -> float:
     return float(np.sqrt(np.max(power[0][power[1] > 0] / power[1][power[1] > 0], initial=0.0)))
 
 
-def _lead(problem: Problem, i: int, residual: Array, change: Array) -> tuple[float, float]:
-    """(lead in half samples, standard deviation) from the force residual of one coordinate, both (N,)."""
+def _lead(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
+    """The lead from the force residual of one coordinate and its change by half a row, both (N,)."""
     motion = problem.motion
     used = problem.used[:, i] & (np.abs(motion.low_pass(np.sign(motion.velocities[:, i]))) > ONE_WAY)
     if used.sum() < LEAST_ROWS or not np.any(change[used]):
-        return 0.0, 1.0
-    v = motion.velocities[:, i]
-    others = np.column_stack([motion.accelerations[:, i], v, np.sign(v), np.ones(len(v))])
-    columns = np.column_stack([-change, motion.low_pass(others)])[used]
-    scale = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    columns = columns / scale
-    weights = np.linalg.lstsq(columns, residual[used], rcond=1e-10)[0]
-    left = residual[used] - columns @ weights
+        return Lead()
+    x, v = motion.positions - motion.positions.mean(axis=0), motion.velocities
+    others = np.column_stack([motion.accelerations, v, np.sign(v), x, v[:, i] * np.abs(v[:, i]), np.ones(len(v))])
+    others = motion.low_pass(others)[used]
+    others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
+    pair = np.column_stack([-change, residual])[used]
+    apart = pair - others @ np.linalg.lstsq(others, pair, rcond=1e-10)[0]
+    by_lead, left = apart.T
+    square = float(by_lead @ by_lead)
+    if square <= OF_ITS_OWN * float(pair[:, 0] @ pair[:, 0]):
+        return Lead()
+    halves = float(by_lead @ left) / square
+    rest = left - halves * by_lead
     rate = min(2 * motion.cutoff_hz * motion.sample_time, 1.0)
-    count = max(1.0, independent(correlation(left[:: max(1, round(1 / rate))])) * rate * len(left))
-    spread = np.linalg.pinv(columns.T @ columns)[0, 0] * float(left @ left) / count
-    return float(weights[0] / scale[0]), float(max(np.sqrt(spread) / scale[0], 1e-300))
+    count = max(1.0, independent(correlation(rest[:: max(1, round(1 / rate))])) * rate * len(rest))
+    deviation = max(float(np.sqrt(float(rest @ rest) / count / square)), 1e-300)
+    return Lead(halves / 2, deviation / 2, 1 - float(rest @ rest) / max(float(left @ left), 1e-300))

@@ -120,8 +120,11 @@ def takes_the_level(problem: Problem, refit: System, augmented: System) -> str:
 
 
 def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
-    """Remarks on a credited effect: parts of its curve that the log does not cover, and missing intervals."""
+    """Remarks on a credited effect: what the log does not cover, missing intervals, and a motion logged late."""
     words = []
+    delay = part.effect.delay(found.parameters)
+    if delay:
+        words.append(_motion_logged_late(found, part, problem, delay))
     if part.effect.rough:
         words.append(f"The values of {found.kind} have no interval, since the error is no smooth function of them")
     stroke, period = _stroke(problem.system, problem.motion, part), found.parameters.get("period", 0.0)
@@ -141,6 +144,19 @@ def remarks(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
             f"covers ({most:.3g} {unit}), so the log shows only the start of its shape"
         )
     return words
+
+
+def _motion_logged_late(found: FoundEffect, part: Part, problem: Problem, delay: float) -> str:
+    """The remark on an input that acts late, which no log tells from a motion that is logged late."""
+    system, integrated = problem.system, problem.motion.integrated
+    i = part.effect.coordinate(system, part.place)
+    logged = (system.velocities if integrated and integrated[i] else system.positions)[i].name
+    by = f"{1e3 * delay:.2g} ms"
+    return (
+        f"{found.kind} on {found.on} moves the machine as if {logged} were logged {by} late, by a filter or as a "
+        f"difference over several rows: no log can tell them apart. If so, `late: {{{logged}: {by}}}` in meta.yaml "
+        "beside the log"
+    )
 
 
 def _known_turn(system: System, part: Part, period: float) -> bool:
