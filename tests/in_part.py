@@ -24,3 +24,11 @@ def in_part(cases: Sequence[Any], quick: Collection[Any], several: bool = False)
     return [
         pytest.param(*(case if several else (case,)), marks=() if case in quick else pytest.mark.slow) for case in cases
     ]
+
+
+def drawn(few: int, many: int) -> pytest.MarkDecorator:
+    """The argument ``draws``, how often a random experiment is repeated: few times in `make test`, many in check-all.
+
+    A bound on a rate is then to be computed from ``draws``, as by ``scipy.stats.binom``.
+    """
+    return pytest.mark.parametrize("draws", in_part([few, many], [few]))

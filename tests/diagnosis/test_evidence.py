@@ -15,6 +15,7 @@ from scipy.stats import binom, norm, ttest_1samp
 
 from codegen.diagnosis.fit.credit import by_random_signs, evidence
 from codegen.diagnosis.selection import significance
+from tests.in_part import drawn
 
 KEPT, SEGMENTS = 40, 48
 FLOOR = 0.5 * KEPT * np.log(2.0)
@@ -73,11 +74,12 @@ def test_a_worse_model_is_never_significant() -> None:
     assert evidence(losses(before), losses(worse), KEPT, FLOOR).p(0.0) == 1.0
 
 
-def test_as_good_a_model_is_credited_as_rarely_as_stated() -> None:
+@drawn(500, 2000)
+def test_as_good_a_model_is_credited_as_rarely_as_stated(draws: int) -> None:
     """Two models whose residuals are drawn alike, far above the noise in a few segments each: p is below 5 % in no more
-    of 2000 draws than chance allows.
+    of the draws than chance allows.
     """
-    generator, level, draws = np.random.default_rng(2), 0.05, 2000
+    generator, level = np.random.default_rng(2), 0.05
     rare = 0
     for _ in range(draws):
         common = KEPT * np.exp(3.5 * generator.normal(size=SEGMENTS))
@@ -93,12 +95,13 @@ def test_few_segments_far_from_the_noise_say_nothing_by_themselves(count: int) -
     assert evidence(losses(before), losses(np.full(SEGMENTS, float(KEPT))), KEPT, FLOOR).where_far == 1.0
 
 
-def test_a_disturbance_that_no_model_explains_is_no_likelihood_for_one_that_leaves_less_of_it() -> None:
+@drawn(500, 2000)
+def test_a_disturbance_that_no_model_explains_is_no_likelihood_for_one_that_leaves_less_of_it(draws: int) -> None:
     """White noise, and in one to five of 48 segments a push: what two models leave of it differs by chance.
 
     One segment of 112 was 41 nats for a compliance of 0.01 % of the drive force, with p = 2e-16 over 22 candidates.
     """
-    generator, level, draws = np.random.default_rng(4), 0.01, 2000
+    generator, level = np.random.default_rng(4), 0.01
     rare = 0
     for _ in range(draws):
         one, other = np.tile((generator.normal(size=(SEGMENTS, KEPT)) ** 2).sum(axis=1), (2, 1))
@@ -117,12 +120,15 @@ def test_an_effect_in_two_segments_that_leaves_noise_there_is_likely() -> None:
     assert found.p(1.0) < 1e-9 and found.p(0.0) > 0.1
 
 
-def test_a_likelihood_credits_none_of_two_models_that_are_wrong_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+@drawn(500, 2000)
+def test_a_likelihood_credits_none_of_two_models_that_are_wrong_alike(
+    monkeypatch: pytest.MonkeyPatch, draws: int
+) -> None:
     """13 segments at 2.6 times the noise: each has one error of its own, which counts once and not for each sample.
 
     A log of a swing-up credited a Stribeck effect in place of a friction that falls with time, by three segments.
     """
-    generator, level, draws, few = np.random.default_rng(4), 0.05, 2000, 13
+    generator, level, few = np.random.default_rng(4), 0.05, 13
     monkeypatch.setattr(significance, "independent_share", lambda fit: 0.2)
     record: Any = SimpleNamespace(noise=np.ones(1), joints=None)
     search: Any = SimpleNamespace(record=record)
@@ -151,14 +157,15 @@ def test_above_the_noise_a_likelihood_counts_only_as_far_as_the_blocks_agree() -
 
 
 @pytest.mark.parametrize(("segments", "nats", "least"), [(13, 9, 0.85), (48, 9, 0.85), (48, 14, 0.95)])
+@drawn(150, 400)
 def test_at_the_noise_a_gain_shared_by_many_segments_tells_two_rivals_apart(
-    segments: int, nats: float, least: float
+    segments: int, nats: float, least: float, draws: int
 ) -> None:
     """One model leaves white noise, its rival that and so much more; the t test on blocks alone is slower.
 
     A lag of 1.35 ms was better than a delay by 9 nats, and the two were called a tie (p = 0.14).
     """
-    generator, draws, level = np.random.default_rng(1), 400, 0.05
+    generator, level = np.random.default_rng(1), 0.05
     told = by_blocks = wrongly = 0
     for _ in range(draws):
         noise, more = generator.normal(size=(2, segments, KEPT))
@@ -172,9 +179,10 @@ def test_at_the_noise_a_gain_shared_by_many_segments_tells_two_rivals_apart(
 
 
 @pytest.mark.parametrize("segments", [13, 48])
-def test_errors_of_its_own_in_few_segments_tell_no_model_from_another(segments: int) -> None:
+@drawn(300, 1000)
+def test_errors_of_its_own_in_few_segments_tell_no_model_from_another(segments: int, draws: int) -> None:
     """Two models alike, each at twice the noise in a tenth of the segments: the likelihood ratio alone tells half."""
-    generator, draws, level = np.random.default_rng(2), 1000, 0.05
+    generator, level = np.random.default_rng(2), 0.05
     told = likely = 0
     for _ in range(draws):
         noise, more = generator.normal(size=(2, segments, KEPT))

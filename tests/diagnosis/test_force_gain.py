@@ -38,6 +38,7 @@ from codegen.mechanics import System
 from codegen.simulate.drive import mean_about_samples
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
+from tests.in_part import drawn
 
 ONE_WAY = "0.25*t + 0.02*sin(2*pi*0.7*t)"
 
@@ -126,42 +127,47 @@ def test_parameters_more_than_the_rival_has_count(log: Log) -> None:
     assert few.p_of_rivals() < 0.05 < few.p_of_rivals(3)  # exp(−4) and exp(−1)
 
 
-def test_jerks_of_different_size_under_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log) -> None:
+@drawn(100, 400)
+def test_jerks_of_different_size_under_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(
+    log: Log, draws: int
+) -> None:
     problem, draw = problem_of(log), np.random.default_rng(8)
     count = len(problem.motion.time)
     block, p = blocks_of(problem), []
-    for _ in range(400):
+    for _ in range(draws):
         common = np.exp(2 * draw.normal(size=48))
         before, after = (
             (common * np.exp(0.7 * draw.normal(size=48)))[block, None] * draw.normal(size=(count, 1)) for _ in range(2)
         )
         p.append(force_gain(problem, before, after).p)
     for alpha in (0.01, 0.05, 0.2):
-        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 400, alpha) / 400
+        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, draws, alpha) / draws
 
 
-def test_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log) -> None:
+@drawn(100, 400)
+def test_two_models_that_are_as_good_are_told_apart_as_rarely_as_stated(log: Log, draws: int) -> None:
     problem, draw = problem_of(log), np.random.default_rng(2)
     shape = (len(problem.motion.time), 1)
-    p = [force_gain(problem, draw.normal(size=shape), draw.normal(size=shape)).p for _ in range(400)]
+    p = [force_gain(problem, draw.normal(size=shape), draw.normal(size=shape)).p for _ in range(draws)]
     for alpha in (0.05, 0.2):
         assert np.mean(np.array(p) <= alpha) <= alpha
 
 
-def test_a_force_that_is_not_there_is_credited_as_rarely_as_stated(log: Log) -> None:
+@drawn(100, 400)
+def test_a_force_that_is_not_there_is_credited_as_rarely_as_stated(log: Log, draws: int) -> None:
     """A wave fitted by least squares to residuals with jerks, of the log's spectrum: one coefficient too many."""
     problem, draw = problem_of(log), np.random.default_rng(3)
     count, rows = len(problem.motion.time), problem.used
     wave = problem.motion.low_pass(np.sin(0.05 * np.arange(count))[:, None])
     p = []
-    for _ in range(400):
+    for _ in range(draws):
         noise = problem.motion.low_pass(
             draw.normal(size=(count, 1)) * np.exp(draw.normal(size=48))[blocks_of(problem), None]
         )
         size = float(noise[rows] @ wave[rows] / (wave[rows] @ wave[rows]))
         p.append(force_gain(problem, noise, noise - size * wave).p_added(1))
     for alpha in (0.01, 0.05, 0.2):
-        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 400, alpha) / 400
+        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, draws, alpha) / draws
 
 
 @pytest.mark.parametrize(
@@ -171,33 +177,37 @@ def test_a_force_that_is_not_there_is_credited_as_rarely_as_stated(log: Log) -> 
         pytest.param(0.9975, 1 / 2, id="longer than a block"),
     ],
 )
+@drawn(100, 400)
 def test_a_force_of_three_coefficients_is_credited_as_rarely_as_stated_where_part_of_the_residual_is_slow(
-    pole: float, share: float, log: Log
+    pole: float, share: float, log: Log, draws: int
 ) -> None:
     """Neighbours of the residual, white but for a slow part of a share of its size, are nearly uncorrelated."""
     problem, draw = problem_of(log), np.random.default_rng(5)
     count, rows = len(problem.motion.time), problem.used[:, 0]
     waves = np.sin(np.outer(np.arange(count), [0.0021, 0.0033, 0.0049]))
     p = []
-    for _ in range(400):
+    for _ in range(draws):
         slow = lfilter([1.0], [1.0, -pole], draw.normal(size=count + 4000))[4000:]
         noise = problem.motion.low_pass(draw.normal(size=(count, 1)))[:, 0]
         noise += slow * share * np.std(noise) / np.std(slow)
         fitted = waves @ np.linalg.lstsq(waves[rows], noise[rows], rcond=None)[0]
         p.append(force_gain(problem, noise[:, None], (noise - fitted)[:, None]).p_added(3))
     for alpha in (0.01, 0.05, 0.2):
-        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 400, alpha) / 400
+        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, draws, alpha) / draws
 
 
 @pytest.mark.parametrize("coefficients", [2, 10, 60])
-def test_forces_fitted_where_most_is_left_are_credited_as_rarely_as_stated(coefficients: int, log: Log) -> None:
+@drawn(50, 150)
+def test_forces_fitted_where_most_is_left_are_credited_as_rarely_as_stated(
+    coefficients: int, log: Log, draws: int
+) -> None:
     """Harmonics of a motion in eight blocks of 48, where alone the residual is large: ten of them take a share of it,
     in each block alike, and with as many as there are blocks the score test says nothing.
     """
     problem, draw = problem_of(log), np.random.default_rng(6)
     count, rows = len(problem.motion.time), problem.used[:, 0]
     block, p = blocks_of(problem), []
-    for _ in range(150):
+    for _ in range(draws):
         moved = np.isin(block, draw.choice(np.arange(4, 44), 8, replace=False))
         noise = problem.motion.low_pass(draw.normal(size=(count, 1)))[:, 0] * np.where(moved, 10.0, 1.0)
         angle = np.outer(np.arange(count), np.arange(1, coefficients // 2 + 1) * draw.uniform(4, 6) * 2 * np.pi / count)
@@ -205,7 +215,7 @@ def test_forces_fitted_where_most_is_left_are_credited_as_rarely_as_stated(coeff
         fitted = waves @ np.linalg.lstsq(waves[rows], noise[rows], rcond=None)[0]
         p.append(force_gain(problem, noise[:, None], (noise - fitted)[:, None]).p_added(coefficients))
     for alpha in (0.01, 0.05, 0.2):
-        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 150, alpha) / 150
+        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, draws, alpha) / draws
 
 
 def test_many_coefficients_that_explain_nearly_all_of_a_few_accelerations_are_no_chance(log: Log) -> None:
@@ -234,7 +244,10 @@ def test_a_coefficient_five_deviations_from_zero_is_no_chance_though_the_gains_o
 
 
 @pytest.mark.parametrize("used", [1.0, 0.25])
-def test_a_log_that_stands_still_most_of_the_time_shows_an_added_force_as_well(used: float, log: Log) -> None:
+@drawn(100, 300)
+def test_a_log_that_stands_still_most_of_the_time_shows_an_added_force_as_well(
+    used: float, log: Log, draws: int
+) -> None:
     """A wave 7 standard errors from zero: samples that are not used are in no block of the score test. And one
     that is not there is credited as rarely as stated, though all 48 blocks then lie in a quarter of the log.
     """
@@ -246,7 +259,7 @@ def test_a_log_that_stands_still_most_of_the_time_shows_an_added_force_as_well(u
     rate = 2 * problem.motion.cutoff_hz * problem.motion.sample_time
     power = float(wave[rows] @ wave[rows])
     found, false = [], []
-    for k in range(300):
+    for k in range(draws):
         noise = problem.motion.low_pass(draw.normal(size=(count, 1)))
         size = float(noise[rows] @ wave[rows]) / power
         false.append(force_gain(some, noise, noise - size * wave).p_added(1))
@@ -256,7 +269,7 @@ def test_a_log_that_stands_still_most_of_the_time_shows_an_added_force_as_well(u
             found.append(gain.p_added(1) < 1e-3 / 23)
     assert np.mean(found) > 0.9
     for alpha in (0.01, 0.05, 0.2):
-        assert np.mean(np.array(false) <= alpha) <= binom.ppf(0.999, 300, alpha) / 300
+        assert np.mean(np.array(false) <= alpha) <= binom.ppf(0.999, draws, alpha) / draws
 
 
 def test_an_offset_that_a_level_takes_is_alike_where_the_motion_never_turns(tmp_path: Path, log: Log) -> None:
@@ -319,8 +332,9 @@ def test_values_that_act_alike_or_not_at_all_are_fitted_within_their_limits() ->
 
 
 @pytest.mark.parametrize("off", [0.0, 3.0])
+@drawn(100, 300)
 def test_beside_a_toleranced_value_a_force_that_is_not_there_is_credited_as_rarely_as_stated(
-    off: float, log: Log
+    off: float, log: Log, draws: int
 ) -> None:
     """A wave fitted together with the acceleration, where the residual without it has that some standard errors off."""
     problem, draw = problem_of(log), np.random.default_rng(10)
@@ -330,7 +344,7 @@ def test_beside_a_toleranced_value_a_force_that_is_not_there_is_credited_as_rare
     columns[:, 1] += columns[:, 0]  # correlated
     rate, wide = 2 * problem.motion.cutoff_hz * problem.motion.sample_time, (np.full(1, -np.inf), np.full(1, np.inf))
     p = []
-    for _ in range(300):
+    for _ in range(draws):
         noise = problem.motion.low_pass(draw.normal(size=count))
         error = float(np.std(noise[rows]) / np.sqrt(rate * rows.sum() * np.mean(columns[rows, 0] ** 2)))
         before = noise + off * error * columns[:, 0]
@@ -338,7 +352,7 @@ def test_beside_a_toleranced_value_a_force_that_is_not_there_is_credited_as_rare
         left = [r - columns[:, :1] @ bounded_least_squares(columns[rows, :1], r[rows], wide) for r in (before, after)]
         p.append(force_gain(problem, left[0][:, None], left[1][:, None]).p_added(1))
     for alpha in (0.01, 0.05, 0.2):
-        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 300, alpha) / 300
+        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, draws, alpha) / draws
 
 
 @pytest.mark.parametrize(("delta", "refused"), [(1000.0, True), (-0.6, True), (0.0, False)])

@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from codegen.diagnosis.evidence.estimate import (
     BLOCKS,
@@ -27,6 +28,7 @@ from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.diagnosis.test_adoption import search_of
+from tests.in_part import drawn
 
 Array = NDArray[np.float64]
 
@@ -44,16 +46,15 @@ class Line:
     theta: Array
 
 
-def test_an_error_that_neighbouring_segments_share_widens_the_standard_error() -> None:
-    """Estimates of one slope over 2000 draws of an autoregressive error scatter by what the clusters say."""
+@drawn(500, 2000)
+def test_an_error_that_neighbouring_segments_share_widens_the_standard_error(draws: int) -> None:
+    """Estimates of one slope over draws of an autoregressive error scatter by what the clusters say."""
     rng, segments, phi = np.random.default_rng(7), 480, 0.8
     column, size = np.ones(segments), 0.05
     prior = Prior(*np.zeros((5, 1)))
     found, alone, clustered = [], [], []
-    for _ in range(2000):
-        noise = size * rng.standard_normal(segments)
-        for k in range(1, segments):
-            noise[k] += phi * noise[k - 1]
+    for _ in range(draws):
+        noise = lfilter([1.0], [1.0, -phi], size * rng.standard_normal(segments))
         slope = float(column @ noise) / segments
         fit = Line((noise - slope)[:, None], column[None, :, None], prior, np.array([slope]))
         found.append(slope)
@@ -213,16 +214,17 @@ def test_an_interval_reaches_the_estimate_of_the_other_criterion() -> None:
     assert both(2.0, 0.1, 3.0, 0.1, share=0.0) == pytest.approx((1.9, 2.1))  # of a fit that leaves only noise
 
 
-def test_intervals_hold_two_biased_criteria_and_no_more_than_that() -> None:
+@drawn(300, 2000)
+def test_intervals_hold_two_biased_criteria_and_no_more_than_that(draws: int) -> None:
     """Each of two criteria has a bias of its own, ten times its noise: 95 % intervals without it hold few truths."""
     rng, truth, bias, noise = np.random.default_rng(5), 40.0, 1.0, 0.1
     half, held, alone = 2.13 * noise, 0, 0
-    for _ in range(2000):
+    for _ in range(draws):
         one, two = truth + bias * rng.standard_normal(2) + noise * rng.standard_normal(2)
         low, high = both(one, half, two, half)
         held, alone = held + (low <= truth <= high), alone + (abs(one - truth) <= half)
-    assert alone < 0.25 * 2000
-    assert 0.7 * 2000 < held < 0.99 * 2000  # one difference tells little of the size of a bias
+    assert alone < 0.25 * draws
+    assert 0.7 * draws < held < 0.99 * draws  # one difference tells little of the size of a bias
 
 
 @pytest.mark.parametrize(("own", "other"), [(0.5, 3.0), (-0.5, -3.0), (3.0, 0.5)])

@@ -23,6 +23,7 @@ from codegen.diagnosis.evidence.score_test import (
 from codegen.diagnosis.fit.credit import Evidence, evidence_of
 from codegen.diagnosis.fit.output_error import Fit, Prior, Starts, segment_weights
 from codegen.effects import CATALOGUE
+from tests.in_part import drawn
 
 Array = NDArray[np.float64]
 
@@ -79,22 +80,26 @@ def noise_of(kind: str, draw: np.random.Generator) -> Array:
 
 @pytest.mark.parametrize("acting", [1.0, 0.15])
 @pytest.mark.parametrize(("kind", "added"), [("white", 1), ("white", 4), ("far", 1)])
-def test_an_effect_that_is_not_there_is_credited_as_rarely_as_stated(kind: str, added: int, acting: float) -> None:
+@drawn(100, 300)
+def test_an_effect_that_is_not_there_is_credited_as_rarely_as_stated(
+    kind: str, added: int, acting: float, draws: int
+) -> None:
     """Also one that acts in a share of the segments, elsewhere fifty times less: a few blocks are fitted by chance."""
     draw, p = np.random.default_rng(1), []
-    for _ in range(300):
+    for _ in range(draws):
         slopes, measured = slopes_of(OWN + added, draw), noise_of(kind, draw)
         slopes[OWN:] *= np.where(draw.uniform(size=(SEGMENTS, 1)) <= acting, 1.0, 0.02)
         p.append(score_test(fit_of(measured, slopes[:OWN]), fit_of(measured, slopes)))
     for alpha in (0.01, 0.05, 0.2):
-        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, 300, alpha) / 300
+        assert np.mean(np.array(p) <= alpha) <= binom.ppf(0.999, draws, alpha) / draws
 
 
 @pytest.mark.parametrize("added", [1, 3])
-def test_beside_a_slow_force_an_effect_that_is_not_there_is_credited_little_more_often(added: int) -> None:
+@drawn(100, 300)
+def test_beside_a_slow_force_an_effect_that_is_not_there_is_credited_little_more_often(added: int, draws: int) -> None:
     """Blocks of a slow force are alike; with each counted as independent it was up to 20 % at p ≤ 1 %."""
     draw, p = np.random.default_rng(2), []
-    for _ in range(300):
+    for _ in range(draws):
         slopes, measured = slopes_of(OWN + added, draw), noise_of("slow", draw)
         p.append(score_test(fit_of(measured, slopes[:OWN]), fit_of(measured, slopes)))
     assert np.mean(np.array(p) <= 0.01) <= 0.03
