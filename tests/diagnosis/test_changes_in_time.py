@@ -15,7 +15,7 @@ from codegen.diagnosis.fit.signals import low_pass
 from codegen.spec import parse_spec
 from tests.diagnosis.own_stage import simulated
 from tests.diagnosis.stage import STAGE, among, log_of, stage, system_of
-from tests.in_part import in_part
+from tests.in_part import drawn, in_part
 
 H, COUNT, CUTOFF = 0.002, 15000, 20.0
 TIME = H * np.arange(COUNT)
@@ -32,8 +32,9 @@ def noise(seed: int, differences: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("differences", [0, 2])
-def test_in_noise_nothing_changes(differences: int) -> None:
-    found = [changes_in_time(noise(seed, differences), EVERY, TERMS, TIME, CUTOFF) for seed in range(100)]
+@drawn(25, 100)
+def test_in_noise_nothing_changes(differences: int, draws: int) -> None:
+    found = [changes_in_time(noise(seed, differences), EVERY, TERMS, TIME, CUTOFF) for seed in range(draws)]
     assert sum(bool(one.changes) for one in found) <= 1
 
 

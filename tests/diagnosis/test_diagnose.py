@@ -16,6 +16,7 @@ from codegen.effects import CATALOGUE
 from codegen.effects.register import load_effects
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, diagnosed, log_of, stage, system_of
+from tests.in_part import in_part
 from tests.told import refused
 
 TRUTHS = {
@@ -49,17 +50,26 @@ def test_one_undeclared_effect_is_named_with_its_parameters(kind: str, tmp_path:
     assert diagnosis.augmented.free_run_rmse < 0.5 * diagnosis.refit.free_run_rmse
 
 
+TWINS = {
+    "coulomb_asymmetry": ("{kind: coulomb_asymmetry, on: rail, parameters: {d: 0.9}}", -0.9),
+    "offset": ("{kind: offset, on: x, parameters: {f0: 1.2}}", 1.2),
+}
+ALL: tuple[str, ...] = ()
+CONSTANT = (*TWINS, "viscous")
+
+
 @pytest.mark.parametrize(
-    ("kind", "entry", "force"),
-    [
-        ("coulomb_asymmetry", "{kind: coulomb_asymmetry, on: rail, parameters: {d: 0.9}}", -0.9),
-        pytest.param("offset", "{kind: offset, on: x, parameters: {f0: 1.2}}", 1.2, marks=pytest.mark.slow),
-    ],
-    ids=["coulomb_asymmetry", "offset"],
+    ("kind", "kinds"),
+    in_part(
+        [*((kind, ALL) for kind in TWINS), ("coulomb_asymmetry", CONSTANT)],
+        [("coulomb_asymmetry", CONSTANT)],
+        several=True,
+    ),
 )
-def test_twins_are_both_named(kind: str, entry: str, force: float, tmp_path: Path) -> None:
+def test_twins_are_both_named(kind: str, kinds: tuple[str, ...], tmp_path: Path) -> None:
     """While the stage slips, a constant force and unequal levels are one motion; either may come first."""
-    diagnosis, models = diagnosed(f"[{entry}]", tmp_path)
+    entry, force = TWINS[kind]
+    diagnosis, models = diagnosed(f"[{entry}]", tmp_path, kinds=kinds)
     assert diagnosis.verdict == "effect", diagnosis.sentence
     (found,) = diagnosis.effects
     names = {(found.kind, found.on), *found.also}

@@ -21,6 +21,7 @@ from codegen.effects.declare import system_of
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of
+from tests.in_part import in_part
 
 ARM = (resource_folder("specs") / "two_link_arm.yaml").read_text(encoding="utf-8")
 SHORT = "duration: 20", "duration: 8"
@@ -83,14 +84,14 @@ def test_weaker_motors_do_not_stand_in_for_a_payload(tmp_path: Path) -> None:
     assert answer.verdict == "unknown" and "another value of m2 alone" in answer.against[0].words
 
 
-@pytest.mark.parametrize(
-    ("kind", "on", "parameters"),
-    [
-        ("input_gain", "w2", {"gain": 0.8}),
-        ("inertia_error", "theta1", {"delta": 0.02}),
-        ("spring", "theta2", {"k": 0.5}),
-    ],
-)
+TRUE = [
+    ("input_gain", "w2", {"gain": 0.8}),
+    ("inertia_error", "theta1", {"delta": 0.02}),
+    ("spring", "theta2", {"k": 0.5}),
+]
+
+
+@pytest.mark.parametrize(("kind", "on", "parameters"), in_part(TRUE, [TRUE[1]], several=True))
 def test_a_true_effect_is_not_refused_for_a_value(
     kind: str, on: str, parameters: dict[str, float], tmp_path: Path
 ) -> None:

@@ -37,7 +37,7 @@ def diagnosed(plant: str, folder: Path) -> tuple[Diagnosis, Models]:
 
 
 ALL: tuple[str, ...] = ()
-OF_SPEED = ("viscous", "viscous_asymmetry", "stribeck", "quadratic_drag", "load_dependent_friction", "friction_drift")
+OF_SPEED = ("viscous", "stribeck", "quadratic_drag")
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
 from codegen.diagnosis.fit.credit import noise_ratio
 from codegen.diagnosis.fit.joints import is_separable
+from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.search import Search, search_on
@@ -65,6 +67,24 @@ def search_of(spec: Spec, log: Log) -> Search:
 
 def arm(folder: Path, more: str = "") -> Spec:
     return parse_spec(ARM % more, folder / "arm.yaml")
+
+
+Searches = Callable[[str], tuple[Search, Fit, ForceFits]]
+
+
+@pytest.fixture(scope="module")
+def searches(tmp_path_factory: pytest.TempPathFactory) -> Searches:
+    """By the effects that the spec lacks: the search on their log, its refit, and fits by the force residual."""
+
+    @cache
+    def of(missing: str) -> tuple[Search, Fit, ForceFits]:
+        folder = tmp_path_factory.mktemp("joints")
+        log = logged(folder, missing)
+        search = search_of(arm(folder), log)
+        base = search.refit()
+        return search, base, ForceFits(search, search.problem, base)
+
+    return of
 
 
 def by_joint(search: Search) -> np.ndarray:
@@ -129,19 +149,16 @@ def test_only_parameters_of_links_that_a_joint_moves_change_its_runs(tmp_path: P
     assert [bool(slope.any()) for slope in slopes] == felt
 
 
-def test_what_a_joint_lacks_shows_at_that_joint(tmp_path: Path) -> None:
+def test_what_a_joint_lacks_shows_at_that_joint(tmp_path: Path, searches: Searches) -> None:
     log = logged(tmp_path)
     right = by_joint(search_of(arm(tmp_path), log))
-    log = logged(tmp_path, DRAG)
-    lacking = by_joint(search_of(arm(tmp_path), log))
+    lacking = by_joint(searches(DRAG)[0])
     assert lacking[1] > 10 * right[1]
     assert lacking[0] < 1.5 * right[0]
 
 
-def test_only_joints_with_something_left_are_tried(tmp_path: Path) -> None:
-    log = logged(tmp_path, DRAG)
-    search = search_of(arm(tmp_path), log)
-    base = search.refit()
+def test_only_joints_with_something_left_are_tried(searches: Searches) -> None:
+    search, base, _ = searches(DRAG)
     tried = CandidateFits(search, base, tuple(every_part(search, ())), lambda share: None)
     assert {p.effect.coordinate(search.system, p.place) for p in tried.parts} == {1}
     k = next(k for k, p in enumerate(tried.parts) if p.kind == "viscous")
@@ -151,12 +168,13 @@ def test_only_joints_with_something_left_are_tried(tmp_path: Path) -> None:
     assert found.cost < 0.7 * base.cost
 
 
-def test_each_joint_has_the_noise_floor_of_its_own_misfit(tmp_path: Path) -> None:
+def test_each_joint_has_the_noise_floor_of_its_own_misfit(
+    searches: Searches,
+) -> None:
     """A joint far off with a quiet neighbour had no floor, since the median over both joints is near the noise."""
-    log = logged(tmp_path, DRAG)
-    search = search_of(arm(tmp_path), log)
-    louder, _ = search.with_noise_floor(search.refit(), 2.0)
-    squares = (search.refit().residual ** 2).mean(axis=1).reshape(-1, 2)  # a row for each joint of a segment
+    search, base, _ = searches(DRAG)
+    louder, _ = search.with_noise_floor(base, 2.0)
+    squares = (base.residual**2).mean(axis=1).reshape(-1, 2)  # a row for each joint of a segment
     ratio = np.sqrt(np.median(squares, axis=0)) / 2
     assert ratio[0] < 1 < 5 < ratio[1]
     np.testing.assert_allclose(louder.record.noise / search.record.noise, [1, ratio[1]], rtol=1e-9)
@@ -178,11 +196,9 @@ def test_a_spec_without_a_robot_file_is_run_as_a_whole() -> None:
     assert not is_separable(system_of(stage()))
 
 
-def test_a_parameter_that_changes_nothing_stays(tmp_path: Path) -> None:
+def test_a_parameter_that_changes_nothing_stays(searches: Searches) -> None:
     """A joint's candidate is fitted on that joint's rows, on which the other joints' levels have no slope at all."""
-    log = logged(tmp_path, DRAG)
-    search = search_of(arm(tmp_path), log)
-    base = search.refit()
+    search, base, _ = searches(DRAG)
     parts = [p for p in every_part(search, ()) if (p.kind, p.on) == ("stribeck", "q_2")]
     tried = CandidateFits(search, base, tuple(parts), lambda share: None)
     (screened,) = tried.screened([0])
@@ -229,20 +245,23 @@ OBJECTION = "but the residual force shows no offset"
     ],
 )
 def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
-    missing: str, beside: str | None, objection: str, named: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    missing: str,
+    beside: str | None,
+    objection: str,
+    named: list[str],
+    searches: Searches,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Free runs credit friction on joint 2 and perhaps a constant force on joint 1, the force a spring there.
 
     Of the logs some have the spring: only there do free runs credit it. The force may object to the constant one.
     """
-    log = logged(tmp_path, missing)
-    search = search_of(arm(tmp_path), log)
-    base, parts = search.refit(), every_part(search, [])
+    search, base, fits = searches(missing)
+    parts = every_part(search, [])
     drag = next(p for p in parts if (p.kind, p.on, p.names) == ("viscous", "q_2", ("b",)))
     spring, offset = (next(p for p in parts if (p.kind, p.on) == (kind, "q_1")) for kind in ("spring", "offset"))
     credited = {drag: {"b": 0.4}} | ({offset: {"f0": 0.1}} if beside else {})
     by_runs = search.with_parts(base, base.values[0], list(credited), list(credited.values()))
-    fits = ForceFits(search, search.problem, base)
     trial = search.declared_trial.with_part(spring)
     led = fits.fit(trial, trial.theta(fits.adopted, [{"k": 6.0}]))
     monkeypatch.setattr(force_led, "selected_by_force", lambda *_: ForceSelection(fits, led, led, 0.5, (), ()))

@@ -91,7 +91,7 @@ def test_noise_of_the_speed_is_told_over_nothing(tmp_path: Path) -> None:
 def test_what_is_lacking_is_found_by_speed_alone(tmp_path: Path) -> None:
     for effects, verdict in (("[]", "none"), (VISCOUS, "effect")):
         log = speed_only(log_of(stage(effects), tmp_path, "train.csv"), tmp_path)
-        with among("viscous", "stribeck", "presliding", "position_dependent_friction"):
+        with among("viscous", "stribeck", "position_dependent_friction"):
             found, _ = diagnose_log(stage(), system_of(stage()), replace(log, path=tmp_path / "speed.csv"))
         assert found.verdict == verdict, found.sentence
     (one,) = found.effects

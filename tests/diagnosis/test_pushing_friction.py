@@ -10,7 +10,7 @@ from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import among, diagnosed, stage, system_of
 from tests.in_part import in_part
 
-FEW = ("offset", "coulomb_asymmetry", "viscous", "spring")
+FEW = ("offset", "coulomb_asymmetry", "viscous")
 
 
 @pytest.mark.parametrize(("d", "physical"), [(3.9, True), (-3.9, True), (4.1, False), (-4.1, False)])

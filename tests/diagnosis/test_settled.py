@@ -41,7 +41,7 @@ def slowly_filtered(effects: str, reference: str) -> Spec:
     return parse_spec(text + "log: {cutoff_hz: 8}\n", Path("stage.yaml"))
 
 
-FEW = ("stribeck", "viscous", "quadratic_drag", "spring")
+FEW = ("stribeck", "viscous")
 
 
 @pytest.mark.parametrize("kinds", in_part([(), FEW], [FEW]))

@@ -15,6 +15,7 @@ from codegen.diagnosis.fit.trial import Trial, part_of
 from codegen.diagnosis.steady_runs import is_seen, is_static, means_of
 from codegen.effects import CATALOGUE
 from codegen.logs import read_logs
+from tests.diagnosis.stage import among
 from tests.in_part import in_part
 
 SPEC = """
@@ -31,6 +32,8 @@ log: {columns: {t: t, v: v, u: u}}
 """
 LEVEL, SLOPE, RISE, SPEED = 3e-3, 2e-5, 8e-4, 3.0
 TRAINED, HELD = (0.3, 1.0, 2.0, 3.5, 5.0, 8.0, 12.0, 18.0), (0.6, 1.5, 2.7, 4.2, 6.5, 10.0, 15.0, 20.0)
+ALL: tuple[str, ...] = ()
+FEW = ("stribeck", "viscous", "offset")
 Array = NDArray[np.float64]
 
 
@@ -76,9 +79,11 @@ def test_a_stribeck_peak_is_found_below_the_ripple(tmp_path: Path, tested: bool)
     assert "16 records" in found["sentence"] or not tested
 
 
-def test_a_peak_in_one_direction_only_is_found_as_such(tmp_path: Path) -> None:
+@pytest.mark.parametrize("kinds", in_part([ALL, FEW], [FEW]))
+def test_a_peak_in_one_direction_only_is_found_as_such(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """As in a worm gear; a symmetric peak of half the height leaves half of it everywhere."""
-    found = diagnosed(tmp_path, RISE, both_ways=False)
+    with among(*kinds):
+        found = diagnosed(tmp_path, RISE, both_ways=False)
     assert found["verdict"] == "effect"
     (effect,) = found["effects"]
     assert effect["kind"] == "stribeck"
@@ -88,8 +93,10 @@ def test_a_peak_in_one_direction_only_is_found_as_such(tmp_path: Path) -> None:
     assert found["error"]["augmented"]["residual_force_rms"] < 6e-5
 
 
-def test_a_ladder_without_a_peak_lacks_nothing(tmp_path: Path) -> None:
-    found = diagnosed(tmp_path, 0.0)
+@pytest.mark.parametrize("kinds", in_part([ALL, FEW], [FEW]))
+def test_a_ladder_without_a_peak_lacks_nothing(tmp_path: Path, kinds: tuple[str, ...]) -> None:
+    with among(*kinds):
+        found = diagnosed(tmp_path, 0.0)
     assert found["verdict"] == "none" and not found["effects"]
 
 
