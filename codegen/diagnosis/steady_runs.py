@@ -19,7 +19,8 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.special import fdtrc, stdtrit
+from scipy.stats import f as fisher
+from scipy.stats import t as student
 
 from codegen.base.arrays import Array
 from codegen.base.significant import in_percent
@@ -156,7 +157,7 @@ class SteadyFit:
     def intervals(self) -> list[dict[str, Interval]]:
         free = max(len(self.residual) - len(self.theta), 1)
         deviation = np.sqrt(np.maximum(np.diag(self._inverse), 0.0) * self.squares / free)
-        half = float(stdtrit(free, 0.5 + CONFIDENCE / 2)) * deviation
+        half = float(student.ppf(0.5 + CONFIDENCE / 2, free)) * deviation
         low, high = (self.trial.split(self.theta + sign * half)[1] for sign in (-1, 1))
         pairs = zip(low, high, strict=True)
         return [{name: (min(a[name], b[name]), max(a[name], b[name])) for name in a} for a, b in pairs]
@@ -246,7 +247,7 @@ class SteadySearch:
         p = 1.0
         if freedom > 0 and fit.squares > 0:
             ratio = max(base.squares - fit.squares, 0.0) / more / (fit.squares / freedom)
-            p = min(1.0, count * float(fdtrc(more, freedom, ratio)))
+            p = min(1.0, count * float(fisher.sf(ratio, more, freedom)))
         forces = [mean_forces(one.model, self.means)[0].ravel() for one in (fit, base)]
         size = float(np.linalg.norm(forces[0] - forces[1]) / max(float(np.linalg.norm(self.drive)), 1e-300))
         part = fit.part

@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 
 from codegen.base.arrays import Array, Flags
-from codegen.base.filters import lowpass_sections, sections_forward_and_backward
 from codegen.logs.log import Log
 
 ORDER = 4
@@ -91,12 +90,14 @@ def low_pass(log: Log, values: Array, cutoff_hz: float) -> tuple[Array, Flags]:
         (N, c) filtered values (as they were in gaps and short segments), and (N,) where they can be relied on: two
         periods of the cut-off away from the ends of a segment.
     """
+    from scipy.signal import sosfiltfilt  # imported here: it takes a second, which verbs without a log do not need
+
     sections = _sections(cutoff_hz, log.sample_time)
     filtered, usable = values.copy(), np.zeros(log.size, dtype=np.bool_)
     edge = int(np.ceil(EDGE_PERIODS / (cutoff_hz * log.sample_time)))
     for start, stop in log.segments:
         if stop - start > max(3 * edge, 8 * ORDER):
-            filtered[start:stop] = sections_forward_and_backward(sections, values[start:stop])
+            filtered[start:stop] = sosfiltfilt(sections, values[start:stop], axis=0)
             usable[start + edge : stop - edge] = True
     return filtered, usable
 
@@ -104,7 +105,9 @@ def low_pass(log: Log, values: Array, cutoff_hz: float) -> tuple[Array, Flags]:
 @lru_cache(maxsize=64)
 def _sections(cutoff_hz: float, sample_time: float) -> Array:
     """(2, 6) second-order sections of the filter, not to be changed: their design takes longer than filtering."""
-    return lowpass_sections(ORDER, cutoff_hz / (1 / sample_time / 2))
+    from scipy.signal import butter
+
+    return np.asarray(butter(ORDER, cutoff_hz, fs=1 / sample_time, output="sos"))
 
 
 def _threshold(log: Log, smooth: Array, velocities: Array, usable: Flags, cutoff: float) -> Array:

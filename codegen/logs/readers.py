@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from codegen.base.errors import BadInput, Place, nearest_name
 from codegen.base.input_files import identity, is_there, opened
@@ -305,8 +306,6 @@ def _with_integrals(cleaned: Clean, symbols: Sequence[str], binding: Binding, sp
     given = dict(zip(symbols, cleaned.data.T, strict=True))
     for c in spec.coordinates:
         if c.name in binding.integrated:
-            from scipy.integrate import cumulative_trapezoid  # imported here: few logs need it
-
             given[c.name] = cumulative_trapezoid(given[c.velocity], cleaned.time, initial=0)
     wanted = [*spec.positions, *(spec.velocities if binding.logged else ()), *(i.name for i in spec.inputs)]
     return replace(cleaned, data=np.column_stack([given[s] for s in wanted]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
@@ -82,8 +83,6 @@ def uniform(time: Array, sampled: Array, held: Array, source: Columns, wanted: f
         words = f"{len(time)} rows in {span * step:g} s"
         raise BadInput(source.place(0, 0), words, "rows at regular times", code="LOG008")
     if step < FINER * median:
-        from scipy.interpolate import CubicSpline  # imported here: few logs need it
-
         fine = CubicSpline(time, sampled, axis=0)(np.clip(grid, time[0], time[-1]))
     else:
         fine = np.column_stack([np.interp(grid, time, column) for column in sampled.T])

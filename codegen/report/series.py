@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import rfft, rfftfreq
+from scipy.signal import welch
 
 from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.diagnose import Models
@@ -187,22 +187,12 @@ def _spectrum(residual: Array, rows: Flags, period: float, cutoff_hz: float) -> 
         length //= 2
     else:
         return None
-    parts = [_power_density(residual[a:b], length, 1 / period) for a, b in long]
+    parts = [welch(residual[a:b], fs=1 / period, nperseg=length, detrend=False) for a, b in long]
     weights = np.array([b - a for a, b in long], dtype=np.float64)
-    density, frequency = np.average(parts, axis=0, weights=weights), rfftfreq(length, period)
+    density = np.average([p for _, p in parts], axis=0, weights=weights)
+    frequency = parts[0][0]
     shown = (frequency > 0) & (frequency <= SHOWN_CUTOFFS * cutoff_hz) & (density > 0)
     return Curve(frequency[shown], density[shown]) if shown.sum() > 2 else None
-
-
-def _power_density(signal: Array, length: int, rate: float) -> Array:
-    """(length/2 + 1,) Welch's one-sided density: Hann windows of an even length, half overlapped, mean included."""
-    hann = 0.5 + 0.5 * np.cos(np.linspace(-np.pi, np.pi, length + 1)[:-1])
-    window = hann * (1 / np.sqrt(sum(hann**2) / (1 / rate)))
-    windows = np.lib.stride_tricks.sliding_window_view(signal, length)[:: length // 2]
-    found = rfft(windows * window, axis=1).T
-    power = np.ascontiguousarray(found.real**2 + found.imag**2)
-    power[1:-1] *= 2
-    return np.asarray(power.mean(axis=1))
 
 
 def _limit(residuals: list[Array]) -> float:

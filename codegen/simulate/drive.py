@@ -9,7 +9,6 @@ import numpy as np
 import sympy
 
 from codegen.base.arrays import Array
-from codegen.base.filters import recursion
 from codegen.mechanics.actuator import Actuator, decayed
 from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
 from codegen.mechanics.numpy_form import numpy_function
@@ -139,11 +138,13 @@ def _lagged(w: Array, steps: float, order: int) -> Array:
     Args:
         steps: time constant tau over the substep h.
     """
+    from scipy.signal import lfilter  # its import takes a second, which is saved for machines without a lag
+
     decay, mean = float(np.exp(-1.0 / steps)), w
     errors: list[Array] = []
     for _ in range(order):
         driven = decayed([*errors, np.zeros_like(w)], 1 / steps, decay)[-1] + (1 - decay) * w
-        end = recursion(np.array([1.0]), np.array([1.0, -decay]), driven, np.array([decay * w[0]]))
+        end, _ = lfilter([1.0], [1.0, -decay], driven, zi=np.array([decay * w[0]]))
         before = np.concatenate([[w[0]], end[:-1]])
         errors.append(before - w)
         mean = mean - steps * (end - before)

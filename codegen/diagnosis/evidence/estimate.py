@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from math import exp, hypot, log, pi, sqrt
 
 import numpy as np
-from scipy.special import fdtri, stdtrit
+from scipy.stats import f as fisher
+from scipy.stats import t as student
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.linear import inverse
@@ -87,7 +88,7 @@ def _widened(
     gap, half = inward(second) - here, 0.5 * (above - below)
     if not np.isfinite([gap, half, half2]).all():
         return ends
-    t = float(stdtrit(BLOCKS - 1, 0.5 + CONFIDENCE / 2))
+    t = float(student.ppf(0.5 + CONFIDENCE / 2, BLOCKS - 1))
     chance = (half**2 + half2**2) / t**2
     more = sqrt(share * (gap**2 + t**2 * max(0.0, gap**2 - chance)))
     below, above = here - hypot(here - below, more), here + hypot(above - here, more)
@@ -135,7 +136,7 @@ def _hull(some: Sequence[Values]) -> Values:
 def _intervals(fit: Fit, covariance: Array, freedom: int) -> list[Values]:
     """The refitted values, then those of each part, by Student's distribution of so many degrees of freedom."""
     trial = fit.trial
-    half_widths = float(stdtrit(freedom, 0.5 + CONFIDENCE / 2)) * np.sqrt(np.diag(covariance))
+    half_widths = float(student.ppf(0.5 + CONFIDENCE / 2, freedom)) * np.sqrt(np.diag(covariance))
     low, high = fit.theta - half_widths, fit.theta + half_widths
     k = len(trial.moved)
     ends_of = zip(trial.moved, fit.theta[:k], low[:k], high[:k], strict=True)
@@ -172,12 +173,12 @@ def wave_intervals(size: float, covariance: Array, freedom: int) -> tuple[Interv
     along = np.diag([np.sign(size) or 1.0, abs(size)])
     variances, axes = np.linalg.eigh(along @ covariance @ along)
     deviations = np.sqrt(np.maximum(variances, 0.0))
-    factor = float(stdtrit(freedom, 0.5 + CONFIDENCE / 2))
+    factor = float(student.ppf(0.5 + CONFIDENCE / 2, freedom))
     turn = np.linspace(0.0, 2 * np.pi, ELLIPSE, endpoint=False)
     x, y = axes @ (factor * deviations[:, None] * np.stack([np.cos(turn), np.sin(turn)]))
     radius, angle = np.hypot(abs(size) + x, y), np.arctan2(y, abs(size) + x)
     origin = axes.T @ np.array([-abs(size), 0.0]) / np.maximum(deviations, 1e-300)
-    if float(origin @ origin) <= 2 * float(fdtri(2, freedom, CONFIDENCE)):
+    if float(origin @ origin) <= 2 * float(fisher.ppf(CONFIDENCE, 2, freedom)):
         return (0.0, float(radius.max())), (-np.pi, np.pi)
     return (float(radius.min()), float(radius.max())), (float(angle.min()), float(angle.max()))
 

@@ -9,7 +9,7 @@ from math import exp, log1p
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
+from scipy.stats import chi2
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.acting_joint import joint_of_difference
@@ -108,7 +108,7 @@ class ForceGain:
         """
         k = max(parameters, 1)
         by_blocks = min(1.0, 2 * min(along_best(*self.score, k), self.where_large(k)))
-        return max(by_blocks, float(chdtrc(k, 2 * max(self.nats_added, 0.0))))
+        return max(by_blocks, float(chi2.sf(2 * max(self.nats_added, 0.0), k)))
 
     def where_large(self, fitted: int = 0) -> float:
         """P-value of the ratios in the blocks with the largest residuals, by a t test.

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import BSpline
 
 from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
@@ -337,29 +338,7 @@ def splines(z: Array, knots: int) -> Array:
     inner = inner[np.concatenate([[True], np.diff(inner) > 1e-6 * wide])]
     inner[-1] = max(inner[-1], float(z.max()))
     t = np.concatenate([[inner[0]] * DEGREE, inner, [inner[-1]] * DEGREE])
-    return _b_splines(np.clip(z, inner[0], inner[-1]), t)
-
-
-def _b_splines(z: Array, t: Array) -> Array:
-    """(N, m) values of B-splines of ``DEGREE`` on the knots t (m + DEGREE + 1,), by the recursion of Cox and de Boor.
-
-    Operations are in the order of ``scipy.interpolate.BSpline.design_matrix``, whose package takes long to import.
-    """
-    count = len(t) - DEGREE - 1
-    span = np.clip(np.searchsorted(t, z, side="right") - 1, DEGREE, count - 1)
-    values = np.zeros((len(z), DEGREE + 1))
-    values[:, 0] = 1.0
-    for degree in range(1, DEGREE + 1):
-        lower = values[:, :degree].copy()
-        values[:, 0] = 0.0
-        for k in range(degree):
-            right, left = t[span + k + 1], t[span + k + 1 - degree]
-            weight = np.divide(lower[:, k], right - left, out=np.zeros(len(z)), where=right != left)
-            values[:, k] += weight * (right - z)
-            values[:, k + 1] = weight * (z - left)
-    found = np.zeros((len(z), count))
-    np.put_along_axis(found, (span - DEGREE)[:, None] + np.arange(DEGREE + 1), values, axis=1)
-    return found
+    return np.asarray(BSpline.design_matrix(np.clip(z, inner[0], inner[-1]), t, DEGREE).toarray())
 
 
 def _thinned(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:

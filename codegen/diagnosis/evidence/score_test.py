@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import fdtrc
+from scipy.stats import f
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.credit import Evidence, evidence_of, in_blocks
@@ -88,7 +88,7 @@ def along_best(t: float, blocks: float, parameters: int) -> float:
     k = max(parameters, 1)
     if blocks <= k or t <= 0:
         return 1.0
-    return float(fdtrc(k, blocks - k, t**2 * (blocks - k) / (k * (blocks - 1))))
+    return float(f.sf(t**2 * (blocks - k) / (k * (blocks - 1)), k, blocks - k))
 
 
 def _beside_its_own(fit: Fit, change: Array, weights: Array) -> Array:

@@ -11,7 +11,7 @@ from math import erfc, exp, log1p, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtr
+from scipy.stats import t as student
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.linear import independent, limited
@@ -129,7 +129,7 @@ class Evidence:
         spread = self.signed - self.t**2
         if self.signed < 2:
             return 1.0
-        return float(stdtr(self.signed - 1, -self.t * sqrt((self.signed - 1) / max(spread, 1e-12))))
+        return float(student.sf(self.t * sqrt((self.signed - 1) / max(spread, 1e-12)), self.signed - 1))
 
 
 def random_signs(t: float) -> float:
@@ -221,7 +221,7 @@ def of_logarithms(ratios: Array) -> float:
     """
     if len(ratios) < LEAST_FAR or not ratios.std() > 0:
         return 1.0
-    return float(stdtr(len(ratios) - 1, -t_of_mean(ratios)))
+    return float(student.sf(t_of_mean(ratios), len(ratios) - 1))
 
 
 def t_of_mean(values: Array) -> float:

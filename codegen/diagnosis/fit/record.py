@@ -7,10 +7,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import find_objects, label
+from scipy.signal import butter, filtfilt
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.base.filters import forward_and_backward, highpass
 from codegen.diagnosis.fit.signals import LEAST_WINDOW, NOISE_WINDOWS, Motion
 from codegen.logs import Log
 
@@ -156,8 +157,7 @@ def record_of(motion: Motion, log: Log, shorter: float = 1.0) -> Record:
     length = max(LEAST_SAMPLES, round(shorter * PERIODS / (motion.cutoff_hz * h)))
     stretches = [(0, count)]
     if log.joints:  # records that may each be short: segments lie within them
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], usable.astype(np.int8), [0]])))
-        stretches = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+        stretches = [(one.start, one.stop) for (one,) in find_objects(label(usable)[0])]
         usual = round(float(np.median([stop - start for start, stop in stretches]))) if stretches else length
         length = max(LEAST_SAMPLES, min(length, usual // A_RECORD))
     found = ""
@@ -223,6 +223,7 @@ def position_noise(motion: Motion, log: Log) -> Array:
 def _fastest_noise(measured: Array) -> Array:
     """(n,) deviation of white noise above two fifths of the sample rate: the median over windows, without impacts."""
     windows = min(NOISE_WINDOWS, max(1, len(measured) // LEAST_WINDOW))
-    above = forward_and_backward(*highpass(4, 0.8), measured)
+    b, a = butter(4, 0.8, "high")
+    above = filtfilt(b, a, measured, axis=0)
     deviations = [np.std(part, axis=0) for part in np.array_split(above, windows)]
     return np.asarray(np.median(deviations, axis=0) / np.sqrt(0.2))

@@ -10,6 +10,7 @@ import casadi
 import numpy as np
 import sympy
 from numpy.typing import NDArray
+from scipy.ndimage import binary_closing, binary_opening, maximum_filter1d
 from scipy.optimize import lsq_linear
 
 from codegen.base.arrays import Array
@@ -169,11 +170,9 @@ def used_samples(system: System, motion: Motion, noise_speed: float = 0.0) -> ND
     rows = np.repeat(motion.usable[:, None], system.degrees_of_freedom, axis=1)
     for c in range(slip.shape[1]):
         threshold = max(STICK_SHARE * float(np.quantile(np.abs(slip[:, c]), 0.95)), noise_speed)
-        before = (longest + 1) // 2
-        after = longest - before
-        slow = _eroded(_dilated(np.abs(slip[:, c]) <= threshold, after, before), before, after)
-        still = _dilated(_eroded(slow, before, after), after, before)
-        widened = _dilated(still, reach, reach)
+        slow = binary_closing(np.abs(slip[:, c]) <= threshold, np.ones(longest + 1))
+        still = binary_opening(slow, np.ones(longest + 1))
+        widened = maximum_filter1d(still, 2 * reach + 1, mode="constant")
         for i in range(system.degrees_of_freedom):
             if system.distribution[i, c] != 0:
                 rows[:, i] &= ~widened
@@ -223,22 +222,6 @@ def residual_without_values(problem: Problem, system: System, slopes: Array, lim
 def contacts_on(system: System, i: int) -> list[int]:
     """Contacts whose friction acts on a coordinate."""
     return [c for c in range(system.distribution.shape[1]) if system.distribution[i, c] != 0]
-
-
-def _dilated(flags: NDArray[np.bool_], before: int, after: int) -> NDArray[np.bool_]:
-    """(N,) whether any flag from so many samples before to so many after is set."""
-    return np.asarray(_flagged(flags, before, after) > 0)
-
-
-def _eroded(flags: NDArray[np.bool_], before: int, after: int) -> NDArray[np.bool_]:
-    """(N,) whether all flags from so many samples before to so many after are set; none is beyond the ends."""
-    return np.asarray(_flagged(flags, before, after) == before + 1 + after)
-
-
-def _flagged(flags: NDArray[np.bool_], before: int, after: int) -> NDArray[np.int_]:
-    """(N,) numbers of flags that are set from so many samples before to so many after."""
-    total, here = np.concatenate([[0], np.cumsum(flags)]), np.arange(len(flags))
-    return np.asarray(total[np.minimum(here + after + 1, len(flags))] - total[np.maximum(here - before, 0)])
 
 
 def level_columns(system: System, motion: Motion, i: int) -> Array:

@@ -12,10 +12,10 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import butter, filtfilt
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.base.filters import forward_and_backward, lowpass
 from codegen.logs import Log
 
 ORDER = 4
@@ -84,13 +84,14 @@ class Motion:
 def low_pass(signals: Array, cutoff_hz: float, sample_time: float) -> Array:
     """Fourth-order Butterworth filter forward and backward: zero phase, −6 dB at the cutoff."""
     b, a = _butterworth(min(2 * cutoff_hz * sample_time, 0.95))
-    return forward_and_backward(b, a, signals, min(len(signals) - 1, 3 * max(len(a), len(b)) * 8))
+    return np.asarray(filtfilt(b, a, signals, axis=0, padlen=min(len(signals) - 1, 3 * max(len(a), len(b)) * 8)))
 
 
 @lru_cache(maxsize=16)
 def _butterworth(share: float) -> tuple[Array, Array]:
     """Numerator and denominator at this share of the Nyquist frequency, of which a diagnosis uses a few."""
-    return lowpass(ORDER, share)
+    b, a = butter(ORDER, share)
+    return b, a
 
 
 def is_resolved(period: float, x: Array, v: Array, used: NDArray[np.bool_], cutoff_hz: float) -> bool:

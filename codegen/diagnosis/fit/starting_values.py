@@ -18,9 +18,9 @@ import casadi
 import numpy as np
 import sympy
 from scipy.optimize import minimize, minimize_scalar
+from scipy.signal import lfilter
 
 from codegen.base.arrays import Array
-from codegen.base.filters import recursion
 from codegen.diagnosis.fit.force_rows import force_rows
 from codegen.diagnosis.fit.linear import fitted, solved
 from codegen.diagnosis.fit.output_error import Fit, mean_residuals, segment_cost, segment_weights
@@ -397,7 +397,7 @@ def resonances(
 def resonant(frequency: float, damping_ratio: float, acceleration: Array, motion: Motion) -> Array:
     """(N,) acceleration filtered by s²/(s² + 2ζω s + ω²), low-passed."""
     b, a = _resonant_filter(frequency, damping_ratio, motion.sample_time)
-    return motion.low_pass(recursion(b, a, acceleration)[:, None])[:, 0]
+    return motion.low_pass(lfilter(b, a, acceleration)[:, None])[:, 0]
 
 
 @lru_cache(maxsize=2 * len(FREQUENCIES) * len(DAMPING_RATIOS))

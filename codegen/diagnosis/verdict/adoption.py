@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtri
+from scipy.stats import norm
 
 from codegen.base.arrays import Array, Flags
 from codegen.diagnosis.evidence.estimate import CONFIDENCE, estimate
@@ -48,7 +48,7 @@ ALIKE = 0.25
 the parameter's deviation."""
 AGAIN, SETTLED = 5, 0.1
 """Most fits about values beyond a limit, and the change in standard errors at which they have settled."""
-HALF_WIDTH = float(ndtri(0.5 + CONFIDENCE / 2))
+HALF_WIDTH = float(norm.ppf(0.5 + CONFIDENCE / 2))
 
 
 @dataclass(frozen=True, eq=False)

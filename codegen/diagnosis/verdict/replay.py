@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import sympy
-from scipy.linalg import solve
+from scipy.signal import cont2discrete, lfilter
 
 from codegen.base.arrays import Array
-from codegen.base.filters import recursion
 from codegen.diagnosis.fit.residual import friction_estimate
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.results import Agreement
@@ -71,18 +70,8 @@ def compare_residuals(spec: Spec, system: System, motion: Motion) -> Agreement |
 
 def _second_order(signals: Array, bandwidth: float, h: float) -> Array:
     """ω²/(s² + 2ζωs + ω²): the observer's response from friction to its estimate, (4.36)."""
-    b, a = _bilinear_second_order(bandwidth, h)
-    start = signals[0] * np.array([[sum(b[1:]) - sum(a[1:])], [b[2] - a[2]]])
-    return recursion(b, a, signals, start)
-
-
-def _bilinear_second_order(bandwidth: float, h: float) -> tuple[Array, Array]:
-    """Numerator and denominator of the bilinear transform, by the state-space form in controller canonical form."""
-    states = np.array([[-2 * DAMPING * bandwidth, -(bandwidth**2)], [1.0, 0.0]])
-    entry, output = np.array([[1.0], [0.0]]), np.array([[0.0, bandwidth**2]])
-    implicit, unit = np.eye(2) - 0.5 * h * states, np.eye(2)
-    discrete, entry = solve(implicit, unit + 0.5 * h * states), solve(implicit, h * entry)
-    output = solve(implicit.T, output.T).T
-    through, a = 0.5 * np.dot(np.array([[0.0, bandwidth**2]]), entry), np.poly(discrete)
-    b = np.poly(discrete - np.dot(entry, output)) + (through[0] - 1) * a
-    return b, np.asarray(a, dtype=np.float64)
+    system = ([bandwidth**2], [1.0, 2 * DAMPING * bandwidth, bandwidth**2])
+    b, a, _ = cont2discrete(system, h, method="bilinear")
+    start = signals[0] * np.array([[sum(b[0][1:]) - sum(a[1:])], [b[0][2] - a[2]]])
+    filtered, _ = lfilter(b[0], a, signals, axis=0, zi=start)
+    return np.asarray(filtered)

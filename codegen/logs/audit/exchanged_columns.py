@@ -11,6 +11,7 @@ from dataclasses import replace
 from itertools import combinations, permutations
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from codegen.base.arrays import Array
 from codegen.base.errors import Place
@@ -121,8 +122,6 @@ def _integrated(log: Log, balance: Balance) -> tuple[float, tuple[int, ...]]:
     """
     if log.velocities is not None:
         return 1.0, ()
-    from scipy.integrate import cumulative_trapezoid  # imported here: few logs need it
-
     n = log.positions.shape[1]
     found = []
     for group in dict.fromkeys([*((j,) for j in range(n)), tuple(range(n))]):
