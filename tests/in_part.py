@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Sequence
 from typing import Any
 
@@ -32,3 +33,8 @@ def drawn(few: int, many: int) -> pytest.MarkDecorator:
     A bound on a rate is then to be computed from ``draws``, as by ``scipy.stats.binom``.
     """
     return pytest.mark.parametrize("draws", in_part([few, many], [few]))
+
+
+def examples(count: int) -> int:
+    """``max_examples`` of a property: a quarter in `make test`, where they are the same each time; all in check-all."""
+    return count if os.environ.get("HYPOTHESIS_PROFILE") == "random" else count // 4

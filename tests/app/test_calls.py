@@ -239,21 +239,23 @@ def test_ascii_terminal(folder):
     assert "Traceback" not in result.err and result.code == 0
 
 
+SAID = [
+    ("derive", ONE),
+    ("verify", GENERATED / "one_mass_dfo"),
+    ("check", SPECS / "no_such.yaml"),
+    ("--help",),
+    ("derive", ONE, "--json"),
+    ("verify", GENERATED / "one_mass/certificate.json"),
+    ("verify", GENERATED / "one_mass_dfo/sliding.json", "--json"),
+    ("effects",),
+    ("verify", "--help"),
+    ("no_such_verb",),
+]
+
+
 @pytest.mark.parametrize("closed", ["stdout", "stderr"])
 @pytest.mark.parametrize(
-    "arguments",
-    [
-        ("derive", ONE),
-        ("derive", ONE, "--json"),
-        ("verify", GENERATED / "one_mass/certificate.json"),
-        ("verify", GENERATED / "one_mass_dfo/sliding.json", "--json"),
-        ("verify", GENERATED / "one_mass_dfo"),
-        ("check", SPECS / "no_such.yaml"),
-        ("effects",),
-        ("--help",),
-        ("verify", "--help"),
-        ("no_such_verb",),
-    ],
+    "arguments", [one if one in SAID[:4] else pytest.param(one, marks=pytest.mark.slow) for one in SAID]
 )
 def test_reader_that_goes_away(arguments, closed, folder):
     """As of `stiction ... | head -0`: nothing is said of it, whatever the verb had to say."""

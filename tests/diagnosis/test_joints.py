@@ -33,6 +33,7 @@ from codegen.diagnosis.verdict.force_selection import ForceSelection
 from codegen.logs import Log
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
+from tests.in_part import in_part
 
 ARM = """name: arm
 urdf: {file: arm.urdf%s}
@@ -234,16 +235,16 @@ SPRING = "{kind: spring, on: [q_1], parameters: {k: 6}}"
 OBJECTION = "but the residual force shows no offset"
 
 
-@pytest.mark.parametrize(
-    ("missing", "beside", "objection", "named"),
-    [
-        (f"{DRAG}, {SPRING}", None, "", ["viscous", "spring"]),
-        (DRAG, None, "", ["viscous"]),
-        (f"{DRAG}, {SPRING}", "offset", "", ["viscous", "offset"]),
-        (f"{DRAG}, {SPRING}", "offset", OBJECTION, ["viscous", "spring"]),
-        (DRAG, "offset", OBJECTION, ["viscous", "offset"]),
-    ],
-)
+NAMED = [
+    (f"{DRAG}, {SPRING}", None, "", ["viscous", "spring"]),
+    (DRAG, None, "", ["viscous"]),
+    (f"{DRAG}, {SPRING}", "offset", OBJECTION, ["viscous", "spring"]),
+    (f"{DRAG}, {SPRING}", "offset", "", ["viscous", "offset"]),
+    (DRAG, "offset", OBJECTION, ["viscous", "offset"]),
+]
+
+
+@pytest.mark.parametrize(("missing", "beside", "objection", "named"), in_part(NAMED, NAMED[:3], several=True))
 def test_joints_have_the_effects_of_free_runs_or_of_the_force_each_for_itself(
     missing: str,
     beside: str | None,

@@ -92,6 +92,7 @@ def test_an_inertia_is_unseen_at_constant_speed_and_damping_is_not_asked(tmp_pat
         assert unseen_inertias(Problem(system_of(spec), motion, {spec.symbol("b"): 0.3})) == []
 
 
+@pytest.mark.slow  # in make test it is told which inertia is unseen
 def test_a_log_at_constant_speed_keeps_the_declared_mass(tmp_path: Path) -> None:
     """The noise of w moves a heavier model less: 3.8 kg were written, and of a gantry 15 kg where 12 are true."""
     spec, log = steady(tmp_path)

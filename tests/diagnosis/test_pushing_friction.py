@@ -8,7 +8,6 @@ import pytest
 
 from codegen.effects import CATALOGUE
 from tests.diagnosis.stage import among, diagnosed, stage, system_of
-from tests.in_part import in_part
 
 FEW = ("offset", "coulomb_asymmetry", "viscous")
 
@@ -18,7 +17,8 @@ def test_neither_level_is_negative(d: float, physical: bool) -> None:
     assert CATALOGUE["coulomb_asymmetry"].admissible(system_of(stage()), 0, {"d": d}) == physical
 
 
-@pytest.mark.parametrize("kinds", in_part([(), FEW], [FEW]))
+@pytest.mark.slow  # in make test it is the level that is not admissible
+@pytest.mark.parametrize("kinds", [(), FEW])
 def test_a_force_above_the_level_is_an_offset(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """A payload on a vertical axis was named an asymmetry of 43 N on friction of 29 N."""
     with among(*kinds):

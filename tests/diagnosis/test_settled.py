@@ -14,7 +14,6 @@ from codegen.diagnosis.fit.credit import free_runs_settle
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, log_of, system_of
-from tests.in_part import in_part
 
 
 @pytest.mark.parametrize(
@@ -44,7 +43,8 @@ def slowly_filtered(effects: str, reference: str) -> Spec:
 FEW = ("stribeck", "viscous")
 
 
-@pytest.mark.parametrize("kinds", in_part([(), FEW], [FEW]))
+@pytest.mark.slow  # in make test it is the rule alone
+@pytest.mark.parametrize("kinds", [(), FEW])
 def test_a_stribeck_peak_that_the_filter_blurs_is_found(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     """The stage passes a peak of 0.01 m/s in 10 to 20 ms at each reversal, and the filter of the force residual lets 8
     Hz pass: with the true peak that residual is larger on the held-out log. The free runs are at the noise.

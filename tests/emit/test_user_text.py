@@ -32,6 +32,7 @@ from codegen.program.lower import lower
 from codegen.report.page import Page, rendered
 from codegen.spec import parse_spec
 from codegen.spec.units import parse_unit
+from tests.in_part import examples
 
 from .lexers import LEXERS, c, cmake, html, make, smt, xml
 
@@ -337,7 +338,7 @@ UNIT_SIGNS = st.lists(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(UNIT_SIGNS.map("".join))
 def test_units_are_printed_as_they_are_or_refused(text: str) -> None:
     try:

@@ -22,6 +22,7 @@ from codegen.base.errors import BadInput
 from codegen.logs import read_log, read_logs
 from codegen.logs.formats import source as log_source
 from codegen.logs.formats.numpy_file import LONGEST_HEADER, read_member
+from tests.in_part import examples
 from tests.told import refused
 
 FIELDS = "[('t', '<f8'), ('x', '<f8'), ('w', '<f8')]"
@@ -100,7 +101,7 @@ def test_the_header_that_numpy_writes(version):
     assert header.table() == dtype and header.rows == 7 and header.offset == stream.getbuffer().nbytes - array.nbytes
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(150), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.text(alphabet="{}[](),:' \"\\<>|=fiubOU0123456789descrfotan_hpT", max_size=120), st.sampled_from([1, 2, 3]))
 @example(described(), 1)
 def test_any_header(tmp_path, spec, header, version):

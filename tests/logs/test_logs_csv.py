@@ -10,6 +10,7 @@ from slider_log import rows, write_csv
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_log
+from tests.in_part import examples
 from tests.told import refused, tells
 
 
@@ -149,7 +150,7 @@ def test_repeated_rows(tmp_path, spec):
     assert np.abs(log.positions).max() < 0.2
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(300), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.one_of(st.binary(max_size=300), st.text(max_size=300).map(lambda s: s.encode("utf-8", "surrogatepass"))))
 def test_any_bytes(tmp_path, spec, data):
     for head in (b"", b"t,x,w\n", b"t,x,w\n0,1,2\n1,2,3\n"):
@@ -167,7 +168,7 @@ FIELDS = st.sampled_from(
 )
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(300), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(FIELDS, FIELDS, FIELDS), max_size=12), st.sampled_from([",", ";", "\t"]))
 def test_any_table(tmp_path, spec, table, delimiter):
     text = "\n".join(delimiter.join(r) for r in [("t", "x", "w"), *table])

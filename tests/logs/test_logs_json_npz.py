@@ -18,6 +18,7 @@ from slider_log import rows
 from codegen.base.errors import BadInput
 from codegen.logs import FORMATS, read_log
 from codegen.logs.formats import source as log_source
+from tests.in_part import examples
 from tests.told import refused, tells
 
 MADE = {name: values[:200] for name, values in rows().items()}
@@ -126,7 +127,7 @@ VALUES = st.recursive(
 )
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(100), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(VALUES)
 def test_any_json(tmp_path, spec, content):
     (tmp_path / "f.json").write_text(json.dumps(content))
@@ -236,7 +237,7 @@ def test_an_archive_is_counted_before_it_is_unpacked(tmp_path, spec, monkeypatch
         read_log(tmp_path / "a.npz", spec)
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(150), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, 1 << 30), st.binary(min_size=1, max_size=8))
 def test_any_damage_to_an_archive(tmp_path, spec, at, patch):
     data = bytearray(archive({f"{n}.npy": array(v[:20]) for n, v in MADE.items()}))

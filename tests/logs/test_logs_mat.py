@@ -15,6 +15,7 @@ from codegen.base.errors import BadInput
 from codegen.logs import read_log
 from codegen.logs.formats import mat_file
 from codegen.logs.formats.mat_file import variables
+from tests.in_part import examples
 from tests.told import refused, tells
 
 
@@ -80,7 +81,7 @@ def test_format_7_3_and_garbage(tmp_path, spec):
         read_log(tmp_path / "b.mat", spec)
 
 
-@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(400), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_any_damage(tmp_path, spec, data):
     path = tmp_path / "f.mat"
@@ -99,7 +100,7 @@ def test_any_damage(tmp_path, spec, data):
         assert "\n" not in str(error)
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=examples(200), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.binary(max_size=400), st.sampled_from([b"", b"M" * 124 + b"\x00\x01IM", b"M" * 124 + b"\x01\x00MI", b"\0\0\0\0"])
 )

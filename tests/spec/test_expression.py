@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from codegen.base.errors import BadInput, Place
 from codegen.spec.expression import exact_number, parse_expression
 from codegen.spec.model import symbol
+from tests.in_part import examples
 from tests.told import refused, tells
 
 PLACE = Place("machine.yaml", 7, "force[0]")
@@ -77,7 +78,7 @@ def text_of(tree: Any, least: int = 0) -> str:
     return f"({words})" if own < least else words
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 @given(TREES)
 def test_arithmetic_is_exact_and_binds_as_in_python(tree: Any) -> None:
     right, words = value(tree), text_of(tree)
@@ -277,7 +278,7 @@ def test_a_longer_number_is_what_the_nearest_double_prints(number: Any) -> None:
     assert Fraction(int(found.p), int(found.q)) == Fraction(repr(double))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(st.text(alphabet="x1v+-*/().,^e 0123456789_[]{}:='\"\\\n√π²sincoqrt", max_size=40))
 def test_any_text_is_an_expression_or_bad_input(words: str) -> None:
     try:

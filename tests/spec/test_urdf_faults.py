@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from codegen.base.errors import BadInput, Place
 from codegen.spec import parse_spec
 from codegen.spec.urdf import identifier, read_kinematic_tree
+from tests.in_part import examples
 from tests.told import tells
 
 ARM = """<robot name="arm">
@@ -210,7 +211,7 @@ def test_the_hash_of_a_spec_counts_its_robot_file(tmp_path: Path) -> None:
     assert hashes[0] != hashes[1] and files[0] == files[1]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(st.data())
 def test_a_damaged_file_is_bad_input_or_a_robot(tmp_path_factory, data) -> None:
     """Words taken out or put elsewhere: never another exception than BadInput."""
