@@ -15,6 +15,7 @@ import sympy
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.input_timing import acting_earlier, input_leads
+from codegen.diagnosis.evidence.late_speed import late_speeds
 from codegen.diagnosis.evidence.residual_regression import inertia_noise
 from codegen.diagnosis.evidence.unseen_inertia import moves_one_way, not_refitted, unseen_inertias
 from codegen.diagnosis.fit.measure import drive_force
@@ -106,16 +107,26 @@ def case_of(spec: Spec, system: System, log: Log, test_log: Log | None, material
         findings["train"] += not_refitted(problem, unseen)
         deviations = {s: size for s, size in deviations.items() if s not in unseen}
         problem = replace(problem, deviation=deviations)
+    late, timing = late_speeds(problem, log)
+    findings["train"] += timing
+    if late:
+        log, test_log = _with_leads(log, test_log, dict.fromkeys(range(len(system.inputs)), -late))
+        motion = smoothed(log, system)
+        problem = Problem(system, _restrict(motion, split), deviations)
     leads, timing = input_leads(problem, log)
     findings["train"] += timing
     if leads:
-        log = acting_earlier(log, leads)
-        test_log = None if test_log is None else acting_earlier(test_log, leads)
+        log, test_log = _with_leads(log, test_log, leads)
         motion = smoothed(log, system)
         problem = Problem(system, _restrict(motion, split), deviations)
     other = motion if test_log is None else smooth_motion(test_log, motion.cutoff_hz, SHORTEST_TEST_S)
     window = slice(split if test_log is None else 0, len(other.time))
     return Case(spec, log, test_log, motion, problem, Problem(system, other, {}), window, findings, material)
+
+
+def _with_leads(log: Log, test_log: Log | None, leads: Mapping[int, float]) -> tuple[Log, Log | None]:
+    """Both logs with the inputs as they act if each leads by so many rows."""
+    return acting_earlier(log, leads), None if test_log is None else acting_earlier(test_log, leads)
 
 
 def smoothed(log: Log, system: System) -> Motion:

@@ -1,0 +1,73 @@
+"""Speeds that a drive computes as differences of positions: which difference, and whether it is late.
+
+A difference over n rows is the speed n/2 rows before. No force balance tells it from an input that acts as much later,
+but the noise does: that of q(t) − q(t − n h) is e_k − e_(k−n), whose autocorrelation is −1/2 at lag n.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.evidence.input_timing import LEAST, SURE, USUAL, lead_of
+from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.signals import low_pass
+from codegen.logs import Finding, Log
+
+LONGEST = 40
+"""Most rows of a difference."""
+ABOVE = 0.1
+"""Frequency over the sample rate above which a speed is taken as noise."""
+AT_LAG, ELSEWHERE = (-0.62, -0.42), 0.32
+"""Range of the autocorrelation at the lag of the difference, and most of its size at other lags."""
+OUTLIERS = 4.0
+"""Limit of the noise in medians of its size, for impacts and spikes."""
+CENTRAL = 2
+"""Rows of a central difference, which is not late; so one over as many rows is not taken as late."""
+
+
+def rows_of_difference(speed: Array, h: float) -> int:
+    """Over how many rows a logged speed (N,) is a difference of positions, by its noise; 0 if its noise is another."""
+    noise = speed - low_pass(speed, ABOVE / h, h)
+    cut = len(noise) // 20
+    noise = noise[cut : len(noise) - cut]
+    limit = OUTLIERS * float(np.median(np.abs(noise)))
+    noise = np.clip(noise, -limit, limit)
+    power = float(noise @ noise) / len(noise)
+    if len(noise) < 10 * LONGEST or not power:
+        return 0
+    by_lag = np.array([noise[k:] @ noise[:-k] / (len(noise) - k) / power for k in range(1, LONGEST + 1)])
+    n = int(np.argmin(by_lag))
+    others = np.delete(by_lag, n)
+    return n + 1 if AT_LAG[0] <= by_lag[n] <= AT_LAG[1] and np.abs(others).max() <= ELSEWHERE else 0
+
+
+def late_speeds(problem: Problem, log: Log) -> tuple[float, tuple[Finding, ...]]:
+    """By how many rows the motion is logged late, and the finding; 0 where the noise or the inputs do not say so.
+
+    For logs whose positions are all integrals of speeds that are differences over the same number of rows, where every
+    input acts at least as late, up to the lead of an input that is logged late itself.
+    """
+    velocities = [v.name for v in problem.system.velocities]
+    integrated = log.intake.integrated
+    unknown = log.intake.resampled or log.velocities is None or not integrated or not all(integrated)
+    if unknown or log.velocities is None or problem.system.actuators or set(velocities) & set(log.description.late):
+        return 0.0, ()
+    found = {rows_of_difference(column, log.sample_time) for column in log.velocities.T}
+    n = found.pop()
+    if found or n in (0, CENTRAL):
+        return 0.0, ()
+    leads = [lead_of(problem, k) for k in range(len(problem.system.inputs))]
+    for lead in leads:
+        if not (-lead.rows > max(SURE * lead.deviation, LEAST) and lead.rows + n / 2 <= USUAL[-1] + LEAST):
+            return 0.0, ()
+    names, by = ", ".join(velocities), f"{1e3 * n / 2 * log.sample_time:.3g} ms"
+    key = ", ".join(f"{v}: {by}" for v in velocities)
+    words = (
+        f"The noise of {names} is that of a difference of positions over {n} {'row' if n == 1 else 'rows'}, which is "
+        f"{by} late, and the motion follows the inputs at least as late. So the inputs are taken {by} later, as "
+        f"`late: {{{key}}}` in meta.yaml beside the log would take the speed earlier. If the speed is not late, say "
+        f"`late: {{{key.replace(by, '0 s')}}}`."
+    )
+    figures = {"rows": float(n), "lead": max(lead.rows for lead in leads)}
+    return n / 2, (Finding("warning", f"timing of {names}", words, figures),)
