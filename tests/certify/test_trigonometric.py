@@ -17,7 +17,7 @@ from codegen.certify.prefix import to_prefix
 from codegen.certify.trigonometric import over_angles
 from codegen.checker import covered, kernel, verify
 from tests.checker.test_verify import certificate
-from tests.in_part import in_part
+from tests.in_part import drawn, in_part
 
 from .certified import fall, step_matrix
 from .test_refute import spectral
@@ -34,10 +34,11 @@ def largest_ratio(step: Any, p: Any) -> float:
     return float(np.linalg.eigvalsh(root @ step.T @ p @ step @ root.T)[-1])
 
 
-def test_v_of_the_arm_falls_at_every_point_and_hardly_faster_than_stated() -> None:
+@drawn(120, 720)
+def test_v_of_the_arm_falls_at_every_point_and_hardly_faster_than_stated(draws: int) -> None:
     """On a dense grid of the elbow's angle, at every end of the speeds and signs."""
     worst = 0.0
-    for theta in np.linspace(-math.pi, math.pi, 720):
+    for theta in np.linspace(-math.pi, math.pi, draws):
         for k in range(16):
             w1, w2, s1, s2 = (1 if k >> i & 1 else -1 for i in range(4))
             at = {"omega1": 0.3 * w1, "omega2": 0.3 * w2, "s_elbow": s1, "s_shoulder": s2, "theta2": theta}
