@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import io
 import math
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from unittest.mock import patch
 
 from tests.app.command import stiction
 
@@ -57,12 +61,16 @@ def write_files(text: str, folder: Path) -> None:
 
 
 def run(command: str, status: int = 0) -> str:
-    """What a command prints that ends in this status; `stiction` in this process, `python` by this interpreter,
-    everything else by the shell.
+    """What a command prints that ends in this status; `stiction` and a script of `python` in this process, everything
+    else by the shell.
     """
     words = shlex.split(command)
     if words[0] == "python":
-        command = shlex.join([sys.executable, *words[1:]])
+        assert status == 0
+        said = io.StringIO()
+        with patch.object(sys, "argv", words[1:]), redirect_stdout(said), redirect_stderr(said):
+            runpy.run_path(words[1], run_name="__main__")
+        return said.getvalue()
     if words[0] == "stiction":
         result = stiction(*words[1:])
         assert result.code == status, f"{command}: {result.code}, {result.err}"

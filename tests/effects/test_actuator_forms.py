@@ -121,7 +121,7 @@ def test_wrong_parameters_are_refused(kind: str, parameters: str, told: str) -> 
 
 
 ALL: tuple[str, ...] = ()
-FEW = ("dead_zone", "saturation", "backlash", "actuator_lag", "input_delay", "input_gain", "viscous", "offset")
+FEW = ("dead_zone", "saturation", "actuator_lag", "input_gain", "viscous")
 FORMS = [
     ("dead_zone", "threshold", 5.0, "N", FEW),
     ("dead_zone", "threshold", 5.0, "N", ALL),

@@ -157,7 +157,7 @@ def expected() -> dict[str, list[str]]:
     return streams(files(PLAIN))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @example("*\\\n/ int x; /\\\n*")
 @example('x"""; import os; """y.yaml')
 @example("x\nexecute_process(COMMAND touch x)\n#")
@@ -219,7 +219,7 @@ def test_python_sees_no_more_than_a_string() -> None:
         assert [k for _, k in eval(f"[{','.join(lines)}]")] == list(range(len(WORST)))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(TEXTS)
 def test_tokens_of_xml_do_not_depend_on_it(text: str) -> None:
     """The description of an FMU: names, units and meanings."""
@@ -280,7 +280,7 @@ def test_tokens_of_the_report_do_not_depend_on_it(text: str) -> None:
     assert html(page) == html(report("a"))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(TEXTS)
 def test_tokens_of_smt_lib_do_not_depend_on_it(text: str) -> None:
     content = json.loads((ROOT / "generated" / "one_mass" / "certificate.json").read_text(encoding="utf-8"))
@@ -306,7 +306,7 @@ def test_a_file_name_is_reduced_or_refused(text: str) -> None:
     assert make_header(text, "", "").spec_file.raw == name
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 @given(TEXTS, st.sampled_from(["name", "coordinate", "velocity", "input", "parameter", "contact"]))
 def test_names_are_ascii_identifiers_or_refused(text: str, of: str) -> None:
     """So no name is another one after Python has normalised it, and none holds a sign of any language."""

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from codegen.mechanics import System
+from tests.in_part import examples
 
 from .forms import ARM_CONSTRAINTS, CART_CONSTRAINTS, SPECS, TWO_MASS_TOPOLOGY, read, swapped
 
@@ -69,7 +70,7 @@ def test_the_ranges_of_the_documentation_are_the_shipped_chain() -> None:
     assert block in (SPECS / "chain.yaml").read_text("utf-8")
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.integers(1, 5), st.data())
 def test_lemma_a_1(n: int, data: st.DataObject) -> None:
     """U A sgn(U'v) against the sum (A.7), force by force, for random masses, contacts and velocities."""
@@ -191,7 +192,7 @@ def complex_jacobian(f: Any, x: Any) -> Any:
     return np.array([np.imag(f(np.array(x) + 1e-30j * e)) / 1e-30 for e in np.eye(len(x))]).T
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.lists(st.floats(-1, 1), min_size=5, max_size=5))
 def test_constraints_against_numpy(numbers: list[float]) -> None:
     """(A.58), (A.64)–(A.66) of the cart with its bob; dT/dt from differences of T along v (central, 1e-5: 1e-9)."""
@@ -251,7 +252,7 @@ def energies(x: Any, v: Any) -> Any:
     return kinetic + 0.75 * s**2 * 1.69 * np.sin(q) ** 2, 20 * s**2 - 2 * np.cos(q)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.lists(st.floats(-1, 1), min_size=6, max_size=6))
 def test_lagrange_against_differences_of_the_energies(numbers: list[float]) -> None:
     """d/dt ∂L/∂v − ∂L/∂x = M a − g along x + v t + a t²/2, with terms linear in v and free of it; central, 1e-5."""

@@ -19,6 +19,7 @@ from codegen.mechanics.solve import factorised, solve_symmetric
 from codegen.spec import parse_spec
 from codegen.spec.expression import parse_expression
 from codegen.spec.model import symbol
+from tests.in_part import examples
 from tests.machines import bare_machine
 from tests.observers.hands import HANDS, magnitude
 from tests.told import tells
@@ -84,7 +85,7 @@ def test_casadi_gives_what_numpy_gives(words: str) -> None:
         assert found == pytest.approx(FORMS[words](x, v), rel=1e-13, abs=1e-15)  # a few roundings
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.integers(1, 7), st.integers(0, 2**32 - 1), st.floats(0.0, 0.8))
 def test_the_unrolled_solve_is_the_solve(n: int, seed: int, sparsity: float) -> None:
     """Random positive definite M, with structural zeros, against LAPACK: to 1e-15 times condition number times n."""

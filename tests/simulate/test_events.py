@@ -14,7 +14,7 @@ from codegen.simulate.event_plant import EventPlant
 from codegen.simulate.mode_search import Limits, NoMode, find_mode
 from codegen.simulate.observed_loop import run_loop
 from codegen.simulate.plant import simulate_open_loop
-from tests.in_part import in_part
+from tests.in_part import examples, in_part
 from tests.machines import SPRING_MASS, arm, one_mass, read_machine, two_mass
 from tests.told import tells
 
@@ -65,7 +65,7 @@ def by_events(system, time, w, x0=None):
     return np.array(states), np.array(forces), plant
 
 
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=examples(60))
 @given(seed=st.integers(0, 10**6), count=st.integers(1, 4), scale=st.floats(0.1, 30))
 def test_the_mode_at_rest_is_the_one_that_dissipation_chooses(seed: int, count: int, scale: float):
     # Coulomb at rest: λ minimises ½ λ'Aλ − free'λ over its box, a convex problem that SciPy solves with no modes.
