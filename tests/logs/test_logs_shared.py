@@ -11,6 +11,7 @@ from scipy.io import loadmat
 
 from codegen.logs import preflight, read_log
 from codegen.spec.reader import parse_spec, read_spec
+from tests.in_part import in_part
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 CASES = sorted((SHARED / "practice").glob("*/case_*"))
@@ -20,8 +21,9 @@ few = CASES[::9]
 
 @needs_shared
 @pytest.mark.parametrize("tier", ["standard", "hard"])
-def test_practice_logs(tier):
-    for case in (c for c in CASES if c.parent.name == tier):
+@pytest.mark.parametrize("every", in_part([6, 1], [6]))
+def test_practice_logs(tier, every):
+    for case in [c for c in CASES if c.parent.name == tier][::every]:
         spec = read_spec(case / "spec.yaml")
         log = read_log(case / "train.csv", spec)
         header = (case / "train.csv").open().readline().strip().split(",")
@@ -41,7 +43,7 @@ def test_practice_logs(tier):
 
 
 @needs_shared
-@pytest.mark.parametrize("case", few, ids=lambda c: f"{c.parent.name}-{c.name}")
+@pytest.mark.parametrize("case", in_part(few, few[::3]) if few else [], ids=lambda c: f"{c.parent.name}-{c.name}")
 def test_practice_preflight(case, tmp_path):
     spec = read_spec(case / "spec.yaml")
     assert not [f for f in preflight(read_log(case / "train.csv", spec), spec) if f.severity == "problem"]
