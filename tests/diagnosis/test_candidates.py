@@ -144,6 +144,22 @@ def test_what_is_left_is_negligible_below_the_least_force_of_an_effect(k: float,
     assert misfit(base) == pytest.approx(share, rel=0.5)
 
 
+def test_periods_are_sought_in_what_the_effects_found_leave(tmp_path: Path) -> None:
+    """Beside a spring, the periods of a cogging were those of the residual without the spring."""
+    both = "[{kind: spring, on: x, parameters: {k: 300}}, "
+    both += "{kind: cogging, on: x, parameters: {amplitude: 0.8, period: 0.083, phase: 1}}]"
+    log = log_of(stage(both), tmp_path, "train.csv")
+    motion = smooth_motion(log)
+    found = search_on(Problem(system_of(stage()), motion, {}), lambda share: record_of(motion, log, share))
+    spring, cogging = (part_of(CATALOGUE[kind], 0, found.system) for kind in ("spring", "cogging"))
+    base = found.refit()
+    base = found.with_parts(base, base.values[0], [spring], [{"k": 300.0}])
+    tried = CandidateFits(found, base, (cogging,), lambda share: None)
+    periods = tried.covered(cogging).periods()
+    within = 0.25 / np.ptp(motion.positions)  # a quarter of what the span resolves
+    assert min(abs(1 / p - 1 / 0.083) for p in periods) < within, periods
+
+
 def test_a_fit_whose_slopes_are_not_read_is_the_same_with_fewer_free_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

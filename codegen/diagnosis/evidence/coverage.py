@@ -38,7 +38,7 @@ class Survey:
     """The data from which the ranges of all candidates are computed.
 
     Attributes:
-        residual: (N, n) force residual of the refitted model.
+        residual: (N, n) force residual of the refitted model, with the effects that were found.
         drive: (N, n) low-passed drive force.
         mass, distribution: M and U at the mean position.
     """
@@ -95,8 +95,8 @@ class Survey:
         return found
 
 
-def survey(system: System, motion: Motion) -> Survey:
-    """The survey of a system with refitted values."""
+def survey(system: System, motion: Motion, model: System | None = None) -> Survey:
+    """The survey of a system with refitted values; ``model``: the same with the effects that were found."""
     middle = dict(zip(system.positions, motion.positions[motion.usable].mean(axis=0), strict=True))
 
     def numbers(matrix: Matrix) -> Array:
@@ -105,7 +105,7 @@ def survey(system: System, motion: Motion) -> Survey:
     return Survey(
         system,
         motion,
-        inverse_dynamics_residual(system, motion),
+        inverse_dynamics_residual(model or system, motion),
         motion.low_pass(drive_force(system, motion)),
         numbers(system.mass_matrix),
         numbers(system.distribution),

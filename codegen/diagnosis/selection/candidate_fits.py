@@ -171,7 +171,7 @@ class CandidateFits:
         self.least_gain = 0.0
         names = [s.name for s in self.search.moved]
         refit = with_values(self.search.system, dict(zip(names, self.levels, strict=True)))
-        self.survey = survey(refit, self.search.motion)
+        self.survey = survey(refit, self.search.motion, self.base.model)
 
     def promising(self, indices: Sequence[int]) -> list[int]:
         """Indices of the parts that are fitted: the best by the gain of one linear step from their best start.
