@@ -29,7 +29,7 @@ from codegen.mechanics.sparse import jacobian
 from codegen.observers import build_observer
 from codegen.spec import parse_spec, read_spec
 from codegen.spec.functions import Magnitude
-from tests.in_part import in_part
+from tests.in_part import drawn, in_part
 from tests.machines import ONE_MASS, machine
 from tests.told import refused
 
@@ -224,7 +224,8 @@ def analysis_of(kind: str, gains: str, name: str, h: float) -> Analysis:
     return analyse(spec, build_observer(spec, system))
 
 
-def test_the_thesis_conditions_of_the_cfo() -> None:
+@drawn(120, 500)
+def test_the_thesis_conditions_of_the_cfo(draws: int) -> None:
     """(3.19): on a mass without other forces Ψ is stable just when k_v > 0 and k_F > 0."""
     text = ONE_MASS.replace("w - b*v - k*x", "w") + (
         "observer: {kind: cfo, velocity: estimated, gains: {K_F: 10, K_v: 100}, sample_time: 0.001}\n"
@@ -236,7 +237,7 @@ def test_the_thesis_conditions_of_the_cfo() -> None:
     assert found.polynomial == (1, k_v, k_f * k_v / m)  # s² + k_v s + k_F k_v of section 3.4.1, with its unit mass as m
     # and the sampled conditions are those of |z² − (2 − h k_v) z + 1 − h k_v + h² k_F k_v/m|, by Jury's own table
     h = 0.001
-    for k_f_value, k_v_value in np.random.default_rng(0).uniform([-500, -500], [3e6, 4500], (500, 2)):
+    for k_f_value, k_v_value in np.random.default_rng(0).uniform([-500, -500], [3e6, 4500], (draws, 2)):
         b, c = -(2 - h * k_v_value), 1 - h * k_v_value + h * h * k_f_value * k_v_value / 1.7
         by_table = 1 + b + c > 0 and 1 - b + c > 0 and c < 1
         at = {k_f: k_f_value, k_v: k_v_value, m: 1.7, sympy.Symbol("h", real=True): h}

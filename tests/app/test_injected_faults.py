@@ -36,6 +36,7 @@ import codegen.logs.motion
 import codegen.spec.yaml_text
 from codegen.base.errors import InternalError
 from stiction import derive
+from tests.in_part import in_part
 
 from .command import COMMAND, SPECS, is_one_message, stiction
 
@@ -298,8 +299,12 @@ def test_a_nearly_singular_mass_matrix(tmp_path, monkeypatch, verb):
 UNWRITABLE = "error: standard output: cannot be written (%s); expected room for a result\n"
 
 
-@pytest.mark.parametrize("unbuffered", ["", "1"])
-@pytest.mark.parametrize("verb", [("version",), ("check", "absent.yaml", "--json")])
+WRITTEN = [
+    (verb, unbuffered) for verb in (("version",), ("check", "absent.yaml", "--json")) for unbuffered in ("", "1")
+]
+
+
+@pytest.mark.parametrize(("verb", "unbuffered"), in_part(WRITTEN, WRITTEN[::3], several=True))
 def test_standard_output_that_cannot_be_written(made, verb, unbuffered):
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
