@@ -19,6 +19,8 @@ from codegen.spec.functions import Magnitude, Sgn
 
 MANY_WAVES = 4
 """Least number of sines and cosines of multiples of one angle that are built by the addition theorem."""
+_TOGETHER, _SHORT, _MANY = 4, 150, 5000
+"""Points for which a function of at most so many operations is written out, if it is evaluated at so many rows."""
 _ROWS = 200
 """Rows that ``over_rows`` evaluates per call: few enough that arguments and results stay in the processor's cache."""
 
@@ -137,7 +139,7 @@ def over_rows(function: casadi.Function, rows: Array) -> Array:
     arguments = np.zeros((padded, function.size1_in(0)))
     arguments[:count], arguments[count:] = rows, rows[-1:]
     results = np.empty((padded, width))
-    buffer, evaluate = _mapped(function, size).buffer()
+    buffer, evaluate = _mapped(function, size, count >= _MANY).buffer()
     for k in range(0, padded, size):
         buffer.set_arg(0, arguments[k : k + size].data)
         buffer.set_res(0, results[k : k + size].data)
@@ -146,9 +148,17 @@ def over_rows(function: casadi.Function, rows: Array) -> Array:
 
 
 @lru_cache(32)
-def _mapped(function: casadi.Function, count: int) -> Any:
-    """The function mapped over ``count`` points; cached, since the construction takes 3 ms."""
-    return function.map(count)
+def _mapped(function: casadi.Function, count: int, often: bool) -> Any:
+    """The function mapped over ``count`` points; cached, since the construction takes 3 ms.
+
+    A short one that is evaluated often is first written out for ``_TOGETHER`` points: a call takes longer than its
+    operations.
+    """
+    if not often or count % _TOGETHER or not function.is_a("SXFunction") or function.n_instructions() > _SHORT:
+        return function.map(count)
+    at = casadi.SX.sym("at", function.size1_in(0), _TOGETHER)
+    results = casadi.horzcat(*(function(at[:, k]) for k in range(_TOGETHER)))
+    return casadi.Function("of_several", [at], [results]).map(count // _TOGETHER)
 
 
 def _scalar(e: Any, scope: _Scope) -> Any:

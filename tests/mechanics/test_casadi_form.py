@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import sympy
 
-from codegen.mechanics.casadi_form import to_casadi
+from codegen.mechanics import casadi_form
+from codegen.mechanics.casadi_form import over_rows, to_casadi
 
 x, period = sympy.symbols("x period", positive=True)
 
@@ -37,3 +38,15 @@ def test_a_lone_wave_and_other_angles_stay_as_they_are() -> None:
     names = {x: casadi.SX.sym("x")}
     for lone in (sympy.sin(2 * x), sympy.sin(x) + sympy.cos(sympy.sqrt(2) * x) + sympy.sin(3 * x**2)):
         assert sines_in(to_casadi(lone, names, by_angle=True)) == len(lone.atoms(sympy.sin, sympy.cos))
+
+
+def test_a_function_written_out_for_several_points_has_the_same_bits() -> None:
+    at, rng = casadi.SX.sym("at", 3), np.random.default_rng(1)
+    force = 2.1 * at[0] - 0.3 * casadi.sign(at[1]) + casadi.sin(at[2]) / (1 + at[0] ** 2)
+    function = casadi.Function("f", [at], [casadi.vertcat(force, casadi.exp(-at[1]) * at[2])])
+    rows = rng.standard_normal((casadi_form._MANY + 37, 3))
+    apart = np.concatenate([over_rows(function, part) for part in np.array_split(rows, 3)])
+    assert np.array_equal(over_rows(function, rows), apart)
+    short, long = (casadi_form._mapped(function, casadi_form._ROWS, often) for often in (False, True))
+    assert long.size_in(0) == short.size_in(0)
+    assert np.array_equal(apart[5], np.array(function(rows[5])).ravel())

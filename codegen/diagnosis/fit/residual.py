@@ -36,10 +36,10 @@ def evaluate_forces(system: System, columns: Sequence[Matrix], motion: Motion, i
     return np.ascontiguousarray(found.transpose(1, 0, 2))
 
 
-def points(system: System, motion: Motion, inputs: Array) -> Array:
-    """(N, 3n + m + 1) true motion, inputs and time, the arguments of a ``force_function``."""
+def points(system: System, motion: Motion, inputs: Array, every: int = 1) -> Array:
+    """(N, 3n + m + 1) true motion, inputs and time, the arguments of a ``force_function``, at every so many samples."""
     since = (motion.time - motion.time[0])[:, None]
-    return np.hstack([*true_motion(system, motion), inputs, since])
+    return np.hstack([values[::every] for values in (*true_motion(system, motion), inputs, since)])
 
 
 def force_function(
@@ -393,7 +393,7 @@ class ResidualAlong:
                 velocities=np.hstack([motion.velocities, behind[:, loads:]]),
                 accelerations=np.hstack([motion.accelerations, np.zeros((len(behind), loads))]),
             )
-        at, hidden = points(self._whole, followed, effective_inputs(system, motion))[::every], hidden[::every]
+        at, hidden = points(self._whole, followed, effective_inputs(system, motion), every), hidden[::every]
         if len(numbers):
             at = np.hstack([at, np.tile(numbers, (len(at), 1))])
         forces = over_rows(self._function, at).reshape(len(at), self._columns, -1).transpose(1, 0, 2)

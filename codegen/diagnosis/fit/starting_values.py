@@ -288,7 +288,7 @@ class ForceStart:
     def _points(self) -> Array:
         """(M, 3n + m + 1) the motion, its effective inputs and time, at every so many samples."""
         inputs = effective_inputs(self.base.model, self.problem.motion)
-        return points(self.base.model, self.problem.motion, inputs)[:: self._every]
+        return points(self.base.model, self.problem.motion, inputs, self._every)
 
     @cached_property
     def _forces(self) -> Array:
