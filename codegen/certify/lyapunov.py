@@ -19,8 +19,6 @@ import clarabel
 import numpy as np
 import scipy.sparse
 from scipy.linalg import eigh, matrix_balance, solve_continuous_lyapunov, solve_discrete_lyapunov
-from scipy.optimize import minimize
-from scipy.spatial import ConvexHull
 
 from codegen.base.arrays import Array
 from codegen.certify.centre import (
@@ -311,6 +309,8 @@ def extreme_points(matrices: Matrices) -> list[Array]:
         return [matrices[int(along.argmin())], matrices[int(along.argmax())]]
     if rank > LARGEST_HULL or len(matrices) <= rank + 1:
         return list(matrices)
+    from scipy.spatial import ConvexHull  # imported here: few families need it
+
     return [matrices[k] for k in sorted(ConvexHull(along, qhull_options="QJ").vertices)]
 
 
@@ -459,6 +459,8 @@ def least_growth_at_reversals(matrix: Array, h: float, flips: Sequence[Sequence[
 
     logs = np.zeros(len(parts) - 1)
     if len(parts) > 1 and len(matrix) <= LARGEST_TURNED:
+        from scipy.optimize import minimize  # imported here: it takes a fifth of a second
+
         logs = np.round(minimize(growth, logs, method="Nelder-Mead").x / SAME) * SAME
     if not math.isfinite(growth(logs)):
         return None

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import sympy
 from scipy.linalg import matrix_balance, solve_discrete_lyapunov
-from scipy.optimize import minimize
 
 from codegen.analysis.analysis import Analysis
 from codegen.analysis.polynomials import characteristic_polynomial
@@ -113,6 +112,8 @@ def _slower_near(
 
     start = np.array([known[name] for name in free])
     options = {"maxfev": EVALUATIONS}
+    from scipy.optimize import minimize  # imported here: it takes a fifth of a second
+
     found = minimize(lambda x: rate(at(x)), start, method="Nelder-Mead", bounds=bounds, options=options)
     return at(found.x) if found.fun < rate(at(start)) else known
 
