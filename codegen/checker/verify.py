@@ -13,32 +13,24 @@ import json
 import math
 import os
 import re
+import runpy
 import shutil
 import signal
 import sys
 import textwrap
 from collections import namedtuple
 from fractions import Fraction
-from importlib.machinery import SourceFileLoader
-from importlib.util import module_from_spec, spec_from_file_location
 from itertools import pairwise, product
 from operator import mul
 from pathlib import Path
 from reprlib import repr as brief
-from types import ModuleType
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 
-def beside(name: str, **given: ModuleType) -> Any:
-    """NAME.py in this file's folder, loaded by path: independent of Python's import path."""
-    path = str(Path(__file__).with_name(f"{name}.py"))
-    loader = SourceFileLoader(name, path)
-    spec = spec_from_file_location(name, path, loader=loader)
-    assert spec
-    module = module_from_spec(spec)
-    vars(module).update(given)
-    loader.exec_module(module)
-    return module
+def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
+    """The names that NAME.py in this file's folder defines, loaded by path: independent of Python's import path."""
+    return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name(f"{name}.py")), given))
 
 
 if TYPE_CHECKING or __package__:
