@@ -83,3 +83,16 @@ def test_where_the_loss_is_not_smooth_a_block_is_simulated_after_the_step(
     expected = after[here] if taken else segment_losses(fit.residual)[here]
     np.testing.assert_allclose(rough.held_out_losses[here], expected, rtol=1e-5)
     assert np.abs(replace(fit, slopes=slopes).held_out_losses[here] / expected - 1).max() > 0.1
+
+
+def test_a_fit_of_the_force_residual_is_never_simulated() -> None:
+    """A backlash in a diagnosis by the force residual: its blocks were compared with free runs of other sizes."""
+
+    def run(theta: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+        raise AssertionError("a free run for a force")
+
+    smooth = fit_with(np.random.default_rng(6).normal(size=(SEGMENTS, SAMPLES)))
+    parts = (SimpleNamespace(effect=SimpleNamespace(rough=True)),)
+    runner: Any = SimpleNamespace(trial=SimpleNamespace(parts=parts), run=run)
+    rough = replace(smooth, runner=runner, of_forces=True)
+    np.testing.assert_array_equal(rough.held_out_losses, smooth.held_out_losses)

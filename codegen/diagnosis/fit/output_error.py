@@ -81,7 +81,7 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """An output-error fit.
+    """An output-error fit, or one of the force residual with the same fields (``ForceFits``).
 
     Attributes:
         theta: (p,) the trial's vector.
@@ -90,6 +90,7 @@ class Fit:
         residual: ``unprojected`` after regression on the start states.
         slopes: (p, S, K n) of the prediction by theta, after the same regression.
         limited: (p,) whether the fit ended at a limit of the parameter.
+        of_forces: whether the residual is one of forces, which no free run of ``runner`` gives.
     """
 
     runner: Runner
@@ -101,6 +102,7 @@ class Fit:
     starts: Starts
     prior: Prior
     limited: NDArray[np.bool_]
+    of_forces: bool = False
 
     @property
     def trial(self) -> Trial:
@@ -140,7 +142,7 @@ class Fit:
 
         A weak prior (``UNKNOWN``) keeps a parameter at its value where the other blocks do not determine it, as the
         limit of a drive that saturates in one block only. The prediction after the step is linear in it, or simulated
-        if the loss of an effect is not smooth (``_simulated``).
+        if the loss of an effect in free runs is not smooth (``_simulated``).
         """
         residual, slopes, prior = self.residual, self.slopes, self.prior
         segments = np.arange(len(residual))
@@ -155,7 +157,7 @@ class Fit:
             rest = np.setdiff1d(segments, block)
             pull = right[rest].sum(axis=0) - prior.precision * (self.theta - prior.centre)
             step = solved(normal[rest].sum(axis=0) + held, pull)
-            if any(part.effect.rough for part in self.trial.parts):
+            if not self.of_forces and any(part.effect.rough for part in self.trial.parts):
                 losses[block] = self._simulated(step, block, rest)
             else:
                 losses[block] = segment_losses(residual[block] - np.tensordot(step, slopes[:, block], axes=1))

@@ -166,7 +166,7 @@ class ForceFits:
             if cost - new < 1e-2 + 1e-4 * cost:
                 break
         at = self.base.offsets, now, now, slopes, self.base.starts
-        return Fit(runner, theta, *at, prior, prior.limited(theta, theta))
+        return Fit(runner, theta, *at, prior, prior.limited(theta, theta), of_forces=True)
 
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
