@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from codegen.diagnosis.evidence.estimate import (
 from codegen.diagnosis.fit.output_error import Fit, Prior
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.results import FoundEffect, Interval
-from codegen.diagnosis.verdict.examination import _by_both, in_simpler_form
+from codegen.diagnosis.verdict.examination import _by_both, _on_its_record, in_simpler_form
 from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.effects import CATALOGUE
 from codegen.spec import Spec, parse_spec
@@ -263,3 +264,14 @@ def test_a_misfit_of_the_form_widens_the_interval_and_noise_does_not(sigma: floa
     if wider:
         assert not alone[0] < force < alone[1]
         assert found[0] < min(2.0, force) and found[1] > max(2.0, force) and 0 < found[0] < value
+
+
+@pytest.mark.parametrize("segments", [7, 12])
+def test_the_force_residual_is_fitted_beside_free_runs_of_the_searchs_own_segments(segments: int) -> None:
+    """Harmonics found on shorter segments: the base had 150 start states, the record of the search 706 segments."""
+    again: list[Any] = []
+    record = SimpleNamespace(at_rest=np.zeros((12, 2)))
+    search: Any = SimpleNamespace(record=record, on_another_record=lambda fit: again.append(fit) or "fitted again")
+    base: Any = SimpleNamespace(offsets=np.zeros((segments, 2)))
+    used: Any = _on_its_record(search, base)
+    assert (used, again) == ((base, []) if segments == 12 else ("fitted again", [base]))

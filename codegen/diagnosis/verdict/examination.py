@@ -288,8 +288,13 @@ def _by_both(search: Search, base: Fit, final: Fit, polished: Fit, own: Estimate
     shares = {k: 1 - credit.ALONE / left[joint] for k, joint in enumerate(joints) if left[joint] > credit.ALONE}
     if not shares:
         return own
-    by_force = ForceFits(search, problem, base).fit(polished.trial, polished.theta)
+    by_force = ForceFits(search, problem, _on_its_record(search, base)).fit(polished.trial, polished.theta)
     return widened_by(own, estimate(by_force), polished.trial.parts, shares)
+
+
+def _on_its_record(search: Search, base: Fit) -> Fit:
+    """The fit on the search's record; harmonics are sought on segments shorter than those of the outcome's base."""
+    return base if len(base.offsets) == len(search.record.at_rest) else search.on_another_record(base)
 
 
 def _objections(own: FoundEffect, found: FoundEffect, part: Part, problem: Problem) -> list[str]:
