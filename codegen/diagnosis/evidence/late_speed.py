@@ -27,7 +27,7 @@ CENTRAL = 2
 
 
 def rows_of_difference(speed: Array, h: float) -> int:
-    """Over how many rows a logged speed (N,) is a difference of positions, by its noise; 0 if its noise is another."""
+    """Rows over which a logged speed (N,) is a difference of positions; 0 if its noise has another autocorrelation."""
     noise = speed - low_pass(speed, ABOVE / h, h)
     cut = len(noise) // 20
     noise = noise[cut : len(noise) - cut]
@@ -43,7 +43,7 @@ def rows_of_difference(speed: Array, h: float) -> int:
 
 
 def late_speeds(problem: Problem, log: Log) -> tuple[float, tuple[Finding, ...]]:
-    """By how many rows the motion is logged late, and the finding; 0 where the noise or the inputs do not say so.
+    """Delay of the logged motion in rows, and the finding; 0 unless both the noise and the inputs show a delay.
 
     For logs whose positions are all integrals of speeds that are differences over the same number of rows, where every
     input acts at least as late, up to the lead of an input that is logged late itself.
