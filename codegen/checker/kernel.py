@@ -161,9 +161,11 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     demand(named and len({*truths}) == len({*estimates} & {*c.outputs}) == len(errors) <= 100, "not so named")
     names = {p: prepared.names[p] for p in c.values} | {"": term(1)}
     names |= {x: term(1, x) for x in (*c.inputs, *truths, *signs, *aside)}
-    # A sign is that of a polynomial with an estimate or a measured velocity: so there are points where all are 1.
-    slips = {*estimates, *velocity.values()} - {*truths}
-    visible = {x: p for x, p in names.items() if x not in (*signs, *aside)} | {x: term(1, x) for x in estimates}
+    # A sign is that of a polynomial with an estimate or a measured velocity, and without a truth: that of an error is
+    # 0 in the machine. So there are points where it is 1 in machine and code.
+    slips = {*estimates, *velocity.values()}
+    visible = {x: p for x, p in names.items() if x not in (*truths, *signs, *aside)}
+    visible |= {x: term(1, x) for x in estimates}
     sign_arguments = [Text(visible, {}).value(of).names() for of in signs.values()]
     demand(all(x & slips and visible.keys() >= x for x in sign_arguments), "no sign of a slip")
     names |= {t: names[s] * names[t] for t, s in along.items()}

@@ -44,7 +44,11 @@ FORM: dict[str, Any] = {
 }
 OPTIONAL: dict[str, Any] = {"along": {}, "shared": {}, "rest": [], "mean": {}, "witness": {}}
 KINDS = "(?:parameters|inputs|outputs|state|true)"
-UNIT = r"[A-Za-z0-9*/^().-]{1,40}"
+SI = (
+    "(?:m|kg|s|A|K|mol|cd|rad|sr|Hz|N|Pa|J|W|C|V|F|ohm|S|Wb|T|H|met(?:er|re)|kilogram|second|ampere|radian|newton|volt)"
+)
+FACTOR = rf"\(*{SI}(?:\^-?[0-9.]{{1,8}})?\)*"
+UNIT = rf"(?=.{{1,40}}\Z)(?:1|(?:1/)?{FACTOR}(?:[*/]{FACTOR})*)"  # coherent: no number and no prefix makes it another
 START = "initialisation sets the velocity estimates to 0, and all others to constants, whatever is measured; "
 HELD = START + "after invalid samples the held estimates continue"
 BARE = START + "an invalid sample is used like any other"
@@ -355,6 +359,7 @@ def uncompared(lines: list[str], sources: dict[str, bytes]) -> list[str]:
 def units(proof: dict[str, Any], header: str) -> list[str]:
     """The unit that the comment behind its field in the header gives each estimate, or enclosure.Refused.
 
+    Units have to be coherent, the sample time in seconds: then x' = v and the bounds hold without a factor between.
     Raises KeyError where there is none. What looks like a field within a comment is none.
     """
     *parts, _ = re.split(r"/\*(.*?)\*/", header.replace("\\\n", ""), flags=re.DOTALL)  # C and comments in turn
@@ -363,12 +368,13 @@ def units(proof: dict[str, Any], header: str) -> list[str]:
     pairs = {(field[1], unit[1]) for field, unit in zip(fields, said, strict=True) if field and unit}
     shown = [re.split(r"[.[]", error["estimate"])[1] for error in proof["errors"]]
     seen = pairs | {*re.findall(r"(?:double|float) (\w+)(?:\[\d+\])?; /\* (\S+): ", header)}  # in comments too
-    twice = [field for field in shown if [x for x, _ in seen].count(field) > 1]
+    twice = [field for field in [*shown, "sample_time"] if [x for x, _ in seen].count(field) > 1]
     enclosure.demand(not twice, f"{twice[0]} in {proof['name']}.h has two units" if twice else "")
     of = dict(pairs)
     found = [of[field] for field in shown]
-    odd = [unit for unit in found if not re.fullmatch(UNIT, unit)]
-    enclosure.demand(not odd, f"{odd[0][:40]!r} in {proof['name']}.h is no unit" if odd else "")
+    odd = [unit for _, unit in pairs if not re.fullmatch(UNIT, unit)]
+    enclosure.demand(not odd, f"{odd[0][:40]!r} in {proof['name']}.h is no unit of SI without a factor" if odd else "")
+    enclosure.demand(of["sample_time"] == "s", f"the sample time in {proof['name']}.h is not in s")
     return found
 
 
@@ -419,6 +425,9 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
         besides += f" except {', '.join(map(plain, proof['shared']))}, which the machine has too"
     first = ", to first order in them" if shown["first order"] else ""
     stays = f", while {turns} {'does' if len(proof['signs']) == 1 else 'do'} not change" if turns else ""
+    places = [*map(plain, proof["positions"])]
+    at_start = [*map(plain, proof["acceleration"])] + places * (proof["step"] == "euler")
+    slopes = ", ".join(f"{x}'" for x in at_start)
     values = ", ".join(f"{plain(p)} = {exact(x)}" for p, x in shown["c"].values.items())
     begun = dict(shown["c"].init)
     guarded = shown["c"].sums is not None
@@ -426,6 +435,12 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
     of_floats = " (of single precision)" * (shown["c"].precision != frame.PRECISIONS["double"])
     return [
         f"machine: {'; '.join(pushed)}; {free} constant, with any value",
+        f"in a sample the change of {', '.join(at_start)} is {h} s times {slopes} at its start",
+        *(
+            f"in a sample the change of {x} is {h} s times {x}' at its end"
+            for x in places
+            if proof["step"] == "semi_implicit"
+        ),
         *(
             f"in a sample {plain(x)} moves by {h} s times ({plain(v)} + ({plain(q)})*{h} s*{plain(v)}')"
             for x, v in proof["positions"].items()
@@ -463,8 +478,8 @@ def falling(proof: dict[str, Any], shown: dict[str, Any], plain: Callable[[str],
     limits = f"{first}{alone}".replace(",,", ",")
     rate = f"(decay rate {enclosure.least(known['rate'])} 1/s)"
     return [f"{STEP}{limits} by at most {factor} {rate}"] + [
-        f"when {plain(sign)} changes, V grows by at most the factor {enclosure.most(growth)}; {dwell} samples later,"
-        f" if no sign has changed again, V is{limits} not above its value before; besides, the step in which"
+        f"when {plain(sign)} alone changes, V grows by at most the factor {enclosure.most(growth)}; {dwell} samples"
+        f" later, if no sign has changed again, V is{limits} not above its value before; besides, the step in which"
         f" {plain(proof['signs'][sign])} passes 0 may move the estimates, which this factor does not include"
         for sign, (growth, dwell) in known["turns"].items()
     ]

@@ -56,6 +56,14 @@ def test_a_local_that_is_called_as_the_sign_function(kind: str, loop: bool) -> N
     refused(guarded(), why, ("c", SHOWN, f"{body} {SHOWN}"))
 
 
+@pytest.mark.parametrize("sign", ["outputs.v_hat - true.v", "outputs.v_hat - true.v + 1e-30*inputs.w"])
+def test_a_sign_of_an_error_is_refused(sign: str) -> None:
+    """In the machine the first is a sign of 0, which is never 1 or -1: the theorem then says nothing, with status 0."""
+    signs = certificate("one_mass", "proof.json")["signs"] | {"sign.w": sign}
+    with pytest.raises(verify.Refused, match="nothing that is known"):
+        prove(guarded(), signs=signs)
+
+
 @pytest.mark.parametrize("sign", ["inputs.w", "inputs.w - 53", "inputs.x*inputs.w"])
 def test_a_sign_that_the_machine_does_not_have(sign: str) -> None:
     signs = certificate("one_mass", "proof.json")["signs"] | {"sign.w": sign}
