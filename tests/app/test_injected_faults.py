@@ -323,12 +323,20 @@ def test_standard_output_that_cannot_be_written(made, verb, unbuffered):
 
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 def test_standard_output_that_takes_a_part(tmp_path, unbuffered):
-    """Without a buffer Python drops what a file did not take, and says nothing."""
+    """Without a buffer Python drops what a file did not take, and says nothing.
+
+    So it does with compiled modules: the limit would leave them cut in ``__pycache__``, for every later process.
+    """
     run = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000)); from stiction import main; "
     with (tmp_path / "schema.json").open("w") as out:
         done = subprocess.run(
             [sys.executable, "-c", f"{run}sys.argv = ['stiction', 'schema']; main()"],
-            env={**os.environ, "PYTHONUNBUFFERED": unbuffered, "PYTHONPATH": str(SPECS.parent)},
+            env={
+                **os.environ,
+                "PYTHONDONTWRITEBYTECODE": "1",
+                "PYTHONUNBUFFERED": unbuffered,
+                "PYTHONPATH": str(SPECS.parent),
+            },
             stdout=out,
             stderr=subprocess.PIPE,
             text=True,
