@@ -99,7 +99,7 @@ CASES = (
         ("fault 1 at times", "    outputs->fault = 1;\n}", "    if (given > 0.0) outputs->fault = 1;\n}"),
         ("a fault that is told no more", "    outputs->fault = 1;\n}", "    return;\n    outputs->fault = 1;\n}"),
     ),
-    Case("most samples are faults", "c", "check = z_v_next", "check = 1e75 * 1e75 * z_v_next", "not a sum"),
+    Case("most samples are faults", "c", "check = z_v_next", "check = 1e75 * 1e75 * z_v_next", "not hold all"),
     Case("a number that no double holds", "c", LAW, f"({LAW}) * 1e-400 * 1e200 * 1e200", "out of place"),
     Case("a mode in the law", "c", LAW, f"({LAW}) * state->mode", "state.mode is nothing that is known"),
     Case(

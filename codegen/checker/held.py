@@ -71,11 +71,20 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     kernel.demand("1/" not in [name for name, _ in known.keys() - before], "a division by what may be zero")
 
 
+def usually(sum_: list[Any], c: Any) -> bool:
+    """Whether a sum is within the limit of invalid samples while all that stands in it is of usual size."""
+    usual, terms = c.precision.usual, [term for p in sum_ for term in p.items()]
+    size = sum(abs(a) * usual ** sum(not x.startswith("sign.") for x in m) for m, a in terms)
+    return bool(size <= c.precision.limit)
+
+
 def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) -> None:
     """Verifies that every argument of exp is at most 0, and that states shared with the machine stay equal to its own.
 
     Raises ValueError unless all of these hold:
 
+    - The sum `check` of init, and that of step, is within its limit while inputs and estimates are of usual size: else
+      no sample would be used.
     - Every argument of exp is -q - r. q is a positive semidefinite quadratic form in states, inputs and outputs (kernel
       lemma 2). r is a sum of clocks with coefficients >= 0. A clock is a state that every function of the C sets to a
       number >= 0 or increases by a number >= 0. So exp is at most 1. With a positive argument it could overflow, and
@@ -97,6 +106,8 @@ def finite(proof: dict[str, Any], shown: dict[str, Any], begun: dict[str, Any]) 
     free = values | {x: term(1, x) for x in (*c.inputs, *c.states, *c.outputs)}
     programs = (c.step + c.commit, c.init, c.reset, c.predict, c.resume)
     ends = [kernel.Text(free, known).run(program, c.states + c.outputs) for program in programs]
+    checks = [[ends[1][x] for x in (*c.inputs, *c.states)], [shown["after"]["check"]]] if c.sums else []
+    kernel.demand(all(usually(sum_, c) for sum_ in checks), "the sum `check` may be above its limit")
     clocks = {z for z in first if not (ends[0][z] - free[z]).names()}
     wrong = [z for z in clocks for end in ends[3:] if c.sums and end[z] != ends[0][z]]
     kernel.demand(not wrong, f"{wrong} does not go on in an invalid sample as in a valid one")

@@ -51,6 +51,13 @@ def test_what_no_observer_does_between_steps_is_refused(case: str) -> None:
         check(*changed("one_mass", ATTACKS[case]))
 
 
+@pytest.mark.parametrize("level", ["1e+99 * 1e+99", "1e+99 * parameters->sample_time * 1e+99"])
+def test_an_observer_that_begins_beyond_the_limit_is_refused(level: str) -> None:
+    """Each valid sample begins anew, and no sample is ever used."""
+    with pytest.raises(Refused, match="of the C: the sum `check` may be above its limit"):
+        check(*changed("one_mass", (AT, f"    state->z_rail = {level};\n")))
+
+
 @pytest.mark.parametrize(
     ("old", "by"),
     [(BEGUN.rstrip(";\n"), "inputs->x"), (RESUMED.rstrip(";\n"), "outputs->v_hat"), (AT.rstrip(";\n"), "inputs->w")],

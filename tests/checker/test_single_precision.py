@@ -100,5 +100,5 @@ def test_a_sum_that_quantities_of_usual_size_take_beyond_the_limit_is_refused(mo
     """`check` is compared with 1e18: were it beyond in every sample, the step would never run."""
     large = frame.PRECISIONS["float"]._replace(usual=10**18)
     monkeypatch.setitem(frame.PRECISIONS, "float", large)
-    with pytest.raises(verify.Refused, match="not a sum"):
+    with pytest.raises(verify.Refused, match="above its limit"):
         checked("one_mass", single("one_mass"))
