@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from codegen.diagnosis.evidence.coverage import survey
 from codegen.diagnosis.fit.credit import LEAST_NET, is_negligible, misfit, near_noise, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish
 from codegen.diagnosis.fit.record import MOST_STEPS, PLENTY, record_of
@@ -158,6 +159,18 @@ def test_periods_are_sought_in_what_the_effects_found_leave(tmp_path: Path) -> N
     periods = tried.covered(cogging).periods()
     within = 0.25 / np.ptp(motion.positions)  # a quarter of what the span resolves
     assert min(abs(1 / p - 1 / 0.083) for p in periods) < within, periods
+
+
+RESTS = "0.1*tanh(8*sin(2*pi*0.31*t)) + 0.07*tanh(8*sin(2*pi*0.13*t + 1)) + 0.05*tanh(8*sin(2*pi*0.083*t + 2))"
+
+
+def test_periods_are_sought_where_the_axis_moves(tmp_path: Path) -> None:
+    """Moves with rests: static friction balances any force at rest, so the residual there says nothing of position."""
+    spec = stage("[{kind: cogging, on: x, parameters: {amplitude: 0.5, period: 0.041, phase: 1}}]", reference=RESTS)
+    motion = smooth_motion(log_of(spec, tmp_path, "train.csv"))
+    part = part_of(CATALOGUE["cogging"], 0, system_of(stage()))
+    found = survey(system_of(stage()), motion).covered(part, [4.0], motion.measured.std(axis=0)).periods()
+    assert found[0] == pytest.approx(0.041, rel=0.02), found
 
 
 def test_a_fit_whose_slopes_are_not_read_is_the_same_with_fewer_free_runs(

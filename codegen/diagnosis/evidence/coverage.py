@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.measure import drive_force
-from codegen.diagnosis.fit.residual import inverse_dynamics_residual
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.signals import Motion, is_resolved
 from codegen.diagnosis.fit.starting_values import resonances
 from codegen.diagnosis.fit.trial import Part
@@ -40,6 +40,7 @@ class Survey:
     Attributes:
         residual: (N, n) force residual of the refitted model, with the effects that were found.
         drive: (N, n) low-passed drive force.
+        used: (N, n) samples at which the force balance can be used; at standstill friction takes any value.
         mass, distribution: M and U at the mean position.
     """
 
@@ -47,6 +48,7 @@ class Survey:
     motion: Motion
     residual: Array
     drive: Array
+    used: NDArray[np.bool_]
     mass: Array
     distribution: Array
     _found: dict[Hashable, Any] = field(default_factory=dict)
@@ -59,11 +61,11 @@ class Survey:
         contact = part.place if sits_on == "contact" else None
         i = part.effect.coordinate(self.system, part.place)
         if contact is None:
-            x, v, y = m.positions[:, i], m.velocities[:, i], self.residual[:, i]
+            x, v, y, used = m.positions[:, i], m.velocities[:, i], self.residual[:, i], self.used[:, i]
         else:
             column = self.distribution[:, contact]
             x, v = m.positions @ column, m.velocities @ column
-            y = self.residual @ column / (column @ column)
+            y, used = self.residual @ column / (column @ column), self.used[:, column != 0].all(axis=1)
         span = max(float(np.ptp(x)), 1e-12)
         command = m.commands[:, part.place if sits_on == "input" else 0]
         return Covered(
@@ -79,9 +81,9 @@ class Survey:
             sample_time=m.sample_time,
             duration=float(m.time[-1] - m.time[0]),
             cutoff_hz=m.cutoff_hz,
-            periods=self._once((sits_on, i, contact), lambda: _periods(sits_on, x, v, y, m.usable, span, m.cutoff_hz)),
+            periods=self._once((sits_on, i, contact), lambda: _periods(sits_on, x, v, y, used, span, m.cutoff_hz)),
             coupling=coupling,
-            resonances=self._once(i, lambda: _resonances(self.residual[:, i], m, i, float(self.mass[i, i]))),
+            resonances=self._once(i, lambda: self._resonances(i)),
         )
 
     def _once(self, key: Hashable, compute: Callable[[], Any]) -> Callable[[], Any]:
@@ -93,6 +95,16 @@ class Survey:
             return self._found[key]
 
         return found
+
+    def _resonances(self, i: int) -> tuple[dict[str, float], ...]:
+        """Stiffness, damping and load fraction of the main resonances of coordinate ``i``."""
+        m, inertia = self.motion, float(self.mass[i, i])
+        found = resonances(self.residual[:, i], m.accelerations[:, i], self.used[:, i], inertia, m, KEPT_RESONANCES)
+        loads = [(r, r.share * inertia) for r in found]
+        return tuple(
+            {"k": load * r.frequency**2, "c": 2 * r.damping_ratio * r.frequency * load, "load_fraction": r.share}
+            for r, load in loads
+        )
 
 
 def survey(system: System, motion: Motion, model: System | None = None) -> Survey:
@@ -107,18 +119,9 @@ def survey(system: System, motion: Motion, model: System | None = None) -> Surve
         motion,
         inverse_dynamics_residual(model or system, motion),
         motion.low_pass(drive_force(system, motion)),
+        Problem(system, motion, {}).used,
         numbers(system.mass_matrix),
         numbers(system.distribution),
-    )
-
-
-def _resonances(y: Array, motion: Motion, i: int, inertia: float) -> tuple[dict[str, float], ...]:
-    """Stiffness, damping and load fraction of the main resonances of coordinate ``i``."""
-    found = resonances(y, motion.accelerations[:, i], inertia, motion, KEPT_RESONANCES)
-    loads = [(r, r.share * inertia) for r in found]
-    return tuple(
-        {"k": load * r.frequency**2, "c": 2 * r.damping_ratio * r.frequency * load, "load_fraction": r.share}
-        for r, load in loads
     )
 
 

@@ -266,7 +266,7 @@ def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inert
         inertia: of the coordinate.
     """
     kept = _thinned(rows)
-    found = resonances(residual, acceleration, inertia, motion, 1) if kept.sum() >= LEAST_ROWS else ()
+    found = resonances(residual, acceleration, rows, inertia, motion, 1) if kept.sum() >= LEAST_ROWS else ()
     if not found:
         return 0.0
     column = resonant(found[0].frequency, found[0].damping_ratio, acceleration, motion)[kept]

@@ -17,6 +17,7 @@ from itertools import product
 import casadi
 import numpy as np
 import sympy
+from numpy.typing import NDArray
 from scipy.optimize import minimize, minimize_scalar
 from scipy.signal import lfilter
 
@@ -362,9 +363,9 @@ class Resonance:
 
 
 def resonances(
-    residual: Array, acceleration: Array, inertia: float, motion: Motion, most: int
+    residual: Array, acceleration: Array, used: NDArray[np.bool_], inertia: float, motion: Motion, most: int
 ) -> tuple[Resonance, ...]:
-    """The resonances that explain most of a residual (N,), best first, with distinct frequencies.
+    """The resonances that explain most of a residual (N,) at the used samples, best first, with distinct frequencies.
 
     A load ρM behind a spring k and a damper c follows the motor's acceleration a by (c s + k)/(ρM s² + c s + k) a, and
     the residual of the rigid model is
@@ -374,9 +375,10 @@ def resonances(
     so for each ω and ζ one regression on the filtered acceleration (N,) gives ρ. A free run with a frequency 10 % off
     does not show so narrow a resonance; here a fine grid is cheap.
     """
-    used = motion.usable
-    y = residual[used] - residual[used].mean()
     found: list[tuple[float, Resonance]] = []
+    if not used.any():
+        return ()
+    y = residual[used] - residual[used].mean()
     for frequency, ratio in product(2 * np.pi * motion.cutoff_hz * FREQUENCIES, DAMPING_RATIOS):
         column = resonant(float(frequency), ratio, acceleration, motion)[used]
         power = float(column @ column)

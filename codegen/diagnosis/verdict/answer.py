@@ -141,7 +141,7 @@ def admitted(
         refit: errors of the model without the effects, which an option may exceed by at most the share ``most``; if
             that is negative, it must be better by so much. The free-run error over a few restarts may increase by
             chance; then it refuses no effect if the force error decreases. With effects, an error must also be smaller
-            than that of the declared model (``gains_nothing``).
+            than that of the declared model, and than that without the effects (``gains_nothing``).
         shown: function that returns whether the effect acts on these data; called only if nothing is gained.
         acting: index → name of the coordinates on which the effects act; an option is also judged on these alone, so
             that refitted values of other joints do not compensate for an effect that makes its own joint worse.
@@ -188,8 +188,10 @@ def refusal(
             worse = {}
     if worse:
         return Refusal(option, model + where, worse)
-    if refit is not None and gains_nothing(figures, declared, refit) and shown():
-        return Refusal(option, "as declared" + where)
+    if refit is not None:
+        for other, model in ((declared, "as declared"), (refit, "without the effect")):
+            if gains_nothing(figures, other, refit) and shown():
+                return Refusal(option, model + where)
     return None
 
 
@@ -206,8 +208,8 @@ def _ratios(figures: ErrorFigures, declared: ErrorFigures) -> dict[str, float]:
     }
 
 
-def gains_nothing(figures: ErrorFigures, declared: ErrorFigures, refit: ErrorFigures) -> bool:
-    """Whether an effect reduces no held-out error compared with the declared model.
+def gains_nothing(figures: ErrorFigures, other: ErrorFigures, refit: ErrorFigures) -> bool:
+    """Whether an effect reduces no held-out error compared with another model, the declared one or the refit.
 
     No squared error decreases by ``LEAST_SHARE`` on any coordinate on which it differs from the refit's, and not both
     errors decrease by ``SAME``.
@@ -218,10 +220,10 @@ def gains_nothing(figures: ErrorFigures, declared: ErrorFigures, refit: ErrorFig
     pairs = [
         (_ratio(a, b), abs(_ratio(a, c) - 1) > UNSEEN)
         for rows in ("force_rms_rows", "free_run_rmse_rows")
-        for a, b, c in zip(getattr(figures, rows), getattr(declared, rows), getattr(refit, rows), strict=True)
+        for a, b, c in zip(getattr(figures, rows), getattr(other, rows), getattr(refit, rows), strict=True)
         if not (np.isnan(a) or np.isnan(b))
     ]
-    both = all(ratio < 1 - SAME for ratio in _ratios(figures, declared).values())
+    both = all(ratio < 1 - SAME for ratio in _ratios(figures, other).values())
     return not both and not any(ratio <= FALLS for ratio, differs in pairs if differs)
 
 
