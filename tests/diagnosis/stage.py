@@ -48,6 +48,8 @@ simulation:
   position_noise: {{x: {noise}}}
 """
 TRAIN = "0.2*sin(2*pi*0.4*t) + 0.06*sin(2*pi*1.1*t)"
+RESTS = "0.1*tanh(8*sin(2*pi*0.31*t)) + 0.07*tanh(8*sin(2*pi*0.13*t + 1)) + 0.05*tanh(8*sin(2*pi*0.083*t + 2))"
+"""Moves with rests."""
 TEST = "0.15*sin(2*pi*0.55*t + 1) + 0.1*sin(2*pi*0.23*t)"
 
 

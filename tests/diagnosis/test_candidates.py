@@ -23,7 +23,7 @@ from codegen.effects import CATALOGUE
 from codegen.logs import Log
 from codegen.mechanics import build_system
 from codegen.spec import parse_spec
-from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.stage import RESTS, log_of, stage, system_of
 
 SPEC = """\
 name: one
@@ -159,9 +159,6 @@ def test_periods_are_sought_in_what_the_effects_found_leave(tmp_path: Path) -> N
     periods = tried.covered(cogging).periods()
     within = 0.25 / np.ptp(motion.positions)  # a quarter of what the span resolves
     assert min(abs(1 / p - 1 / 0.083) for p in periods) < within, periods
-
-
-RESTS = "0.1*tanh(8*sin(2*pi*0.31*t)) + 0.07*tanh(8*sin(2*pi*0.13*t + 1)) + 0.05*tanh(8*sin(2*pi*0.083*t + 2))"
 
 
 def test_periods_are_sought_where_the_axis_moves(tmp_path: Path) -> None:

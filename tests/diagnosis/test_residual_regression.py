@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from codegen.logs import read_log
 from codegen.simulate.closed_loop import simulate
 from codegen.simulate.loop_run import write_log
 from codegen.spec import parse_spec
-from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.stage import RESTS, log_of, stage, system_of
 
 COUNT = 6000
 TIME = np.linspace(0.0, 30.0, COUNT)
@@ -61,6 +62,15 @@ def test_a_spring_that_is_lacking_is_told_over_position(tmp_path: Path) -> None:
         (left[name],) = remainders(problem.system, problem.motion, problem.used)
     assert left["spring"].over["position"] > 0.95 and left["spring"].material > 0.1
     assert left["none"].material < 0.02
+
+
+def test_a_vibration_is_told_between_rests(tmp_path: Path) -> None:
+    """At rest static friction balances the drive, so that the residual there has the spectrum of the rests."""
+    log = log_of(stage(reference=RESTS), tmp_path, "rests.csv")
+    shaken = replace(log, inputs=log.inputs + 0.4 * np.sin(2 * np.pi * 7.3 * log.time)[:, None])
+    problem = Problem(system_of(stage()), smooth_motion(shaken), {})
+    (left,) = remainders(problem.system, problem.motion, problem.used)
+    assert left.over["frequency"] > 0.8
 
 
 def test_a_coordinate_that_no_input_reaches_has_the_load_of_its_inertia(tmp_path: Path) -> None:

@@ -258,8 +258,8 @@ def force_evidence(
     own = {VARIABLES[CATALOGUE[kind].seen_over] for kind in kinds}
     found = []
     for i in sorted(set(acting)):
-        variables = remainder_columns(refit, motion, before, i)
         used = sliding(refit, motion, problem.used, i)
+        variables = remainder_columns(refit, motion, before, used, i)
         r, left = (without_levels(refit, motion, used, y[:, i], i) for y in (before, after))
         removed = 1 - float(np.sum(left[used] ** 2) / max(float(np.sum(r[used] ** 2)), 1e-300))
         together = explained_over(r, used, [variables[name] for name in sorted(own)])
@@ -268,5 +268,5 @@ def force_evidence(
         alone, line, both = (
             0.0 if moves else explained_over(r, used, columns) for columns in ([force], [wave], [wave, force])
         )
-        found.append(ForceEvidence(i, removed, together, alone, line, both, peak_hz(before[:, i], motion)))
+        found.append(ForceEvidence(i, removed, together, alone, line, both, peak_hz(before[:, i], used, motion)))
     return found

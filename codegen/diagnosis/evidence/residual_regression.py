@@ -60,7 +60,7 @@ def remainders(system: System, motion: Motion, used: NDArray[np.bool_]) -> tuple
     acting = acting_force(system, motion)
     every = range(system.degrees_of_freedom)
     rows = [sliding(system, motion, used, i) for i in every]
-    columns = [remainder_columns(system, motion, residual, i) for i in every]
+    columns = [remainder_columns(system, motion, residual, rows[i], i) for i in every]
 
     def shape(i: int) -> Remainder:
         return _remainder(residual[:, i], acting[:, i], rows[i], columns[i])
@@ -280,8 +280,10 @@ def ringing(residual: Array, rows: NDArray[np.bool_], acceleration: Array, inert
     return max(0.0, float((2 * weight * along - weight**2 * power).sum()) / max(float(y @ y), 1e-300))
 
 
-def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -> dict[str, Array]:
-    """(N, m) regression columns by variable of one coordinate."""
+def remainder_columns(
+    system: System, motion: Motion, residual: Array, rows: NDArray[np.bool_], i: int
+) -> dict[str, Array]:
+    """(N, m) regression columns by variable of one coordinate, for regression at the samples ``rows``."""
     over = variables_of(system, motion, residual, i)
     sign = motion.low_pass(np.sign(over["speed"])[:, None])[:, 0]
     along, load = splines(over["position"], POSITION_KNOTS), over["load"]
@@ -293,13 +295,13 @@ def remainder_columns(system: System, motion: Motion, residual: Array, i: int) -
         "input rate": splines(over["input rate"], KNOTS),
         "time": splines(over["time"], KNOTS),
         "distance since reversal": splines(over["distance since reversal"], KNOTS) * sign[:, None],
-        "frequency": line(residual[:, i], motion),
+        "frequency": line(residual[:, i], rows, motion),
     }
 
 
-def line(residual: Array, motion: Motion) -> Array:
+def line(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> Array:
     """(N, m) sines and cosines at the highest peak of the spectrum below the cutoff, and at neighbouring bins."""
-    resolution, peak = 1 / (len(residual) * motion.sample_time), _peak(residual, motion)
+    resolution, peak = 1 / (len(residual) * motion.sample_time), _peak(residual, rows, motion)
     if peak is None:
         return np.ones((len(residual), 1))
     bins = range(max(1, peak - NEIGHBOURS), peak + NEIGHBOURS + 1)
@@ -307,16 +309,19 @@ def line(residual: Array, motion: Motion) -> Array:
     return np.column_stack([f(turn) for turn in turns for f in (np.sin, np.cos)])
 
 
-def peak_hz(residual: Array, motion: Motion) -> float:
+def peak_hz(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> float:
     """Frequency of the highest peak of the spectrum below the cutoff; NaN for a log too short to have one."""
-    peak = _peak(residual, motion)
+    peak = _peak(residual, rows, motion)
     return float("nan") if peak is None else peak / (len(residual) * motion.sample_time)
 
 
-def _peak(residual: Array, motion: Motion) -> int | None:
-    """The bin of the highest peak of the spectrum, of those with ``LEAST_PERIODS`` in the log and below the cutoff."""
+def _peak(residual: Array, rows: NDArray[np.bool_], motion: Motion) -> int | None:
+    """The bin of the highest peak of the spectrum at the samples ``rows``, away from standstill.
+
+    Of those with ``LEAST_PERIODS`` in the log and below the cutoff. None if the log is too short for one.
+    """
     count, h = len(residual), motion.sample_time
-    power = np.abs(np.fft.rfft(np.where(motion.usable, residual, 0.0))) ** 2
+    power = np.abs(np.fft.rfft(np.where(rows, residual, 0.0))) ** 2
     frequencies = np.fft.rfftfreq(count, h)
     seen = (frequencies > LEAST_PERIODS / (count * h)) & (frequencies < motion.cutoff_hz)
     return int(np.argmax(np.where(seen, power, 0.0))) if seen.any() else None
