@@ -65,7 +65,8 @@ class Survey:
         else:
             column = self.distribution[:, contact]
             x, v = m.positions @ column, m.velocities @ column
-            y, used = self.residual @ column / (column @ column), self.used[:, column != 0].all(axis=1)
+            y = self.residual @ column / (column @ column)
+            used = np.logical_and.reduce(self.used[:, column != 0], axis=1)
         span = max(float(np.ptp(x)), 1e-12)
         command = m.commands[:, part.place if sits_on == "input" else 0]
         return Covered(
