@@ -143,6 +143,6 @@ def _regions(regions: Regions) -> dict[str, Any]:
         "reversal_growth": regions.reversal,
         "must_grow": regions.must_grow,
         "not_found": list(regions.missing),
-        "not_issued": dict(regions.withheld),
+        "not_issued": list(regions.withheld),
         "proofs": regions.proofs,
     }

@@ -54,8 +54,7 @@ class Regions:
         passes_zero: whether the envelope contains a friction state of zero.
         whole: files whose region is the whole envelope.
         levels: (name, lowest, largest, unit) of the true friction levels, for all files except presliding.json.
-        withheld: file that is not issued, since no V was found for a range of levels → the rate at the declared level
-            alone, 1/s.
+        withheld: files that are not issued, since a V was found at the declared level and for no range of levels.
         least_share: half-width of the narrowest range of levels tried, as a share of the declared level.
     """
 
@@ -68,7 +67,7 @@ class Regions:
     passes_zero: bool = True
     whole: tuple[str, ...] = ()
     levels: tuple[tuple[str, Any, Any, str], ...] = ()
-    withheld: Mapping[str, float] = field(default_factory=dict)
+    withheld: tuple[str, ...] = ()
     least_share: float = float(SHARES[-1])
 
     @property
@@ -142,8 +141,7 @@ def _with_presliding(
     if found := presliding(narrowest):  # a V for a range of levels is one for a narrower range too
         widest.proofs.update(next((p for analysis in wider if (p := presliding(analysis))), found))
         return widest.regions()
-    alone = search.presliding(declared)
-    return replace(widest.regions(), withheld={PRESLIDING: alone[0].rate} if alone else {})
+    return replace(widest.regions(), withheld=(PRESLIDING,) * search.has_presliding(declared))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -92,9 +91,20 @@ class RegionSearch:
 
     def presliding(self, along: AlongFriction) -> list[Found]:
         """The proposal of presliding at other levels, for the sliding region and accelerations of ``regions``."""
+        return [] if self.sliding is None else self._at(along)._presliding(self.sliding)
+
+    def has_presliding(self, along: AlongFriction) -> bool:
+        """Whether a V is found for presliding at other levels, in the smallest of the regions that are tried."""
+        other = self._at(along)
+        return self.sliding is not None and any(
+            other._holds_away(tops, slips, THIN, _least_slip(slips)) for tops, slips in other._tried(self.sliding)
+        )
+
+    def _at(self, along: AlongFriction) -> RegionSearch:
+        """A search at other levels, with the accelerations of this one."""
         other = RegionSearch(along)
         other.acceleration, other._enclosures = self.acceleration, self._enclosures
-        return [] if self.sliding is None else other._presliding(self.sliding)
+        return other
 
     def _bound_acceleration(self, states: list[Any], slips: tuple[float, float], rate: float) -> None:
         """Set ``acceleration``: the largest for which V grows through zero at most twice as fast as without.
@@ -183,31 +193,41 @@ class RegionSearch:
         Args:
             sliding: least |f| of each contact in the sliding region.
         """
-        tops = [axis.largest_state for axis in self.along.axes]
-        below = [rounded(np.floor((float(x) - BELOW) * 1e4) / 1e4, DIGITS) for x in sliding]
-        for slips, upper in product((DIRECTIONS[0], DIRECTIONS[2]), (tops, below)):
-            region = self._away(upper, *slips)
+        for tops, slips in self._tried(sliding):
+            region = self._away(tops, slips)
             if region is not None and [region.family.variables[axis.state][0] for axis in self.along.axes] < sliding:
                 return [region]
         return []
 
-    def _away(self, tops: list[Any], low: float, high: float) -> Found | None:
-        """The largest region |f| ≤ ``tops`` with slips in t (low, high), shares of the largest: its |f|, t and P."""
+    def _tried(self, sliding: list[Any]) -> list[tuple[list[Any], tuple[float, float]]]:
+        """(largest |f| of each contact, range of slips as shares of the largest) for ``_presliding``, in this order."""
+        tops = [axis.largest_state for axis in self.along.axes]
+        below = [rounded(np.floor((float(x) - BELOW) * 1e4) / 1e4, DIGITS) for x in sliding]
+        return [(upper, slips) for slips in (DIRECTIONS[0], DIRECTIONS[2]) for upper in (tops, below)]
 
-        def box(share: float, t: float) -> Box:
-            """The box with |f| from this share of ``tops`` up, and slips in t (low, high)."""
-            states = [rounded(np.ceil(share * float(top) * 1e4) / 1e4, DIGITS) for top in tops]
-            return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
+    def _away_box(self, tops: list[Any], slips: tuple[float, float], share: float, t: float) -> Box:
+        """The box with |f| from this share of ``tops`` up to ``tops``, and t times these slips."""
+        states = [rounded(np.ceil(share * float(top) * 1e4) / 1e4, DIGITS) for top in tops]
+        low, high = slips
+        return self._box([min(pair) for pair in zip(states, tops, strict=True)], (low * t, high * t), tops=tops)
 
+    def _holds_away(
+        self, tops: list[Any], slips: tuple[float, float], share: float, t: float, worst: Worst | None = None
+    ) -> bool:
+        """Whether a V with ``PRESLIDING`` of the spectral rate is found for ``_away_box``."""
+        stack = self._family(self._away_box(tops, slips, share, t))[1]
+        limit = decay_rate_limit(stack, self.h)
+        return limit > 0 and common_lyapunov_at([(stack, PRESLIDING * limit)], self.h, worst) is not None
+
+    def _away(self, tops: list[Any], slips: tuple[float, float]) -> Found | None:
+        """The largest region |f| ≤ ``tops`` with slips in t times these, shares of the largest: its |f|, t and P."""
         worst: Worst = []
 
         @cache
         def holds(share: float, t: float) -> bool:
-            stack = self._family(box(share, t))[1]
-            limit = decay_rate_limit(stack, self.h)
-            return limit > 0 and common_lyapunov_at([(stack, PRESLIDING * limit)], self.h, worst) is not None
+            return self._holds_away(tops, slips, share, t, worst)
 
-        slow = 1e-3 if low < 0 < high else 0.02
+        slow = _least_slip(slips)
         if not holds(THIN, slow):  # nor for a larger region
             return None
         least = _bisected(lambda x: holds(x, slow), 1.0, 0.0)
@@ -215,7 +235,7 @@ class RegionSearch:
             return None
         share = least + (1 - least) / 4
         t = _bisected(lambda t: holds(share, t), slow, 1.0, geometric=True) if holds(share, slow) else slow
-        family, stack = self._family(box(share, t))
+        family, stack = self._family(self._away_box(tops, slips, share, t))
         best = common_lyapunov_of_many(stack, self.h, near=centre.NEAR)  # few digits must do for its P
         return None if best is None else Found(family, *best, kind="presliding")
 
@@ -298,6 +318,12 @@ class RegionSearch:
             and decay_rate_limit(stack, self.h) > rate
             and common_lyapunov_at([(stack, rate)], self.h) is not None
         )
+
+
+def _least_slip(slips: tuple[float, float]) -> float:
+    """The share of the largest slip up to which slips of presliding go at least, times these."""
+    low, high = slips
+    return 1e-3 if low < 0 < high else 0.02
 
 
 def _bisected(holds: Callable[[float], bool], good: float, bad: float, geometric: bool = False) -> float:
