@@ -36,8 +36,9 @@ near the true one."""
 FOLLOWED_LOADS, FOLLOWED_RATIO = (0.25, 0.45, 0.65), 1.5
 """Load fractions, and ratio of neighbouring gaps, of the grid of ``Effect.followed``, with well damped contacts. The
 force residual changes gradually with both, and gives the friction level too."""
-RESTARTED, RINGING = 14, 0.04
-"""Number of load fractions, and damping ratio, from which a fit of compliance is repeated with the fitted stiffness."""
+HELD_FREQUENCIES, HELD_RATIOS = tuple(np.geomspace(0.05, 1.5, 14).tolist()), (0.05, 0.3)
+"""Frequencies of the load with the motor held, in cutoffs of the log, and its damping ratios, of the compliances of
+``Effect.followed``: a force of position acts at the load, and moves it too."""
 RESTARTED_LOADS, IMPACT = (0.15, 0.35, 0.55, 0.75), 0.3
 """Load fractions, and damping ratio, from which a fit of backlash is repeated with the fitted stiffness. Slow motion
 under gravity depends on the stiffness only, so the load fraction of the first fit may be wrong by far. The simulated
@@ -105,8 +106,9 @@ class Compliance(_OnAxis):
     def coupling(self, values: Mapping[str, float]) -> dict[str, float] | None:
         return dict(values)
 
-    def restarts(self, values: Mapping[str, float], covered: Covered) -> list[dict[str, float]]:
-        return [_spring(covered, values["k"], load, RINGING) for load in np.geomspace(0.15, 0.9, RESTARTED).tolist()]
+    def followed(self, covered: Covered) -> list[dict[str, float]]:
+        grid = product(HELD_FREQUENCIES, FOLLOWED_LOADS, HELD_RATIOS)
+        return [_held(covered, 2 * pi * frequency * covered.cutoff_hz, *load) for frequency, *load in grid]
 
 
 class Backlash(_OnAxis):
@@ -175,3 +177,9 @@ def _spring(covered: Covered, k: float, load: float, damping_ratio: float) -> di
     """k, c and load_fraction for this stiffness and damping ratio of the resonance of motor and load."""
     c = 2 * damping_ratio * sqrt(k * load * (1 - load) * covered.inertia)
     return {"k": k, "c": c, "load_fraction": load}
+
+
+def _held(covered: Covered, frequency: float, load: float, damping_ratio: float) -> dict[str, float]:
+    """k, c and load_fraction for a resonance of the load at ``frequency``, in rad/s, with the motor held."""
+    mass = load * covered.inertia
+    return {"k": mass * frequency**2, "c": 2 * damping_ratio * frequency * mass, "load_fraction": load}

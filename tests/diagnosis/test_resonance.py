@@ -16,7 +16,9 @@ from codegen.diagnosis.fit.starting_values import _resonant_filter
 from codegen.diagnosis.fit.trial import part_of
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, fit_candidates
 from codegen.effects import CATALOGUE
+from codegen.spec import parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
+from tests.diagnosis.test_adoption import search_of
 from tests.diagnosis.test_force_start import search_in
 
 
@@ -63,6 +65,45 @@ def test_a_load_is_fitted_from_measured_start_states_where_its_force_suggests_it
     (found,) = tried.screened(tried.promising([0]))
     values = tried.trials[0].split(found.theta)[1][-1]
     assert values["k"] == pytest.approx(60, rel=0.4) and values["load_fraction"] == pytest.approx(0.57, abs=0.2)
+
+
+PENDULUM = """\
+name: pendulum
+coordinates: {{q: {{velocity: v, unit: rad}}}}
+inputs: {{w: {{unit: N*m}}}}
+parameters: {{J: {{value: 0.036, unit: kg*m^2}}, G: {{value: 1.4, unit: N*m}}}}
+mass_matrix: [[J]]
+force: [w - G*sin(q)]
+friction:
+  distribution: [[1]]
+  contacts: [{{name: pivot, law: coulomb, a: 0.19, unit: N*m}}]
+effects: {effects}
+simulation:
+  duration: 20
+  sample_time: 0.002
+  reference: {{q: "0.9*sin(2*pi*0.13*t) + 0.35*sin(2*pi*0.61*t + 1) + 0.12*sin(2*pi*1.9*t)"}}
+  position_gain: {{w: 20}}
+  velocity_gain: {{w: 1.2}}
+  encoder_step: {{q: 1e-4}}
+  position_noise: {{q: 5e-4}}
+"""
+
+
+def test_a_load_that_gravity_moves_is_found_beside_an_effect_that_is_not_in_the_model(tmp_path: Path) -> None:
+    """Beside a dead zone the fit of a pendulum's load ended at 1 % of the inertia, and cogging was named for both.
+
+    The load answers to its weight as well as to the acceleration of the motor.
+    """
+    load = {"k": 3.7, "c": 0.0104, "load_fraction": 0.41}
+    values = ", ".join(f"{name}: {value}" for name, value in load.items())
+    lacking = f"{{kind: compliance, on: q, parameters: {{{values}}}}}"
+    lacking = f"[{{kind: dead_zone, on: w, parameters: {{width: 0.055}}}}, {lacking}]"
+    plant, spec = (parse_spec(PENDULUM.format(effects=some), Path("pendulum.yaml")) for some in (lacking, "[]"))
+    search, _ = search_of(spec, log_of(plant, tmp_path, "train.csv"))
+    base, part = search.refit(), part_of(CATALOGUE["compliance"], 0, search.system)
+    (found,) = fit_candidates(search, base, [part], lambda share: None)
+    assert found.parameters["load_fraction"] == pytest.approx(load["load_fraction"], abs=0.1)
+    assert found.cost < search.with_parts(base, base.values[0], [part], [load]).cost
 
 
 def test_ringing_after_few_moves_is_told_and_noise_is_not(tmp_path: Path) -> None:

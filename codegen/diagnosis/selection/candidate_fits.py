@@ -12,7 +12,7 @@ from codegen.base.arrays import Array
 from codegen.base.parallel import in_processes
 from codegen.diagnosis.evidence.acting_joint import joint_of
 from codegen.diagnosis.evidence.coverage import survey
-from codegen.diagnosis.fit.credit import FAR, NEAR_NOISE, near_noise, noise_loss, noise_ratio, share_far
+from codegen.diagnosis.fit.credit import FAR, near_noise, noise_loss, share_far
 from codegen.diagnosis.fit.output_error import Fit, polish, shooting_fit
 from codegen.diagnosis.fit.search import ROUNDS, Search
 from codegen.diagnosis.fit.starting_values import MORE_TRIES, ForceStart, best_starts, simplex_search, starting_point
@@ -47,11 +47,10 @@ POLISHES, MOVING = 4, 0.01
 FORM_GAIN = 10.0
 """Nats by which a form with more parameters must fit better than a simpler one of the same effect, and a special form
 better than the usual form of this effect or of another."""
-LEADING, AGAIN = 2, 3
-"""Number of the best candidates that are fitted again from other starting values if they are far above the noise, in
-addition to degenerate ones, and Gauss–Newton steps on few segments from each of these values."""
+AGAIN = 3
+"""Gauss–Newton steps on few segments from each of the values from which a candidate is fitted again."""
 FOLLOWED = 2
-"""Number of starts of a load with play: those along the measured motion with the least remaining force residual."""
+"""Number of starts of a load: those along the measured motion with the least remaining force residual."""
 START_SHARE = 0.3
 """Least gain at the start of a candidate whose loss is not smooth, over the gain of the last fitted candidate."""
 LEAST_GAIN = 10.0
@@ -106,9 +105,8 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
     by_force = tried.best_by_force([s.index for s in screened])
     kept = [s for n, s in enumerate(screened) if n < FITTED or s.index in by_force or is_own(parts[s.index].kind)]
     found = sorted(tried.fitted(kept), key=lambda f: f.cost)
-    again = [k for k, one in enumerate(found) if k < LEADING or one.part.effect.rough or tried.is_degenerate(one)]
-    others = [one for k, one in enumerate(found) if k not in again]
-    return sorted([*tried.restarted([found[k] for k in again]), *others], key=lambda f: f.cost)
+    again, others = ([one for one in found if one.part.effect.rough is rough] for rough in (True, False))
+    return sorted([*tried.restarted(again), *others], key=lambda f: f.cost)
 
 
 def in_simplest_forms(found: Sequence[Fit]) -> list[Fit]:
@@ -334,24 +332,15 @@ class CandidateFits:
         base = self.base.started_as(alone, joint)
         return self.search.fit_from(self.runners[k], alone.theta, base, JOINED, self.base.raw_slopes)
 
-    def is_degenerate(self, found: Fit) -> bool:
-        """Whether a fit ended in a local minimum at values that the log cannot show, such as a load without mass."""
-        effect = found.part.effect
-        here = effect.coordinate(self.search.system, found.part.place)
-        return bool(effect.unseen(found.parameters, float(self.search.record.noise[here])))
-
     def restarted(self, found: Sequence[Fit]) -> list[Fit]:
-        """Candidates, each fitted from the best of its other starting values if that is better."""
+        """Candidates with local minima everywhere, each from the best of other starting values if that is better."""
         return self._shared_out(self._restarted, found)
 
     def _restarted(self, found: Fit) -> Fit:
         k = self.parts.index(found.part)
         few, part, count = self._few(k), self.parts[k], len(self.base.theta)
         others = part.effect.restarts(found.parameters, self.covered(part))
-        at_its_best = noise_ratio(found) <= NEAR_NOISE
-        if part.effect.rough:  # local minima everywhere
-            at_its_best = found.cost > self.base.cost - LEAST_GAIN
-        if not others or at_its_best:
+        if not others or found.cost > self.base.cost - LEAST_GAIN:
             return found
         runner = self._runner(k)
 

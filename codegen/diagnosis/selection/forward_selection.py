@@ -28,6 +28,7 @@ from codegen.diagnosis.selection.ranking import (
     most_left,
     refused_when_fitted_again,
     run_round,
+    runs_prefer,
     same_signature,
     tied_by_free_runs,
     ties,
@@ -47,7 +48,6 @@ from codegen.effects.register import kinds_of
 MOST_EFFECTS = 3
 DIVERGING, SHORTEST = 100.0, 0.25
 """Ratio of the refit's error to the noise above which segments are halved, and least share of their length."""
-SWAPPED = 6
 BEAM = 3
 """Candidates of the first round that get a second round of their own."""
 PAIRED = 5
@@ -160,7 +160,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
                 rivals, paired = [], True
     current, rivals = _in_seen_kinds(search, confirmed, rivals if confirmed.trial.parts else [])
     if len(current.trial.parts) > 1:
-        current, rivals = _reconsidered(search, current, first, None if paired else rivals)
+        current, rivals = _reconsidered(search, current, None if paired else rivals)
         current, rivals = _pruned_with_rivals(search, current, rivals)
         single = _merged(search, current)
         current, rivals = (single, []) if single else (current, rivals)
@@ -293,10 +293,8 @@ def at_noise(fit: Fit) -> bool:
     return bool(fit.held_out_losses.sum() <= (1 + credit.AT_NOISE) * noise_loss(fit))
 
 
-def _reconsidered(
-    search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked] | None
-) -> tuple[Fit, list[Ranked]]:
-    """Compare each effect with replacements: the best of the first round, and effects confused with it.
+def _reconsidered(search: Search, current: Fit, rivals: Sequence[Ranked] | None) -> tuple[Fit, list[Ranked]]:
+    """Compare each effect with all that may replace it beside the others (stepwise selection with replacement).
 
     Args:
         rivals: of the first effect by the first round; None if they are unknown, as for a pair.
@@ -307,7 +305,7 @@ def _reconsidered(
     """
     for _ in range(MOST_EFFECTS):
         leader = current.trial.parts[0]
-        better, tied = _swapped(search, current, first, rivals)
+        better, tied = _swapped(search, current, rivals)
         if better is None:
             k = min(tied, default=0)
             return (_put_first(search, current, k) if k else current), tied.get(k, [])
@@ -318,7 +316,7 @@ def _reconsidered(
 
 
 def _swapped(
-    search: Search, current: Fit, first: Sequence[Ranked], rivals: Sequence[Ranked] | None
+    search: Search, current: Fit, rivals: Sequence[Ranked] | None
 ) -> tuple[Fit | None, dict[int, list[Ranked]]]:
     """The fit with one effect replaced (the new one is last), or None; and index of an effect → rivals that tie.
 
@@ -327,7 +325,7 @@ def _swapped(
     tied: dict[int, list[Ranked]] = {}
     parts, here = current.trial.parts, ForceCriterion(search, current)
     for k in range(len(parts)):
-        others = _others(search, parts, k, first)
+        others = _others(search, parts, k, rivals is None)
         if not others:
             continue
         without = search.without(current, k)
@@ -337,6 +335,8 @@ def _swapped(
         better = (f for f in good if f.cost < current.cost - BETTER and not _force_speaks_for(here, f))
         if (best := next(better, None)) is not None:
             return search.fitted_again(best), {}
+        if (simpler := next((f for f in good if _is_as_good_and_simpler(here, f, parts[k])), None)) is not None:
+            return search.fitted_again(simpler), {}
         own = (f for f in good if CATALOGUE[f.part.kind].extends != parts[k].kind)
         own = (f for f in own if not is_no_better_form(f, current, parts[k]))
         as_it_is = _ranked(search, current, without)
@@ -348,6 +348,17 @@ def _swapped(
         else:
             tied[k] = [r for r in rivals if any(_same(f.part, r.found.part) for f in same)]
     return None, {k: found for k, found in tied.items() if found}
+
+
+def _is_as_good_and_simpler(here: ForceCriterion, found: Fit, part: Part) -> bool:
+    """Whether a replacement has fewer parameters than the effect ``part``, and neither criterion speaks for that.
+
+    Example: a load that a damper hardly moves is an inertia error and viscous friction, two effects in one.
+    """
+    search, current = here.search, here.fit
+    if len(found.part.names) >= len(part.names) or found.cost > current.cost + FORM_GAIN:
+        return False
+    return not runs_prefer(search, current, found) and not force_prefers(here, ForceCriterion(search, found))
 
 
 def _force_speaks_for(here: ForceCriterion, found: Fit) -> bool:
@@ -389,15 +400,20 @@ def _ranked(search: Search, found: Fit, without: Fit) -> Ranked:
     return Ranked(found, nested_evidence_of(before, after), ratio, float("nan"), "")
 
 
-def _others(search: Search, parts: Sequence[Part], k: int, first: Sequence[Ranked]) -> list[Part]:
-    """Possible replacements of effect ``k``; the last effect was chosen with the others already included."""
+def _others(search: Search, parts: Sequence[Part], k: int, paired: bool = False) -> list[Part]:
+    """Possible replacements of effect ``k``.
+
+    If the last effect was chosen among all with the others included, of which ``paired`` ones are not, only those that
+    are confused with it are tried again.
+    """
     rest = [p for j, p in enumerate(parts) if j != k]
-    alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
-    best = {(r.found.part.kind, r.found.part.on) for r in first[:SWAPPED]} if k < len(parts) - 1 else set()
     same = {(parts[k].kind, parts[k].on), *parts[k].effect.twins(search.system, parts[k].place)}
     possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]
     possible = [p for p in possible if joint_of(search, p) == joint_of(search, parts[k])]
-    return [p for p in possible if kinds_of(p.kind) & alike or (p.kind, p.on) in best]
+    if paired or k < len(parts) - 1:
+        return possible
+    alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
+    return [p for p in possible if kinds_of(p.kind) & alike]
 
 
 def _same(one: Part, other: Part) -> bool:
