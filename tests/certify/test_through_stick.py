@@ -76,7 +76,7 @@ friction:
 observer:
   {kind: gcfo, velocity: estimated, gains: {K_F: [5, 5], K_v: %s}, sample_time: 0.001}
 envelope: {v1: [-20, 20], v2: [-20, 20]}
-simulation: {duration: 12, sample_time: 0.001, observer: true, inputs: {w1: 15, w2: 11}}
+simulation: {duration: 8, sample_time: 0.001, observer: true, inputs: {w1: 15, w2: 11}}
 """
 
 
@@ -96,8 +96,8 @@ def test_a_contact_that_sticks_keeps_the_error_of_another_alive() -> None:
     the first slip chatters about zero, its coordinate is gone, and what is left of the matrix is unstable."""
     outcome, error = second_level("[[20, -40], [0, 10]]")
     assert 2.8 < outcome.spectral_rate < 2.9 and 0.948 * outcome.spectral_rate < outcome.decay_rate
-    seconds = np.abs(error).reshape(12, 1000).max(axis=1)
-    assert (seconds[2:] > 3).all() and seconds[6:].max() > 10
+    seconds = np.abs(error).reshape(8, 1000).max(axis=1)
+    assert (seconds[2:] > 3).all() and seconds[4:].max() > 10
     M, K_v = np.array([[1, 0.8], [0.8, 1]]), np.array([[20, -40], [0, 10]])
     on_surface = np.array([[-(M @ K_v)[1, 1], -1], [5 * 10, 0]])  # m v2' = ..., a2' = K_F K_v e_v2, with e_v1 = 0
     assert np.linalg.eigvals(on_surface).real.min() > 2
@@ -116,12 +116,12 @@ def test_with_one_velocity_gain_it_stays_small() -> None:
     assert outcome.sticking is not None and outcome.sticking.rate == pytest.approx(5, rel=0.01)
 
 
-def second_level_with_the_first_held(velocity_gain: Any, h: float) -> Any:
-    """That machine by hand for 12 s: the first level held at its true 30 N, as by a guard, and the second learns."""
+def second_level_with_the_first_held(velocity_gain: Any, h: float, duration: float = 12.0) -> Any:
+    """That machine by hand for some seconds: the first level held at its true 30 N, as by a guard, and the second learns."""
     inverse, gain = np.linalg.inv([[1, 0.8], [0.8, 1]]), np.array(velocity_gain, dtype=float)
     truth, forces = np.array([0.0, 1e4]), np.array([15.0, 10.0])
     estimate, level, errors = truth + np.array([0.0, 1e-3]), 10.0, []
-    for _ in range(round(12 / h)):
+    for _ in range(round(duration / h)):
         signs, pull = np.sign(estimate), gain @ (truth - estimate)
         estimate = estimate + h * (inverse @ (forces - signs * [30, level]) + pull)
         level -= h * 5 * signs[1] * pull[1]
@@ -136,9 +136,8 @@ def test_a_guard_that_holds_the_level_of_the_contact_that_sticks_does_not_help()
 
 def test_with_one_velocity_gain_what_is_left_falls_with_the_sample_time() -> None:
     """V of theorem 12 does not rise; what the sampled chatter leaves is of the order of h."""
-    left = [
-        np.abs(second_level_with_the_first_held([[10, 0], [0, 10]], h)[-round(4 / h) :]).max() for h in (1e-3, 1e-4)
-    ]
+    errors = [second_level_with_the_first_held([[10, 0], [0, 10]], h, 5.0) for h in (1e-3, 1e-4)]
+    left = [np.abs(error[-len(error) // 5 :]).max() for error in errors]  # over the last second
     assert left[0] < 0.5 and left[1] < 0.2 * left[0]
 
 
