@@ -117,7 +117,7 @@ def test_with_one_velocity_gain_it_stays_small() -> None:
 
 
 def second_level_with_the_first_held(velocity_gain: Any, h: float, duration: float = 12.0) -> Any:
-    """That machine by hand for some seconds: the first level held at its true 30 N, as by a guard, and the second learns."""
+    """That machine by hand: the first level held at its true 30 N, as by a guard, and the second learns."""
     inverse, gain = np.linalg.inv([[1, 0.8], [0.8, 1]]), np.array(velocity_gain, dtype=float)
     truth, forces = np.array([0.0, 1e4]), np.array([15.0, 10.0])
     estimate, level, errors = truth + np.array([0.0, 1e-3]), 10.0, []

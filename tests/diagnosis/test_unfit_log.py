@@ -17,7 +17,7 @@ def test_a_time_in_milliseconds_is_told_for_an_arm(tmp_path: Path) -> None:
     text = (resource_folder("specs") / "two_link_arm.yaml").read_text(encoding="utf-8")
     spec = parse_spec(text, tmp_path / "arm.yaml")
     plant = parse_spec(text.replace("m1: {value: 0.7718", "m1: {value: 1.00334"), tmp_path / "plant.yaml")
-    log = log_of(plant, tmp_path, "log.csv")
+    log = log_of(plant, tmp_path, "log.csv", fine=True)  # the fit must have no finite numbers: there this is told
     slow = replace(log, time=1000 * log.time, sample_time=1000 * log.sample_time)
     with refused("LOG012"):
         diagnose_log(spec, system_of(spec), slow)
