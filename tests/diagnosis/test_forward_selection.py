@@ -77,8 +77,8 @@ def test_segments_are_halved_while_free_runs_are_far_off(
     assert near.shorter(0.5) == 0.5 * share
 
 
-def ranked(kind: str, share: float) -> Any:
-    return SimpleNamespace(found=fit(part_named(kind)), evidence=SimpleNamespace(share=share), why_not="")
+def ranked(kind: str, share: float, names: tuple[str, ...] = ()) -> Any:
+    return SimpleNamespace(found=fit(part_named(kind, names)), evidence=SimpleNamespace(share=share), why_not="")
 
 
 def part_named(kind: str, names: tuple[str, ...] = ()) -> Any:
@@ -125,6 +125,23 @@ def test_an_effect_of_another_signature_that_leaves_nearly_as_little_gets_a_roun
     best = [ranked("dead_zone", 0.74), ranked("spring", 0.72), ranked("offset", 0.3)]
     forward_selection._pair(search, best)
     assert ("spring", ["viscous"]) in asked
+
+
+def test_another_form_of_an_effect_gets_no_second_round_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A Stribeck friction with an exponent leaves what the usual form leaves: both are one candidate for a pair."""
+    asked: list[tuple[str, ...]] = []
+
+    def run_round(search: Any, base: Any, parts: Any, progress: Any) -> list[Any]:
+        asked.append(base.trial.parts[0].names)
+        return []
+
+    monkeypatch.setattr(forward_selection, "run_round", run_round)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [part_named("viscous")])
+    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit)
+    forms = ("delta", "v_s"), ("delta", "v_s", "exponent")
+    best = [ranked("stribeck", 0.99, names) for names in forms] + [ranked("offset", 0.3)]
+    forward_selection._pair(search, best)
+    assert asked == [forms[0]]
 
 
 def test_the_same_motion_under_another_name_replaces_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,6 @@ from codegen.logs import Log
 from codegen.mechanics.system import System
 from codegen.simulate.controller import Feedback, sampled
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observed_loop import run_loop
 
 LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
 """Bandwidth of the loop over the coarse cutoff, and least number of samples in its period."""
@@ -45,6 +44,8 @@ def follow(
     Returns:
         The run, or None if it diverges.
     """
+    from codegen.simulate.observed_loop import run_loop  # with the code generator, which few diagnoses need
+
     position_gain, velocity_gain = loop_gains(search, centre, h)
     controller = Feedback(
         len(machine.inputs),

@@ -185,10 +185,13 @@ def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
     """The best fit with two effects, at least one of them among the best of the first round (a beam search).
 
     Two missing effects bias each other's fit. Effects with nearly as small a residual as the best get a second round of
-    all candidates; other pairs are of the best candidates with different signatures.
+    all candidates; other pairs are of the best candidates with different signatures. Forms of one effect leave the same
+    for a second effect, so only the best one is tried in pairs.
     """
     found: list[Fit] = []
     for k, one in enumerate(ranked):
+        if any(_same(one.found.part, r.found.part) for r in ranked[:k]):
+            continue
         if 0 < k < BEAM and leaves_as_little(one, ranked[0]):
             others = every_part(search, [one.found.part])
         else:

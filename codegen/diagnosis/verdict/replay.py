@@ -12,11 +12,7 @@ from codegen.base.arrays import Array
 from codegen.diagnosis.fit.residual import friction_estimate
 from codegen.diagnosis.fit.signals import Motion
 from codegen.diagnosis.results import Agreement
-from codegen.emit.package import emit_sources, make_header
 from codegen.mechanics.system import System
-from codegen.observers import build_observer
-from codegen.program import build_program
-from codegen.replay.engine import CompiledEngine
 from codegen.spec.model import ObserverChoice, Spec
 
 DAMPING = 0.9
@@ -39,6 +35,12 @@ def tracking_choice(system: System, motion: Motion, bandwidth: float) -> Observe
 
 def tracked_friction(spec: Spec, system: System, motion: Motion, bandwidth: float) -> Array:
     """(N, n) generalised friction estimated by the generated tracking observer."""
+    # The code generator is imported here, in the process in which the observer is replayed.
+    from codegen.emit.package import emit_sources, make_header
+    from codegen.observers import build_observer
+    from codegen.program import build_program
+    from codegen.replay.engine import CompiledEngine
+
     choice = tracking_choice(system, motion, bandwidth)
     observer = build_observer(replace(spec, observer=choice), system)
     program = build_program(observer)
