@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codegen.diagnosis.fit.measure import Drive, force_errors, restart_within_reach
+from codegen.diagnosis.fit import shooting
+from codegen.diagnosis.fit.measure import Drive, force_errors, free_run_series, restart_within_reach
 from codegen.diagnosis.fit.signals import Motion, smooth_motion
 from codegen.logs import Log
 from codegen.mechanics import System, build_system
+from codegen.simulate.plant import simulate_open_loop
 from codegen.spec import parse_spec
 
 RATIO, ROTOR, LOAD = 51.0, 1.25e-4, 0.42
@@ -36,6 +38,21 @@ mass_matrix: [[m]]
 force: [w]
 friction: {distribution: [[1]], contacts: [{name: rail, law: coulomb, a: 1, unit: N}]}
 """
+
+
+def test_a_refit_of_a_level_is_simulated_by_the_code_of_the_declared_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The simulated error is that of the plant with this level; nothing is compiled for it."""
+    time = np.arange(0, 6, 0.002)
+    w = (9 * np.sin(4 * time) + 3 * np.sin(9.1 * time))[:, None]
+    declared, refit = (build_system(parse_spec(ONE.replace("a: 1", f"a: {a}"), Path("one.yaml"))) for a in ("1", "3"))
+    x, _ = simulate_open_loop(refit, time, w, np.zeros(1), np.zeros(1))
+    log = smooth_motion(Log(Path("a.csv"), "a", time, x, None, w, 0.002, 20.0, None, None, ()))
+    wrong = free_run_series(declared, log)
+    sources: list[str] = []
+    monkeypatch.setattr(shooting, "cached_library", lambda *given: sources.append("compiled"))
+    error = free_run_series(refit, log)
+    assert not sources
+    assert np.nanmax(np.abs(error)) < 0.02 * np.nanmax(np.abs(wrong))
 
 
 def joint(gear: float = RATIO, load: float = LOAD) -> System:

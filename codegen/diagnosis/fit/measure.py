@@ -16,6 +16,7 @@ from codegen.diagnosis.fit.residual import (
     effective_inputs,
     evaluate_forces,
     inverse_dynamics_residual,
+    level_parameters,
     residual_at_drive,
 )
 from codegen.diagnosis.fit.signals import TRIM_S, Motion, central_difference
@@ -111,7 +112,8 @@ def free_run_series(system: System, motion: Motion, restart_s: float = RESTART_S
     start = motion.low_pass(motion.measured)
     substeps = int(min(20, max(2, np.ceil(h / LONGEST_STEP_S))))
     start_speed = central_difference(start, h)
-    predicted = free_run(system, h, start, start_speed, motion.commands, restart_s, substeps, TRIM_S)
+    levels = level_parameters(system)  # the declared model and a refit of the levels are compiled once
+    predicted = free_run(system, h, start, start_speed, motion.commands, restart_s, substeps, TRIM_S, levels)
     lost = np.concatenate([[0], np.cumsum(~motion.usable)])  # samples that are not usable before each
     predicted[lost[1:] > lost[_last_restart(motion, restart_s)]] = np.nan
     return np.asarray(predicted - motion.measured)

@@ -272,6 +272,7 @@ def free_run(
     restart_s: float = 0.5,
     substeps: int = 10,
     trim_s: float = 0.0,
+    arguments: Sequence[sympy.Symbol] = (),
 ) -> Array:
     """(N, n) predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
 
@@ -284,6 +285,7 @@ def free_run(
         commands: (N, m), held from t_k to t_(k+1).
         restart_s: at least two samples.
         substeps: in one sample.
+        arguments: parameters that the compiled code takes as arguments: models that differ in these alone share it.
 
     Raises:
         BadInput: where there is no C compiler.
@@ -301,7 +303,9 @@ def free_run(
     # The last run goes on behind the log; what it predicts there is dropped.
     commands = np.vstack([commands, np.repeat(commands[-1:], length, axis=0)])
     record = Record(positions, positions, velocities, commands, sample_time, np.ones(n), start, length)
-    rows = runner_of(Trial(system, (), ()), record, substeps).run(np.zeros(0), record.at_rest).reshape(-1, n)[:kept]
+    values = np.array([float(system.values[s]) for s in arguments])
+    runner = runner_of(Trial(system, (), tuple(arguments)), record, substeps)
+    rows = runner.run(values, record.at_rest).reshape(-1, n)[:kept]
     predicted = np.full((count, n), np.nan)
     predicted[cut : cut + kept] = np.where(np.isfinite(rows), rows, np.inf)
     return predicted
