@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from codegen.diagnosis.case import case_of
-from codegen.diagnosis.evidence.input_timing import Lead, acting_earlier, input_leads
+from codegen.diagnosis.evidence.input_timing import Lead, acting_earlier, input_leads, lead_of
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
 from codegen.logs import Log
@@ -52,6 +53,23 @@ def test_one_row_of_four_has_an_input_that_is_not_held(fast: Log) -> None:
     seen = found(every(fast))
     assert list(seen) == [0] and "input_hold" in seen[0].words
     assert seen[0].figures["lead"] == pytest.approx(0.375, abs=0.05)  # 1.5 of the 4 steps
+
+
+@pytest.mark.parametrize(
+    "lacking",
+    [
+        "[{kind: stribeck, on: rail, parameters: {delta: 2.0, v_s: 0.03, exponent: 1}}]",
+        "[{kind: position_dependent_friction, on: rail, parameters: {amplitude: 1, period: 0.2, phase: 1}}]",
+    ],
+)
+def test_beside_friction_that_the_spec_lacks_a_lead_is_as_sure(lacking: str, tmp_path: Path) -> None:
+    """It was lost in what the missing friction leaves, and ``compliance`` was named beside the friction."""
+    log = every(log_of(stage(lacking), tmp_path, "train.csv"))
+    lead = lead_of(Problem(system_of(stage()), smooth_motion(log), {}), 0)
+    assert lead.matters and lead.rows == pytest.approx(0.375, abs=0.13)
+    assert lead.deviation < 0.05
+    held = every(log_of(stage(lacking), tmp_path, "train.csv"), means=True)
+    assert not found(held)
 
 
 def test_a_command_that_is_held_is_left_alone(fast: Log) -> None:

@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from codegen.base.arrays import Array
-from codegen.diagnosis.evidence.residual_regression import LEAST_ROWS
+from codegen.diagnosis.evidence.residual_regression import KNOTS, LEAST_ROWS, since_reversal, splines
 from codegen.diagnosis.fit.credit import LEAST_SIZE
 from codegen.diagnosis.fit.linear import correlation, independent
+from codegen.diagnosis.fit.measure import drive_force
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.logs import Finding, Log
 from codegen.logs.uniform import earlier
@@ -36,6 +37,8 @@ OF_ITS_OWN = 1e-4
 """Least share of its square that the change by a lead has apart from the other terms."""
 SETTLED = 0.1
 """Rows by which the last of several estimates, each with the input shifted by those before, changes at most."""
+STEEP = np.geomspace(1e-3, 0.5, 10)
+"""Speeds and distances in which friction changes at low speed and after a reversal, as shares of top speed and span."""
 PASSES = 4
 """Most of these estimates. The residual is not linear in a long lead."""
 
@@ -75,8 +78,8 @@ def acting_earlier(log: Log, rows: Mapping[int, float]) -> Log:
 def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Finding, ...]]:
     """Index → lead in rows of the inputs that are corrected, and the findings.
 
-    The force residual is regressed on the change by a lead of half a row, with accelerations, speeds, their signs,
-    positions, v|v| and a constant for errors of the declared model. Where ``input_hold`` is stated nothing is
+    The force residual is regressed on the change by a lead of half a row, with terms for errors of the declared model
+    and for friction that it lacks (``_lacking``). Where ``input_hold`` is stated nothing is
     corrected, and a lead of more than ``HALF`` rows is a finding.
     """
     system, about = problem.system, log.description
@@ -158,7 +161,9 @@ def _lead(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
     if used.sum() < LEAST_ROWS or not np.any(change[used]):
         return Lead()
     x, v = motion.positions - motion.positions.mean(axis=0), motion.velocities
-    others = np.column_stack([motion.accelerations, v, np.sign(v), x, v[:, i] * np.abs(v[:, i]), np.ones(len(v))])
+    others = np.column_stack(
+        [motion.accelerations, v, np.sign(v), x, *_lacking(x[:, i], v[:, i], drive_force(problem.system, motion)[:, i])]
+    )
     others = motion.low_pass(others)[used]
     others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
     pair = np.column_stack([-change, residual])[used]
@@ -173,3 +178,17 @@ def _lead(problem: Problem, i: int, residual: Array, change: Array) -> Lead:
     count = max(1.0, independent(correlation(rest[:: max(1, round(1 / rate))])) * rate * len(rest))
     deviation = max(float(np.sqrt(float(rest @ rest) / count / square)), 1e-300)
     return Lead(halves / 2, deviation / 2, 1 - float(rest @ rest) / max(float(left @ left), 1e-300))
+
+
+def _lacking(x: Array, v: Array, drive: Array) -> tuple[Array, ...]:
+    """Regressors (N, m) each for forces that a model may lack at one coordinate.
+
+    Smooth curves over speed and position, the latter also with the sign of the speed; and of that sign Stribeck curves
+    exp(−|v|/v_s) and presliding exp(−d/d_s) at the distance d from a reversal, which are steep where splines are not,
+    and friction in proportion to the drive force.
+    """
+    sign, speed, distance = np.sign(v)[:, None], np.abs(v)[:, None], since_reversal(x, v)[:, None] ** 2
+    place = splines(x, KNOTS)
+    stribeck = sign * np.exp(-speed / (STEEP * max(float(np.quantile(speed, 0.95)), 1e-300)))
+    presliding = sign * np.exp(-distance / (STEEP * max(float(np.ptp(x)), 1e-300)))
+    return splines(v, KNOTS), place, place * sign, stribeck, presliding, sign * np.abs(drive)[:, None]
