@@ -59,6 +59,7 @@ def test_one_row_of_four_has_an_input_that_is_not_held(fast: Log) -> None:
     "lacking",
     [
         "[{kind: stribeck, on: rail, parameters: {delta: 2.0, v_s: 0.03, exponent: 1}}]",
+        "[{kind: load_dependent_friction, on: rail, parameters: {mu: 0.2}}]",
         "[{kind: position_dependent_friction, on: rail, parameters: {amplitude: 1, period: 0.2, phase: 1}}]",
     ],
 )
