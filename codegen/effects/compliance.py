@@ -21,7 +21,12 @@ STIFFNESS = EffectParameter("k", "{F}/{q}", "stiffness", low=0.0)
 """k, stiffness of the spring between motor and load."""
 DAMPING = EffectParameter("c", "{F}*s/{q}", "damping", low=0.0)
 """c, damping of the spring."""
-SHARE = EffectParameter("load_fraction", "1", "share ρ of the inertia behind the spring", low=0.0, high=1.0)
+LEAST_LOAD = 0.02
+"""Least load fraction that a diagnosis accepts. The effect of a lighter load is at its resonance only, and can be the
+same as that of a disturbance periodic in time."""
+SHARE = EffectParameter(
+    "load_fraction", "1", "share ρ of the inertia behind the spring", low=0.0, high=1.0, absent_at=LEAST_LOAD
+)
 """ρ, share of the inertia that is at the load."""
 FREQUENCIES = (0.15, 0.4, 1.0, 2.5, 6.0)
 """Starting values of the resonance frequency, as multiples of the log's cutoff frequency."""
@@ -43,9 +48,6 @@ RESTARTED_LOADS, IMPACT = (0.15, 0.35, 0.55, 0.75), 0.3
 """Load fractions, and damping ratio, from which a fit of backlash is repeated with the fitted stiffness. Slow motion
 under gravity depends on the stiffness only, so the load fraction of the first fit may be wrong by far. The simulated
 phase of a lightly damped load is then wrong, unless its frequency is right to about its damping ratio."""
-LEAST_LOAD = 0.02
-"""Least load fraction that a diagnosis accepts. The effect of a lighter load is at its resonance only, and can be the
-same as that of a disturbance periodic in time."""
 SEEN_GAP = 2.0
 """Least gap, in standard deviations of the position noise, for which backlash is distinguishable from compliance."""
 

@@ -56,6 +56,8 @@ class EffectParameter:
             top speed; None for any.
         as_number: whether the equations contain its declared value instead of a symbol. True for an exponent: SymPy
             then knows that the derivative of |u|**2 at 0 is finite.
+        absent_at: for a shape parameter without which the effect vanishes, such as the load behind a spring, the least
+            value that a log can show; None for others.
     """
 
     name: str
@@ -69,6 +71,7 @@ class EffectParameter:
     moved_in: Coordinate | None = None
     seen_at: tuple[float, float] | None = None
     as_number: bool = False
+    absent_at: float | None = None
 
     @property
     def coordinate(self) -> Coordinate:

@@ -10,7 +10,7 @@ import pytest
 
 from codegen.diagnosis.diagnose import Models, diagnose_log
 from codegen.diagnosis.evidence.estimate import Estimate
-from codegen.diagnosis.evidence.reservations import objections, remarks
+from codegen.diagnosis.evidence.reservations import may_be_absent, objections, remarks
 from codegen.diagnosis.fit.output_error import Fit, at_limit
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
@@ -187,3 +187,12 @@ def test_an_input_that_acts_late_looks_like_a_motion_that_is_logged_late(
 ) -> None:
     (words,) = said(log, kind, **values)[1]
     assert f"as if x were logged {by} late" in words and f"`late: {{x: {by}}}` in meta.yaml" in words
+
+
+@pytest.mark.parametrize(
+    ("load", "absent"), [((2.2e-5, 0.99998), True), ((0.53, 0.75), False), ((0.011, 0.014), False)]
+)
+def test_a_load_of_any_size_may_be_none(load: tuple[float, float], absent: bool) -> None:
+    """A spring of 6e-6 to 1e4 N·m/rad with a load of nothing to all of the inertia was named beside presliding."""
+    found = may_be_absent(CATALOGUE["compliance"], {"k": (5.7e-6, 1.1e4), "c": (4e-6, 7.8e3), "load_fraction": load})
+    assert found == (["load_fraction"] if absent else [])

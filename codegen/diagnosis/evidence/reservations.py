@@ -59,8 +59,9 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
 
 def may_be_absent(effect: Effect, intervals: Mapping[str, tuple[float, float]]) -> list[str]:
     """The parameters that scale an effect, if the interval of each holds the value at which it is absent."""
-    sizes = [(p.name, p.neutral) for p in effect.parameters if p.neutral is not None and p.name in intervals]
-    absent = all(intervals[name][0] <= neutral <= intervals[name][1] for name, neutral in sizes)
+    absences = [(p.name, p.absent_at if p.neutral is None else p.neutral) for p in effect.parameters]
+    sizes = [(name, value) for name, value in absences if value is not None and name in intervals]
+    absent = all(intervals[name][0] <= value <= intervals[name][1] for name, value in sizes)
     return [name for name, _ in sizes] if absent else []
 
 
