@@ -161,7 +161,8 @@ def runs_on(module: Any, seed: int) -> list[Callable[[], bool]]:
     return [begins, lambda: goes_on(1), lambda: goes_on(100)]
 
 
-def test_mutants_are_accepted_just_where_they_run_on() -> None:
+@pytest.mark.parametrize("count", in_part([50, 150], [50]))
+def test_mutants_are_accepted_just_where_they_run_on(count: int) -> None:
     """One operator or name in what init, predict and resume give the states is another, in the C and in Python."""
     twin, dice = sources("one_mass")["__init__.py"].decode(), random.Random(5)
     places = {  # of the C -> of the twin
@@ -170,7 +171,7 @@ def test_mutants_are_accepted_just_where_they_run_on() -> None:
         **{line: line.strip(" ;\n").replace("->", ".").replace("fabs", "abs") for line in (MISSED, RESUMED, LEVEL)},
     }
     refused = kept = 0
-    for k in range(150):
+    for k in range(count):
         line = dice.choice([*places])
         spot = dice.choice([*re.finditer(r" [-+*] |\b(?:parameters|outputs)->\w+", line)])
         options = [x for x in (" - ", " + ", " * ") if x != spot.group()]
@@ -189,4 +190,4 @@ def test_mutants_are_accepted_just_where_they_run_on() -> None:
         else:
             assert sound, wrong
             kept += 1
-    assert refused > 80 and kept > 0
+    assert refused > count / 2 and kept > 0

@@ -17,7 +17,7 @@ from codegen.spec.reader import parse_spec
 @pytest.mark.parametrize("given", [p for p in permutations("xvw") if p != tuple("xvw")])
 def test_exchanged_columns_are_named_with_the_right_ones(tmp_path, spec, given):
     """Whatever the order, the proposed lines give the log back as it was recorded."""
-    path = write_csv(tmp_path / "a.csv", rows(20))
+    path = write_csv(tmp_path / "a.csv", rows(20, 250))
     found = preflight(read_log(path, spec, columns=dict(zip("xvw", given, strict=True))), spec)
     (one,) = [f for f in found if f.topic == "columns"]
     assert one.severity == "problem" and not [f for f in found if f.topic.startswith(("scale", "sign"))]
@@ -28,7 +28,7 @@ def test_exchanged_columns_are_named_with_the_right_ones(tmp_path, spec, given):
 
 def test_a_scale_stays_with_its_variable(tmp_path, spec):
     """x is logged in mm, and the description says so of x, whatever column it takes."""
-    made = rows(20)
+    made = rows(20, 250)
     del made["v"]
     path = write_csv(tmp_path / "a.csv", {**made, "x": 1e3 * made["x"]})
     (tmp_path / "meta.yaml").write_text("columns: {x: w, w: x}\nunits: {x: mm}\n")
@@ -42,14 +42,14 @@ def test_a_scale_stays_with_its_variable(tmp_path, spec):
     ids=str,
 )
 def test_another_fault_is_no_exchange(tmp_path, spec, wrong):
-    made = rows(20)
+    made = rows(20, 250)
     path = write_csv(tmp_path / "a.csv", {name: wrong.get(name, 1.0) * column for name, column in made.items()})
     assert "columns" not in {f.topic for f in preflight(read_log(path, spec), spec)}
 
 
 def test_a_model_that_lacks_most_of_the_force_is_no_exchange(tmp_path):
     """A spring of ten times the inertia's force that the spec does not have: nothing fits, and nothing is proposed."""
-    made = rows(20)
+    made = rows(20, 250)
     del made["v"]
     made["w"] = made["w"] + 200 * made["x"]
     log = read_log(write_csv(tmp_path / "a.csv", made), spec := parse_spec(TEXT, Path("slider.yaml")))
@@ -70,7 +70,7 @@ friction:
   distribution: [[1, 0], [0, 1]]
   contacts: [{name: first, a: 3, unit: N}, {name: second, a: 3, unit: N}]
 """.replace("SECOND", second)
-    one, other = rows(20), rows(20, frequency=0.8)
+    one, other = rows(20, 250), rows(20, 250, frequency=0.8)
     weight = {"m": 1.0, "2.5*m": 2.5}[second]
     force = weight * (other["w"] - LEVEL * np.sign(other["v"])) + LEVEL * np.sign(other["v"])
     made = {"t": one["t"], "x": one["x"], "y": other["x"], "w": force, "f": one["w"]}
@@ -94,7 +94,7 @@ friction:
 
 def pair_rows(level: float = LEVEL) -> dict[str, np.ndarray]:
     """Two drives of 2 kg and 5 kg that move at frequencies of their own."""
-    one, other = rows(20), rows(20, frequency=0.8)
+    one, other = rows(20, 250), rows(20, 250, frequency=0.8)
     inertia = {"w": one["w"] - LEVEL * np.sign(one["v"]), "f": 2.5 * (other["w"] - LEVEL * np.sign(other["v"]))}
     forces = {"w": inertia["w"] + level * np.sign(one["v"]), "f": inertia["f"] + level * np.sign(other["v"])}
     return {"t": one["t"], "x": one["x"], "y": other["x"], "v": one["v"], "u": other["v"], **forces}
@@ -135,7 +135,7 @@ def test_a_velocity_bound_as_a_position_is_told(tmp_path, bound):
 @pytest.mark.parametrize("lacking", [0.0, 2.0])
 def test_a_model_without_much_of_a_force_is_no_velocity_as_position(tmp_path, lacking):
     """Of a machine of m a + d v = w, moved at one frequency, a spec without d has its force from the integral of x."""
-    made = rows(20)
+    made = rows(20, 250)
     made["w"] = made["w"] + lacking * MASS * made.pop("v")
     spec = parse_spec(TEXT, Path("slider.yaml"))
     assert "columns" not in {f.topic for f in preflight(read_log(write_csv(tmp_path / "a.csv", made), spec), spec)}

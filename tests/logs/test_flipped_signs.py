@@ -87,7 +87,7 @@ mass_matrix: [[a, b*cos(p)], [b*cos(p), c]]
 force: [w + b*u**2*sin(p), -b*g*sin(p)]
 friction: {distribution: [[1], [0]], contacts: [{name: rail, a: 15, unit: N}]}
 """
-    t, step = np.arange(0, 20, 5e-4), 5e-4
+    t, step = np.arange(0, 8, 5e-4), 5e-4
     state, rows = np.zeros(4), []
     force = 60 * np.sin(1.9 * t) + 45 * np.sin(4.5 * t)
 

@@ -27,26 +27,26 @@ def findings_of(path: Path, columns: dict, about: Path) -> list[Finding]:
 
 
 def test_a_good_log(tmp_path):
-    found = findings(tmp_path, rows(20))
+    found = findings(tmp_path, rows(20, 250))
     assert {f.severity for f in found.values()} == {"info"}
     motion = found["motion of x"].figures
     assert motion["reversals"] == 20
     assert motion["velocity_max"] == pytest.approx(0.1 * np.pi, rel=1e-3)
     assert motion["position_max"] == pytest.approx(0.1, rel=1e-6)
-    assert found["sample rate"].figures["rate_hz"] == pytest.approx(500)
-    assert found["duration"].figures["samples"] == 10000
+    assert found["sample rate"].figures["rate_hz"] == pytest.approx(250)
+    assert found["duration"].figures["samples"] == 5000
     assert found["sign and scale of w"].figures["factor"] == pytest.approx(1, abs=0.02)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
 def test_reversals_are_not_made_of_noise(tmp_path, noise):
-    made = rows(20)
+    made = rows(20, 250)
     made["x"] = made["x"] + noise * np.random.default_rng(0).normal(size=len(made["x"]))
     assert findings(tmp_path, made)["motion of x"].figures["reversals"] == 20
 
 
 def test_standstill(tmp_path):
-    t = np.arange(10000) / 500
+    t = np.arange(5000) / 250
     made = {"t": t, "x": np.where(t < 15, 0.2, 0.2 + 0.1 * (1 - np.cos(np.pi * (t - 15)))), "w": np.sin(t)}
     motion = findings(tmp_path, made)["motion of x"]
     assert motion.figures["standstill"] == pytest.approx(0.75, abs=0.02)
@@ -80,7 +80,7 @@ def test_encoder(tmp_path):
 
 
 def test_inputs(tmp_path):
-    made = rows(20)
+    made = rows(20, 250)
     assert "zero throughout" in findings(tmp_path, {**made, "w": 0 * made["w"]})["input w"].words
     assert "constant at 2 N" in findings(tmp_path, {**made, "w": 0 * made["w"] + 2})["input w"].words
     wave = np.sin(7 * made["t"])
@@ -91,7 +91,7 @@ def test_inputs(tmp_path):
 
 
 def test_sign_and_scale(tmp_path):
-    made = rows(20)
+    made = rows(20, 250)
     flipped = findings(tmp_path, {**made, "w": -made["w"]})["sign and scale of w"]
     assert flipped.severity == "problem" and "sign of input w seems flipped" in flipped.words
     for factor in (0.1, 10.0):
@@ -104,7 +104,7 @@ def test_sign_and_scale(tmp_path):
 
 def test_the_line_that_mends_an_input_mends_it(tmp_path):
     """The line between backquotes is written into meta.yaml, and the log then fits; 30 is no power of 1000."""
-    made, about = rows(20), tmp_path / "about.yaml"
+    made, about = rows(20, 250), tmp_path / "about.yaml"
 
     def told(log: dict, meta: str = "scale: {w: 1}") -> Finding:
         about.write_text(f"{meta}\n")
@@ -122,14 +122,14 @@ def test_the_line_that_mends_an_input_mends_it(tmp_path):
 
 
 def test_a_limit_is_not_taken_for_a_scale(tmp_path):
-    made = rows(20)
+    made = rows(20, 250)
     command = np.where(np.abs(made["w"]) > 3.5, 10 * made["w"], made["w"])  # what a limit of 3.5 N keeps from acting
     told = findings(tmp_path, {**made, "w": command})["sign and scale of w"]
     assert told.severity == "warning" and told.figures["factor"] < 1 / 3 < told.figures["factor_at_small_input"]
 
 
 def test_undriven_coordinate(tmp_path):
-    t = np.arange(10000) / 500
+    t = np.arange(5000) / 250
     text = TEXT.replace("force: [w]", "force: [-k*x]").replace("inputs: {w: {unit: N}}\n", "")
     text = text.replace("parameters:\n", "parameters:\n  k: {value: STIFF, unit: N/m}\n").replace(
         f"a: {LEVEL}", "a: 0.01"
@@ -143,13 +143,13 @@ def test_undriven_coordinate(tmp_path):
 
 def test_without_contacts(tmp_path):
     text = TEXT[: TEXT.index("friction:")] + "friction: {distribution: [[]], contacts: []}\n"
-    made = rows(20)
+    made = rows(20, 250)
     made["w"] = made["w"] - LEVEL * np.sign(made["v"])
     assert findings(tmp_path, made, text)["sign and scale of w"].figures["factor"] == pytest.approx(1, abs=0.02)
 
 
 def test_envelope(tmp_path):
-    found = findings(tmp_path, rows(20), TEXT + "envelope: {x: [-0.05, 0.05], v: [-1, 1], w: [-100, 100]}\n")
+    found = findings(tmp_path, rows(20, 250), TEXT + "envelope: {x: [-0.05, 0.05], v: [-1, 1], w: [-100, 100]}\n")
     assert found["envelope of x"].severity == "warning"
     assert found["envelope of x"].figures["share"] == pytest.approx(2 / 3, abs=0.01)  # |sin| > 1/2
     assert "envelope of v" not in found and "envelope of w" not in found
@@ -174,7 +174,7 @@ def test_gaps_jumps_repairs_and_short_logs(tmp_path):
 @pytest.mark.parametrize("unit", [0.001, 57.3, 1000.0])
 def test_a_coordinate_in_another_unit_is_blamed_and_not_the_input(tmp_path, unit):
     """Inertia grows with the scale of x, Coulomb friction does not; both grow with that of w."""
-    made = rows(20)
+    made = rows(20, 250)
     t, v = made["t"], made["v"] + 0.003 * 31 * np.cos(31 * made["t"])
     made["w"] += LEVEL * (np.sign(v) - np.sign(made["v"])) - MASS * 0.003 * 31**2 * np.sin(31 * t)
     made["x"] += 0.003 * np.sin(31 * t)
@@ -199,7 +199,7 @@ friction: {distribution: [[0], [1]], contacts: [{name: ground, law: coulomb, a: 
 @pytest.mark.parametrize("name", ["x1", "x2"])
 def test_of_two_coupled_coordinates_the_one_in_another_unit_is_named(tmp_path, name):
     """Forces by the equations of motion. In mm, the undriven x1 disturbed the balance of x2 alone, which was blamed."""
-    t = np.arange(15000) / 500
+    t = np.arange(7500) / 250
     waves = [(0.1, 2.5, 0.0), (0.03, 6.7, 1.0)]
     x1, a1 = (sum(b * (-(o**2)) ** k * np.sin(o * t + p) for b, o, p in waves) for k in (0, 1))
     j1 = sum(b * o**4 * np.sin(o * t + p) for b, o, p in waves)  # the fourth derivative
@@ -214,7 +214,7 @@ def test_of_two_coupled_coordinates_the_one_in_another_unit_is_named(tmp_path, n
 
 
 def test_motion_that_no_input_could_make_is_in_another_unit(tmp_path):
-    made = rows(20)
+    made = rows(20, 250)
     told = findings(tmp_path, {**made, "x": 1000 * made["x"]})["scale of x"]
     top = MASS * 1000 * 0.1 * np.pi**2 / np.sqrt(2)
     assert told.severity == "problem" and told.figures["times"] == pytest.approx(
@@ -223,7 +223,7 @@ def test_motion_that_no_input_could_make_is_in_another_unit(tmp_path):
 
 
 def test_where_friction_does_not_tell_the_envelope_does(tmp_path):
-    made = rows(20)
+    made = rows(20, 250)
     made["w"] = made["w"] - LEVEL * np.sign(made["v"])
     text = (
         TEXT[: TEXT.index("friction:")] + "friction: {distribution: [[]], contacts: []}\nenvelope: {v: [-0.5, 0.5]}\n"
@@ -238,7 +238,7 @@ def test_where_friction_does_not_tell_the_envelope_does(tmp_path):
 
 def moving_in_mm(share: float = 1.0) -> dict:
     """Two tones and the force for them, with ``share`` of the declared inertia; x in mm."""
-    t = np.arange(10000) / 500
+    t = np.arange(5000) / 250
     waves = [(0.1, 3.1, 0.0), (0.004, 29.0, 0.4)]
     x, a = (sum(b * (-(o**2)) ** k * np.sin(o * t + p) for b, o, p in waves) for k in (0, 1))
     v = sum(b * o * np.cos(o * t + p) for b, o, p in waves)
@@ -312,7 +312,7 @@ def test_declared_effects_are_part_of_the_balance_of_forces(tmp_path, effect, fo
 def test_a_position_and_its_measured_velocity_of_two_scales(tmp_path, factor, offer):
     about = tmp_path / "about.yaml"
     about.write_text("units: {x: cm}\n")
-    made = rows(20)
+    made = rows(20, 250)
     made["x"] *= 100 * factor
     found = [f for f in findings_of(tmp_path, made, about) if "measured v" in f.words]
     assert len(found) == bool(offer)
@@ -332,7 +332,7 @@ friction: {distribution: [[1]], contacts: [{name: joint, a: 0.15, unit: N*m}]}
 
 def test_an_input_computed_from_the_position_is_told(tmp_path):
     """Gravity compensation, moved by hand; with a torque that moves the arm the same motion is a good log."""
-    t = np.arange(15000) / 500
+    t = np.arange(7500) / 250
     q = -1.5 + 1.2 * np.sin(0.5 * t) + 0.4 * np.sin(1.3 * t + 1)
     v, a = np.gradient(q, t), np.gradient(np.gradient(q, t), t)
     noise = 0.003 * np.random.default_rng(1).normal(size=len(t))
