@@ -181,7 +181,7 @@ def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
             of_others = prod(one for x, (_, one) in turned.items() if x not in own[place])
             for rows in ([[of_others]], *(rows for x, (rows, _) in turned.items() if x in own[place])):
                 table = of_next(table, rows)
-            made[place], common = table, of_both(common, table)
+            made[place], common = table, gcd(common, *table)  # short numbers are fast
         parts: Any = defaultdict(lambda: defaultdict(list))  # which variables -> k of each -> entries
         for place, table in made.items():
             where = tuple(x in own[place] for x in degree)
@@ -200,19 +200,13 @@ def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
 
 def of_next(table: list[int], rows: list[list[int]]) -> list[int]:
     """The table with k in place of the power of its first variable, now the last: so each in its turn is the first."""
-    step, weights, found = len(table) // len(rows), [*zip(*rows, strict=True)], list[int]()
-    for column in zip(*(table[at : at + step] for at in range(0, len(table), step)), strict=True):
+    step, found = len(table) // len(rows), list[list[int]]()
+    parts = [table[at : at + step] for at in range(0, len(table), step)]  # one for each power
+    for weights in zip(*rows, strict=True):
         demand(True, "")
-        found += [sum(map(mul, column, each)) for each in weights] if any(column) else column
-    return found
-
-
-def of_both(common: int, table: list[int]) -> int:
-    """The largest number that divides `common` and all of the table: short numbers are fast."""
-    for c in table:
-        demand(True, "")
-        common = gcd(common, c)
-    return common
+        scaled = [[weight * c for c in part] for weight, part in zip(weights, parts, strict=True)]
+        found.append([*map(sum, zip(*scaled, strict=True))])
+    return [c for of_each in zip(*found, strict=True) for c in of_each]
 
 
 def ends(x: str, cell: Box) -> Any:

@@ -388,14 +388,16 @@ def require_invariant(
     kernel.semidefinite(gap, shown["box"], proof["cover"], shown["known"])
 
 
-def grown(start: list[Fraction], step: Any, columns: Any) -> list[tuple[int, list[int]]]:
+def grown(start: list[Fraction], sparse: Any, by: int, more: list[int]) -> list[tuple[int, list[int]]]:
     """Pairs (m, bounds of each error for the first m samples after ``start``, times GRID, rounded up), m rising.
 
-    A sample later |e_i| is at most the sum of |step_ij| |e_j| and of the disturbances' |columns_ij|.
+    A sample later |e_i| is at most the sum of |step_ij| |e_j| and of what the disturbances add.
+
+    Args:
+        sparse, by: for each error i the pairs (j, |step_ij| * by), integers that are not 0.
+        more: the most that disturbances add to each error, times GRID, rounded up.
     """
-    (rows, by), pushed = kernel.integers(step), [sum(abs(c[i]) for c in columns if c[i]) for i in range(len(start))]
-    sparse = [[(j, abs(a)) for j, a in enumerate(row) if a] for row in rows]
-    more, now = ([ceil(x * GRID) for x in each] for each in (pushed, start))
+    now = [ceil(x * GRID) for x in start]
     most, found = now, [(0, now)]
     for m in range(1, 2**LEVELS):
         now = [p - (-sum([a * now[j] for j, a in row]) // by) for row, p in zip(sparse, more, strict=True)]
@@ -409,11 +411,9 @@ class Line(NamedTuple):
     """A bound that is to be shown: |c'e| <= bound at each number of ``samples``, or from the first on if not ``ends``.
 
     Attributes:
-        place: among all lines. row: place of c among the rows. start: the errors' bounds at the start, None for any.
+        start: the errors' bounds at the start, None for any.
     """
 
-    place: int
-    row: int
     c: Row
     bound: Fraction
     samples: range
@@ -442,9 +442,8 @@ def require_bounds(
         r >= 1 and kernel.positive(kernel.integers(inside)[0]),
         "the box of `within` is not inside the set: not positive semidefinite",
     )
-    rows: dict[Row, int] = {}  # row c -> its place among them
     lines: list[Line] = []
-    due: dict[int, list[Line]] = {}  # number of samples -> lines of which all is shown before it, but not there
+    last: dict[Row, int] = {}  # row c -> the last sample at which it is asked for
     asked: set[int] = set()
     for row, count, start, end in claimed_rows(set_):
         for text in (count, end or "0"):
@@ -455,30 +454,52 @@ def require_bounds(
         kernel.demand(any(c), "a bound of 0 times every error")
         samples = range(int(count), int(end) if end else int(count) + 1)
         kernel.demand(samples, "the samples of `after` do not rise")
-        row_start, where = None if start is None else tuple(start), rows.setdefault(tuple(c), len(rows))
-        lines.append(Line(len(lines), where, tuple(c), bound, samples, row_start, bool(end)))
-        due.setdefault(samples.start, []).append(lines[-1])
+        lines.append(Line(tuple(c), bound, samples, None if start is None else tuple(start), bool(end)))
+        last[lines[-1].c] = max(last.get(lines[-1].c, 0), samples[-1])
         asked.update(samples)
-        kernel.demand(len(rows) * len(asked) * len(Q) <= MOST_ENTRIES, "too many rows at too many samples")
-    kernel.demand(len(rows) <= MOST_ROWS, "too many rows")
+        kernel.demand(len(last) * len(asked) * len(Q) <= MOST_ENTRIES, "too many rows at too many samples")
+    kernel.demand(len(last) <= MOST_ROWS, "too many rows")
     noise = [largest(p, most, proof) for p in shift]
-    (entering, unit), (squares, by) = kernel.integers(columns), kernel.integers(Q)
+    entering, unit = kernel.integers(columns)
+    whole_step, denominator = kernel.integers(step)
+    sparse = [[(j, abs(a)) for j, a in enumerate(row) if a] for row in whole_step]
+    more = [-(-sum(abs(c[i]) for c in entering) * GRID // unit) for i in range(len(Q))]
     starts: dict[Any, list[tuple[int, list[int]]]] = {}
     for begun in {line.start for line in lines if line.start is not None}:
         whole = [number(s) + x for s, x in zip(begun, noise, strict=True)]  # with the noise of that sample
         within_box = min(map(number, begun)) >= 0 and all(s <= x for s, x in zip(whole, within, strict=True))
         kernel.demand(within_box, "`start` is not inside the box of `within`")
-        starts[begun] = grown(whole, step, columns)
-    if not lines:
-        return []
-    level = [0] * len(lines)
+        starts[begun] = grown(whole, sparse, denominator, more)
+    for samples_ in sorted({*last.values()}):  # rows that are asked for equally long are carried together
+        alike = [line for line in lines if last[line.c] == samples_]
+        require_carried(alike, samples_, Q, r, step, entering, unit, starts)
+    bounds = []
+    for line in lines:
+        direct = sum((kernel.term(a) * d for a, d in zip(line.c, shift, strict=True) if a), kernel.Poly())
+        bounds.append(line.bound + largest(direct, most, proof))
+    return bounds
+
+
+def require_carried(
+    lines: list[Line], last: int, Q: Any, r: Fraction, step: Any, entering: Any, unit: int, starts: dict[Any, Any]
+) -> None:
+    """ValueError if one of these lines is not shown by lemmas D and E.
+
+    Args:
+        last: the last sample at which a row is asked for. starts: a line's start -> what ``grown`` says of it.
+    """
+    rows, (squares, by) = {c: k for k, c in enumerate({line.c: None for line in lines})}, kernel.integers(Q)
+    due: dict[int, list[tuple[Line, int, int]]] = {}  # samples -> lines of which all is shown before, not there
+    for line in lines:  # each with the place of its row, and the place in its start from which on it was shown last
+        due.setdefault(line.samples.start, []).append((line, rows[line.c], 0))
 
     def rows_due(n: int) -> set[int]:
-        return {line.row for line in due.get(n, ())}
+        return {row for _, row, _ in due.get(n, ())}
 
-    for n, moved in propagated([*rows], rows_due, max(asked), step, entering, unit, larger):
-        for line in due.pop(n):
-            (entries, summed), (a, b) = moved[line.row], line.bound.as_integer_ratio()
+    larger = [[r * x for x in row] for row in Q]
+    for n, moved in propagated([*rows], rows_due, last, step, entering, unit, larger):
+        for line, row, level in due.pop(n):
+            (entries, summed), (a, b) = moved[row], line.bound.as_integer_ratio()
             scale = b * unit * GRID
             gap = a * unit * GRID - b * summed  # what the bound leaves to the row of e, times scale
             if n == line.samples.start:
@@ -488,18 +509,13 @@ def require_bounds(
                     continue
                 kernel.demand(line.ends, "a bound of the claim is smaller than the proved one")
             magnitudes, sizes = [*map(abs, entries)], starts[line.start]
-            most_, k = gap * GRID * GRID // scale, min(level[line.place] + 1, len(sizes) - 1)
+            most_, k = gap * GRID * GRID // scale, min(level + 1, len(sizes) - 1)
             while k >= 0 and sum(map(mul, magnitudes, sizes[k][1])) > most_:
                 k -= 1
             kernel.demand(k >= 0, "a bound of the claim is smaller than the proved one")
-            level[line.place], later = k, n + sizes[k][0] + 1
+            later = n + sizes[k][0] + 1
             if later in line.samples:
-                due.setdefault(later, []).append(line)
-    bounds = []
-    for line in lines:
-        direct = sum((kernel.term(a) * d for a, d in zip(line.c, shift, strict=True) if a), kernel.Poly())
-        bounds.append(line.bound + largest(direct, most, proof))
-    return bounds
+                due.setdefault(later, []).append((line, row, k))
 
 
 def prove(proof: dict[str, Any], claim: dict[str, Any], files: dict[str, str]) -> list[list[Fraction]]:

@@ -228,16 +228,15 @@ def moved(shape: Shape, m: Moves, weights: Any, edges: list[int], ways: int) -> 
     """
     kernel.demand(True, "")  # that there is time left
     corners, radii, (start, width) = polygon(shape[0]), shape[1], edges
-    points = {(x // w, y // w, 0) for x, y, w in corners} | {
-        (x // w, y // w, GRID) for x, y, w in cut(corners, 1, 0, start)
-    }
+    still = {(x // w, y // w) for x, y, w in corners}  # d is 0; where its weight is not above 0, these are all
+    points = {(x, y, 0) for x, y in still} | {(x // w, y // w, GRID) for x, y, w in cut(corners, 1, 0, start)}
     between = cut(cut(corners, 1, 0, start + width), -1, 0, -start)
     points |= {(x // w, y // w, GRID * ((start + width) * w - x) // (width * w)) for x, y, w in between}
 
     def largest(sums: Any) -> int:
         most: list[int] = []
         for (a, b, c), number, others, by in sums:
-            corner = max([a * x + b * y + c * d for x, y, d in points])
+            corner = max([a * x + b * y + c * d for x, y, d in points] if c > 0 else [a * x + b * y for x, y in still])
             most.append(-(-(corner + number + dot(others, radii)) // by))
         return max(most)
 
