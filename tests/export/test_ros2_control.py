@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 import subprocess
 from pathlib import Path
@@ -10,8 +11,10 @@ import pytest
 from lxml import etree
 
 from codegen.app.machine import load
+from codegen.base.compiler import cached
 from codegen.spec import read_spec
 from tests.app.command import SPECS, stiction
+from tests.compiled.toolchain import version
 
 HERE = Path(__file__).parent
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Werror"]
@@ -53,13 +56,26 @@ def test_the_controller_has_the_bits_of_the_plain_c_and_allocates_nothing(
     }
     folders = ["-isystem", HERE / "ros2_stand_in", "-I", package / "include", "-I", package / "src"]
     folders += ["-I", package / "include" / name]
-    compiled(["cc", "-std=c99", "-ffp-contract=off", *STRICT, "-c", package / f"src/{spec}.c", "-o", tmp_path / "c.o"])
+    plain = ["cc", "-std=c99", "-ffp-contract=off", *STRICT, "-c", package / f"src/{spec}.c", "-o", tmp_path / "c.o"]
     sources = [package / "src/friction_compensation.cpp", HERE / "ros2_run.cpp"]
     wrapped = ["-Wl,--wrap=malloc", "-Wl,--wrap=calloc", "-Wl,--wrap=realloc"]
     given = [f"-D{key}={value}" for key, value in macros.items()]
     options = ["-std=c++17", "-O1", "-ffp-contract=off", *STRICT, "-Wno-mismatched-new-delete", *folders, *wrapped]
-    compiled(["g++", *options, *given, *sources, tmp_path / "c.o", "-o", tmp_path / "run"])
-    done = subprocess.run([tmp_path / "run"], capture_output=True, text=True, check=False)
+    program = tmp_path / "run"
+
+    def make() -> bytes:
+        compiled(plain)
+        compiled(["g++", *options, *given, *sources, tmp_path / "c.o", "-o", program])
+        return program.read_bytes()
+
+    read = [
+        path.read_bytes() for folder in (package, HERE) for path in sorted(folder.rglob("*.[ch]*")) if path.is_file()
+    ]
+    used = [*map(str, [*options, *given]), *(hashlib.sha256(content).hexdigest() for content in read)]
+    used = [part.replace(str(tmp_path), "") for part in used]
+    program.write_bytes(cached(["ros2_control", version("cc"), version("g++"), *used], make))
+    program.chmod(0o700)
+    done = subprocess.run([program], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
     last = done.stdout.splitlines()[-1]
     assert last.startswith("same; faults 20, limited ") and 0 < int(last.split()[-1]) < 2000 * m

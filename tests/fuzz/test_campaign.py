@@ -1,4 +1,4 @@
-"""Half a minute of damaged files: so many a family, each a result or one clear error; `make fuzz` runs an hour."""
+"""Damaged files of each family, each a result or one clear error; `make check-all` has more, `make fuzz` an hour."""
 
 from __future__ import annotations
 
@@ -6,23 +6,27 @@ from pathlib import Path
 
 import pytest
 
+from tests.in_part import in_part
+
 from . import proof_cases
 from .broken_cases import CALLS
 from .campaign import Campaign, campaign, families, table
 from .corpus_cases import folders
 
-COUNTS = {"spec": 50, "log": 100, "library": 40, "robot": 20, "proof": 20}
-FURTHER = pytest.param(1, marks=pytest.mark.slow)
+COUNTS = {"spec": 25, "log": 40, "library": 20, "robot": 10, "proof": 10}
+TIMES = [(0, 1), (1, 4)]
+"""First case and number of cases, in multiples of the count; the second in `make check-all`."""
 
 
-@pytest.mark.parametrize("again", [0, FURTHER])
+@pytest.mark.parametrize(("first", "times"), in_part(TIMES, TIMES[:1], several=True))
 @pytest.mark.parametrize("family", COUNTS)
-def test_damaged_files_give_a_result_or_one_clear_error(family: str, again: int) -> None:
+def test_damaged_files_give_a_result_or_one_clear_error(family: str, first: int, times: int) -> None:
     _skip_without_libraries(family)
-    found = campaign(family, again * COUNTS[family], COUNTS[family])
+    count = times * COUNTS[family]
+    found = campaign(family, first * COUNTS[family], count)
     assert found.failures == [], table([found])
-    assert found.cases == COUNTS[family]
-    assert min(found.of("result"), found.of("error")) > COUNTS[family] / 20 or family == "proof"
+    assert found.cases == count
+    assert min(found.of("result"), found.of("error")) > count / 20 or family == "proof"
 
 
 def test_a_campaign_notices_every_way_to_fail_and_keeps_what_is_needed_to_see_it_again(tmp_path: Path) -> None:

@@ -64,12 +64,15 @@ class Case:
 
 
 def diagnosed(folder: Path, text: str, truth: str, level: float = 3) -> Case:
-    """Simulate a spec with ``truth`` for its effects and a level, and diagnose the log with the spec as it is."""
+    """Simulate a spec with ``truth`` for its effects and a level, and diagnose the log with the spec as it is, among a
+    few kinds: the page is what is tested.
+    """
     spec = parse_spec(text, folder / "spec.yaml")
     real = parse_spec(text.replace("effects: []", truth).replace("a: 3,", f"a: {level},"), folder / "real.yaml")
     path = folder / "log.csv"
     write_log(path, spec, simulate(real, add_declared_effects(build_system(real), real)))
-    return Case(spec, *diagnose_log(spec, build_system(spec), read_log(path, spec)))
+    with among("offset", "coulomb_asymmetry", "viscous", "spring", "cogging"):
+        return Case(spec, *diagnose_log(spec, build_system(spec), read_log(path, spec)))
 
 
 @pytest.fixture(scope="session")
@@ -89,5 +92,4 @@ def two_masses(tmp_path_factory: pytest.TempPathFactory) -> Case:
     """Two coordinates and an observer, from the shipped spec; the second mass is pushed by an offset."""
     text = (resource_folder("specs") / "two_mass.yaml").read_text(encoding="utf-8")
     text = text.replace("duration: 30", "duration: 8").replace("sample_time: 0.002", "sample_time: 0.005")
-    with among("offset", "coulomb_asymmetry", "viscous", "spring", "cogging"):
-        return diagnosed(tmp_path_factory.mktemp("two"), text, OFFSET.replace("x", "x2").replace("1.5", "12"))
+    return diagnosed(tmp_path_factory.mktemp("two"), text, OFFSET.replace("x", "x2").replace("1.5", "12"))

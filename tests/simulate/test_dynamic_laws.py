@@ -198,7 +198,7 @@ def test_mixed_machine_follows_radau():
     _, mixed = read_machine(
         TWO_SPRINGS.replace("law: coulomb, a: {between}", "law: dahl, a: 2, c: 300").format(ground=5)
     )
-    time = np.arange(0, 1.5, 0.01)
+    time = np.arange(0, 1.0, 0.01)
     w = 14 * np.sin(4 * time)
 
     def rate(_, y, w):

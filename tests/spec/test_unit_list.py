@@ -136,10 +136,12 @@ VALUES = ("33.5", "0.123456789", "7e-3", "1234567890.12345")
 @pytest.mark.parametrize("unit", UNITS)
 def test_a_value_is_rounded_once(unit: str) -> None:
     """The value in SI is the decimal that the nearest double prints, and nothing between was rounded."""
-    for value in VALUES:
-        text = MACHINE.format(declared=f"p: {{value: {value}, unit: {unit}}}", mass="m")
-        (found,) = (p.value for p in parse_spec(text, Path("a.yaml")).parameters if p.name == "p")
-        assert Fraction(int(found.p), int(found.q)) == Fraction(repr(rounded_once(unit, Fraction(value))))
+    declared = "\n  ".join(f"p{k}: {{value: {value}, unit: {unit}}}" for k, value in enumerate(VALUES))
+    read = parse_spec(MACHINE.format(declared=declared, mass="m"), Path("a.yaml")).parameters
+    found = {p.name: p.value for p in read}
+    for k, value in enumerate(VALUES):
+        exact = found[f"p{k}"]
+        assert Fraction(int(exact.p), int(exact.q)) == Fraction(repr(rounded_once(unit, Fraction(value))))
 
 
 MACHINE = """
