@@ -144,7 +144,7 @@ def test_a_refit_finds_the_parameters_of_a_declared_law_with_states(tmp_path: Pa
     text = "law: lugre, sigma_0: 20000, sigma_1: 60, sigma_2: 1, F_c: 4, F_s: {F_s}, v_s: 0.02"
 
     def machine_with(F_s: float) -> Spec:
-        plain = stage()
+        plain = stage(duration=7.0)
         return parse_spec(plain.text.replace("law: coulomb, a: 4.0", text.format(F_s=F_s)), plain.path)
 
     log = log_of(machine_with(5.0), tmp_path, "log.csv")
@@ -177,7 +177,7 @@ def test_the_force_residual_sees_it(kind: str, tmp_path: Path) -> None:
     place = {"rail": "rail", "x": "x", "f": "w"}[PLACES[CATALOGUE[kind].sits_on]]
     values = ", ".join(f"{name}: {value}" for name, value in VALUES[kind].items())
     entry = f"[{{kind: {kind}, on: {place}, parameters: {{{values}}}}}]"
-    motion = smooth_motion(log_of(stage(entry, level=4.0), tmp_path, "log.csv"))
+    motion = smooth_motion(log_of(stage(entry, level=4.0, duration=6.0), tmp_path, "log.csv"))
     moving = motion.usable & (np.abs(motion.velocities[:, 0]) > 0.05)
     left, without = (
         np.abs(inverse_dynamics_residual(system_of(stage(e)), motion)[moving, 0]).mean() for e in (entry, "[]")
