@@ -70,6 +70,7 @@ def test_call(folder, arguments, words):
     assert list(contents(folder)) == ["good.csv"]
 
 
+@pytest.mark.slow  # in make test a bad spec is told by a process
 def test_as_a_process(folder):
     (folder / "log.csv").write_text(FAULTS["nan"][0])
     result = process("diagnose", SPECS / "one_mass.yaml", "log.csv", cwd=folder)

@@ -15,7 +15,7 @@ from codegen.diagnosis.results import Diagnosis
 from codegen.effects import CATALOGUE
 from codegen.effects.register import load_effects
 from codegen.spec import Spec, parse_spec
-from tests.diagnosis.stage import STAGE, TEST, TRAIN, diagnosed, log_of, stage, system_of
+from tests.diagnosis.stage import STAGE, TEST, TRAIN, among, diagnosed, log_of, stage, system_of
 from tests.in_part import in_part
 from tests.told import refused
 
@@ -89,12 +89,19 @@ def test_only_a_wrong_level_is_no_effect(tmp_path: Path) -> None:
     assert diagnosis.refit.force_rms < diagnosis.declared.force_rms
 
 
-def test_a_force_that_is_no_effect_of_the_catalogue_is_unknown_and_not_nothing(tmp_path: Path) -> None:
+OF_TIME = ("friction_drift", "offset", "spring", "cogging", "input_gain", "viscous")
+
+
+@pytest.mark.parametrize("kinds", in_part([ALL, OF_TIME], [OF_TIME]))
+def test_a_force_that_is_no_effect_of_the_catalogue_is_unknown_and_not_nothing(
+    kinds: tuple[str, ...], tmp_path: Path
+) -> None:
     log = log_of(stage(), tmp_path, "train.csv")
     # A shaking foundation: 3 N at 2.9 Hz, which the log of the input does not hold.
     log.inputs[:, 0] -= 3.0 * np.sin(2 * np.pi * 2.9 * log.time) * (np.sin(2 * np.pi * 0.11 * log.time) > 0)
     spec = stage()
-    diagnosis, models = diagnose_log(spec, system_of(spec), log)
+    with among(*kinds):
+        diagnosis, models = diagnose_log(spec, system_of(spec), log)
     assert diagnosis.verdict == "unknown", diagnosis.sentence
     assert diagnosis.effects == () and diagnosis.as_json()["reliability"] is None
     assert parse_spec(models.spec_text, Path("spec.yaml")).effects == ()
