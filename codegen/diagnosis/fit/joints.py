@@ -10,7 +10,7 @@ of joints. So an unexplained force affects its own joint only.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Lock
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.recent import recent
 from codegen.diagnosis.fit.record import Record
-from codegen.diagnosis.fit.shooting import Shooter, Structure, has_bristles, owners, terms_of
+from codegen.diagnosis.fit.shooting import FreeRun, Shooter, Structure, has_bristles, owners, terms_of
 from codegen.diagnosis.fit.signals import central_difference
 from codegen.mechanics.casadi_form import symbol_values, to_casadi
 from codegen.mechanics.computed import ComputedEntry
@@ -272,15 +272,14 @@ class JointShooter:
         driven = [len(j.inputs) for j in joints]
         self._shooter = Shooter([j.system for j in joints], called, loads, driven, jumps=jumps, at_once=at_once)
 
-    def at(
-        self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int
-    ) -> Callable[[Array], Array]:
+    def at(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> FreeRun:
         """Positions (S, L, n) of every segment, as by ``Shooter.at``; as measured for joints that are not compared."""
         n, along = len(self._models[model]), self.terms.along(record.positions, record.velocities, record.sample_time)
         p = np.asarray(p, dtype=float)
         off = p[self._rigid[model]] - self.terms.declared
 
-        def run(states: Array) -> Array:
+        def run(states: Array, loads: Array | None = None) -> Array:
+            assert loads is None  # the loads of an arm's joints are only followed
             out = np.asarray(record.measured[record.start[:, None] + np.arange(record.length)])
             for one in self._models[model]:
                 i = one.joint.index

@@ -19,8 +19,8 @@ from codegen.diagnosis.fit.residual import (
     level_parameters,
     residual_at_drive,
 )
+from codegen.diagnosis.fit.restarted_run import free_run
 from codegen.diagnosis.fit.signals import TRIM_S, Motion, central_difference
-from codegen.diagnosis.fit.trial import free_run
 from codegen.diagnosis.results import ErrorFigures
 from codegen.mechanics.system import Matrix, System
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
 from itertools import pairwise, zip_longest
-from typing import Any
+from typing import Any, Protocol
 
 import casadi
 import numpy as np
@@ -141,6 +141,12 @@ class Structure:
     rest: Array
 
 
+class FreeRun(Protocol):
+    """Positions of free runs from start states and, where given, corrections of the start states of loads."""
+
+    def __call__(self, states: Array, loads: Array | None = None, /) -> Array: ...
+
+
 class Shooter:
     """Compiled free-run simulations of several systems."""
 
@@ -175,10 +181,10 @@ class Shooter:
         flags = PLAIN if plain else UNROLLED
         self._compiled = in_background(_library, source, flags) if at_once else cache(partial(_library, source, flags))
 
-    def at(
-        self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int
-    ) -> Callable[[Array], Array]:
+    def at(self, model: int, p: Array, structure: Structure, record: Record, drive: Array, substeps: int) -> FreeRun:
         """The free run of every segment, as a function of start states (S, 2n): positions (S, L, n).
+
+        A second argument, (S, 2 loads), is added to the positions and velocities of the loads at the start.
 
         Args:
             p: values of the model's free symbols. drive: (N substeps, m) effective inputs.
@@ -189,12 +195,15 @@ class Shooter:
         plant = self._plant(model, p, structure)
         hidden = self._hidden(plant, structure, record, drive, substeps)
 
-        def run(states: Array) -> Array:
+        def run(states: Array, loads: Array | None = None) -> Array:
             out = np.empty((len(record.start), record.length, self.coordinates))
-            states = np.ascontiguousarray(states)
+            states, begun = np.ascontiguousarray(states), hidden
+            if loads is not None:
+                begun = hidden.copy()
+                begun[:, -2 * self.loads :] += loads
             self._compiled().shoot(
                 *_addresses(plant), len(record.start), _address(record.start, _INDEX), record.length, substeps,
-                record.sample_time, _address(drive), _address(states), _address(hidden), _address(out),
+                record.sample_time, _address(drive), _address(states), _address(begun), _address(out),
             )  # fmt: skip
             return out
 

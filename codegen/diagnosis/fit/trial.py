@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -13,7 +13,7 @@ import sympy
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.joints import JointShooter
 from codegen.diagnosis.fit.record import Record
-from codegen.diagnosis.fit.shooting import Shooter, Structures, hidden_states, term_symbols
+from codegen.diagnosis.fit.shooting import FreeRun, Shooter, Structures, hidden_states, term_symbols
 from codegen.diagnosis.results import FoundEffect
 from codegen.effects import CATALOGUE, Effect
 from codegen.effects.coordinate import Coordinate
@@ -169,8 +169,8 @@ class Runner:
         """
         return self.at(theta, gain)(offsets)
 
-    def at(self, theta: Array, gain: float = 1.0) -> Callable[[Array], Array]:
-        """``run`` as a function of the offsets; everything else is computed once."""
+    def at(self, theta: Array, gain: float = 1.0) -> FreeRun:
+        """``run`` as a function of the offsets and of those of loads; everything else is computed once."""
         trial, record = self.trial, self.record
         numbers = trial.numbers(theta)
         drive = self._drive(numbers) if gain == 1.0 else gain * self._drive(numbers)
@@ -178,8 +178,8 @@ class Runner:
         free_run = self.shooter.at(self.model, numbers[self._arguments], structure, record, drive, self.substeps)
         states = trial.sensors.true(record.states, numbers)
 
-        def run(offsets: Array) -> Array:
-            found = free_run(states + record.of_segments(offsets))
+        def run(offsets: Array, loads: Array | None = None) -> Array:
+            found = free_run(states + record.of_segments(offsets), loads)
             return record.by_row(trial.sensors.measured(found, numbers))
 
         return run
@@ -261,54 +261,6 @@ class Sensors:
 
 def _at(function: Any, positions: Array, numbers: Array) -> list[Any]:
     return list(function(*np.moveaxis(positions, -1, 0), *numbers))
-
-
-def free_run(
-    system: System,
-    sample_time: float,
-    positions: Array,
-    velocities: Array,
-    commands: Array,
-    restart_s: float = 0.5,
-    substeps: int = 10,
-    trim_s: float = 0.0,
-    arguments: Sequence[sympy.Symbol] = (),
-) -> Array:
-    """(N, n) predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
-
-    Inf for predictions that are not finite, NaN in the ``trim_s`` seconds at each end, where filtered states are poor.
-    The whole log is needed for delays, and for states that are not logged. A law that cannot be simulated
-    (``is_simulable``) is replaced by its level of steady sliding.
-
-    Args:
-        positions, velocities: (N, n) measured state, filtered.
-        commands: (N, m), held from t_k to t_(k+1).
-        restart_s: at least two samples.
-        substeps: in one sample.
-        arguments: parameters that the compiled code takes as arguments: models that differ in these alone share it.
-
-    Raises:
-        BadInput: where there is no C compiler.
-        ValueError: if the shapes do not fit or nothing is left after trimming.
-    """
-    count, n = positions.shape
-    if velocities.shape != (count, n) or len(commands) != count or n != system.degrees_of_freedom:
-        raise ValueError(f"positions {positions.shape}, velocities {velocities.shape}, {len(commands)} commands")
-    cut = round(trim_s / sample_time)
-    kept = count - 2 * cut
-    if kept < 2:
-        raise ValueError(f"{count} samples, {cut} of them trimmed at each end; expected 2 or more left")
-    length = min(max(2, round(restart_s / sample_time)), kept)
-    start = np.arange(cut, cut + kept, length, dtype=np.int32)
-    # The last run goes on behind the log; what it predicts there is dropped.
-    commands = np.vstack([commands, np.repeat(commands[-1:], length, axis=0)])
-    record = Record(positions, positions, velocities, commands, sample_time, np.ones(n), start, length)
-    values = np.array([float(system.values[s]) for s in arguments])
-    runner = runner_of(Trial(system, (), tuple(arguments)), record, substeps)
-    rows = runner.run(values, record.at_rest).reshape(-1, n)[:kept]
-    predicted = np.full((count, n), np.nan)
-    predicted[cut : cut + kept] = np.where(np.isfinite(rows), rows, np.inf)
-    return predicted
 
 
 def runner_of(trial: Trial, record: Record, substeps: int) -> Runner:

@@ -1,0 +1,116 @@
+"""Free-run simulation of a whole log, restarted at regular intervals from the measured state.
+
+The states of loads behind springs, which no log holds, are estimated from the motion after each restart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import sympy
+
+from codegen.base.arrays import Array
+from codegen.diagnosis.fit.record import KEPT, Record
+from codegen.diagnosis.fit.trial import Runner, Trial, runner_of
+from codegen.mechanics.system import System
+
+STEPS, STEP = 2, 1e-3
+"""Gauss–Newton steps, and the step of their slopes over the standard deviation of each state."""
+
+
+def free_run(
+    system: System,
+    sample_time: float,
+    positions: Array,
+    velocities: Array,
+    commands: Array,
+    restart_s: float = 0.5,
+    substeps: int = 10,
+    trim_s: float = 0.0,
+    arguments: Sequence[sympy.Symbol] = (),
+) -> Array:
+    """(N, n) predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
+
+    Inf for predictions that are not finite, NaN in the ``trim_s`` seconds at each end, where filtered states are poor.
+    The whole log is needed for delays, and for states that are not logged. A law that cannot be simulated
+    (``is_simulable``) is replaced by its level of steady sliding.
+
+    Args:
+        positions, velocities: (N, n) measured state, filtered.
+        commands: (N, m), held from t_k to t_(k+1).
+        restart_s: at least two samples.
+        substeps: in one sample.
+        arguments: parameters that the compiled code takes as arguments: models that differ in these alone share it.
+
+    Raises:
+        BadInput: where there is no C compiler.
+        ValueError: if the shapes do not fit or nothing is left after trimming.
+    """
+    count, n = positions.shape
+    if velocities.shape != (count, n) or len(commands) != count or n != system.degrees_of_freedom:
+        raise ValueError(f"positions {positions.shape}, velocities {velocities.shape}, {len(commands)} commands")
+    cut = round(trim_s / sample_time)
+    kept = count - 2 * cut
+    if kept < 2:
+        raise ValueError(f"{count} samples, {cut} of them trimmed at each end; expected 2 or more left")
+    length = min(max(2, round(restart_s / sample_time)), kept)
+    start = np.arange(cut, cut + kept, length, dtype=np.int32)
+    # The last run goes on behind the log; what it predicts there is dropped.
+    commands = np.vstack([commands, np.repeat(commands[-1:], length, axis=0)])
+    record = Record(positions, positions, velocities, commands, sample_time, np.ones(n), start, length)
+    values = np.array([float(system.values[s]) for s in arguments])
+    runner = runner_of(Trial(system, (), tuple(arguments)), record, substeps)
+    loads = None
+    if system.transmissions:
+        compared = np.vstack([positions[cut : cut + kept], np.full((len(start) * length - kept, n), np.nan)])
+        loads = _estimated_loads(runner, values, compared.reshape(-1, length, n))
+    rows = runner.at(values)(record.at_rest, loads).reshape(-1, n)[:kept]
+    predicted = np.full((count, n), np.nan)
+    predicted[cut : cut + kept] = np.where(np.isfinite(rows), rows, np.inf)
+    return predicted
+
+
+def _estimated_loads(runner: Runner, theta: Array, compared: Array) -> Array:
+    """(S, 2 loads) corrections of the positions and velocities of the loads at the start of each segment.
+
+    The load is first simulated along the measured motion (``Shooter.hidden``). A lightly damped load keeps an error of
+    its frequency, and of its state at the start of the log, for many periods, and the free run then shows this phase
+    error and not that of the model. So the state is estimated as a Kalman smoother would, by least squares
+
+        mean over the segment of e² K/σ² + Σ (δ_i/s_i)²
+
+    with e the error of the predicted positions, σ its RMS before, K = ``KEPT`` independent values, and the standard
+    deviations s_i of the deflection and of its rate, over all starts, as the prior of the corrections δ.
+
+    Args:
+        compared: (S, L, n) positions that the run should predict; NaN where unknown.
+    """
+    record, loads = runner.record, len(runner.trial.changed.transmissions)
+    split = [t.coordinate for t in runner.trial.changed.transmissions]
+    followed = runner.hidden(theta)[:, -2 * loads :]
+    motor = np.hstack([record.positions[record.start][:, split], record.velocities[record.start][:, split]])
+    scale = np.sqrt(np.mean((followed - motor) ** 2, axis=0))
+    correction = np.zeros_like(followed)
+    run = runner.at(theta)
+
+    def errors(offsets: Array) -> Array:
+        found = run(record.at_rest, offsets) - compared
+        return np.where(np.isfinite(found), found, 0.0).reshape(len(found), -1)
+
+    before = errors(correction)
+    first = np.maximum(np.mean(before**2, axis=1), 1e-300)
+    weight = KEPT / (before.shape[1] * first)
+    cost = np.full(len(before), float(KEPT))
+    for _ in range(STEPS):
+        moves = np.eye(2 * loads) * STEP * scale
+        slopes = np.stack([(errors(correction + move) - before) / STEP for move in moves], axis=2)
+        normal = weight[:, None, None] * (slopes.transpose(0, 2, 1) @ slopes) + np.eye(2 * loads)
+        own = correction / np.maximum(scale, 1e-300)
+        pull = weight[:, None] * (slopes.transpose(0, 2, 1) @ before[:, :, None])[:, :, 0] + own
+        tried = correction - np.linalg.solve(normal, pull[:, :, None])[:, :, 0] * scale
+        after = errors(tried)
+        new = weight * np.sum(after**2, axis=1) + np.sum((tried / np.maximum(scale, 1e-300)) ** 2, axis=1)
+        better = new < cost
+        correction[better], before[better], cost[better] = tried[better], after[better], new[better]
+    return correction
