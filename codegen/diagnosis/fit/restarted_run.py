@@ -91,26 +91,26 @@ def _estimated_loads(runner: Runner, theta: Array, compared: Array) -> Array:
     followed = runner.hidden(theta)[:, -2 * loads :]
     motor = np.hstack([record.positions[record.start][:, split], record.velocities[record.start][:, split]])
     scale = np.sqrt(np.mean((followed - motor) ** 2, axis=0))
-    correction = np.zeros_like(followed)
     run = runner.at(theta)
 
     def errors(offsets: Array) -> Array:
-        found = run(record.at_rest, offsets) - compared
-        return np.where(np.isfinite(found), found, 0.0).reshape(len(found), -1)
+        found: Array = run(record.at_rest, offsets * scale) - compared
+        found[np.isnan(compared)] = 0.0
+        return found.reshape(len(found), -1)
 
-    before = errors(correction)
-    first = np.maximum(np.mean(before**2, axis=1), 1e-300)
-    weight = KEPT / (before.shape[1] * first)
-    cost = np.full(len(before), float(KEPT))
-    for _ in range(STEPS):
-        moves = np.eye(2 * loads) * STEP * scale
-        slopes = np.stack([(errors(correction + move) - before) / STEP for move in moves], axis=2)
-        normal = weight[:, None, None] * (slopes.transpose(0, 2, 1) @ slopes) + np.eye(2 * loads)
-        own = correction / np.maximum(scale, 1e-300)
-        pull = weight[:, None] * (slopes.transpose(0, 2, 1) @ before[:, :, None])[:, :, 0] + own
-        tried = correction - np.linalg.solve(normal, pull[:, :, None])[:, :, 0] * scale
-        after = errors(tried)
-        new = weight * np.sum(after**2, axis=1) + np.sum((tried / np.maximum(scale, 1e-300)) ** 2, axis=1)
-        better = new < cost
-        correction[better], before[better], cost[better] = tried[better], after[better], new[better]
-    return correction
+    offsets = np.zeros_like(followed)  # in units of ``scale``
+    with np.errstate(all="ignore"):  # a run that diverges has no finite cost, and is never better
+        before = errors(offsets)
+        weight = KEPT / np.maximum(np.sum(before**2, axis=1), 1e-300)
+        cost = np.full(len(before), float(KEPT))
+        for _ in range(STEPS):
+            slopes = np.stack([(errors(offsets + move) - before) / STEP for move in STEP * np.eye(2 * loads)], axis=2)
+            along = weight[:, None, None] * slopes.transpose(0, 2, 1)
+            pull = (along @ before[:, :, None])[:, :, 0] + offsets
+            step = np.linalg.solve(along @ slopes + np.eye(2 * loads), pull[:, :, None])[:, :, 0]
+            after = errors(offsets - step)
+            new = weight * np.sum(after**2, axis=1) + np.sum((offsets - step) ** 2, axis=1)
+            better = new < cost
+            offsets[better] -= step[better]
+            before[better], cost[better] = after[better], new[better]
+    return np.asarray(offsets * scale)
