@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codegen.diagnosis.case import case_of
-from codegen.diagnosis.evidence.input_timing import lead_of
+from codegen.diagnosis.evidence.input_timing import SURE, lead_of
 from codegen.diagnosis.evidence.late_speed import late_speeds, rows_of_difference
 from codegen.diagnosis.fit.residual import Problem
 from codegen.diagnosis.fit.signals import smooth_motion
@@ -62,7 +62,8 @@ def test_a_difference_over_eight_rows_is_four_rows_late(log: Log) -> None:
     assert "over 8 rows, which is 8 ms late" in findings[0].words and "`late: {v: 8 ms}`" in findings[0].words
     case = case_of(stage(), system_of(stage()), of_speed(log, 8), None, 0.02)
     assert findings[0].words in {f.words for f in case.findings["train"]}
-    assert abs(lead_of(case.problem, 0).rows) < 0.25
+    left = lead_of(case.problem, 0)
+    assert abs(left.rows) < SURE * left.deviation < 1  # of 4 rows
     np.testing.assert_allclose(case.log.inputs[4:], log.inputs[:-4], atol=1e-12)
 
 

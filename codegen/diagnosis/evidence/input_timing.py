@@ -79,8 +79,8 @@ def input_leads(problem: Problem, log: Log) -> tuple[dict[int, float], tuple[Fin
     """Index → lead in rows of the inputs that are corrected, and the findings.
 
     The force residual is regressed on the change by a lead of half a row, with terms for errors of the declared model
-    and for friction that it lacks (``_lacking``). Where ``input_hold`` is stated nothing is
-    corrected, and a lead of more than ``HALF`` rows is a finding.
+    and for friction that it lacks (``_lacking``). Where ``input_hold`` is stated nothing is corrected, and a lead of
+    more than ``HALF`` rows is a finding.
     """
     system, about = problem.system, log.description
     if system.actuators:
