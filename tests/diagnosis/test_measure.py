@@ -63,8 +63,8 @@ FLEXIBLE = (
 )
 
 
-@pytest.mark.parametrize(("wrong", "begun"), [(1.0, 0.04), (1.004, 0.0)])
-def test_the_state_of_a_load_is_estimated_after_each_restart(wrong: float, begun: float) -> None:
+@pytest.mark.parametrize(("wrong", "begun", "most"), [(1.0, 0.04, 0.15), (1.004, 0.0, 0.01)])
+def test_the_state_of_a_load_is_estimated_after_each_restart(wrong: float, begun: float, most: float) -> None:
     """A load that swings as the log begins, or a stiffness 0.4 % off: by following the motor its phase is not known.
 
     The plant is simulated with the load as a coordinate of its own.
@@ -80,7 +80,7 @@ def test_the_state_of_a_load_is_estimated_after_each_restart(wrong: float, begun
     log = smooth_motion(Log(Path("a.csv"), "a", time, x[:, :1], None, w, 0.002, 20.0, None, None, ()))
     rigid = build_system(parse_spec(ONE, Path("one.yaml")))
     without, found = (free_run_errors(system, log, slice(None))[0][0] for system in (rigid, flexible(wrong * 2000.0)))
-    assert found < 0.15 * without
+    assert found < most * without
 
 
 def joint(gear: float = RATIO, load: float = LOAD) -> System:

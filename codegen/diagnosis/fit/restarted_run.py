@@ -33,7 +33,8 @@ def free_run(
     """(N, n) predicted readings of the positions, restarted from the measured state every ``restart_s`` seconds.
 
     Inf for predictions that are not finite, NaN in the ``trim_s`` seconds at each end, where filtered states are poor.
-    The whole log is needed for delays, and for states that are not logged. A law that cannot be simulated
+    The whole log is needed for delays, and for states that are not logged. Those of loads behind springs are corrected
+    by the run after each restart. A law that cannot be simulated
     (``is_simulable``) is replaced by its level of steady sliding.
 
     Args:
@@ -74,14 +75,16 @@ def free_run(
 def _estimated_loads(runner: Runner, theta: Array, compared: Array) -> Array:
     """(S, 2 loads) corrections of the positions and velocities of the loads at the start of each segment.
 
-    The load is first simulated along the measured motion (``Shooter.hidden``). A lightly damped load keeps an error of
-    its frequency, and of its state at the start of the log, for many periods, and the free run then shows this phase
-    error and not that of the model. So the state is estimated as a Kalman smoother would, by least squares
+    Least squares with a Gaussian prior (maximum a posteriori): in each segment the corrections δ minimise
 
-        mean over the segment of e² K/σ² + Σ (δ_i/s_i)²
+        K mean(e²)/σ² + Σ (δ_i/s_i)²
 
-    with e the error of the predicted positions, σ its RMS before, K = ``KEPT`` independent values, and the standard
-    deviations s_i of the deflection and of its rate, over all starts, as the prior of the corrections δ.
+    with e the error of the predicted positions, σ its RMS without correction, K = ``KEPT`` independent values, and s_i
+    the RMS deflection of the spring, and its rate, over all starts.
+
+    The uncorrected state is simulated along the measured motion (``Shooter.hidden``). A lightly damped load keeps a
+    phase error for many periods, from a slightly wrong frequency or an unknown state at the start of the log, and the
+    free run would then show this error and not that of the model.
 
     Args:
         compared: (S, L, n) positions that the run should predict; NaN where unknown.
