@@ -31,7 +31,16 @@ from codegen.diagnosis.fit.residual import Problem, residual_at_drive
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.reliability import reliability_of
-from codegen.diagnosis.results import MATERIAL, Diagnosis, ErrorFigures, Fact, FoundEffect, Remainder, Separation
+from codegen.diagnosis.results import (
+    MATERIAL,
+    Diagnosis,
+    ErrorFigures,
+    Fact,
+    FoundEffect,
+    Remainder,
+    Separation,
+    Verdict,
+)
 from codegen.diagnosis.selection.candidate_fits import start_compiling
 from codegen.diagnosis.selection.forward_selection import Outcome, common_effects, find_effects, within_reach
 from codegen.diagnosis.verdict import wrong_values
@@ -231,10 +240,7 @@ def _by_free_runs(case: Case, search: Search, report: Progress, propose: bool) -
     answer = wrong_values.refused_for_a_value(case.spec, answer, problem)
     answer = settled(replace(search, within=last.within), outcome, problem, answer, runs.measured)
     left = runs.left_by(answer)
-    if answer.verdict == "unknown" and is_small(left, case.material):
-        answer = replace(answer, verdict="none")
-    elif answer.verdict == "none" and any(r.is_changing(case.material) or _is_far_off(r, case) for r in left):
-        answer = replace(answer, verdict="unknown")
+    answer = replace(answer, verdict=_by_remainder(answer.verdict, left, case.material))
     answer = replace(answer, remarks=tuple(runs.remarks(outcome, answer, in_place)))
 
     report("tracking observer", 0.93)
@@ -398,12 +404,25 @@ def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
         raise BadInput(case.log.where, problems[0], "a log that fits the spec", code="LOG012") from error
 
 
-def _is_far_off(left: Remainder, case: Case) -> bool:
+def _by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) -> Verdict:
+    """``none`` for ``unknown`` if the remainder is small; the reverse if it is predicted by the motion and large.
+
+    With a material change in time the verdict is ``unknown``.
+    """
+    if verdict not in ("none", "unknown"):
+        return verdict
+    changing = any(r.is_changing(material) for r in left)
+    if verdict == "unknown":
+        return "none" if is_small(left, material) and not changing else "unknown"
+    return "unknown" if changing or any(_is_far_off(r, material) for r in left) else "none"
+
+
+def _is_far_off(left: Remainder, material: float) -> bool:
     """Whether the remainder is predicted by the motion and at least ``LEAST_SHARE`` of the squared drive force.
 
     Free runs near a large noise, such as that of a measured speed, do not show it.
     """
-    return left.nature(case.material) == "structured" and left.material**2 >= LEAST_SHARE
+    return left.nature(material) == "structured" and left.material**2 >= LEAST_SHARE
 
 
 def _once_on_held_out(answer: Answer, case: Case) -> tuple[Fact, ...]:

@@ -10,7 +10,7 @@ from typing import Any, get_args
 import pytest
 
 from codegen.app.diagnose import Diagnosed
-from codegen.diagnosis.diagnose import _is_far_off
+from codegen.diagnosis.diagnose import _by_remainder
 from codegen.diagnosis.fit.trial import Part
 from codegen.diagnosis.results import (
     TOPICS,
@@ -336,13 +336,31 @@ def test_a_refit_that_stays_as_declared_is_said_so(refit: float, said: bool) -> 
     assert ("refit: the same, since" in text) is said
 
 
-@pytest.mark.parametrize(("share", "structured", "far"), [(0.39, 0.55, True), (0.1, 0.55, False), (0.39, 0.001, False)])
-def test_none_is_not_said_where_the_motion_predicts_much_of_the_drive(
-    share: float, structured: float, far: bool
+PUSH = Change("force", 9.0, 10.5, -8.0)
+
+
+@pytest.mark.parametrize(
+    ("before", "share", "structured", "changed", "after"),
+    [
+        ("none", 0.39, 0.55, 0.0, "unknown"),  # a pendulum whose angle at the start was not known: 29 % of the drive
+        ("none", 0.1, 0.55, 0.0, "none"),
+        ("none", 0.39, 0.001, 0.0, "none"),
+        ("none", 0.1, 0.001, 0.5, "unknown"),
+        ("none", 0.1, 0.001, 0.01, "none"),
+        ("unknown", 0.1, 0.55, 0.0, "unknown"),
+        ("unknown", 0.1, 0.001, 0.0, "none"),
+        ("unknown", 0.1, 0.001, 0.5, "unknown"),
+        ("effect", 0.1, 0.001, 0.0, "effect"),
+        ("effect", 0.39, 0.55, 0.5, "effect"),
+    ],
+)
+def test_what_is_left_decides_between_none_and_unknown(
+    before: Verdict, share: float, structured: float, changed: float, after: Verdict
 ) -> None:
-    """A pendulum of which only the speed was logged, from another angle than zero: 29 % of the drive, and `none`."""
-    case: Any = SimpleNamespace(material=0.02)
-    assert _is_far_off(Remainder(1.0, share, structured, {}), case) is far
+    """Predicted by the motion, or by a change in time, it is material from 2 % of the drive force on."""
+    quiet = Remainder(1.0, 0.001, 0.0)
+    one = Remainder(1.0, share, structured, {}, (PUSH,) if changed else (), changed)
+    assert _by_remainder(before, (quiet, one), 0.02) == after
 
 
 def test_a_diagnosis_shows_itself_in_one_line() -> None:
