@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
 
 import numpy as np
 
@@ -14,8 +13,6 @@ from codegen.export.numbers import number, numbers
 
 MARGIN = 1e-9
 """Relative margin in the triangle inequality of principal moments."""
-SWEEPS, DIAGONAL = 8, 1e-14
-"""Sweeps of Jacobi's rotations, and the off-diagonal remainder at which they end, as a share of the trace."""
 APART = 0.3
 """Metres between the bodies of a machine that has no robot file, to see them."""
 
@@ -103,17 +100,9 @@ def physical_inertia(inertia: Array) -> Array:
 
 
 def principal(inertia: Array) -> tuple[Array, Array]:
-    """Principal moments (3,) and rotation (3, 3) whose columns are their axes, by Jacobi's method."""
-    a, axes = np.array(inertia), np.eye(3)
-    for p, q in SWEEPS * ((0, 1), (0, 2), (1, 2)):
-        if abs(a[p, q]) > DIAGONAL * np.trace(a):
-            theta = (a[q, q] - a[p, p]) / (2 * a[p, q])
-            t = (1.0 if theta >= 0 else -1.0) / (abs(theta) + sqrt(theta**2 + 1))
-            c = 1 / sqrt(t**2 + 1)
-            turn = np.eye(3)
-            turn[[p, q], [p, q]], turn[p, q], turn[q, p] = c, t * c, -t * c
-            a, axes = turn.T @ a @ turn, axes @ turn
-    return np.diag(a), axes
+    """Principal moments (3,) and rotation (3, 3) whose columns are their axes."""
+    moments, axes = np.linalg.eigh(inertia)
+    return moments, axes * np.sign(np.linalg.det(axes))
 
 
 def _plain(index: int, name: str, turns: bool, inertia: float) -> Link:

@@ -22,7 +22,7 @@ import numpy as np
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
 from codegen.base.input_files import read_bytes
-from codegen.base.rotations import of_quaternion, roll_pitch_yaw
+from codegen.base.rotations import about_axis, of_quaternion, roll_pitch_yaw
 from codegen.base.user_text import one_line
 from codegen.spec.urdf import LARGEST, identifier
 
@@ -236,7 +236,7 @@ class _Conversion:
             axis, reference, dof = m.jnt_axis[j], float(m.qpos0[m.jnt_qposadr[j]]), m.jnt_dofadr[j]
             if self._turns(j):
                 joint.set("type", "continuous")
-                rotation = rotation @ _rotation_about(axis, -reference)
+                rotation = rotation @ about_axis(axis, -reference)
             else:
                 position = position - rotation @ axis * reference
         _child(joint, "origin", xyz=_words(position), rpy=_words(roll_pitch_yaw(rotation)))
@@ -304,11 +304,6 @@ def _child(parent: Any, tag: str, **attributes: str) -> Any:
     from lxml import etree
 
     return etree.SubElement(parent, tag, **attributes)
-
-
-def _rotation_about(axis: Array, angle: float) -> Array:
-    """The rotation matrix of an angle about a unit axis, by its quaternion."""
-    return of_quaternion(np.array([np.cos(angle / 2), *(np.sin(angle / 2) * axis)]))
 
 
 def _three(values: Sequence[float]) -> tuple[float, float, float]:
