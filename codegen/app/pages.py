@@ -132,10 +132,12 @@ def gallery(
     as_json: AsJson = False,
 ) -> None:
     """Run the figures of the thesis, and check what its text says of them."""
+    from codegen.base.parallel import allow_processes
     from codegen.base.progress import progress
     from codegen.thesis.gallery.build import run_gallery
     from codegen.thesis.gallery.page import gallery_json, gallery_summary, write_gallery
 
+    allow_processes()
     with progress() as tell:
         results = run_gallery(only or (), lambda share: tell("gallery", share))
     written = write_gallery(results, out)

@@ -1,14 +1,12 @@
-"""Production of figures: pictures and verdicts, with a process for each figure."""
+"""Production of figures: pictures and verdicts, in several processes."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from dataclasses import dataclass
-from multiprocessing import get_context
 
 from codegen.base.errors import refuse_unknown
+from codegen.base.parallel import in_processes
 from codegen.base.resources import resource_folder
 from codegen.report.style import png
 from codegen.spec import Spec, read_spec
@@ -53,7 +51,7 @@ class GalleryResult:
 
 
 def run_gallery(only: Sequence[str] = (), progress: Callable[[float], None] | None = None) -> tuple[GalleryResult, ...]:
-    """Make figures and check their statements in every setting, in as many processes as there are cores.
+    """Make figures and check their statements in every setting, in several processes (``in_processes``).
 
     Args:
         only: numbers such as "4.3"; all if none is given.
@@ -65,27 +63,19 @@ def run_gallery(only: Sequence[str] = (), progress: Callable[[float], None] | No
     numbers = only or tuple(made)
     for number in numbers:
         refuse_unknown(number, made, "--only", "", "a figure's number", code="CALL001")
-    # The slow ones first, so that no process works alone at the end.
-    order = sorted(numbers, key=lambda n: -made[n].cost)
-    found: dict[str, GalleryResult] = {}
-    count, tell = os.cpu_count() or 1, progress or (lambda share: None)
-    if count == 1 or len(order) == 1:
-        for number in sorted(order, key=lambda n: made[n].pid_of in order):
-            tuned = found.get(made[number].pid_of)
-            found[number] = make_figure(number, None if tuned is None else tuned.pid)
-            tell(len(found) / len(order))
-    else:
-        with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-            waiting = {pool.submit(make_figure, n): n for n in order if made[n].pid_of not in order}
-            while waiting:
-                for done in wait(waiting, return_when=FIRST_COMPLETED).done:
-                    number = waiting.pop(done)
-                    found[number] = done.result()
-                    waiting |= {
-                        pool.submit(make_figure, n, found[number].pid): n for n in order if made[n].pid_of == number
-                    }
-                    tell(len(found) / len(order))
+    # Figures that share a tuned PID are made one after the other; the slow groups begin first.
+    groups = [[n, *(m for m in numbers if made[m].pid_of == n)] for n in numbers if made[n].pid_of not in numbers]
+    groups.sort(key=lambda group: -sum(made[n].cost for n in group))
+    tell = progress or (lambda share: None)
+    results = in_processes(_make_group, groups, begun=lambda k: tell(k / len(groups)), threads=False)
+    found = {result.figure.figure: result for group in results for result in group}
     return tuple(found[number] for number in numbers)
+
+
+def _make_group(numbers: Sequence[str]) -> list[GalleryResult]:
+    """The first figure, and the others with the PID that was tuned for it."""
+    first = make_figure(numbers[0])
+    return [first, *(make_figure(number, first.pid) for number in numbers[1:])]
 
 
 def make_figure(number: str, pid: Gains | None = None) -> GalleryResult:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import subprocess
@@ -33,6 +34,14 @@ QUIET = Setting("quiet", noise=0.0)
 
 def specs_of(number: str):
     return figure_specs(read_figures()[number])
+
+
+def gallery_command(*options: str) -> subprocess.CompletedProcess[str]:
+    """``stiction gallery`` in a process of its own, which may use several."""
+    command = [sys.executable, "-m", "codegen.app.cli", "gallery", *options]
+    return subprocess.run(
+        command, env=os.environ | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
+    )
 
 
 def ideal_response(t):
@@ -289,20 +298,15 @@ def test_a_number_that_is_not_finite_meets_no_condition():
 def test_an_unknown_figure_is_refused():
     with refused("CALL001 9.9"):
         run_gallery(["9.9"])
-    done = subprocess.run(
-        [sys.executable, "-m", "codegen.app.cli", "gallery", "--only", "2.6"],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = gallery_command("--only", "2.6")
     assert done.returncode == 2
     assert "2.6" in done.stderr and "Traceback" not in done.stderr
 
 
 @pytest.mark.slow
-def test_the_whole_gallery_gives_the_verdicts_of_the_page():
+def test_the_whole_gallery_gives_the_verdicts_of_the_page(tmp_path):
     page = (ROOT / "docs" / "gallery" / "README.md").read_text(encoding="utf-8")
     rows = [line.split(" | ") for line in page.splitlines() if line.startswith("| [")]
-    verdicts = [verdict.holds for result in run_gallery() for verdict in result.verdicts]
+    made = json.loads(gallery_command("-o", str(tmp_path), "--json").stdout)
+    verdicts = [row["holds"] for figure in made["figures"].values() for row in figure["rows"]]
     assert verdicts == [row[4].startswith("holds") for row in rows]
