@@ -10,14 +10,14 @@ from typing import Any
 from codegen.app.derived import Source, derived_from
 from codegen.app.generate import refuse_edited, refuse_hand_written
 from codegen.base.border import verb
-from codegen.base.errors import BadInput
+from codegen.base.errors import BadInput, refuse_unknown
 from codegen.base.files import refuse_target, write_all, write_atomically
 from codegen.base.input_files import LARGEST_GENERATED, is_there, read_text
 from codegen.base.shown import Result
 from codegen.base.user_text import file_text
 from codegen.base.version import VERSION
 from codegen.export.remarks import Remark
-from codegen.export.targets import TARGETS, Choices, Target, robot_file, target_of
+from codegen.export.targets import TARGETS, Choices, Target, robot_file
 from codegen.spec.model import Spec
 
 MARK = "Written by stiction export"
@@ -79,7 +79,8 @@ def export(
         BadInput: for a bad spec, an unknown format, a machine that the format cannot represent, or a file that
             stiction did not write.
     """
-    target, path = target_of(to), Path(out)
+    refuse_unknown(to, TARGETS, "--to", "", code="CALL001")
+    target, path = TARGETS[to], Path(out)
     machine = derived_from(source)
     spec = machine.spec
     sources = {"the spec itself": spec.path}

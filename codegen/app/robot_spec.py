@@ -139,7 +139,9 @@ def _content(
     beyond = {joint.joint: joint for joint in robot.joints}
     ranges, assumed = {}, []
     for body in bodies:
-        limits = beyond[body.joint].limits if body.joint in beyond else _real_limits(body.limits)
+        limits = beyond[body.joint].limits if body.joint in beyond else body.limits
+        if body.joint not in beyond and limits is not None and max(map(abs, limits)) > MOST_TRAVEL:
+            limits = None
         ranges[body.joint] = (
             [float(f"{x:.6g}") for x in limits] if limits else [-3.1, 3.1] if body.kind == "revolute" else [-1, 1]
         )
@@ -195,11 +197,6 @@ def _observed_in_log(spec: Spec, path: Path) -> _Observed:
         {c.name: pair for c, pair in zip(joints, ends, strict=True)},
         log.velocities is not None,
     )
-
-
-def _real_limits(limits: tuple[float, float] | None) -> tuple[float, float] | None:
-    """A robot file's limits of a joint; None for limits above ``MOST_TRAVEL``."""
-    return limits if limits is not None and max(map(abs, limits)) <= MOST_TRAVEL else None
 
 
 def _rounded_up(value: float) -> float:

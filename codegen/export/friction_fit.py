@@ -61,9 +61,9 @@ def fit_friction(level: sympy.Expr, speeds: Array, powers: int, stribeck: bool) 
         stribeck: whether the target has the Stribeck rise.
     """
     found = _exact(level, powers, stribeck)
-    values = level_at(level, speeds)
     if found is not None:
         return FrictionFit(found, True, 0.0, 0.0)
+    values = np.asarray(at_points(function_of(level, [SPEED]), speeds[:, None]).ravel(), dtype=float)
     best: tuple[float, Terms] | None = None
     widths = np.geomspace(speeds[-1] / 1000, speeds[-1] * 2, WIDTHS) if stribeck else [0.0]
     for width in widths:
@@ -80,11 +80,6 @@ def fit_friction(level: sympy.Expr, speeds: Array, powers: int, stribeck: bool) 
     assert best is not None
     error = best[1].at(speeds) - values
     return FrictionFit(best[1], False, float(np.abs(error).max()), float(np.sqrt(np.mean(error**2))))
-
-
-def level_at(level: sympy.Expr, speeds: Array) -> Array:
-    """Values of a level over SPEED at speeds (N,)."""
-    return np.asarray(at_points(function_of(level, [SPEED]), speeds[:, None]).ravel(), dtype=float)
 
 
 def _exact(level: sympy.Expr, powers: int, stribeck: bool) -> Terms | None:

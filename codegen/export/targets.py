@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from codegen.base.errors import refuse_unknown
 from codegen.export.force_map import csv_map, force_map, odrive_map
 from codegen.export.generated_observer import GeneratedObserver, arduino_library, simulink_block
 from codegen.export.mechanism import Mechanism, mechanism_of
@@ -169,9 +168,3 @@ TARGETS: dict[str, Target] = {
 def robot_file(spec: Spec) -> Path | None:
     """The robot file of a spec, or None."""
     return spec.form.path if isinstance(spec.form, KinematicTree) else None
-
-
-def target_of(name: str) -> Target:
-    """The target of a name; BadInput if there is none."""
-    refuse_unknown(name, TARGETS, "--to", "", code="CALL001")
-    return TARGETS[name]

@@ -127,9 +127,14 @@ class DynamicLaw(FrictionLaw):
 
 
 class MemoryLaw(FrictionLaw):
-    """A law without state-space form: its force depends on the history of slip, such as the time since it stopped."""
+    """A law without state-space form: its force depends on the history of slip, such as the time since it stopped.
+
+    Attributes:
+        simulable: whether a plant with set-valued friction simulates it, by its levels at rest and in sliding.
+    """
 
     drives = ""
+    simulable: ClassVar[bool] = False
 
     @abstractmethod
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:

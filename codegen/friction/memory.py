@@ -216,6 +216,7 @@ class Karnopp(MemoryLaw):
         VISCOUS,
     )
     why_not = "within the band the force is that of the rest of the system, not a function of the slip"
+    simulable = True  # with a band of zero width
 
     def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
         """The force over a history.

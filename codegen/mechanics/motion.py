@@ -104,7 +104,7 @@ def _positions(bodies: Sequence[Body]) -> Matrix:
 
 def _masses(bodies: Sequence[Body]) -> Matrix:
     """M̄, k by k, the diagonal matrix of the bodies' masses and moments of inertia: (A.5), (A.43)."""
-    return diagonal(body.inertia_in(direction) for body in bodies for direction in body.positions)
+    return diagonal(b.inertia if direction == "angle" else b.mass for b in bodies for direction in b.positions)
 
 
 def _body_distribution(bodies: Sequence[Body], contacts: Sequence[Contact]) -> Matrix:

@@ -26,7 +26,7 @@ from codegen.logs.readers import FORMATS, log_description, since_epoch
 from codegen.logs.term import columns_of, compute
 from codegen.logs.uniform import GAP_STEPS, JITTER
 from codegen.program import Program
-from codegen.replay.samples import Block, blocks_between
+from codegen.replay.samples import Block, blocks_between, steps_of_time
 from codegen.spec import Spec
 
 Piece = TypeVar("Piece")
@@ -199,12 +199,9 @@ class _Table:
         columns = compute(corrected(source.load(self._wanted), self._described), self._terms)
         values = columns.values * self._scale
         time, rows = values[:, 0].copy(), np.ascontiguousarray(values[:, 1:])
-        steps = np.diff(time, prepend=self._last_time)
-        is_start = bool(np.isnan(self._last_time))
-        gaps = [0] if is_start else []  # rows at which the observer is initialised
+        steps = steps_of_time(time, self._last_time, self._period)
+        gaps = [0] if np.isnan(self._last_time) else []  # rows at which the observer is initialised
         for k in np.flatnonzero(~(np.abs(steps / self._period - 1) <= JITTER)).tolist():
-            if k == 0 and is_start and np.isfinite(time[0]):  # the first row has no step before it
-                continue
             if not steps[k] > GAP_STEPS * self._period:
                 found = f"a step of {steps[k]:.6g} s"
                 expected = f"steps of the observer's sample time, {self._period:g} s, within {JITTER:.0%}, or gaps"

@@ -47,6 +47,18 @@ def blocks_between(time: Array, rows: Array, fresh: Sequence[int]) -> Iterator[B
         yield Block(time[start:stop], rows[start:stop], start in fresh)
 
 
+def steps_of_time(time: Array, before: float, period: float) -> Array:
+    """The step of time to each row (N,), s.
+
+    Args:
+        before: time of the row before, s; NaN for the first rows of a log. The first row then counts as one sample.
+    """
+    steps = np.diff(time, prepend=before)
+    if np.isnan(before) and np.isfinite(time[0]):
+        steps[0] = period
+    return steps
+
+
 class Irregular(Exception):
     """The rows of the log cannot be used as they are; ``place`` and ``found`` are for a message."""
 
@@ -150,16 +162,15 @@ class Samples:
 
     def _gaps(self, columns: Columns, time: Array, before: float) -> list[int]:
         """Indices of rows after a gap. Irregular if a step is neither the sample time nor a gap, or half are gaps."""
-        first = int(np.isnan(before))
-        steps = np.diff(time) if first else np.diff(time, prepend=before)
+        steps = steps_of_time(time, before, self.period)
         wrong = ~(np.abs(steps / self.period - 1) <= JITTER)
         gaps = wrong & (steps > GAP_STEPS * self.period) & (2 * np.count_nonzero(wrong) < len(wrong))
         other = wrong & ~gaps
-        if other.any() or not np.isfinite(time[0]):
-            k = int(np.argmax(other)) if other.any() else 0
-            words = f"a step of {steps[k]:.6g} s" if other.any() else "a time that is not finite"
-            raise Irregular(columns.place(k + first * int(other.any()), 0), words)
-        return [int(k) + first for k in np.flatnonzero(gaps)]
+        if other.any():
+            k = int(np.argmax(other))
+            words = f"a step of {steps[k]:.6g} s" if np.isfinite(time[k]) else "a time that is not finite"
+            raise Irregular(columns.place(k, 0), words)
+        return np.flatnonzero(gaps).tolist()
 
     def _require_finite(self, columns: Columns, rows: Array, described: LogDescription, timed: bool) -> None:
         if self._holds and described.missing != "fill":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,17 +21,8 @@ from codegen.spec.functions import Magnitude
 SPEED = sympy.Symbol("s", nonnegative=True)
 
 
-@dataclass(frozen=True)
-class Group:
-    """One kind of law with its laws for the template."""
-
-    title: str
-    about: str
-    laws: tuple[dict[str, Any], ...]
-
-
-def law_groups() -> tuple[Group, ...]:
-    """Every registered law by its kind, in the order of the registry."""
+def law_groups() -> list[dict[str, Any]]:
+    """The kinds of laws: title, a sentence about the kind, and its laws in the order of the registry."""
     kinds: tuple[tuple[str, str, Any], ...] = (
         (
             "Zero-memory laws",
@@ -50,10 +40,10 @@ def law_groups() -> tuple[Group, ...]:
             lambda law: isinstance(law, MemoryLaw),
         ),
     )
-    return tuple(
-        Group(title, about, tuple(law_view(law) for law in LAWS.values() if belongs(law)))
+    return [
+        {"title": title, "about": about, "laws": [law_view(law) for law in LAWS.values() if belongs(law)]}
         for title, about, belongs in kinds
-    )
+    ]
 
 
 def law_view(law: FrictionLaw) -> dict[str, Any]:

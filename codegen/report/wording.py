@@ -11,6 +11,8 @@ DIGITS = 4
 """Significant digits by default."""
 PREFIXES = (("", 1.0, 0.1), ("m", 1e3, 1e-4), ("µ", 1e6, 0.0))
 """(prefix, factor, least value in SI for which it is used)."""
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+"""Digits and the minus sign → superscripts."""
 UNCHANGED = 0.05
 """A change of less than this, in %, would be printed as 0.0 %."""
 
@@ -29,7 +31,7 @@ def number(value: float, digits: int = DIGITS, form: str = "") -> str:
     if "e" in text:
         mantissa, exponent = text.split("e")
         mantissa = mantissa.removesuffix(".")
-        text = f"{mantissa}·10{_raised(int(exponent))}"
+        text = f"{mantissa}·10{str(int(exponent)).translate(RAISED)}"
     return text.replace("-", "−")
 
 
@@ -96,8 +98,3 @@ def prefixed(values: Iterable[float], unit: str) -> tuple[float, str]:
         return 1.0, unit
     prefix, factor = next((prefix, factor) for prefix, factor, least in PREFIXES if largest >= least)
     return factor, prefix + unit
-
-
-def _raised(exponent: int) -> str:
-    """An exponent in superscript digits."""
-    return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

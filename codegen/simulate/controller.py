@@ -77,15 +77,10 @@ class Feedback:
     limit: Array | None = None
 
     def __post_init__(self) -> None:
-        """Refuse gains of another shape. Raises ValueError with the shape found and the one expected."""
-        shape = (self.inputs, self.coordinates)
-        for name in ("position_gain", "velocity_gain", "integral_gain"):
-            gain = getattr(self, name)
-            if gain is not None and np.shape(gain) != shape:
-                raise ValueError(f"{name} of shape {np.shape(gain)}; expected {shape}, inputs by coordinates")
         self.start()
 
     def start(self) -> None:
+        """Set the integrals to zero."""
         self._integral = np.zeros(self.inputs)
 
     def command(self, now: Sample) -> Array:

@@ -225,7 +225,9 @@ class RegulatorLoop:
         self.simulation = replace(
             simulation,
             inputs={},
-            reference={name: _constant(f) for name, f in simulation.reference.items()},
+            reference={
+                name: sympy.Float(f.subs(dict.fromkeys(f.free_symbols, 0))) for name, f in simulation.reference.items()
+            },
             position_noise={},
             velocity_noise=dict.fromkeys(simulation.velocity_noise, 0.0),
             observer=True,
@@ -263,11 +265,6 @@ class RegulatorLoop:
         )
         cycle = limit_cycle(run.time, run.true_positions, self._floor)
         return cycle, cycle is not None or at_rest(run.true_positions, self._floor)
-
-
-def _constant(reference: sympy.Expr) -> sympy.Expr:
-    """The reference at zero time, as a number."""
-    return sympy.Float(reference.subs(dict.fromkeys(reference.free_symbols, 0)))
 
 
 def _swing(spec: Spec, simulation: Simulation, course: Array) -> Array:

@@ -71,11 +71,6 @@ class Cancellation:
     delay: int = 0
     outputs: tuple[str, ...] = ()
 
-    def __post_init__(self) -> None:
-        """Refuse a delay below zero. Raises ValueError with the delay."""
-        if self.delay < 0:
-            raise ValueError(f"a delay of {self.delay} samples; expected 0 or more")
-
 
 class Estimator:
     """An observer during a run: its latest estimates, and the cancelling input computed from them."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from codegen.base.errors import BadInput
 from codegen.friction import MemoryLaw
-from codegen.friction.memory import Karnopp
 from codegen.mechanics.system import ContactFriction, System
 from codegen.observers import Observer
 from codegen.simulate.controller import control_loops
@@ -13,12 +12,9 @@ from codegen.spec.numerics import numerical
 
 
 def is_simulable(contact: ContactFriction) -> bool:
-    """Whether a plant simulates the contact's law itself, and not only its level in steady sliding.
-
-    Karnopp's law is simulated with a band of zero width.
-    """
+    """Whether a plant simulates the contact's law itself, and not only its level in steady sliding."""
     if isinstance(contact.law, MemoryLaw):
-        return isinstance(contact.law, Karnopp)
+        return contact.law.simulable
     return contact.level_at_rest is not None
 
 

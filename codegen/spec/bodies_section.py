@@ -12,6 +12,7 @@ from codegen.spec.model import symbol
 from codegen.spec.motion import DIRECTIONS, GROUND, TRANSLATIONS, Body, Sliding, position_name, rate_name
 from codegen.spec.motion_units import Units
 from codegen.spec.schema import BodySection, SpecDocument
+from codegen.spec.units import dimension_of
 
 Symbols = Mapping[str, sympy.Symbol]
 
@@ -59,7 +60,7 @@ def _body(key: str, name: str, section: BodySection, position: Symbols, units: U
             raise BadInput(units.place(f"{key}.{quantity}"), found, expected, code="SPEC003")
         weights[quantity] = sympy.S.Zero
         if text is not None:
-            of = units.of_weight("angle" if quantity == "inertia" else "x")
+            of = units.kilogram * units.metre**2 if quantity == "inertia" else units.kilogram
             weights[quantity] = units.read(text, f"{key}.{quantity}", constant, of, f"{quantity} of {name}")
     return Body(name, weights["mass"], weights["inertia"], positions)
 
@@ -105,7 +106,7 @@ def read_equations(
     for k, text in enumerate(texts):
         expression = parse_expression(text, units.place(f"constraints.equations[{k}]"))
         value = expression.symbolic(symbols)
-        units.check_terms(expression, dimensions)
+        dimension_of(expression, dimensions)  # refuses terms of different dimensions
         if not value.free_symbols - set(constant.values()):
             found = f"`{text}`, which contains no position"
             expected = f"an expression over {', '.join(set(symbols) - set(constant))}"

@@ -110,10 +110,6 @@ class Body:
     inertia: sympy.Expr
     positions: Mapping[str, sympy.Expr]
 
-    def inertia_in(self, direction: str) -> sympy.Expr:
-        """The mass, or the moment of inertia where the direction is ``angle``."""
-        return self.inertia if direction == "angle" else self.mass
-
 
 @dataclass(frozen=True)
 class Topology:

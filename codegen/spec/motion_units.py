@@ -67,10 +67,6 @@ class Units:
         """The dimension of a body's position: a length, or none for an angle."""
         return self.number if direction == "angle" else self.metre
 
-    def of_weight(self, direction: str) -> Dimension:
-        """The dimension of a mass, or for an angle of a moment of inertia."""
-        return self.kilogram * self.metre**2 if direction == "angle" else self.kilogram
-
     def with_bodies(self, bodies: Sequence[Body]) -> Mapping[str, Dimension]:
         """The names with those of the bodies' positions and velocities."""
         names = dict(self.names)
@@ -97,10 +93,6 @@ class Units:
         value = expression.symbolic(symbols)
         self.check(expression, wanted, what)
         return value
-
-    def check_terms(self, expression: Expression, names: Mapping[str, Dimension]) -> None:
-        """Raise BadInput if terms of different dimensions are added."""
-        dimension_of(expression, names)
 
     def check_rows(self, force: Entries, distribution: Entries | None) -> None:
         """Raise BadInput unless each force, and each U_ik λ_k, has the unit of energy over that of its coordinate."""

@@ -58,7 +58,8 @@ def _expanded(node: Any, file: str, line: int | None, made: list[int]) -> Any:
                 items.append(copy)
                 if position:
                     items.lc.add_idx_line_col(len(items) - 1, position)
-        return _same_style(node, items) if len(items) != len(node) or _changed_items(node, items) else node
+        same = len(items) == len(node) and all(old is new for old, new in zip(node, items, strict=True))
+        return node if same else _same_style(node, items)
     return node
 
 
@@ -70,10 +71,6 @@ def _put(mapping: CommentedMap, key: Any, value: Any, position: Any) -> None:
 
 def _changed(old: CommentedMap, new: CommentedMap) -> bool:
     return list(old) != list(new) or any(old[key] is not new[key] for key in new)
-
-
-def _changed_items(old: CommentedSeq, new: CommentedSeq) -> bool:
-    return any(a is not b for a, b in zip(old, new, strict=True))
 
 
 def _same_style(old: Any, new: Any, comments: bool = True) -> Any:

@@ -108,7 +108,7 @@ def points(
 
 def numeric(expression: Any, symbols: Sequence[Any]) -> Any:
     """A fast float function of an expression or matrix."""
-    return sympy.lambdify(list(symbols), expression, modules=[{"Sgn": _sgn, "Magnitude": abs}, "numpy"])
+    return sympy.lambdify(list(symbols), expression, modules=[{"Sgn": np.sign, "Magnitude": np.abs}, "numpy"])
 
 
 def exactly(expression: Any, point: Mapping[Any, Any]) -> Any:
@@ -117,10 +117,6 @@ def exactly(expression: Any, point: Mapping[Any, Any]) -> Any:
     if value.is_Rational:
         return value
     return sympy.N(value.replace(Magnitude, sympy.Abs).replace(Sgn, sympy.sign), 50)
-
-
-def _sgn(x: float) -> float:
-    return (x > 0) - (x < 0)
 
 
 def judge_equality(claim: Claim, ours: Derivations, derived: Derived) -> Finding:

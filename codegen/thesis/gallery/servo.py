@@ -194,7 +194,9 @@ def draw_responses(figure: Any, runs: Runs) -> None:
 
 def draw_cancelled(figure: Any, runs: Runs) -> None:
     """Figures 2.4, 2.5, 3.3 and 3.4: a row for each observer, with the servo without cancellation and the PID."""
-    letters = [letter for letter, spec in zip(LETTERS, runs.specs, strict=False) if _drawn(spec, runs)]
+    # Specs of other figures are there for a comparison only; a source ends in the figure's number.
+    figures = [spec.source.rpartition(",")[2] for spec in runs.specs]
+    letters = [letter for letter, figure in zip(LETTERS, figures, strict=False) if figure[:-1] == figures[0][:-1]]
     grid = figure.subplots(len(letters), 3, squeeze=False, sharex="col")
     for row, letter, spec in zip(grid, letters, runs.specs, strict=False):
         response, error, friction = row
@@ -232,11 +234,6 @@ def draw_friction(figure: Any, runs: Runs) -> None:
         _friction(axes, spec, run)
         d.frame(axes, "velocity in m/s", "friction in N", f"({letter}) {words}")
     d.legend(figure, panels[0])
-
-
-def _drawn(spec: Spec, runs: Runs) -> bool:
-    """Whether a spec belongs to this figure, and not only to a comparison."""
-    return spec.source.split(",")[-1][:-1] == runs.specs[0].source.split(",")[-1][:-1]
 
 
 def _gains(spec: Spec) -> str:
