@@ -20,6 +20,7 @@ from benchmarks.real.spiked import real_sets
 from benchmarks.surrogates.surrogate import WAYS, Way, surrogate
 from codegen.base.files import write_atomically
 from codegen.diagnosis.diagnose import Models, diagnose_log
+from codegen.diagnosis.fit.credit import LEAST_NET
 from codegen.diagnosis.results import Diagnosis
 from codegen.effects.declare import system_of
 from codegen.logs import Log, excerpt, read_log
@@ -48,6 +49,7 @@ class Trial:
 
     Attributes:
         p: the least of the candidates of the first round, each over all candidates of the round; 1 without any.
+        p_material: the least of those that are at least ``LEAST_NET`` of the drive force; others are never credited.
         named: kinds of a verdict `effect`.
         cpu_s: of this diagnosis.
     """
@@ -55,6 +57,7 @@ class Trial:
     way: Way
     verdict: str
     p: float
+    p_material: float
     named: tuple[str, ...]
     cpu_s: float
 
@@ -99,9 +102,9 @@ def trials_of(source: Source, file: Path, count: int, again: bool) -> Trials:
     return found
 
 
-def least_p(diagnosis: Diagnosis) -> float:
-    """Of all candidates that were fitted."""
-    return min((c.p for c in diagnosis.candidates if np.isfinite(c.p)), default=1.0)
+def least_p(diagnosis: Diagnosis, size: float = 0.0) -> float:
+    """Of all candidates that were fitted, of at least this share of the drive force."""
+    return min((c.p for c in diagnosis.candidates if np.isfinite(c.p) and (not size or c.size >= size)), default=1.0)
 
 
 def _trial(spec: Spec, system: System, log: Log, test: Log | None, models: Models, name: str, k: int) -> Trial:
@@ -113,7 +116,9 @@ def _trial(spec: Spec, system: System, log: Log, test: Log | None, models: Model
     said = diagnose_log(spec, system, made, held_out)[0]
     after = os.times()
     cpu = sum(after[:4]) - sum(before[:4])
-    return Trial(way, said.verdict, least_p(said), tuple(e.kind for e in said.effects), round(cpu, 2))
+    return Trial(
+        way, said.verdict, least_p(said), least_p(said, LEAST_NET), tuple(e.kind for e in said.effects), round(cpu, 2)
+    )
 
 
 def _practice() -> Iterator[Source]:
@@ -147,7 +152,7 @@ def table(found: Sequence[Trials], alpha: float) -> list[dict[str, Any]]:
                     "logs": len({name for name, _ in logs}),
                     "credited": rate(t.verdict == "effect" for t in own),
                     "at_alpha": rate(t.p <= alpha for t in own),
-                    "at_ten": rate(t.p <= 0.1 for t in own),
+                    "material": rate(t.p_material <= alpha for t in own),
                     "verdicts": sorted(Counter(t.verdict for t in own).items()),
                     "cpu": float(np.median([t.cpu_s for t in own])),
                 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,12 +14,14 @@ import pytest
 from benchmarks.rates import Rate
 from benchmarks.surrogates.__main__ import PAGE, PICTURE, page
 from benchmarks.surrogates.picture import LEAST, picture, steps
-from benchmarks.surrogates.runs import Trial, Trials, table
+from benchmarks.surrogates.runs import Trial, Trials, least_p, table
 from benchmarks.surrogates.surrogate import WAYS, Way, at_reversals, faded, scrambled, surrogate
+from codegen.diagnosis.fit.credit import LEAST_NET
 from codegen.diagnosis.fit.record import record_of
 from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import search_on
 from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.results import Candidate
 from tests.diagnosis.stage import log_of, stage, system_of
 
 MADE = 8
@@ -94,19 +97,30 @@ def test_a_log_that_is_long_enough_to_test_on_has_a_surrogate(tmp_path: Path) ->
 def found() -> list[Trials]:
     """Two practice logs and a real one."""
     trials = [
-        Trial("signs", "none", 0.5, (), 10.0),
-        Trial("order", "effect", 0.004, ("spring",), 20.0),
-        Trial("signs", "none", 0.05, (), 30.0),
+        Trial("signs", "none", 0.002, 0.5, (), 10.0),
+        Trial("order", "effect", 0.004, 0.004, ("spring",), 20.0),
+        Trial("signs", "none", 0.05, 0.05, (), 30.0),
     ]
     one, two = Trials("standard", "standard/case_0001", "none", tuple(trials)), trials[1:2]
     return [one, Trials("standard", "standard/case_0002", "effect", tuple(two)), Trials("rig", "rig", "unfit", ())]
+
+
+def test_a_small_candidate_counts_in_p_and_not_among_the_material_ones() -> None:
+    none = float("nan")
+    small, large, untried = (
+        Candidate("spring", "x", {}, 0.5, 3.0, 8, 8, 0.5, False, "", (), size=size, p=p)
+        for p, size in ((1e-9, 2e-4), (0.3, 0.05), (none, none))
+    )
+    both, only_small = (SimpleNamespace(candidates=c) for c in ((small, large, untried), (small, untried)))
+    assert (least_p(both), least_p(both, LEAST_NET)) == (1e-9, 0.3)
+    assert (least_p(only_small), least_p(only_small, LEAST_NET)) == (1e-9, 1.0)
 
 
 def test_the_table_counts_credit_and_p_apart() -> None:
     rows = table(found(), 0.01)
     assert [(r["group"], r["way"], r["logs"]) for r in rows] == [("standard", "signs", 1), ("standard", "order", 2)]
     signs, order = rows
-    assert (signs["credited"], signs["at_alpha"], signs["at_ten"]) == (Rate(0, 2), Rate(0, 2), Rate(1, 2))
+    assert (signs["credited"], signs["at_alpha"], signs["material"]) == (Rate(0, 2), Rate(1, 2), Rate(0, 2))
     assert (order["credited"], order["at_alpha"], order["cpu"]) == (Rate(2, 2), Rate(2, 2), 20.0)
     assert signs["cpu"] == 20.0 and signs["verdicts"] == [("none", 2)]
 
@@ -117,7 +131,8 @@ def test_the_page_names_each_false_alarm_and_what_could_not_be_tried() -> None:
     assert "Without a surrogate, as log and model do not fit together: rig." in files[PAGE]
     assert f"]({PICTURE})" in files[PAGE]
     assert "| an effect is credited | 2 of 4: 50 % (15 … 85) | ≤ 3 % | **missed** |" in files[PAGE]
-    assert "| p ≤ 0.01 | 2 of 4: 50 % (15 … 85) | ≤ 1 % | **missed** |" in files[PAGE]
+    assert "| p ≤ 0.01, of a material candidate | 2 of 4: 50 % (15 … 85) | ≤ 1 % | **missed** |" in files[PAGE]
+    assert "| p ≤ 0.01, of any candidate | 3 of 4: 75 % (30 … 95) | – | – |" in files[PAGE]
     assert "| standard | order | 2 | 2/2 | 2/2 | 2/2 | effect 2 | 20 |" in files[PAGE]
 
 
