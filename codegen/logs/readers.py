@@ -229,13 +229,13 @@ def _with_others(path: Path, log: LogFile, description: LogDescription, allowanc
 
 
 def format_of(path: Path) -> Opener:
-    """The opener of a file, by its extension, or else by its first bytes.
+    """The opener of a file, by its extension, or else by its first bytes; those of a table must not be binary.
 
     Raises:
         BadInput: for a file that is not there, or of a format that is not read.
     """
     reader = FORMATS.get(path.suffix.lower())
-    if reader is not None:
+    if reader is not None and not (reader is open_csv and is_there(path) and path.is_file()):
         return reader
     place, expected = (
         Place(shown(str(path), 200)),
@@ -250,11 +250,12 @@ def format_of(path: Path) -> Opener:
             raise BadInput(place, "no such file", expected, code="FILE001")
         with opened(path, expected, LARGEST_STREAM) as stream:
             head = stream.read(HEAD)
-        if _is_text(head):
-            return open_csv
-        other = _other(head)
+        is_text = _is_text(head)
+        other = None if reader is not None and is_text else _other(head)
         if other is not None:
             raise BadInput(place, *other, code="LOG002")
+        if reader is not None or is_text:
+            return open_csv
     found = f"the ending `{shown(path.suffix)}`"
     raise BadInput(place, found, expected, nearest_name(path.suffix.lower(), FORMATS), code="LOG002")
 
@@ -421,7 +422,7 @@ def _is_text(head: bytes) -> bool:
     """Whether a file's first bytes are letters, in UTF-8, UTF-16 with its mark or Windows-1252."""
     if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return True
-    return bool(head) and not re.search(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]", head) and _other(head) is None
+    return bool(head) and not re.search(rb"[\x00-\x08\x0e-\x1a\x1c-\x1f]", head)
 
 
 def _other(head: bytes) -> tuple[str, str] | None:
