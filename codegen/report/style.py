@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any, Literal
@@ -100,7 +101,14 @@ def drawn(
         buffer = io.BytesIO()
         undated = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
         figure.savefig(buffer, format=kind, dpi=dpi or "figure", metadata=undated)
-    return buffer.getvalue()
+    return _numbered_clips(buffer.getvalue()) if kind == "svg" else buffer.getvalue()
+
+
+def _numbered_clips(text: bytes) -> bytes:
+    """An SVG with numbers as ids of its clip paths: matplotlib's ids hash sizes whose last bits differ by platform."""
+    for k, name in enumerate(dict.fromkeys(re.findall(rb'<clipPath id="(p[0-9a-f]+)">', text))):
+        text = text.replace(name, b"clip%d" % k)
+    return text
 
 
 def rounded(values: Any) -> Any:
