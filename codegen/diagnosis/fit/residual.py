@@ -349,8 +349,16 @@ class ResidualAlong:
     These change neither actuators nor sensor errors. States that are not logged are simulated along the motion.
     """
 
-    def __init__(self, trial: Trial, motion: Motion) -> None:
-        self._trial, self._motion = trial, motion
+    def __init__(
+        self, trial: Trial, motion: Motion, compiled: Runner | None = None, first: Array | tuple[()] = ()
+    ) -> None:
+        """The residual of a trial.
+
+        Args:
+            compiled: free runs of the same system, to simulate the states; by default they are compiled.
+            first: values of the parameters of ``compiled`` that precede those of the trial.
+        """
+        self._trial, self._motion, self._compiled, self._first = trial, motion, compiled, first
         system = trial.changed
         self._laws = dict(all_law_terms(system))
         stiffness = (contact.law.bristle_stiffness(contact.law_parameters) for contact in system.contacts)
@@ -383,7 +391,7 @@ class ResidualAlong:
         numbers, n = trial.numbers(theta), system.degrees_of_freedom
         hidden, loads = np.zeros((len(motion.time), 0)), len(system.transmissions)
         if self._hides:
-            hidden = self._runner.hidden(theta)
+            hidden = self._runner.hidden(np.append(self._first, theta))
         behind = hidden[:, hidden.shape[1] - 2 * loads :]
         followed = motion
         if self._hides:
@@ -418,6 +426,8 @@ class ResidualAlong:
         motion, h, each = self._motion, self._motion.sample_time, np.arange(len(self._motion.time), dtype=np.int32)
         along = motion.measured, motion.positions, motion.velocities, motion.commands
         record = Record(*along, h, np.ones(self._trial.changed.degrees_of_freedom), each, 1)
+        if self._compiled is not None:
+            return replace(self._compiled, record=record)
         return runner_of(self._trial, record, max(1, int(np.ceil(h * STEPS_PER_PERIOD * motion.cutoff_hz))))
 
 

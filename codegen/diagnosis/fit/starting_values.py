@@ -136,11 +136,13 @@ class ForceStart:
     Attributes:
         problem: of the declared system on the log's motion.
         whole: whether all values of the base follow by linear least squares, with their prior and limits; else levels.
+        runners: part → free runs of the base with it, for states that are not logged; compiled where there are none.
     """
 
     problem: Problem
     base: Fit
     whole: bool = False
+    runners: Mapping[Part, Runner] = field(default_factory=dict)
     _along: dict[Part, ResidualAlong] = field(default_factory=dict)
 
     def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
@@ -195,7 +197,9 @@ class ForceStart:
         if (alone.changed.actuators, alone.changed.sensor_errors) != (model.actuators, model.sensor_errors):
             return inverse_dynamics_residual(model_of(trial, theta), motion)[:: self._every]
         if part not in self._along:
-            self._along[part] = ResidualAlong(alone, motion)
+            compiled = self.runners.get(part)
+            first = () if compiled is None else self.base.theta
+            self._along[part] = ResidualAlong(alone, motion, compiled, first)
         changed = self._along[part].at(theta[len(self.base.theta) :], self._every)
         return self._residual[:: self._every] + self._low_pass(changed - self._unfiltered)
 

@@ -37,7 +37,8 @@ PROMISING, BY_FORCE = 8, 4
 """Numbers of scalable effects that are fitted on few segments: those with the largest gain by one linear step of the
 free runs, and those with the least remaining force residual."""
 AS_GOOD = 0.5
-"""Share of the best start's gain from which on another start of the same effect is also fitted."""
+"""Share of the best gain on few segments from which on another start of the same effect is also fitted, and another
+candidate where only the best one is of use."""
 FITTED = 6
 FITTED_BY_FORCE, CLEAR_BY_FORCE = 2, 0.5
 """Numbers of candidates that are fitted on all segments: those with the largest gain on few segments, and those that
@@ -92,8 +93,21 @@ def start_compiling(search: Search) -> None:
         search.runners([trial.with_part(part) for part in every_part(search, ())])
 
 
-def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_progress: Progress) -> list[Fit]:
-    """Fits of the base's trial with each part added, each form of an effect separately; the best first."""
+def fit_candidates(
+    search: Search,
+    base: Fit,
+    parts: Sequence[Part],
+    report_progress: Progress,
+    present: Fit | None = None,
+    leading: bool = False,
+) -> list[Fit]:
+    """Fits of the base's trial with each part added, each form of an effect separately; the best first.
+
+    Args:
+        present: a fit that a candidate must equal to be of use, as that with the effect which it may replace.
+        leading: whether only the best one is of use. Candidates with less than the share ``AS_GOOD`` of the gain of
+            ``present``, or of the best one, on few segments are then not fitted on all.
+    """
     tried = CandidateFits(search, base, tuple(parts), report_progress)
     parts = tried.parts
     smooth = [k for k, part in enumerate(parts) if not part.effect.rough]
@@ -102,6 +116,9 @@ def fit_candidates(search: Search, base: Fit, parts: Sequence[Part], report_prog
     tried.least_gain = START_SHARE * max([0.0, *gains[FITTED - 1 : FITTED]])
     screened += tried.screened([k for k in range(len(parts)) if k not in smooth])
     screened.sort(key=lambda s: s.gain, reverse=True)
+    if screened and (leading or present is not None):
+        best = screened[0].gain if present is None else max(screened[0].gain, tried.gain_of(present, screened[0].index))
+        screened = [s for s in screened if s.gain >= AS_GOOD * best]
     by_force = tried.best_by_force([s.index for s in screened])
     kept = [s for n, s in enumerate(screened) if n < FITTED or s.index in by_force or is_own(parts[s.index].kind)]
     found = sorted(tried.fitted(kept), key=lambda f: f.cost)
@@ -190,9 +207,13 @@ class CandidateFits:
         """Compute starting points from the force residual; not in threads, since CasADi builds expressions."""
         if near_noise(self.base) and not share_far(self.base):
             return
-        start = ForceStart(self.search.problem, self.base)
-        found = self._shared_out(lambda k: self._by_force(start, k), range(len(self.parts)), threads=False)
-        for k, (left, forced, along) in enumerate(found):
+        whole = self.search.rigid is None  # free runs of one joint do not have the states of the others
+        start = ForceStart(
+            self.search.problem, self.base, runners=dict(zip(self.parts, self.runners, strict=True)) if whole else {}
+        )
+        order = sorted(range(len(self.parts)), key=lambda k: self.trials[k].adds_states)  # these wait for the compiler
+        found = self._shared_out(lambda k: self._by_force(start, k), order, threads=False)
+        for k, (left, forced, along) in zip(order, found, strict=True):
             self.forced[k], self.along[k] = forced, along
             if forced:
                 self.left[k] = left
@@ -315,6 +336,13 @@ class CandidateFits:
 
         again = dict(zip(best, self._shared_out(search_again, list(best)), strict=True))
         return {k: [min(best[k], again[k], key=lambda pair: pair[0])[1]] if k in best else [] for k in indices}
+
+    def gain_of(self, fit: Fit, k: int) -> float:
+        """The gain of a fit over the base on the few segments of part ``k``."""
+        few = self._few(k)
+        runner, prior = replace(fit.runner, record=few.runner.record), self.search.prior(fit.trial, fit.theta)
+        there = shooting_fit(runner, fit.theta, few.runner.record.at_rest, prior, 0, final_slopes=False)
+        return few.cost - there.cost
 
     def fitted(self, screened: Sequence[Screened]) -> list[Fit]:
         """Screened parts fitted on all segments."""

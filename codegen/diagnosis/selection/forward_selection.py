@@ -119,7 +119,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     current = confirmed = base
     first: list[Ranked] = []
     rivals: list[Ranked] = []
-    paired = False
+    paired, among_all = False, True
     later: list[LaterRound] = []
     joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
     rounds = dict.fromkeys(joints, 0 if refit_only else MOST_EFFECTS)
@@ -152,15 +152,15 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             current, rounds[joint] = confirmed, 0
             continue
         rivals = tied or rivals
-        confirmed = current
+        confirmed, among_all = current, True
         if is_first and not credit.near_noise(current) and not credit.is_negligible(current):
-            pair = _pair(search, possible[:PAIRED])
+            pair, chosen = _pair(search, possible[:PAIRED])
             if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
                 current = confirmed = pair
-                rivals, paired = [], True
+                rivals, paired, among_all = [], True, chosen
     current, rivals = _in_seen_kinds(search, confirmed, rivals if confirmed.trial.parts else [])
     if len(current.trial.parts) > 1:
-        current, rivals = _reconsidered(search, current, None if paired else rivals)
+        current, rivals = _reconsidered(search, current, None if paired else rivals, among_all)
         current, rivals = _pruned_with_rivals(search, current, rivals)
         single = _merged(search, current)
         current, rivals = (single, []) if single else (current, rivals)
@@ -181,26 +181,37 @@ def _unexplained(search: Search, fit: Fit, rounds: Mapping[int | None, int], beg
     return [joint for joint, own in sorted(left, key=lambda pair: -pair[1].cost) if not nothing_left(own)]
 
 
-def _pair(search: Search, ranked: Sequence[Ranked]) -> Fit | None:
+def _pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:
     """The best fit with two effects, at least one of them among the best of the first round (a beam search).
+
+    It ends with a pair that leaves only noise, which no other pair explains better.
 
     Two missing effects bias each other's fit. Effects with nearly as small a residual as the best get a second round of
     all candidates; other pairs are of the best candidates with different signatures. Forms of one effect leave the same
     for a second effect, so only the best one is tried in pairs.
+
+    Returns:
+        The fit, None if there is none, and whether its last effect was chosen among all beside the first.
     """
-    found: list[Fit] = []
+    best: Fit | None = None
+    among_all = False
     for k, one in enumerate(ranked):
         if any(_same(one.found.part, r.found.part) for r in ranked[:k]):
             continue
-        if 0 < k < BEAM and leaves_as_little(one, ranked[0]):
+        every = 0 < k < BEAM and leaves_as_little(one, ranked[0])
+        if every:
             others = every_part(search, [one.found.part])
         else:
             others = [r.found.part for r in ranked[k + 1 :] if not same_signature(one.found.part, r.found.part)]
         others = [p for p in others if joint_of(search, p) == joint_of(search, one.found.part)]
         if others:
-            both = run_round(search, search.fitted_again(one.found), others, lambda share: None)
-            found += [search.fitted_again(r.found) for r in both if not r.why_not][:1]
-    return min(found, key=lambda fit: fit.cost, default=None)
+            both = run_round(search, search.fitted_again(one.found), others, lambda share: None, leading=True)
+            for found in [search.fitted_again(r.found) for r in both if not r.why_not][:1]:
+                if best is None or found.cost < best.cost:
+                    best, among_all = found, every
+        if best is not None and at_noise(best):
+            break
+    return best, among_all
 
 
 def _merged(search: Search, current: Fit) -> Fit | None:
@@ -296,11 +307,14 @@ def at_noise(fit: Fit) -> bool:
     return bool(fit.held_out_losses.sum() <= (1 + credit.AT_NOISE) * noise_loss(fit))
 
 
-def _reconsidered(search: Search, current: Fit, rivals: Sequence[Ranked] | None) -> tuple[Fit, list[Ranked]]:
+def _reconsidered(
+    search: Search, current: Fit, rivals: Sequence[Ranked] | None, among_all: bool = True
+) -> tuple[Fit, list[Ranked]]:
     """Compare each effect with all that may replace it beside the others (stepwise selection with replacement).
 
     Args:
         rivals: of the first effect by the first round; None if they are unknown, as for a pair.
+        among_all: whether the last effect was chosen among all beside the others, as each one that replaces another is.
 
     Returns:
         The better fit, and the rivals that still tie with its first effect. If only a later effect has rivals, it is
@@ -308,18 +322,18 @@ def _reconsidered(search: Search, current: Fit, rivals: Sequence[Ranked] | None)
     """
     for _ in range(MOST_EFFECTS):
         leader = current.trial.parts[0]
-        better, tied = _swapped(search, current, rivals)
+        better, tied = _swapped(search, current, rivals, among_all)
         if better is None:
             k = min(tied, default=0)
             return (_put_first(search, current, k) if k else current), tied.get(k, [])
-        current = better
+        current, among_all = better, True
         if rivals and not _same(leader, current.trial.parts[0]):
             rivals = []
     return current, []
 
 
 def _swapped(
-    search: Search, current: Fit, rivals: Sequence[Ranked] | None
+    search: Search, current: Fit, rivals: Sequence[Ranked] | None, among_all: bool = True
 ) -> tuple[Fit | None, dict[int, list[Ranked]]]:
     """The fit with one effect replaced (the new one is last), or None; and index of an effect → rivals that tie.
 
@@ -328,11 +342,11 @@ def _swapped(
     tied: dict[int, list[Ranked]] = {}
     parts, here = current.trial.parts, ForceCriterion(search, current)
     for k in range(len(parts)):
-        others = _others(search, parts, k, rivals is None)
+        others = _others(search, parts, k, among_all)
         if not others:
             continue
         without = search.without(current, k)
-        tried = fit_candidates(search, without, others, lambda share: None)
+        tried = fit_candidates(search, without, others, lambda share: None, current)
         good = [f for f in tried if is_possible(search, f) and matters(search, f, without)]
         good = in_simplest_forms([f for f in good if not _refused_by_force(search, without, f)])
         better = (f for f in good if f.cost < current.cost - BETTER and not _force_speaks_for(here, f))
@@ -403,17 +417,16 @@ def _ranked(search: Search, found: Fit, without: Fit) -> Ranked:
     return Ranked(found, nested_evidence_of(before, after), ratio, float("nan"), "")
 
 
-def _others(search: Search, parts: Sequence[Part], k: int, paired: bool = False) -> list[Part]:
+def _others(search: Search, parts: Sequence[Part], k: int, among_all: bool = True) -> list[Part]:
     """Possible replacements of effect ``k``.
 
-    If the last effect was chosen among all with the others included, of which ``paired`` ones are not, only those that
-    are confused with it are tried again.
+    If the last effect was chosen ``among_all`` beside the others, only those that are confused with it are tried again.
     """
     rest = [p for j, p in enumerate(parts) if j != k]
     same = {(parts[k].kind, parts[k].on), *parts[k].effect.twins(search.system, parts[k].place)}
     possible = [p for p in every_part(search, rest) if (p.kind, p.on) not in same]
     possible = [p for p in possible if joint_of(search, p) == joint_of(search, parts[k])]
-    if paired or k < len(parts) - 1:
+    if k < len(parts) - 1 or not among_all:
         return possible
     alike = {c.other for c in CATALOGUE[parts[k].kind].confused_with}
     return [p for p in possible if kinds_of(p.kind) & alike]

@@ -62,15 +62,21 @@ class Ranked:
 
 
 def run_round(
-    search: Search, current: Fit, parts: Sequence[Part], report_progress: Callable[[float], None]
+    search: Search,
+    current: Fit,
+    parts: Sequence[Part],
+    report_progress: Callable[[float], None],
+    leading: bool = False,
 ) -> list[Ranked]:
     """Fit and rank every candidate in addition to the current effects: those that pass every test first.
+
+    With ``leading`` only those that may be the best (``fit_candidates``).
 
     Of forms of one effect that fit equally well, the simplest is kept, unless it is refused and another one is not.
     """
     soft, base = search.with_noise_floor(current)
     before, count, ranked = ForceCriterion(search, base), hypotheses(parts), []
-    for found in fit_candidates(soft, base, parts, report_progress):
+    for found in fit_candidates(soft, base, parts, report_progress, leading=leading):
         here, there = where_they_differ(search, base, found)
         one, after = nested_evidence_of(here, there), ForceCriterion(search, found)
         size = relative_size(search, found, base)

@@ -22,7 +22,7 @@ from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.signals import low_pass
 from codegen.diagnosis.fit.trial import Part, part_of
 from codegen.diagnosis.selection.candidate_fits import NEAR, SHORTEST
-from codegen.diagnosis.selection.forward_selection import Outcome, explained_share, pruned, worth_it
+from codegen.diagnosis.selection.forward_selection import Outcome, at_noise, explained_share, pruned, worth_it
 from codegen.diagnosis.selection.ranking import Ranked, credible
 from codegen.diagnosis.selection.refusals import relative_size
 from codegen.diagnosis.selection.significance import chance
@@ -73,6 +73,8 @@ def with_harmonics(search: Search, outcome: Outcome, problem: Problem) -> tuple[
     base, final = outcome.base, outcome.final
     if final is not base and not force_agrees(final, problem, base.model, final.model):
         final = base  # the force residual contradicts this fit: it is no reference
+    if at_noise(final):
+        return outcome, search
     if noise_ratio(base) > NEAR:
         near = search.on_shorter(SHORTEST)
         base, final = near.on_another_record(base), near.on_another_record(final)
