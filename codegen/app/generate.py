@@ -33,9 +33,7 @@ REGION = ("variables", "parameters", "matrix", "claim", "assumptions")
 OF_SLIDING = ("lyapunov_matrix", "decay_rate", "box", "witness")
 """Keys of the kernel's proof that follow from the solver's choice in sliding.json."""
 KERNEL_PROOF, ELLIPSOID = checker.PROOF, checker.SETS
-OLD_BOUND = "bound.json"
-"""Written by earlier versions, in place of ellipsoid.json."""
-OPTIONAL = (*PROOFS, KERNEL_PROOF, ELLIPSOID, OLD_BOUND)
+OPTIONAL = (*PROOFS, KERNEL_PROOF, ELLIPSOID)
 """Files that not every observer has; those of an earlier run are removed if this run has none."""
 MANIFEST = "manifest.json"
 HEADER = 1000

@@ -215,9 +215,8 @@ def keeps_rank(
 ) -> Regularity:
     """Whether ``matrix`` has its generic rank ``rank`` at every point of the ranges.
 
-    Proof by interval arithmetic: the ranges are bisected until on each box the enclosure of some minor (determinant of
-        a
-    rank-by-rank submatrix) excludes zero.
+    Proof by interval arithmetic: the ranges are bisected until on each box the interval of some minor (the determinant
+    of a rank-by-rank submatrix) excludes zero. It is not tried for more than ``MOST_MINORS`` minors.
 
     Args:
         matrix: n by m over parameters and ``variables``.
@@ -231,6 +230,8 @@ def keeps_rank(
     falls = _rank_deficient_point(inside, rank, used, bounds)
     if falls is not None:
         return Regularity(False, falls)
+    if comb(inside.rows, rank) * comb(inside.cols, rank) > MOST_MINORS:
+        return Regularity(False)
     try:
         return Regularity(_proven(_minors(inside, rank), used, bounds))
     except (TypeError, verify.Refused):
@@ -238,10 +239,8 @@ def keeps_rank(
 
 
 def _minors(matrix: Any, rank: int) -> list[Any]:
-    """The nonzero rank-by-rank minors; TypeError for more than ``MOST_MINORS``."""
+    """The nonzero rank-by-rank minors."""
     rows, columns = range(matrix.rows), range(matrix.cols)
-    if comb(matrix.rows, rank) * comb(matrix.cols, rank) > MOST_MINORS:
-        raise TypeError("too many minors")
     found = [
         compact(matrix.extract(list(i), list(j)).det(method="berkowitz"))
         for i in combinations(rows, rank)

@@ -69,7 +69,7 @@ def emit_fmu(program: Program, files: Mapping[str, str], version: str = "3.0") -
     given: dict[str, Any] = {
         "program": program,
         "variables": variables,
-        "units": [_unit(name) for name in dict.fromkeys(v.unit for v in variables if v.unit)],
+        "units": {v.unit: _exponents(v.unit) for v in variables if v.unit},
         "period": next(v for v in variables if v.role == "constant").start,
         "real": program.real,
         "sources": (f"{name}.c", wrapper),
@@ -169,14 +169,6 @@ class Variable:
     start: str | None = None
 
 
-@dataclass(frozen=True)
-class Unit:
-    """A unit as integer exponents of SI base units; none for a unit that has no such form."""
-
-    name: str
-    exponents: tuple[tuple[str, int], ...]
-
-
 def variables_of(program: Program) -> tuple[Variable, ...]:
     """Time, parameters, inputs and outputs, numbered from 0 in this order.
 
@@ -209,12 +201,13 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
     return tuple(found)
 
 
-def _unit(name: str) -> Unit:
+def _exponents(unit: str) -> list[tuple[str, int]]:
+    """SI base unit → its integer exponent in a unit; empty for a unit that has no such form."""
     try:
-        exponents = base_units(name, Place(name))
+        exponents = base_units(unit, Place(unit))
     except BadInput:
-        return Unit(name, ())
+        return []
     powers = {_SI.get(base, ""): power for base, power in exponents.items()}
     if "" in powers or any(float(p) != int(p) for p in powers.values()):
-        return Unit(name, ())
-    return Unit(name, tuple((base, int(powers[base])) for base in _SI.values() if powers.get(base)))
+        return []
+    return [(base, int(powers[base])) for base in _SI.values() if powers.get(base)]

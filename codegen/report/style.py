@@ -40,20 +40,24 @@ def load_libraries() -> None:
         import_module(f"matplotlib.{name}")
 
 
-def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, **style: Any) -> bytes:
+def png(draw: Callable[[Any], None], size: tuple[float, float], dpi: int, style: Mapping[str, Any]) -> bytes:
     """A PNG of a matplotlib figure, with the same bytes in every run.
 
     Args:
         draw: function that draws the content on a figure.
         size: width and height, inches.
-        style: matplotlib settings in addition to ``STYLE``, with ``__`` for a point: ``font__size``.
+        style: matplotlib settings in addition to ``STYLE``.
     """
     spaces = {"w_pad": 0.07, "h_pad": 0.06, "wspace": 0.03, "hspace": 0.04}
-    return drawn(draw, size, "png", dpi, spaces, _look(style))
+    return drawn(draw, size, "png", dpi, spaces, STYLE | dict(style))
 
 
 def svg(
-    draw: Callable[[Any], None], size: tuple[float, float], dpi: int | None = None, arranged: bool = False, **style: Any
+    draw: Callable[[Any], None],
+    size: tuple[float, float],
+    dpi: int | None = None,
+    style: Mapping[str, Any] | None = None,
+    arranged: bool = False,
 ) -> bytes:
     """An SVG of a matplotlib figure, with the same bytes in every run; arguments as of ``png``.
 
@@ -61,14 +65,8 @@ def svg(
         dpi: resolution of the parts that are bitmaps.
         arranged: whether matplotlib arranges the panels; otherwise ``draw`` places them.
     """
-    return drawn(
-        draw, size, "svg", dpi, {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05} if arranged else None, _look(style)
-    )
-
-
-def _look(style: Mapping[str, Any]) -> dict[str, Any]:
-    """``STYLE`` with the settings of a call."""
-    return STYLE | {name.replace("__", "."): value for name, value in style.items()}
+    spaces = {"w_pad": 0.08, "h_pad": 0.06, "wspace": 0.05} if arranged else None
+    return drawn(draw, size, "svg", dpi, spaces, STYLE | dict(style or {}))
 
 
 def drawn(
@@ -150,5 +148,5 @@ def svg_of(panels: tuple[Callable[[Any], None], ...]) -> str:
         for axes, panel in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
             panel(axes)
 
-    sizes = {"font__size": 13, "xtick__labelsize": 12, "ytick__labelsize": 12}
-    return svg(draw, (PANEL_IN * len(panels), HEIGHT_IN), arranged=True, **sizes).decode()
+    sizes = {"font.size": 13, "xtick.labelsize": 12, "ytick.labelsize": 12}
+    return svg(draw, (PANEL_IN * len(panels), HEIGHT_IN), style=sizes, arranged=True).decode()

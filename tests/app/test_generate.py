@@ -207,10 +207,10 @@ def test_the_readme_shows_the_bounds_of_its_file(generated):
         assert any(exact <= float(x) < 1.0001 * exact for x in re.findall(r"([\d.]+) N\b", text)), exact
 
 
-def test_a_bound_of_an_earlier_version_is_removed(generated):
-    old = generated / "bound.json"
-    old.write_text('{"format": "stiction-bound/1", "subject": {"name": "one_mass"}}')
-    assert "bound.json" in stiction("generate", "one_mass.yaml", "--check").out
+def test_a_proof_of_an_earlier_run_is_removed(generated):
+    old = generated / "sliding.json"
+    old.write_text('{"format": "stiction-certificate/1", "subject": {"name": "one_mass"}}')
+    assert "sliding.json" in stiction("generate", "one_mass.yaml", "--check").out
     assert stiction("generate", "one_mass.yaml").code == 0 and not old.exists()
 
 
@@ -386,10 +386,10 @@ def test_force_replaces_no_file_of_another_hand(generated):
 
 def test_a_json_that_is_no_claim_of_ours_is_not_removed(generated, folder):
     """Of the names that a run without such a claim removes: it was enough that it named the machine."""
-    mine = generated / "bound.json"
+    mine = generated / "sliding.json"
     mine.write_text('{"name": "one_mass", "bound": 3}\n')
     assert stiction("generate", "one_mass.yaml").code == 0 and mine.is_file()
-    mine.write_text('{"format": "stiction-bound/1", "subject": {"name": "one_mass"}}\n')
+    mine.write_text('{"format": "stiction-certificate/1", "subject": {"name": "one_mass"}}\n')
     assert stiction("generate", "one_mass.yaml").code == 0 and not mine.exists()
 
 

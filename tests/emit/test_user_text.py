@@ -23,7 +23,7 @@ from codegen.base.errors import BadInput, Place
 from codegen.base.text import environment, language_of, render
 from codegen.base.user_text import PRINTED, REPLACEMENT, UserText, c_text, file_text, line_text, terminal_text
 from codegen.emit import PRINTERS
-from codegen.emit.fmu import Unit, Variable
+from codegen.emit.fmu import Variable
 from codegen.emit.header import Header, make_header
 from codegen.emit.package import emit_manifest, emit_readme
 from codegen.observers import observer_of
@@ -229,7 +229,7 @@ def test_tokens_of_xml_do_not_depend_on_it(text: str) -> None:
         variables = [Variable(k, words, words, words, role, "place", start="0") for k, role in enumerate(roles)]
         given = {
             "variables": variables,
-            "units": [Unit(words, (("kg", 1),))],
+            "units": {words: [("kg", 1)]},
             "period": "0.001",
             "generator": words,
             "sources": (),

@@ -90,7 +90,7 @@ def make_figure(number: str, pid: Gains | None = None) -> GalleryResult:
     run, draw = getattr(module, made.runs), getattr(module, made.draws)
     drawn: Runs = run(specs, AS_DRAWN, pid)
     size = (drawing.WIDTH_IN, drawing.ROW_IN * made.rows + drawing.LEGEND_IN)
-    picture = png(lambda figure: draw(figure, drawn), size, drawing.DPI, **drawing.STYLE)
+    picture = png(lambda figure: draw(figure, drawn), size, drawing.DPI, drawing.STYLE)
     settings = (AS_DRAWN, *entry.others)
     readings: list[list[Reading]] = [[] for _ in entry.statements]
     for setting in settings if entry.statements else ():

@@ -11,7 +11,7 @@ from codegen.report.style import CURVE, INK, QUIET, SECOND, THIRD, labelled
 
 TRUE, ESTIMATED, OTHER, THIRD_ONE, IDEAL = INK, CURVE, SECOND, THIRD, QUIET
 WIDTH_IN, ROW_IN, LEGEND_IN, DPI = 11.0, 2.7, 0.45, 90
-STYLE = {"font__size": 13, "axes__titlesize": 13.5, "xtick__labelsize": 12, "ytick__labelsize": 12}
+STYLE = {"font.size": 13, "axes.titlesize": 13.5, "xtick.labelsize": 12, "ytick.labelsize": 12}
 MOST_POINTS = 3000
 TIME = "time in s"
 
