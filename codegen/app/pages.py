@@ -31,7 +31,8 @@ def laws(
         _print("laws", {"laws": [view]}, "law", {"law": view}, as_json)
         return
     written = _page(out, "laws", write_laws)
-    _print("laws", {"groups": law_groups()}, "laws", {"groups": law_groups()}, as_json, written)
+    groups = {"groups": law_groups()}
+    _print("laws", groups, "laws", groups, as_json, written)
 
 
 @pages.command()

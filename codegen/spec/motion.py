@@ -130,7 +130,7 @@ class Constraints:
 
     Attributes:
         force: (body, direction) → force or torque on it, g_x of (A.54), over coordinates, velocities and inputs.
-        equations: left sides of ψ(x) = 0 (A.47), over the symbols ``position_symbol`` of the bodies.
+        equations: left sides of ψ(x) = 0 (A.47), over the positions of the bodies (``position_name``).
     """
 
     bodies: tuple[Body, ...]

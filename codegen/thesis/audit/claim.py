@@ -32,8 +32,8 @@ class ClaimEntry(BaseModel):
         equation: the number, such as "6.22", or a section if there is none.
         part: which of several formulas under that number.
         printed: the formula; rows of a matrix as lists; conditions as a list of inequalities.
-        against: ``ours.quantity`` of ``worlds/``; a ours alone for inequalities; nothing for definitions.
-        test: how it is judged; without ``against`` it is always a definition.
+        against: ``NAME.quantity`` with NAME of ``DERIVATIONS``; NAME alone for inequalities; empty for definitions.
+        test: how it is judged; with an empty ``against`` it is a definition.
         given: inequalities that the thesis or the meaning of the symbols implies.
         constant_U: whether the thesis prints the formula for a U that does not depend on x.
         scan: how an illegible part of the scan was read.

@@ -21,9 +21,9 @@ from codegen.thesis.audit.formula import Misfit, as_matrix, as_text, evaluate, i
 
 DENOMINATORS = (1, 1, 2, 5, 10, 20, 100)  # decimals with few digits, so that a point can be printed as it is
 PATIENCE = 200
-"""Points that are drawn for each that is wanted, of which some violate the given conditions."""
+"""Most points that are drawn for each point that satisfies the given conditions."""
 POINTS, TRIALS = 3, 2000
-"""Points at which equalities, and conditions, are compared."""
+"""Number of points at which an equality is tested, and at which conditions are."""
 PRINTABLE = 14
 """Most numbers of a counterexample that is printed."""
 NEGLIGIBLE = sympy.Rational(1, 10**35)
