@@ -630,3 +630,41 @@ def test_each_joint_of_an_arm_has_rounds_of_its_own(monkeypatch: pytest.MonkeyPa
     assert asked == [2, 3, 0, 0, 3], "the loudest joint first, and again where an effect was found; 1 is at the noise"
     assert [p.place for p in found.final.trial.parts] == [3, 0]
     assert len(found.later) == len(asked) - 1
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.946, ("offset",)), (0.5, ())])
+@pytest.mark.parametrize("beside", [(), ("cogging",)])
+def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_second(
+    beside: tuple[str, ...], share: float, named: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A lift's counterbalance: a gain fitted a little better than the offset, and failed the significance test with
+    whatever was added to it. The offset had passed every test, and the verdict was `unknown`. An effect that predicts
+    held-out segments clearly worse than the doubtful one does not take its place.
+    """
+    rounds = {(): ("input_gain", "offset"), ("input_gain",): beside, ("offset",): ()}
+    credited = [("offset",)]
+
+    def run_round(search: Any, base: Any, parts: Any, progress: Any) -> list[Any]:
+        found = [fit(*base.trial.parts, kind) for kind in rounds.get(base.trial.parts, ())]
+        doubtful = ("input_gain", "cogging")
+        shares = [SimpleNamespace(share=share if f.part == "offset" else 0.953) for f in found]
+        return [
+            SimpleNamespace(found=f, evidence=e, why_not=f.part in doubtful, unsure=True, for_table=f)
+            for f, e in zip(found, shares, strict=True)
+        ]
+
+    monkeypatch.setattr(forward_selection, "run_round", run_round)
+    monkeypatch.setattr(forward_selection, "credible", lambda search, a, b, count: b.trial.parts in credited)
+    monkeypatch.setattr(forward_selection, "every_part", lambda search, taken: [])
+    monkeypatch.setattr(forward_selection, "joint_of", lambda search, part: None)
+    monkeypatch.setattr(forward_selection, "hypotheses", lambda parts: 1)
+    monkeypatch.setattr(forward_selection, "leader_first", lambda search, found: list(found))
+    monkeypatch.setattr(forward_selection, "ties", lambda search, found: [])
+    monkeypatch.setattr(forward_selection, "nothing_left", lambda found: False)
+    monkeypatch.setattr(forward_selection, "explained_share", lambda search, a, b: 1.0)
+    monkeypatch.setattr(forward_selection, "_in_seen_kinds", lambda search, current, rivals: (current, rivals))
+    monkeypatch.setattr(forward_selection, "refused_when_fitted_again", lambda first, chosen: first)
+    monkeypatch.setattr(forward_selection.credit, "near_noise", lambda found: True)
+    search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit, record=SimpleNamespace(start=[]))
+    outcome = forward_selection.find_effects(search, fit(), lambda turn, share: None)
+    assert outcome.parts == named

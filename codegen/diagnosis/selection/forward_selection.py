@@ -124,16 +124,24 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
     rounds = dict.fromkeys(joints, 0 if refit_only else MOST_EFFECTS)
     turn = 0
-    while places := _unexplained(search, current, rounds, bool(turn)):
-        # An effect that is not credited alone may be with a second one, at the same joint.
-        doubtful = [joint_of(search, p) for p in current.trial.parts[len(confirmed.trial.parts) :]]
-        joint = [*doubtful, *places][0]
-        parts = [p for p in every_part(search, current.trial.parts) if joint_of(search, p) == joint]
-        ranked = run_round(search, current, parts, partial(report_progress, turn))
-        if first:
-            later.append(LaterRound(current.trial.parts, tuple(r.for_table for r in ranked)))
-        first = first or ranked
-        possible = [r for r in ranked if not r.why_not or r.unsure]
+    # Candidates that pass every test, in a round whose leader does not, and predict held-out segments as well.
+    waiting: list[Ranked] = []
+    while (places := _unexplained(search, current, rounds, bool(turn))) or waiting:
+        possible: list[Ranked] = []
+        doubtful = current.trial.parts[len(confirmed.trial.parts) :]
+        if places:
+            # An effect that is not credited alone may be with a second one, at the same joint.
+            joint = [*(joint_of(search, p) for p in doubtful), *places][0]
+            parts = [p for p in every_part(search, current.trial.parts) if joint_of(search, p) == joint]
+            ranked = run_round(search, current, parts, partial(report_progress, turn))
+            if first:
+                later.append(LaterRound(current.trial.parts, tuple(r.for_table for r in ranked)))
+            first = first or ranked
+            possible = [r for r in ranked if not r.why_not or r.unsure]
+        falls_back = not possible and bool(waiting)
+        if falls_back:
+            current, possible, waiting = confirmed, waiting, []
+            joint, doubtful = joint_of(search, possible[0].found.part), ()
         if not possible:
             current, rounds[joint] = confirmed, 0
             continue
@@ -142,11 +150,17 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         current = search.fitted_again(possible[0].found)
         rivals = rivals if turn else tied
         turn, is_first = turn + 1, not turn
-        rounds[joint] -= 1
+        rounds[joint] = MOST_EFFECTS - len(current.trial.parts) if falls_back else rounds[joint] - 1
         if not credible(search, confirmed, current, hypotheses(parts)):
             first = refused_when_fitted_again(first, possible[0]) if is_first else first
+            if falls_back:
+                rounds[joint] = 0
+            elif not doubtful:
+                least = possible[0].evidence.share - credit.LEAST_SHARE
+                waiting = [r for r in possible[1:] if not r.why_not and r.evidence.share > least]
             current = current if rounds[joint] else confirmed
             continue
+        waiting = []
         has_one = any(joint_of(search, p) == joint for p in confirmed.trial.parts)
         if has_one and explained_share(search, confirmed, current) < credit.FURTHER:
             current, rounds[joint] = confirmed, 0
