@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
@@ -14,14 +14,16 @@ from mechanics.robots import TWO_LINKS
 
 from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
-from codegen.diagnosis.fit.credit import noise_ratio
+from codegen.diagnosis.fit.credit import near_noise, noise_ratio
 from codegen.diagnosis.fit.joints import is_separable
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
-from codegen.diagnosis.fit.residual import Problem
+from codegen.diagnosis.fit.residual import Problem, ResidualAlong, inverse_dynamics_residual
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
+from codegen.diagnosis.fit.trial import Part, model_of
 from codegen.diagnosis.results import ErrorFigures, FoundEffect
+from codegen.diagnosis.selection import forward_selection
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
 from codegen.diagnosis.selection.forward_selection import Outcome
 from codegen.diagnosis.selection.refusals import contradicted_by_force
@@ -227,6 +229,59 @@ def test_a_value_felt_at_another_joint_is_no_evidence_against_an_effect(tmp_path
     assert after.over(before).left == pytest.approx(second)
     assert after.added_to(before).p_added(1) < 1e-6
     assert contradicted_by_force(before, after) == ""
+
+
+def test_effects_on_a_joint_are_tried_in_pairs_for_what_is_left_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Joint 2 lacks friction and nothing else. The input of joint 1 is noisy: its free runs stay far from the data."""
+    log = logged(tmp_path, DRAG)
+    noisy = log.inputs.copy()
+    noisy[:, 0] += 0.5 * np.random.default_rng(1).standard_normal(len(noisy))
+    search = search_of(arm(tmp_path), replace(log, inputs=noisy))
+    kinds = ("viscous", "quadratic_drag", "offset")
+
+    def few(search: Search, taken: Sequence[Part]) -> list[Part]:
+        return [p for p in every_part(search, taken) if p.kind in kinds]
+
+    def no_pair(*_: object) -> None:
+        raise AssertionError("effects were tried in pairs")
+
+    monkeypatch.setattr(forward_selection, "every_part", few)
+    monkeypatch.setattr(forward_selection, "_pair", no_pair)
+    outcome = forward_selection.find_effects(search, search.refit(), lambda turn, share: None)
+    assert ("viscous", "q_2") in [(p.kind, p.on) for p in outcome.parts]
+    assert near_noise(outcome.final.of_joint(1))
+    assert not near_noise(outcome.final.of_joint(0))
+
+
+def test_slopes_of_the_force_by_links_are_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are those of inverse dynamics by differences, and a fit of an effect computes residuals for the rest only."""
+    log = logged(tmp_path, DRAG)
+    search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
+    base = search.refit()
+    fits = ForceFits(search, search.problem, base)
+    at = base.theta.copy()
+    before = inverse_dynamics_residual(model_of(base.trial, at), search.motion)
+    assert {search.moved[k].name for k in fits.by_links} == {s.name for s in search.moved[2:]}
+    for k, slope in fits.by_links.items():
+        moved = at.copy()
+        moved[k] += 0.1
+        change = inverse_dynamics_residual(model_of(base.trial, moved), search.motion) - before
+        np.testing.assert_allclose(slope, change / 0.1, rtol=1e-6, atol=1e-9 * np.abs(change).max())
+    part = next(p for p in every_part(search, []) if (p.kind, p.on, p.names) == ("viscous", "q_2", ("b",)))
+    start = np.append(fits.plain.theta, 0.2)
+    plain, tried = ResidualAlong.at, list[np.ndarray]()
+
+    def at_values(along: ResidualAlong, theta: np.ndarray, every: int = 1) -> np.ndarray:
+        tried.append(theta)
+        return plain(along, theta, every)
+
+    monkeypatch.setattr(ResidualAlong, "at", at_values)
+    found = fits.fit(base.trial.with_part(part), start)
+    assert found.parameters["b"] == pytest.approx(0.4, rel=0.02)
+    alone = [changed[0] for theta in tried if len(changed := np.flatnonzero(theta != start)) == 1]
+    assert sorted(alone) == [0, 1, len(search.moved)]  # friction levels, and b
 
 
 SPRING = "{kind: spring, on: [q_1], parameters: {k: 6}}"

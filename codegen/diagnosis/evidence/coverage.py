@@ -17,6 +17,7 @@ from codegen.diagnosis.fit.signals import Motion, is_resolved
 from codegen.diagnosis.fit.starting_values import resonances
 from codegen.diagnosis.fit.trial import Part
 from codegen.effects.start import Covered
+from codegen.mechanics.casadi_form import at_points, function_of
 from codegen.mechanics.system import Matrix, System
 
 BINS = 16384
@@ -110,10 +111,10 @@ class Survey:
 
 def survey(system: System, motion: Motion, model: System | None = None) -> Survey:
     """The survey of a system with refitted values; ``model``: the same with the effects that were found."""
-    middle = dict(zip(system.positions, motion.positions[motion.usable].mean(axis=0), strict=True))
+    middle = motion.positions[motion.usable].mean(axis=0)
 
     def numbers(matrix: Matrix) -> Array:
-        return np.array(matrix.subs(middle).subs(system.values).evalf(), dtype=float)
+        return np.asarray(at_points(function_of(matrix, system.positions, system.values), middle[None])[0])
 
     return Survey(
         system,

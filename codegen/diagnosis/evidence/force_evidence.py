@@ -27,6 +27,7 @@ from codegen.diagnosis.fit.credit import SIGNED, are_large, by_random_signs, of_
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.linear import correlation, independent
 from codegen.diagnosis.fit.output_error import Fit
+from codegen.diagnosis.fit.recent import OF_MODELS, recent
 from codegen.diagnosis.fit.residual import (
     Problem,
     inverse_dynamics_residual,
@@ -204,9 +205,9 @@ class ForceCriterion:
         """
         if len(self.search.moved) == len(self.search.problem.levels):
             return self.over(other)
-        own = self.without_values(other.slopes)
         joint = joint_of_difference(self.search, self.fit, other.fit)
-        return force_gain(self.search.problem, other.without_own_values, own, joint)
+        own = self.without_values(other.slopes, joint)
+        return force_gain(self.search.problem, other.without_own_values(joint), own, joint)
 
     @cached_property
     def slopes(self) -> Array:
@@ -216,17 +217,21 @@ class ForceCriterion:
         toleranced = search.moved[len(search.problem.levels) :]
         return residual_slopes(with_values(search.system, values), search.motion, toleranced)
 
-    @cached_property
-    def without_own_values(self) -> Array:
+    @recent(OF_MODELS)
+    def without_own_values(self, joint: int | None) -> Array:
         """``without_values`` with the fit's own slopes."""
-        return self.without_values(self.slopes)
+        return self.without_values(self.slopes, joint)
 
-    def without_values(self, slopes: Array) -> Array:
-        """(N, n) residual after regression on friction levels and, per coordinate, toleranced values in limits."""
+    def without_values(self, slopes: Array, joint: int | None) -> Array:
+        """(N, n) residual after regression on friction levels and, per coordinate, toleranced values in limits.
+
+        Only of one joint, where one is given: a regression on all parameters of an arm's links takes a while.
+        """
         prior, first, count = self.fit.prior, len(self.search.problem.levels), len(self.search.moved)
         there = self.fit.theta[first:count] - prior.centre[first:count]
         bound = prior.bound[first:count]
-        return residual_without_values(self.search.problem, self.fit.model, slopes, (-bound - there, bound - there))
+        limits = -bound - there, bound - there
+        return residual_without_values(self.search.problem, self.fit.model, slopes, limits, joint)
 
 
 @dataclass(frozen=True)

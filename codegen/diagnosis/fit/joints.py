@@ -25,7 +25,7 @@ from codegen.diagnosis.fit.recent import recent
 from codegen.diagnosis.fit.record import Record
 from codegen.diagnosis.fit.shooting import FreeRun, Shooter, Structure, has_bristles, owners, terms_of
 from codegen.diagnosis.fit.signals import central_difference
-from codegen.mechanics.casadi_form import symbol_values, to_casadi
+from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
 from codegen.mechanics.computed import ComputedEntry
 from codegen.mechanics.system import Matrix, System
 
@@ -34,7 +34,9 @@ SIGNALS = tuple(sympy.Symbol(f"imposed_{name}", real=True) for name in _NAMES)
 MASS, FORCE, STIFFNESS, DAMPING, POSITION, SPEED = SIGNALS
 KEPT = 4
 """Records whose terms are kept in memory."""
-REMEMBERED = 120_000_000
+DRIVES = 16
+"""Inputs of joints whose content is known."""
+REMEMBERED = 80_000_000
 """Bytes of runs that are kept in memory: most changes in a fit need a new run of one joint only."""
 
 
@@ -104,38 +106,34 @@ def _computed(expression: sympy.Expr, computed: bool = True) -> sympy.Expr:
 
 @dataclass(frozen=True, eq=False)
 class MotionTerms:
-    """Rigid-body terms along one measured motion, all (N, n) over samples and joints.
+    """Rigid-body terms along one measured motion, (N, n) over samples and joints.
 
     Attributes:
-        force, mass: at the declared values.
-        force_slopes, mass_slopes: (N, n, P) by the free parameters.
+        loads_declared: (n, N, 2) mass and force of each joint at the declared values.
+        felt: (n, P) whether a joint's mass or force depends on a free parameter.
+        slopes: for each joint, (felt, 2 N) those of its mass and force by the parameters that it feels.
         stiffness, damping: slopes of the force by the joint's own position and speed.
     """
 
     positions: Array
     velocities: Array
-    force: Array
-    mass: Array
-    force_slopes: Array
-    mass_slopes: Array
+    loads_declared: Array
+    felt: NDArray[np.bool_]
+    slopes: tuple[Array, ...]
     stiffness: Array
     damping: Array
 
-    def loads(self, joint: int, off: Array) -> tuple[Array, Array]:
-        """(N,) mass and force of a joint, with the free parameters ``off`` their declared values."""
-        mass, force = self.mass[:, joint], self.force[:, joint]
-        if not off.any():
-            return mass, force
-        return mass + self.mass_slopes[:, joint] @ off, force + self.force_slopes[:, joint] @ off
+    def loads(self, joint: int, off: Array) -> Array:
+        """(N, 2) mass and force of a joint, with the free parameters ``off`` their declared values."""
+        declared, own = self.loads_declared[joint], off[self.felt[joint]]
+        if not own.any():
+            return declared
+        moved = np.flatnonzero(own)  # one of them for a slope
+        return np.asarray(declared + (own[moved] @ self.slopes[joint][moved]).reshape(declared.shape))
 
     def held(self, joint: int) -> list[Array]:
         """Signals that do not depend on parameters: stiffness, damping, position and speed."""
         return [r[:, joint] for r in (self.stiffness, self.damping, self.positions, self.velocities)]
-
-    @cached_property
-    def felt(self) -> NDArray[np.bool_]:
-        """(n, P) whether a joint's mass or force depends on a free parameter."""
-        return np.asarray((self.force_slopes != 0).any(axis=0) | (self.mass_slopes != 0).any(axis=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,16 +157,18 @@ class RigidTerms:
         columns = (system.positions, x), (system.velocities, v), (system.accelerations, a), (self.parameters, p)
         terms = to_casadi(_computed_terms(system), symbol_values(system.values, *columns))
         force, mass = casadi.densify(terms[:n]), casadi.densify(terms[n:])
-        slopes = [casadi.densify(casadi.vec(casadi.jacobian(value, p))) for value in (force, mass)]
+        slopes = [casadi.densify(casadi.vec(casadi.jacobian(value, p))) for value in (mass, force)]
         own = [casadi.vertcat(*[casadi.jacobian(force[i], s[i]) for i in range(n)]) for s in (x, v)]
-        outputs = [force, mass, *(casadi.densify(o) for o in own), *slopes]
-        function = casadi.Function("along", [x, v, a, p], outputs)
+        values = casadi.Function("values", [casadi.vertcat(x, v, a, p)], [casadi.densify(casadi.vertcat(mass, force, *own))])
+        changes = casadi.Function("changes", [casadi.vertcat(x, v, a, p)], [casadi.vertcat(*slopes)])
         count, free = len(positions), len(self.parameters)
-        at = np.repeat(self.declared[:, None], count, axis=1)
-        raw = function.map(count)(positions.T, velocities.T, acceleration.T, at)
-        plain = [np.ascontiguousarray(np.array(r).T) for r in raw]
-        by_parameter = [np.ascontiguousarray(r.reshape(count, free, n).transpose(0, 2, 1)) for r in plain[4:]]
-        return MotionTerms(positions, velocities, *plain[:2], *by_parameter, *plain[2:4])
+        at = np.hstack([positions, velocities, acceleration, np.tile(self.declared, (count, 1))])
+        plain = over_rows(values, at).reshape(count, 4, n)
+        by_parameter = over_rows(changes, at).reshape(count, 2, free, n)
+        felt = (by_parameter != 0).any(axis=(0, 1)).T
+        chosen = [by_parameter[:, :, own, i].transpose(2, 0, 1).reshape(-1, 2 * count) for i, own in enumerate(felt)]
+        declared = np.ascontiguousarray(plain[:, :2].transpose(2, 0, 1))
+        return MotionTerms(positions, velocities, declared, felt, tuple(chosen), plain[:, 2], plain[:, 3])
 
 
 def _computed_terms(system: System) -> Matrix:
@@ -286,15 +286,14 @@ class JointShooter:
                 if record.joints is not None and i not in record.joints:
                     continue
                 here, there = one.structure(structure), np.ascontiguousarray(states[:, [i, n + i]])
-                inputs = drive[:, [self.terms.system.inputs.index(w) for w in one.joint.inputs]]
                 own, felt = p[one.arguments], off[along.felt[i]]
                 arrays = own, felt, here.coupling, here.limits, here.rest, record.start, there
-                where = (along, record.length, substeps, here.sigma, here.split, hash(inputs.tobytes()))
+                where = (along, record.length, substeps, here.sigma, here.split, self._driven(drive, one.joint)[1])
                 key = (one.key, *where, *(array.tobytes() for array in arrays))
                 found = self.memory.get(key)
                 if found is None:
                     alone = _record_of(record, i)
-                    columns = self._columns(one.joint, inputs, along, off, substeps)
+                    columns = self._columns(one.joint, drive, along, off, substeps)
                     found = self._shooter.at(one.place, own, here, alone, columns, substeps)(there)[..., 0]
                     self.memory.put(key, found)
                 out[..., i] = found
@@ -314,23 +313,28 @@ class JointShooter:
         felt = along.felt[:, self._rigid[model].index(k)]
         return any(felt[c.joint.index] or k in c.arguments for c in compared)
 
-    def _columns(self, joint: Joint, inputs: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
-        """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step."""
-        loads, held = self._loads(joint, along, off, substeps), self._held(joint, along, substeps)
-        used = np.hstack([inputs, loads, held])
-        columns = np.zeros((len(inputs), self._shooter.inputs))
-        columns[:, : used.shape[1]] = used
-        return columns
+    def _columns(self, joint: Joint, drive: Array, along: MotionTerms, off: Array, substeps: int) -> Array:
+        """(N substeps, m) inputs of a joint, effective, then the imposed signals at the middle of each step.
 
-    def _loads(self, joint: Joint, along: MotionTerms, off: Array, substeps: int) -> Array:
-        """(N substeps, 2) mass and force of a joint; most runs of a fit change neither."""
-        i = joint.index
-        key = "loads", along, i, substeps, off[along.felt[i]].tobytes()
+        Remembered, since most runs of a fit change neither inputs nor links.
+        """
+        i, (inputs, content) = joint.index, self._driven(drive, joint)
+        key = "columns", along, i, substeps, joint.others, self._shooter.inputs, content, off[along.felt[i]].tobytes()
         found = self.memory.get(key)
         if found is None:
-            found = between(np.column_stack(along.loads(i, off)), substeps)
+            found, start = np.zeros((len(inputs), self._shooter.inputs)), 0
+            loads = between(along.loads(i, off), substeps)
+            for part in (inputs, loads, self._held(joint, along, substeps)):
+                found[:, start : start + part.shape[1]] = part
+                start += part.shape[1]
             self.memory.put(key, found)
         return found
+
+    @recent(DRIVES)
+    def _driven(self, drive: Array, joint: Joint) -> tuple[Array, int]:
+        """(N substeps, inputs of the joint) its effective inputs, and a number for their content."""
+        inputs = drive[:, [self.terms.system.inputs.index(w) for w in joint.inputs]]
+        return inputs, hash(inputs.tobytes())
 
     def _held(self, joint: Joint, along: MotionTerms, substeps: int) -> Array:
         """(N substeps, k) imposed signals that depend on no parameter, in the order of the joint's inputs."""
@@ -346,6 +350,7 @@ class JointShooter:
         return found
 
 
+@recent(KEPT)
 def _record_of(record: Record, i: int) -> Record:
     """The record of one coordinate."""
     return replace(

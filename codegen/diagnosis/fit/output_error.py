@@ -183,8 +183,7 @@ class Fit:
     @cached_property
     def projected_slopes(self) -> Array:
         """(p, S, K n) slopes after regression on the start states."""
-        slopes = [self.starts.project(slope, slope=True) for slope in self.raw_slopes]
-        return np.stack(slopes) if slopes else np.zeros((0, *self.residual.shape))
+        return self.starts.projected(self.raw_slopes, self.residual)
 
     @property
     def for_table(self) -> Fit:
@@ -290,6 +289,17 @@ class Starts:
         shift = np.matmul(self.solver, values[..., None]) if slope else self.shift(values)[..., None]
         return np.asarray(values - np.matmul(self.slopes, shift)[..., 0])
 
+    def projected(self, slopes: Sequence[Array], like: Array) -> Array:
+        """(p, S, K n) slopes, each as ``like``, after regression on the start states.
+
+        A joint of an arm does not feel most parameters of the links; such a slope is zero, and stays so.
+        """
+        found = np.zeros((len(slopes), *like.shape))
+        for k, slope in enumerate(slopes):
+            if slope.any():
+                found[k] = self.project(slope, slope=True)
+        return found
+
 
 def shooting_fit(
     runner: Runner,
@@ -345,7 +355,7 @@ def gauss_newton(
         if turn and (prior.precision > 0).sum() > MANY:
             taken |= {int(k): slopes[k] for k in np.flatnonzero(prior.precision > 0)}
         slopes = _slopes(runner, theta, offsets, now, difference * np.maximum(prior.size, 1e-12), taken)
-        columns = np.stack([starts.project(s, slope=True) for s in slopes]) if slopes else np.zeros((0, *flat.shape))
+        columns = starts.projected(slopes, flat)
         if turn == rounds or not slopes:
             break
         weighted = columns * segment_weights(flat)[:, None]
@@ -355,7 +365,7 @@ def gauss_newton(
         for _ in range(6):
             step = np.clip(damped_step(matrix, right, damping, prior.held(theta, right)), -longest, longest)
             moved = prior.clip(np.clip(theta + step, first - prior.reach, first + prior.reach))
-            left = now - np.einsum("a,ask->sk", moved - theta, np.stack(slopes))
+            left = now - sum(change * slope for change, slope in zip(moved - theta, slopes, strict=True) if change)
             shift = starts.shift(left)
             trial = mean_residuals(runner, runner.run(moved, offsets + shift))
             new = segment_cost(starts.project(trial)) + prior.cost(moved)
@@ -386,15 +396,14 @@ def _slopes(
     """Slopes by every parameter, by differences; those in ``taken`` are known."""
 
     def slope(k: int) -> Array:
-        if not runner.is_felt(k):
-            return np.zeros_like(now)
         moved = theta.copy()
         moved[k] += steps[k]
         return np.asarray((now - mean_residuals(runner, runner.run(moved, offsets))) / steps[k])
 
-    missing = [k for k in range(len(theta)) if k not in taken]
+    missing = [k for k in range(len(theta)) if k not in taken and runner.is_felt(k)]
     known = {**taken, **dict(zip(missing, in_parallel(slope, missing), strict=True))}
-    return [known[k] for k in range(len(theta))]
+    none = np.zeros_like(now)
+    return [known.get(k, none) for k in range(len(theta))]
 
 
 def polish(fit: Fit, rounds: int, prior: Prior | None = None, final_slopes: bool = True) -> Fit:

@@ -200,7 +200,9 @@ def residual_without_levels(problem: Problem, system: System) -> Array:
     return np.stack([without_levels(system, motion, rows, one, i) for i, (one, rows) in by_coordinate], axis=1)
 
 
-def residual_without_values(problem: Problem, system: System, slopes: Array, limits: tuple[Array, Array]) -> Array:
+def residual_without_values(
+    problem: Problem, system: System, slopes: Array, limits: tuple[Array, Array], joint: int | None = None
+) -> Array:
     """(N, n) residual of a system after regression on friction levels and on changes of values within limits.
 
     Each coordinate has its own fit, so that values that act on several may differ between them.
@@ -208,9 +210,11 @@ def residual_without_values(problem: Problem, system: System, slopes: Array, lim
     Args:
         slopes: (N, n, p) by the values.
         limits: (p,) least and largest change.
+        joint: the only coordinate that is fitted; all if not given.
     """
     motion, found = problem.motion, residual_at_drive(system, problem.motion).copy()
-    for i, used in enumerate(problem.used.T):
+    for i in range(found.shape[1]) if joint is None else [joint]:
+        used = problem.used[:, i]
         levels = level_columns(system, motion, i)
         columns = np.hstack([levels, -slopes[:, i] / drive_left(system, motion)[i]])
         free = np.full(levels.shape[1], np.inf)

@@ -137,12 +137,14 @@ class ForceStart:
         problem: of the declared system on the log's motion.
         whole: whether all values of the base follow by linear least squares, with their prior and limits; else levels.
         runners: part → free runs of the base with it, for states that are not logged; compiled where there are none.
+        known: with ``whole``, index of a value → (N, n) slope of the low-passed residual by it, where that is known.
     """
 
     problem: Problem
     base: Fit
     whole: bool = False
     runners: Mapping[Part, Runner] = field(default_factory=dict)
+    known: Mapping[int, Array] = field(default_factory=dict)
     _along: dict[Part, ResidualAlong] = field(default_factory=dict)
 
     def best(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
@@ -215,13 +217,13 @@ class ForceStart:
     def _weighted(self, trial: Trial, covered: Covered) -> tuple[float, Array] | None:
         """The best of an effect's shapes, with its weights and the levels by linear least squares."""
         part, effect = trial.parts[-1], trial.parts[-1].effect
-        at = self._points
-        function, found = self._error(trial.changed, part.symbols), []
+        at, found = self._points, []
+        function = self._added(trial.changed, part.symbols)
         residual = self._rows(self._residual[:: self._every])
 
         def change(values: Mapping[str, float]) -> Array:
             numbers = np.array([values[name] for name in part.names])
-            forces = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))])) - self._forces
+            forces = over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))]))
             return self._rows(self._low_pass(forces))
 
         for shape in effect.starts(covered):
@@ -234,11 +236,16 @@ class ForceStart:
                 found.append((self._share(rest), theta))
         return min(found, key=lambda pair: pair[0], default=None)
 
-    def _error(self, system: System, symbols: Sequence[sympy.Symbol] = ()) -> casadi.Function:
-        """g − M a − U λ of a system as a function of a point of the motion and of these symbols."""
+    def _added(self, system: System, symbols: Sequence[sympy.Symbol]) -> casadi.Function:
+        """What a system adds to g − M a − U λ of the base, as a function of a point of the motion and these symbols.
+
+        The terms of an arm's bodies are in both and cancel here. Evaluated, they take a hundred times as long as an
+        effect.
+        """
         trial = self.base.trial
         own = dict(zip(trial.symbols, trial.numbers(self.base.theta), strict=True))
-        return force_function(system, [Matrix(system.equation_error)], symbols, own)
+        added = (system.equation_error - trial.changed.equation_error).applyfunc(sympy.expand_mul)
+        return force_function(system, [Matrix(added)], symbols, own)
 
     def _left(self, trial: Trial, inner: float) -> tuple[float, Array]:
         """(squared residual that remains, steps of the base's values) with the part's parameter at this value."""
@@ -264,19 +271,44 @@ class ForceStart:
 
         If all values follow, further rows have their deviations from the prior's centre.
         """
-        if self.whole:
-            theta, prior = self.base.theta, self.base.prior
-            weights = np.sqrt(self._dense * prior.precision)
-            held = np.hstack([np.zeros((len(theta), columns.shape[1] - len(theta))), np.diag(weights)])
-            columns, residual = np.vstack([columns, held]), np.append(residual, weights * (theta - prior.centre))
-        step = -fitted(columns, residual)
-        if self.whole:
-            own = slice(columns.shape[1] - len(theta), None)
-            within = prior.clip(theta + step[own]) - theta
-            fixed = np.append(np.zeros(own.start, dtype=bool), within != step[own])
-            step[own] = within
-            step[~fixed] = -fitted(columns[:, ~fixed], residual + columns[:, fixed] @ step[fixed])
+        if not self.whole:
+            step = -fitted(columns, residual)
+            return step, residual + columns @ step
+        theta, prior = self.base.theta, self.base.prior
+        columns = np.vstack([columns, np.hstack([np.zeros((len(theta), columns.shape[1] - len(theta))), self._held])])
+        residual = np.append(residual, self._held @ (theta - prior.centre))
+        few, right = self._in_few_rows(columns, residual)
+        step = -fitted(few, right)
+        own = slice(columns.shape[1] - len(theta), None)
+        within = prior.clip(theta + step[own]) - theta
+        fixed = np.append(np.zeros(own.start, dtype=bool), within != step[own])
+        step[own] = within
+        step[~fixed] = -fitted(few[:, ~fixed], right + few[:, fixed] @ step[fixed])
         return step, residual + columns @ step
+
+    @cached_property
+    def _held(self) -> Array:
+        """(p, p) rows of the deviations from the prior's centre."""
+        return np.diag(np.sqrt(self._dense * self.base.prior.precision))
+
+    @cached_property
+    def _factors(self) -> tuple[Array, Array]:
+        """The QR factors of the slopes by all values, with the rows of the prior."""
+        q, r = np.linalg.qr(np.vstack([self._slopes, self._held]))
+        return q, r
+
+    def _in_few_rows(self, columns: Array, residual: Array) -> tuple[Array, Array]:
+        """The same least-squares problem with as many rows as unknowns and one more, by orthogonal transformations.
+
+        The last columns are those of ``_factors``, computed once for all starts: an arm of seven joints has 57.
+        """
+        q, r = self._factors
+        others = np.column_stack([columns[:, : -len(r)], residual])
+        along = q.T @ others
+        across = np.linalg.qr(others - q @ along, mode="r")
+        zeros = np.zeros((len(across), len(r)))
+        few = np.vstack([np.hstack([along[:, :-1], r]), np.hstack([across[:, :-1], zeros])])
+        return few, np.append(along[:, -1], across[:, -1])
 
     @cached_property
     def _every(self) -> int:
@@ -294,11 +326,6 @@ class ForceStart:
         """(M, 3n + m + 1) the motion, its effective inputs and time, at every so many samples."""
         inputs = effective_inputs(self.base.model, self.problem.motion)
         return points(self.base.model, self.problem.motion, inputs, self._every)
-
-    @cached_property
-    def _forces(self) -> Array:
-        """(M, n) g − M a − U λ of the base at these points, unfiltered."""
-        return over_rows(self._error(self.base.trial.changed), self._points)
 
     @cached_property
     def _residual(self) -> Array:
@@ -337,15 +364,20 @@ class ForceStart:
     def _slopes(self) -> Array:
         """(R, p) slopes of the residual by the values that follow."""
         if self.whole:
-            steps = STEP * np.diag(self.base.prior.size)
-            models = [model_of(self.base.trial, self.base.theta + step) for step in steps]
-            changes = [inverse_dynamics_residual(model, self.problem.motion) - self._residual for model in models]
-            return np.asarray(np.column_stack([self._rows(c[:: self._every]) for c in changes]) / steps.diagonal())
+            slopes = [self._slope(k) if k not in self.known else self.known[k] for k in self._places]
+            return np.column_stack([self._rows(slope[:: self._every]) for slope in slopes])
         symbols = [self.base.trial.moved[k] for k in self._places]
         rows = force_rows(self.base.model, self.problem, symbols)
         sizes = [s for s, u in zip(self._sizes, self.problem.used.T, strict=True) if u.any()]
         used = [r.slopes[r.sample % self._every == 0] for r in rows]
         return np.concatenate([slopes / s for slopes, s in zip(used, sizes, strict=True)])
+
+    def _slope(self, k: int) -> Array:
+        """(N, n) slope of the residual by a value of the base, by a difference."""
+        step, theta = STEP * float(self.base.prior.size[k]), self.base.theta.copy()
+        theta[k] += step
+        residual = inverse_dynamics_residual(model_of(self.base.trial, theta), self.problem.motion)
+        return np.asarray((residual - self._residual) / step)
 
 
 FREQUENCIES = np.geomspace(0.03, 1.5, 40)

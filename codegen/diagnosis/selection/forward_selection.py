@@ -167,7 +167,8 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             continue
         rivals = tied or rivals
         confirmed, among_all = current, True
-        if is_first and not credit.near_noise(current) and not credit.is_negligible(current):
+        alone = current if joint is None else current.of_joint(joint)  # what other joints lack is theirs
+        if is_first and not credit.near_noise(alone) and not credit.is_negligible(alone):
             pair, chosen = _pair(search, possible[:PAIRED])
             if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
                 current = confirmed = pair

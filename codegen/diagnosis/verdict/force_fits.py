@@ -13,6 +13,7 @@ from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.acting_joint import joint_of_difference
 from codegen.diagnosis.fit.credit import SIGNED
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
+from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.residual import (
     Problem,
     ResidualAlong,
@@ -110,7 +111,10 @@ class ForceFits:
 
     def _residual(self, trial: Trial, theta: Array) -> Array:
         """Scaled residuals of each block, (SIGNED, K); shorter blocks are padded with zeros."""
-        forces = self._forces(trial, theta)
+        return self._scaled(self._forces(trial, theta))
+
+    def _scaled(self, forces: Array) -> Array:
+        """Forces (N, n) at the used samples, each coordinate in units of its scale, in blocks (SIGNED, K)."""
         return self._in_blocks(
             [values[rows] / size for values, rows, size in zip(forces.T, self._rows, self._sizes, strict=True)]
         )
@@ -168,6 +172,19 @@ class ForceFits:
         at = self.base.offsets, now, now, slopes, self.base.starts
         return Fit(runner, theta, *at, prior, prior.limited(theta, theta), of_forces=True)
 
+    @cached_property
+    def by_links(self) -> dict[int, Array]:
+        """Index of a value that is a parameter of an arm's links → (N, n) slope of the low-passed residual.
+
+        The residual is linear in these, and effects change nothing of it. An arm of seven joints has 43, each of which
+        would otherwise take a residual of the whole arm in every fit.
+        """
+        rigid = self.search.rigid
+        if rigid is None or not rigid.parameters:
+            return {}
+        slopes = residual_slopes(self.search.system, self.problem.motion, rigid.parameters)
+        return {self.search.moved.index(s): slopes[:, :, k] for k, s in enumerate(rigid.parameters)}
+
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
 
@@ -175,7 +192,14 @@ class ForceFits:
         the residual is divided by a drive gain that depends on them.
         """
         slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
+        by_links: dict[int, Array] = {}
+        if not slopes and not self._moves_drive and not trial.changed.sensor_errors:
+            left = drive_left(model_of(trial, theta), self.problem.motion)
+            by_links = {k: self._scaled(-slope / left) for k, slope in self.by_links.items()}
         for k in range(len(slopes), len(theta)):
+            if k in by_links:
+                slopes.append(by_links[k])
+                continue
             step, moved = STEP * float(size[k]), theta.copy()
             moved[k] += step
             slopes.append((now - self._residual(trial, moved)) / step)

@@ -123,7 +123,8 @@ def force_round(
     """
     taken = {(p.kind, p.on) for p in plain.trial.parts}
     parts = [p for p in fits.candidates.parts if (p.kind, p.on) not in taken and joint_of(fits.search, p) == joint]
-    start, trials = ForceStart(fits.problem, plain, True), [plain.trial.with_part(p) for p in parts]
+    start = ForceStart(fits.problem, plain, True, known=fits.by_links)
+    trials = [plain.trial.with_part(p) for p in parts]
     starts = [start.best(trial, fits.candidates.covered(p)) for p, trial in zip(parts, trials, strict=True)]
     started = [(*s, trial) for s, trial in zip(starts, trials, strict=True) if s is not None]
     shares = [drive_kept(fits, plain, trial, theta) for _, theta, trial in started]
