@@ -256,7 +256,7 @@ def test_effects_on_a_joint_are_tried_in_pairs_for_what_is_left_there(
 
 
 def test_slopes_of_the_force_by_links_are_computed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They are those of inverse dynamics by differences, and a fit of an effect computes residuals for the rest only."""
+    """They are those of inverse dynamics by differences; a fit of an effect computes residuals for the rest only."""
     log = logged(tmp_path, DRAG)
     search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
     base = search.refit()

@@ -159,7 +159,9 @@ class RigidTerms:
         force, mass = casadi.densify(terms[:n]), casadi.densify(terms[n:])
         slopes = [casadi.densify(casadi.vec(casadi.jacobian(value, p))) for value in (mass, force)]
         own = [casadi.vertcat(*[casadi.jacobian(force[i], s[i]) for i in range(n)]) for s in (x, v)]
-        values = casadi.Function("values", [casadi.vertcat(x, v, a, p)], [casadi.densify(casadi.vertcat(mass, force, *own))])
+        values = casadi.Function(
+            "values", [casadi.vertcat(x, v, a, p)], [casadi.densify(casadi.vertcat(mass, force, *own))]
+        )
         changes = casadi.Function("changes", [casadi.vertcat(x, v, a, p)], [casadi.vertcat(*slopes)])
         count, free = len(positions), len(self.parameters)
         at = np.hstack([positions, velocities, acceleration, np.tile(self.declared, (count, 1))])

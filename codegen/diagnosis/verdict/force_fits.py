@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from codegen.base.arrays import Array
 from codegen.diagnosis.evidence.acting_joint import joint_of_difference
 from codegen.diagnosis.fit.credit import SIGNED
-from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
 from codegen.diagnosis.fit.force_rows import residual_slopes
+from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
 from codegen.diagnosis.fit.residual import (
     Problem,
     ResidualAlong,
