@@ -125,7 +125,8 @@ class MotionTerms:
 
     def loads(self, joint: int, off: Array) -> Array:
         """(N, 2) mass and force of a joint, with the free parameters ``off`` their declared values."""
-        declared, own = self.loads_declared[joint], off[self.felt[joint]]
+        declared: Array = self.loads_declared[joint]
+        own = off[self.felt[joint]]
         if not own.any():
             return declared
         moved = np.flatnonzero(own)  # one of them for a slope

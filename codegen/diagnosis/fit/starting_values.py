@@ -305,7 +305,7 @@ class ForceStart:
         q, r = self._factors
         others = np.column_stack([columns[:, : -len(r)], residual])
         along = q.T @ others
-        across = np.linalg.qr(others - q @ along, mode="r")
+        across = np.linalg.qr(others - q @ along)[1]
         zeros = np.zeros((len(across), len(r)))
         few = np.vstack([np.hstack([along[:, :-1], r]), np.hstack([across[:, :-1], zeros])])
         return few, np.append(along[:, -1], across[:, -1])
