@@ -78,6 +78,8 @@ def same_matrix(top: dict[str, Any], proof: dict[str, Any], shown: dict[str, Any
     signs = {f"s_{s.removeprefix('sign.')}": s for s in proof["signs"]}
     within = theorem.ranges(proof, shown)
     free = {x.split(".")[1]: x for x in (*proof["positions"], *within)}
+    if signs.keys() & free.keys():  # of a quantity that is called as a sign the range would be taken for a sign's
+        return False
     names = {name: shown["names"][x] for name, x in (signs | free).items()}
     if not {*proof["box"]} <= {free.get(name) for name in top["variables"]}:  # of these the certificate asks nothing
         return False

@@ -31,7 +31,7 @@ from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import frame, kernel, reversal
+    from codegen.checker import forms, frame, kernel, reversal
 
 FIELDS, OPTIONAL = (
     ("name", "noise", "drift", "shifts", "push", "sets"),
@@ -107,14 +107,14 @@ def error_dynamics(
     shift = [names[s] * d for s, d in zip(turned, read(names, claim["shifts"], noise), strict=True)]
     raw = [[e - d] for e, d in zip(error, shift, strict=True)]
     unmoved = later(names, {}, names)
-    expected = shows(unmoved, [zero] * len(error), [e for (e,) in kernel.times(matrix, raw, zero)])
+    expected = shows(unmoved, [zero] * len(error), [e for (e,) in forms.product(matrix, raw, zero)])
     true = names | {x: names[x] - n for x, n in noise.items()}
     acting = names if claim.get(FORCES) else true
     then = later(true, drift, acting | {x: acting[x] + force for x, force in friction.items()})
     new = {x: term(1, f"later.noise.{x}") for x in noise}
     then |= {x: then[x] + n for x, n in new.items()}
     wide = [[*a, *b] for a, b in zip(matrix, push, strict=True)]
-    following = kernel.times(wide, [[x] for x in (*error, *noise.values(), *drift.values(), *friction.values())], zero)
+    following = forms.product(wide, [[x] for x in (*error, *noise.values(), *drift.values(), *friction.values())], zero)
     found = shows(then, read(then, claim["shifts"], new), [e for (e,) in following])
     wrong = [z for z, a, b in zip(proof["states"], found, expected, strict=True) if a != b]
     kernel.demand(not wrong, f"noise and drift do not act on the errors as claimed: {wrong[:3]}")
@@ -254,7 +254,7 @@ def bounded(proof: dict[str, Any], claim: dict[str, Any], shown: dict[str, Any])
     """Verifies all claims of ellipsoid.json; ValueError if one is not shown.
 
     Args:
-        proof, shown: proof.json, and what kernel.prove returned for it. claim: ellipsoid.json.
+        proof, shown: proof.json, and what errors.prove returned for it. claim: ellipsoid.json.
 
     Returns:
         For each set the bounds of its ``claimed_rows``, each with the direct effect of the noise of that sample added.
@@ -379,10 +379,10 @@ def require_invariant(
     symmetric = [*map(list, zip(*Q, strict=True))] == Q
     kernel.demand(symmetric, "a set's matrix is not symmetric")
     kernel.demand(kernel.positive(Q, definite=True), "a set's matrix is not positive definite")
-    moved = kernel.times(kernel.times(step, Q, 0), zip(*step, strict=True), 0)
+    moved = forms.product(forms.product(step, Q, 0), zip(*step, strict=True), 0)
     kept, over = unit * unit * f.numerator, by * unit * unit * f.numerator
     weighted = [[kernel.term(x) * b for x, b in zip(t, row, strict=True)] for row in push]
-    added = kernel.times(weighted, zip(*push, strict=True), kernel.Poly())
+    added = forms.product(weighted, zip(*push, strict=True), kernel.Poly())
     gap = [[kernel.term(Fraction(kept * q - f.denominator * x, over)) - y for q, x, y in zip(*rows, strict=True)]
            for rows in zip(Q, moved, added, strict=True)]  # fmt: skip
     kernel.semidefinite(gap, shown["box"], proof["cover"], shown["known"])
@@ -516,8 +516,3 @@ def require_carried(
             later = n + sizes[k][0] + 1
             if later in line.samples:
                 due.setdefault(later, []).append((line, row, k))
-
-
-def prove(proof: dict[str, Any], claim: dict[str, Any], files: dict[str, str]) -> list[list[Fraction]]:
-    """The bounds of ``bounded``, after the kernel has verified the proof against these files; else ValueError."""
-    return bounded(proof, claim, kernel.prove(proof, files))

@@ -58,6 +58,12 @@ def turns(P: tuple[tuple[int, ...], ...], flips: tuple[int, ...], growth: Fracti
     return ""
 
 
+def product(A: Any, B: Any, zero: Any) -> Any:
+    """AB, for numbers or polynomials; entries that are 0 are left out of the sums."""
+    columns = list(zip(*B, strict=True))
+    return [[sum((a * b for a, b in zip(row, c, strict=True) if a and b), zero) for c in columns] for row in A]
+
+
 def added(*matrices: Matrix) -> Matrix:
     return [[sum(entries) for entries in zip(*rows, strict=True)] for rows in zip(*matrices, strict=True)]
 

@@ -24,7 +24,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     samples and ``finite`` are verified.
 
     Args:
-        shown: of the proof, by kernel.prove.
+        shown: of the proof, by errors.prove.
     """
     c, names, known = shown["c"], shown["names"], shown["known"]
     frame.detects(c)

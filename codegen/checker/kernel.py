@@ -1,44 +1,229 @@
-"""The kernel: it verifies proof.json, the claimed error dynamics of an observer, against the text of its C code.
+"""The kernel: polynomials, and when a matrix of them is positive semidefinite on a box. Standard library only.
 
-Standard library only; verify.py runs it on files. Lemmas 1 to 6 are in algebra.py: polynomials, and when a matrix of
-polynomials is positive semidefinite over a box.
+Numbers are exact. ValueError where a claim is not shown. Trusted: this file, Python, limits and numbers of frame.py.
+It knows nothing of machines or certificates: the other files of the checker reduce their claims to these two kinds.
 
-THEOREM. Let the step of NAME.c run in exact arithmetic with the values of NAME_PARAMETERS, from any state and on any
-inputs, in samples with fault 0. Let a machine move by v[k+1] = v[k] + h acceleration[k] and x[k+1] = x[k] + h v[k]
-("semi_implicit": h v[k+1]; "exponential": h ((1 - q) v[k] + q v[k+1]) with a number q = `mean` of x in [0, 1]), the
-positions x and those v that are inputs measured exactly, all else of it constant.
-Assume further, at each sample:
-- every sign is 1 or -1, the same in machine and code, and does not change from one sample to the next;
-- every expression of `domain` is positive;
-- a state whose formula in `states` contains no estimate has the value of that formula.
-Let e = sign * (truth - estimate) be the errors. A state with a formula is determined by estimates and measurements, so
-e describes all of these states. Then
-- e[k+1] = matrix e[k] + rest, exactly, or to first order in e where the result says "first order";
-- V(matrix e) <= (1 - 2 decay_rate h) V(e) with V = e'Pe, wherever the variables are in `box`. A variable of the box is
-  a truth times the sign that `along` assigns to it, by default the sign of its error.
-Nothing is claimed about states without a formula (`aside`). Those listed in `shared` are assumed to be states of the
-machine too, with the same values (a clock, a delay line, a lag).
-Trusted: this file, algebra.py, frame.py, which reads the C, Python, and that the machine is yours. Not covered:
-rounding, samples with a fault, and the sample in which a sign changes. theorem.py verifies the further fields of a
-proof: `mass_matrix`, `force`, `reversals`, how `shared` states move, that no state of `aside` can feed a growing value
-back, and, by an example point, that `domain` and `box` are not empty.
+- IDENTITIES. ``Text`` evaluates expressions and straight-line C as polynomials (lemmas 1, 7 to 9). Without reciprocals
+  (``cleared``, lemma 3) two of them are the same function just if they are the same.
+- INEQUALITIES. ``semidefinite``: a symmetric matrix of polynomials is positive semidefinite where its variables are in
+  a box (lemmas 2 to 5). ``contracts``: so is f P - F'PF, for a matrix F of quotients of polynomials (lemma 6).
 """
 
 import ast
 import re
+from collections import defaultdict
 from decimal import Context
 from fractions import Fraction
 from functools import lru_cache
+from itertools import accumulate, compress, product
+from math import comb, gcd, lcm, prod
+from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import algebra, frame
+    from codegen.checker import frame
 
 demand = frame.demand  # raises ValueError if a condition fails or the time limit is reached
-Poly = algebra.Poly
-Known = algebra.Known
-LEAST, term, times, integers, positive = algebra.LEAST, algebra.term, algebra.times, algebra.integers, algebra.positive
-joined, cleared, semidefinite, contracts = algebra.joined, algebra.cleared, algebra.semidefinite, algebra.contracts
+LEAST, SHORT = Fraction(1, 10**40), 30  # SHORT: binary digits of a short number
+
+
+# LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
+# are the same real function just if they are the same here. "sign.…" is 1 or -1: pairs of it are left out.
+class Poly(dict[tuple[str, ...], Any]):
+    def __hash__(self) -> int:  # type: ignore[override]  # dict has none: a Poly is a key once it is made, and is not changed then
+        return hash(frozenset(self.items()))
+
+    def __add__(self, other: "Poly") -> "Poly":
+        fewer, more = sorted((self, other), key=len)
+        terms = Poly(more | {m: more[m] + c if m in more else c for m, c in fewer.items()})
+        return terms if all(terms.values()) else Poly({m: c for m, c in terms.items() if c})
+
+    def __sub__(self, other: "Poly") -> "Poly":
+        return self + Poly({m: -c for m, c in other.items()})
+
+    def __mul__(self, other: "Poly") -> "Poly":
+        terms = Poly()
+        signs = {x for x in other.names() if x.startswith("sign.")} & self.names()
+        for n, d in other.items():
+            demand(len(terms) < 10**6, "more terms than the limit")
+            for m, c in self.items():
+                pairs = signs.intersection(m, n) if signs else ()
+                monomial = tuple(sorted(x for x in m + n if x not in pairs) if pairs else sorted(m + n)) if n else m
+                terms[monomial] = terms[monomial] + c * d if monomial in terms else c * d
+        return terms if all(terms.values()) else Poly({m: c for m, c in terms.items() if c})
+
+    def names(self) -> set[str]:
+        return set().union(*self)
+
+    def constant(self) -> Fraction:
+        demand(not self.names(), f"{sorted(self.names())[:3]} in place of a number")
+        return Fraction(self.get((), 0))
+
+
+Box = dict[str, Any]  # variable -> its ends
+Known = dict[tuple[str, Poly], Poly]  # function and argument -> value
+
+
+def term(c: Any, *names: str) -> Poly:
+    c = c if type(c) in (int, Fraction) else Fraction(c)
+    return Poly({names: c.numerator if c.denominator == 1 else c} if c else {})  # whole numbers are fast
+
+
+def integers(rows: Any) -> tuple[list[list[int]], int]:
+    """(D * rows, D) with the least D > 0 for which all entries are whole."""
+    rows, common = [[*row] for row in rows], 1
+    for denominator in {x.denominator for row in rows for x in row}:  # one of all of them could fill the memory
+        common = lcm(common, denominator)
+        demand(common.bit_length() <= 2**14, "a common denominator is too large")
+    return [[x.numerator * (common // x.denominator) for x in row] for row in rows], common
+
+
+# LEMMA 2. Let p be the first diagonal entry of a symmetric A, r the rest of its row, B what is left without both. If
+# p > 0, A is positive semidefinite just if B - r r'/p is; if p = 0, just if r = 0 and B is; if p < 0, never. Definite
+# just if all p > 0. Times p and over the last p, entries that are whole stay whole (Bareiss).
+# Short numbers are tried first: b_ij is a_ij / 2^(s_i + s_j), rounded down. What is cut off is a symmetric matrix of
+# entries below 1, whose eigenvalues are above -n. So A is definite if (b_ij), less n on the diagonal, is semidefinite.
+def positive(A: Any, definite: bool = False) -> bool:
+    s, n = [max(row[i].bit_length() - SHORT, 0) // 2 for i, row in enumerate(A)], len(A)
+    if max(s, default=0) > SHORT // 2:
+        short = [[(a >> s[i] + s[j]) - n * (i == j) for j, a in enumerate(row)] for i, row in enumerate(A)]
+        if positive(short):
+            return True
+    rest, last = [row[k:] for k, row in enumerate(A)], 1  # the upper half of the matrix is all
+    while rest:
+        (p, *r), *rest = rest
+        if p < 0 or (p == 0 and (definite or any(r))):
+            return False
+        demand(True, "")
+        for k, a in enumerate(r if p else ()):
+            rest[k] = [(p * x - a * b) // last for x, b in zip(rest[k], r[k:], strict=True)]
+        last = p or last
+    return True
+
+
+# LEMMA 3. Let x = a/b, b > 0, in a sum of polynomials q x^k, k <= n. Times b^n it is the sum of q a^k b^(n-k), and of
+# the same sign. So a reciprocal r = 1/p goes, p > 0 to be shown: the last one first, since a later p may hold it.
+def replaced(sum_: Poly, x: str, a: Poly, b: Poly) -> Poly:
+    parts: dict[int, Poly] = {}
+    for m, c in sum_.items():
+        rest = tuple(y for y in m if y != x) if x in m else m
+        parts.setdefault(len(m) - len(rest), Poly())[rest] = c
+    powers = {k: prod([a] * k + [b] * (max(parts) - k), start=term(1)) for k in parts}
+    return sum((part * powers[k] for k, part in parts.items()), Poly())
+
+
+def cleared(sum_: Poly, known: Known, below: Any = None) -> Poly:
+    """Without reciprocals; if `below` shows a q >= 0, without each exp(-q) too (lemma 8)."""
+    for (name, p), r in reversed(known.items()):
+        x = min(r.names(), default="")
+        if name == "1/":
+            sum_ = replaced(sum_, x, term(1), p)
+        elif name == "exp" and below and x in sum_.names():
+            below(q := Poly() - p)
+            rising = term(1) + q + term("1/2") * q * q + term("1/6") * q * q * q
+            sum_ = replaced(sum_, x, term(1, f"{x} share t"), rising)
+    return sum_
+
+
+# LEMMA 4. On a cell x is (low + high t)/(1 + t) with t >= 0, but for x = high, its limit. So times (1 + t)^n a
+# polynomial of degree n in x is a sum of c_k t^k (lemma 3). c_k over the binomial coefficient of n and k is its k-th
+# Bernstein coefficient, and that is the polynomial if x is not in it. With one n for all entries, and so for each
+# variable, a matrix is a sum of matrices of numbers, its coefficients, times products that are not below 0. It is
+# positive semidefinite if these are. Here they stand times a number above 0, on each leaf of the tree (lemma 5).
+def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
+    joint = cleared(joined(A), known, lambda q: semidefinite([[q]], box, tree, known))
+    (whole,), _ = integers([joint.values()])
+    own, degree = defaultdict[str, set[str]](set), defaultdict[str, int](int)  # of an entry its variables
+    for place, *names in joint:
+        own[place].update(names)
+        degree |= {x: max(degree[x], names.count(x)) for x in names}
+    most = sum(prod(degree[x] + 1 for x in variables) for variables in own.values())  # coefficients of all entries
+    demand(max(10 * len(A) * prod(n + 1 for n in degree.values()), most) < 10**6, "more terms than the limit")
+    terms = {(m[0], *(m.count(x) for x in degree if x in own[m[0]])): c for m, c in zip(joint, whole, strict=True)}
+    for cell in leaves(box, tree):
+        columns = {x: [*zip(*bernstein(n, *ends(x, cell)), strict=True)] for x, n in degree.items()}
+        tables, common = list[Any](), 0
+        for place, variables in own.items():
+            which, scale = tuple(x in variables for x in degree), prod(columns[x][0][0] for x in {*degree} - variables)
+            keys = [*product(*(range(degree[x] + 1) for x in compress(degree, which)))]
+            table = [scale * terms.get((place, *key), 0) for key in keys]
+            for each in (columns[x] for x in compress(degree, which)):  # its powers, the first, go; k comes behind
+                demand(True, "")
+                step = len(table) // len(each)
+                table = [sum(map(mul, column, table[at::step])) for at in range(step) for column in each]
+            tables.append((which, map(int, place[1:].split()), zip(keys, table, strict=True)))
+            common = gcd(common, *table)
+        parts: Any = defaultdict(lambda: defaultdict(list))  # which variables -> k of each -> entries
+        for which, (i, j), table in tables:
+            for key, c in table:
+                parts[which][key].append((i, j, c // (common or 1)))  # short numbers are fast
+        found = set()
+        for key in product(*(range(n + 1) for n in degree.values())):
+            matrix = [[0] * len(row) for row in A]
+            for which, entries in parts.items():
+                for i, j, c in entries[tuple(compress(key, which))]:
+                    matrix[i][j] = c
+            found.add(tuple(map(tuple, matrix)))  # many are the same, as of two signs
+        yield from found
+
+
+def joined(A: Any) -> Poly:  # the sum of the entries, each times the name "#i j" of its place
+    return Poly({(f"#{i} {j}", *m): c for i, row in enumerate(A) for j, p in enumerate(row) for m, c in p.items()})
+
+
+def bernstein(n: int, low: Any, high: Any) -> list[list[int]]:
+    """For each power x^j, j = 0 ... n, its coefficients k = 0 ... n in degree n, all times one number above 0."""
+    one, binomial, rows = lcm(low.denominator, high.denominator), [comb(n, k) for k in range(n + 1)], []
+    a, b = int(low * one), int(high * one)
+    demand(n < 2**7 and n * max(map(int.bit_length, (a, b, one))) <= 2**15, "too high a power of a range")
+    row, common = [one**n * c for c in binomial], lcm(*binomial)
+    for _ in range(n + 1):  # row: (low + high t)^j (1 + t)^(n - j); the next one is this over 1 + t, times low + high t
+        rows.append([c * (common // ways) for c, ways in zip(row, binomial, strict=True)])
+        over = [c // one for c in accumulate(row[:-1], lambda before, c: c - before)]
+        row = [a * c + b * d for c, d in zip([*over, 0], [0, *over], strict=True)]
+    return rows
+
+
+def ends(x: str, cell: Box) -> Any:
+    """Its range: a sign's is within -1 and 1, that of lemmas 7 and 8 within 0 and 1."""
+    demand(x in cell or re.match(r"sign\.|.* t$", x), f"{x} without a range")
+    return cell.get(x, [Fraction(-x.startswith("sign.")), Fraction(1)])
+
+
+# LEMMA 5. The two parts of a cell that is cut between its ends cover it: what holds on each leaf of a tree of cuts
+# [x, where, what is below, what is above] holds on the box.
+def leaves(cell: Box, tree: Any) -> Any:
+    if tree == "":
+        yield cell
+    else:
+        x, cut, below, above = tree
+        demand(re.fullmatch("-?[0-9]{1,40}(/[1-9][0-9]{0,39})?", cut), f"{x} is cut at no number")
+        (low, high), middle = ends(x, cell), Fraction(cut)
+        demand(low < middle < high, f"{x} is not cut between its ends")
+        yield from leaves(cell | {x: [low, middle]}, below)
+        yield from leaves(cell | {x: [middle, high]}, above)
+
+
+def semidefinite(A: Any, box: Box, tree: Any, known: Known, least: Any = 0) -> None:
+    """A, less a number times the unit matrix: it is definite if that is above 0."""
+    demand([*zip(*A, strict=True)] == [*map(tuple, A)], "a matrix is not symmetric")
+    less = [[p - term(least) if i == j else p for j, p in enumerate(row)] for i, row in enumerate(A)]
+    demand(all(map(positive, coefficients(less, box, tree, known))), "not positive semidefinite")
+
+
+# LEMMA 6. Let D > 0 and N be polynomials, P definite, N/D = F. With the Bernstein coefficients d > 0 and n of D and N,
+# F is the mean of the matrices n/d with weights that are the products times d over D. V is convex, so that
+# V(F e) <= f V(e) if n'Pn <= f d^2 P of all.
+def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) -> None:
+    (weights,), (a, b) = coefficients(P, {}, "", {}), f.as_integer_ratio()
+    demand([*zip(*weights, strict=True)] == [*weights] and positive(weights, True), "P: not symmetric or not definite")
+    demand({len(P)} == {len(F), *map(len, F)}, "P: not of the size of the matrix")
+    for *n, (d,) in coefficients([*F, [term(1)]], box, tree, known):
+        columns = [*zip(*n, strict=True)]
+        pushed = [[sum(map(mul, row, x)) for row in weights] for x in columns]  # P times each
+        gap = [[a * d * d * weights[i][j] - b * sum(map(mul, x, pushed[j])) if j >= i else 0 for j in range(len(P))]
+               for i, x in enumerate(columns)]  # fmt: skip  # the upper half is all that is read
+        demand(d > 0 and positive(gap), "V may not fall")
 
 
 # LEMMA 7. An angle has signs k and m, of its cosine and sine, and a t in [0, 1], the tangent of half of the angle
@@ -51,8 +236,7 @@ def function(name: str, p: Poly, known: Known) -> Poly:
     if name == "fabs":
         return function("sgn", p, known) * p
     if name in ("sgn", "1/") and not p.names():
-        number = p.constant()
-        return term((number > 0) - (number < 0) if name == "sgn" else 1 / number)
+        return term((p.constant() > 0) - (p.constant() < 0) if name == "sgn" else 1 / p.constant())
     if name in ("cos", "sin") and (name, p) not in known:  # the t of a variable x is called "x t"
         own = next((x for x in p.names() if p == term(1, x) and x[:5] != "sign."), f"?{len(known)}")
         t, k, m = term(1, f"{own} t"), term(1, f"sign.cos {own}"), term(1, f"sign.sin {own}")
@@ -72,28 +256,11 @@ def function(name: str, p: Poly, known: Known) -> Poly:
 # are run in their order; a local or an output that is not set yet has no value.
 NUMBER = f"-?{frame.WHOLE}(/{frame.WHOLE})?"  # most of a matrix; as an expression it is the same
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//|\b[0-9][0-9.]*+(?:e[+-]?[0-9]++)?+[A-Za-z_]))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
-
-
-def tree(text: str) -> ast.expr:
-    demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
-    return ast.parse(text, mode="eval").body
-
-
-SHORT, short, long = 200, lru_cache(500)(tree), lru_cache(8)(tree)  # many long ones would fill the memory
-
-
-def parsed(text: str) -> ast.expr:
-    """The syntax tree of an expression, which is read several times."""
-    return (short if len(text) < SHORT else long)(text)
+parse = lru_cache(8)(ast.parse)  # rounding.py reads each statement again
 
 
 class Text:
-    """Symbolic evaluation of expressions and assignments, exactly, as polynomials.
-
-    `names` maps each readable name to its polynomial. `known` maps (function, argument) to the polynomial that stands
-    for its value; a new function value gets a new variable there. Raises ValueError for anything else, and for numbers
-    beyond `precision`.
-    """
+    """Evaluates expressions over `names`, and runs assignments; `known` maps (function, argument) to its value."""
 
     def __init__(self, names: dict[str, Poly], known: Known, precision: Any = frame.EXACT) -> None:
         self.names, self.known, self.precision = dict(names), known, precision
@@ -101,7 +268,8 @@ class Text:
     def value(self, text: str) -> Poly:
         if re.fullmatch(NUMBER, text := text.strip(" ")):
             return term(Fraction(text))
-        return self.of(parsed(text), text)
+        demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
+        return self.of(parse(text, mode="eval").body, text)
 
     def of(self, node: ast.expr, text: str) -> Poly:
         here = text[node.col_offset : node.end_col_offset]
@@ -129,98 +297,3 @@ class Text:
             demand("." not in name.split("[")[0] or name in writable, f"{name} is set")
             self.names[name] = self.value(value)
         return self.names
-
-
-@frame.limited()
-def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
-    """Verifies the theorem above for a proof and its files (name: text); ValueError if it is not shown.
-
-    Returns the polynomials that further checks use: of the C, the names, states before and after a sample, the matrix.
-    """
-    signs, errors, formulas, velocity = (proof[x] for x in ("signs", "errors", "states", "positions"))
-    c = frame.read(proof["name"], files)
-    # Parameters are what `prepare` makes of the values, exactly: the decimals there are that, rounded. But one that is
-    # the exp of a number is its decimal, for all that is made of it, and so is this exp wherever it stands, but exp(0).
-    known: Known = {}
-    decimals: Known = {}  # of an exp: one, or those of many parameters could lead away from it
-    prepared = Text({x: term(v) for x, v in c.values.items() if x not in dict(c.prepare)}, known, c.precision)
-    for parameter, text in c.prepare:
-        exact = prepared.run([(parameter, text)], [*c.values])[parameter]
-        decimal = c.values.get(parameter, exact.constant())
-        demand(abs(exact.constant() - decimal) <= abs(decimal) * c.precision.rounding, "prepare gives others")
-        exps = {(f, p): term(decimal) for (f, p), e in known.items() if f == "exp" and p and e == exact}
-        demand(all(decimals.setdefault(key, e) == e for key, e in exps.items()), "prepare gives others")
-        known |= exps
-        prepared.names |= {parameter: term(decimal)} if exps else {}
-    # Free are inputs, truth, signs, errors, and states without a formula. An estimate is truth less sign * error.
-    truths, estimates, turned = ([e[part] for e in errors] for part in ("truth", "estimate", "sign"))
-    hidden, aside = [f"error of {x}" for x in truths], [z for z in c.states if z not in formulas]
-    along = dict(zip(truths, turned, strict=True)) | proof.get("along", {})
-    named = all(re.fullmatch(rf"{of}\.\w+", x, re.A) for of, all_ in (("true", truths), ("sign", signs)) for x in all_)
-    named = named and {*along} == {*truths} and {*turned, *along.values()} <= {"", *signs}
-    demand(named and len({*truths}) == len({*estimates} & {*c.outputs}) == len(errors) <= 100, "not so named")
-    names = {p: prepared.names[p] for p in c.values} | {"": term(1)}
-    names |= {x: term(1, x) for x in (*c.inputs, *truths, *signs, *aside)}
-    # A sign is that of a polynomial with an estimate or a measured velocity, and without a truth: that of an error is
-    # 0 in the machine. So there are points where it is 1 in machine and code.
-    slips = {*estimates, *velocity.values()}
-    visible = {x: p for x, p in names.items() if x not in (*truths, *signs, *aside)}
-    visible |= {x: term(1, x) for x in estimates}
-    sign_arguments = [Text(visible, {}).value(of).names() for of in signs.values()]
-    demand(all(x & slips and visible.keys() >= x for x in sign_arguments), "no sign of a slip")
-    names |= {t: names[s] * names[t] for t, s in along.items()}
-    machine, error = Text(names, known), [term(1, e) for e in hidden]
-    triples = [(y, t, names[s]) for y, t, s in zip(estimates, truths, turned, strict=True)]
-    names |= {y: names[t] - s * e for (y, t, s), e in zip(triples, error, strict=True)}
-    claim = Text(names, known)
-    sign_definitions = [(names[s], claim.value(of)) for s, of in signs.items()]
-    positive_products = [(names[s], names[s] * p) for s in ("", *signs) for p in map(claim.value, proof["domain"])]
-    for s, p in sign_definitions + positive_products:  # s p > 0 tells that s is the sign of p
-        known |= {("sgn", term(way) * p): term(way) * s for way in (-1, 1)}
-    # LEMMA 10. From the states that formulas of n estimates give, the n of them that move with one, `step` shows these
-    # same estimates: a map of R^n to R^n that is one-to-one, hence, being polynomial, onto (linear algebra where it is
-    # affine, else Bialynicki-Birula and Rosenlicht 1962). So every state is met, and shows its estimates.
-    before = {z: claim.value(of) for z, of in formulas.items()}
-    moving = [z for z, p in before.items() if not p.names().isdisjoint(hidden)]
-    with_errors = {*hidden}  # and the values of functions of these
-    for (_, of), p in known.items():
-        with_errors |= p.names() - {*signs} if of.names() & with_errors else set()
-    demand({*before} <= {*c.states} and len(moving) == len(errors), "not an error for each state")
-    polynomial = all(p.names() & with_errors <= {*hidden} for p in before.values())
-    demand(polynomial, "a state is no polynomial of the estimates")
-    code = Text({x: p for x, p in names.items() if x not in c.outputs} | before, known, c.precision)
-    code.run(c.step, [])
-    after = code.run(c.commit, c.states + c.outputs)
-    demand(all(after[y] == names[y] for y in estimates), "the states do not show the estimates")
-    # The machine a sample later, and the states that show the errors which the matrix gives: they are the code's.
-    phi = [[machine.value(x) for x in row] for row in proof["matrix"]]
-    rate, h = {v: machine.value(a) for v, a in proof["acceleration"].items()}, names["parameters.sample_time"]
-    rest = [*map(machine.value, proof.get("rest", ["0"] * len(errors)))]
-    moves = {*velocity.values()} <= {*rate} <= {*truths, *c.inputs} and {*velocity} <= {*c.inputs} - {*rate}
-    demand(moves, "not a velocity for each position")
-    later = names | {z: after[z] for z in aside} | {x: term(1, f"{x} later") for x in c.inputs}
-    later |= {v: names[v] + h * rate[v] for v in rate}
-    ends, mean = {"euler": "0", "semi_implicit": "1"}, proof.get("mean", {})
-    demand(proof["step"] in (["exponential"] if mean else ends), "a step of another mean velocity")
-    shares = {x: machine.value(q) for x, q in (mean or dict.fromkeys(velocity, ends.get(proof["step"], ""))).items()}
-    demand({*shares} == {*velocity} and all(0 <= q.constant() <= 1 for q in shares.values()), "no mean velocity")
-    later |= {x: names[x] + h * (names[v] + shares[x] * (later[v] - names[v])) for x, v in velocity.items()}
-    next_errors = [e + r for (e,), r in zip(times(phi, [[e] for e in error], Poly()), rest, strict=True)]
-    expected = Text(later | {y: later[t] - s * e for (y, t, s), e in zip(triples, next_errors, strict=True)}, known)
-    remainders = {z: cleared(after[z] - expected.value(of), known) for z, of in formulas.items()}
-    # A term of more than one error is beyond the first order; where such are left, that is said.
-    wrong = [z for z, p in remainders.items() for m in p if z not in moving or sum(x in hidden for x in m) < 2]
-    demand(not wrong, f"the matrix does not move the errors: {wrong[:3]}")
-    # V falls, by the lemmas of the algebra.
-    box = {x: [machine.value(end).constant() for end in (low, high)] for x, (low, high) in proof["box"].items()}
-    fall = 1 - 2 * machine.value(proof["decay_rate"]).constant() * h.constant()
-    demand({*box} <= {*c.inputs, *truths} and fall > 0 < h.constant(), "a box of no free variable, or V negative")
-    entries = {x: machine.value(x).constant() for row in proof["lyapunov_matrix"] for x in row}  # most stand twice
-    P = [[term(entries[x]) for x in row] for row in proof["lyapunov_matrix"]]
-    for p in (p for name, p in [*known] if name == "1/"):
-        semidefinite([[p]], box, proof["cover"], known, LEAST)
-    contracts(phi, P, fall, box, proof["cover"], known)
-    conditions = proof["domain"] or box or any(rest) or aside or len(moving) < len(formulas)
-    result: dict[str, Any] = {"c": c, "names": names, "known": known, "aside": aside, "moving": moving}
-    result |= {"before": before, "after": after, "matrix": phi, "first order": any(remainders.values())}
-    return result | {"fall": fall, "box": box, "along": along, "whole": not conditions}

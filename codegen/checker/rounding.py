@@ -27,7 +27,7 @@ def require(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     """Raises ValueError if a sum in a function of the C, or in a formula of the proof with exp, may cancel too much.
 
     Args:
-        shown: what kernel.prove returned for the proof.
+        shown: what errors.prove returned for the proof.
     """
     c, names, known = shown["c"], shown["names"], dict(shown["known"])  # of its reciprocals nothing is shown
     values = {x: names[x] for x in c.values}
@@ -87,7 +87,7 @@ class Sized(kernel.Text):
     def value(self, text: str) -> Any:
         """The polynomial of an expression; the attribute ``latest`` is then its size."""
         p = super().value(text)
-        self.latest = self.left(p, self.size(kernel.parsed(text.strip(" ")), text.strip(" ")))
+        self.latest = self.left(p, self.size(kernel.parse(text.strip(" "), mode="eval").body, text.strip(" ")))
         return p
 
     def left(self, p: Any, size: float) -> float:

@@ -15,7 +15,7 @@ from operator import mul
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING or __package__:
-    from codegen.checker import covered, ellipsoid, enclosure, forms, frame, held, kernel, rounding
+    from codegen.checker import covered, ellipsoid, enclosure, errors, forms, frame, held, kernel, rounding
 
 PROOF, SETS = "proof.json", "ellipsoid.json"
 # The form of a proof: an object with just these fields (OPTIONAL may be missing), or with any where the one name is "".
@@ -104,7 +104,7 @@ def instead(raw: Any) -> str:
 
 @frame.limited()
 def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[str] = ()) -> dict[str, Any]:
-    """Verifies a proof completely against the sources, and returns what kernel.prove does; or enclosure.Refused.
+    """Verifies a proof completely against the sources, and returns what errors.prove does; or enclosure.Refused.
 
     Args:
         turns: signs, besides those of the proof's reversals, for whose change of sign the certificate claims something.
@@ -113,7 +113,7 @@ def proved(proof: dict[str, Any], sources: dict[str, bytes], turns: Collection[s
     known = numbers(proof)
     with or_refused(f"the kernel does not prove {PROOF} of the C"):
         texts = {name: text.decode() for name, text in sources.items()}
-        shown: dict[str, Any] = kernel.prove(proof, texts) | {"numbers": known}
+        shown: dict[str, Any] = errors.prove(proof, texts) | {"numbers": known}
         machine(proof, shown)
         met(proof, shown)
         recovery(proof, shown)
@@ -134,7 +134,7 @@ def machine(proof: dict[str, Any], shown: dict[str, Any]) -> None:
     driven(shared, shown, kernel.Text({x: p for x, p in own.items() if not x.startswith("true.")}, known))
     rates = [[text.value(a)] for a in proof["acceleration"].values()]
     mass = [[text.value(x) for x in row] for row in proof["mass_matrix"]]
-    rows = zip(kernel.times(mass, rates, kernel.Poly()), map(text.value, proof["force"]), rates, strict=True)
+    rows = zip(forms.product(mass, rates, kernel.Poly()), map(text.value, proof["force"]), rates, strict=True)
     off = [kernel.cleared(pushed - force, known) for (pushed,), force, _ in rows]
     kernel.demand(not any(off), "mass * acceleration is not force")
     for A in (mass, *([[p]] for p in covered.divisors(known)[before:])):

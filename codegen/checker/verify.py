@@ -36,18 +36,11 @@ def beside(name: str, **given: SimpleNamespace) -> SimpleNamespace:
 if TYPE_CHECKING or __package__:
     from codegen.checker import agreement, covered, enclosure, files, forms, frame, kernel, theorem
 else:
-    files, frame = beside("files"), beside("frame")
-    enclosure = beside("enclosure", frame=frame)
-    algebra = beside("algebra", frame=frame)
-    kernel = beside("kernel", algebra=algebra, frame=frame)
-    forms = beside("forms", enclosure=enclosure, kernel=kernel)
-    of_c = ("ellipsoid", "held", "rounding")
-    turned = beside("reversal", kernel=kernel)
-    by_c = {"kernel": kernel, **{name: beside(name, frame=frame, kernel=kernel, reversal=turned) for name in of_c}}
-    covered = beside("covered", enclosure=enclosure, frame=frame, kernel=kernel)
-    theorem = beside("theorem", enclosure=enclosure, covered=covered, forms=forms, frame=frame, **by_c)
-    compared = {"enclosure": enclosure, "covered": covered, "kernel": kernel, "theorem": theorem}
-    agreement = beside("agreement", frame=frame, **compared)
+    parts: dict[str, SimpleNamespace] = {}  # each is given those before it
+    for part in ("files", "frame", "enclosure", "kernel", "forms", "covered", "errors", "held", "rounding", "reversal",
+                 "ellipsoid", "theorem", "agreement"):  # fmt: skip
+        parts[part] = beside(part, **parts)
+    globals().update(parts)
 Refused, demand, show = enclosure.Refused, enclosure.demand, enclosure.show
 parse, widen, MAX_STRING = enclosure.parse, enclosure.widen, enclosure.MAX_STRING
 PROOF, SETS, by_kernel, of_its_proof = theorem.PROOF, theorem.SETS, agreement.bound, agreement.of_its_proof

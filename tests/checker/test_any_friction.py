@@ -14,7 +14,7 @@ import pytest
 from codegen.app.derived import Derived
 from codegen.certify.bound.friction_bounds import largest_friction
 from codegen.certify.outcome import Certificate
-from codegen.checker import ellipsoid
+from codegen.checker import ellipsoid, errors
 from codegen.replay.engine import CompiledEngine, load_twin
 from codegen.simulate.closed_loop import simulate
 from codegen.spec import parse_spec, read_spec
@@ -30,7 +30,7 @@ def content(name: str, file: str) -> Any:
 def bounds_of_any(name: str) -> tuple[Any, list[float]]:
     """The claim, and its bound of each error with any friction, noise of the sample and the friction itself in it."""
     claim, proof = content(name, "ellipsoid.json"), content(name, "proof.json")
-    pairs = zip(claim["sets"], ellipsoid.prove(proof, claim, texts(name)), strict=True)
+    pairs = zip(claim["sets"], ellipsoid.bounded(proof, claim, errors.prove(proof, texts(name))), strict=True)
     return claim, [float(x) for ball, found in pairs if "friction" in ball for x in found]
 
 
@@ -130,7 +130,8 @@ def test_a_forged_claim_of_any_friction_is_refused(kind: str) -> None:
     (forge, reason), claim = FORGERIES[kind], content("rig_to", "ellipsoid.json")
     forge(claim)
     with pytest.raises(Exception, match=reason):
-        ellipsoid.prove(content("rig_to", "proof.json"), claim, texts("rig_to"))
+        proof = content("rig_to", "proof.json")
+        ellipsoid.bounded(proof, claim, errors.prove(proof, texts("rig_to")))
 
 
 @pytest.mark.parametrize("signs", [True, False])
@@ -142,7 +143,7 @@ def test_no_claim_of_any_friction_where_the_code_has_its_sign(signs: bool) -> No
     claim["sets"][0].pop("after", None)
     proof["signs"] = proof["signs"] or {"sign.plates": "outputs.omega_hat"}
     with pytest.raises(ValueError, match=r"^friction$" if signs else "friction needs constant truths or levels"):
-        ellipsoid.prove(proof, claim, texts(name))
+        ellipsoid.bounded(proof, claim, errors.prove(proof, texts(name)))
 
 
 STICKING = """

@@ -21,7 +21,7 @@ from codegen.app.derived import Derived
 from codegen.certify.bound.disturbances import disturbances
 from codegen.certify.bound.ellipsoid import unlike_envelope
 from codegen.certify.bound.error_response import Response, error_response
-from codegen.checker import ellipsoid, verify
+from codegen.checker import ellipsoid, errors, verify
 from codegen.replay.engine import CompiledEngine, load_twin
 from codegen.spec import read_spec
 from tests.checker.test_kernel import GENERATED, PROVED, numbers, seen, spec_path, texts
@@ -36,7 +36,7 @@ def content(name: str, file: str) -> Any:
 
 def bounds(name: str, claim: Any = None, proof: Any = None) -> list[list[Fraction]]:
     claim, proof = claim or content(name, "ellipsoid.json"), proof or content(name, "proof.json")
-    return ellipsoid.prove(proof, claim, texts(name))
+    return ellipsoid.bounded(proof, claim, errors.prove(proof, texts(name)))
 
 
 SUMS = {  # N or N m: sums of absolute responses, as a checker of another derivation proved them of the same matrices
@@ -98,7 +98,7 @@ def reachable(name: str, claim: Any, line: tuple[Any, ...], shown: Any = None, a
 def linear(name: str, claim: Any, shown: Any = None) -> tuple[Any, Any, Any, Any]:
     """Φ, push, limits and what the noise of a sample does to each error, in floating point, all signs 1."""
     proof = content(name, "proof.json")
-    shown = shown or kernel.prove(proof, texts(name))
+    shown = shown or errors.prove(proof, texts(name))
     at = dict.fromkeys(proof["signs"], 1.0) | {p: float(x) for p, x in shown["c"].values.items()}
     phi, push = ([[numbers(x, at) for x in row] for row in rows] for rows in (proof["matrix"], claim["push"]))
     limits = [float(Fraction(d)) for kind in ("noise", "drift", "friction") for d in claim.get(kind, {}).values()]
@@ -385,9 +385,8 @@ def test_other_code_is_refused(why: str) -> None:
     changed = files["one_mass.c"].replace(old, new)
     assert changed != files["one_mass.c"]
     with pytest.raises(ValueError, match=r"do not show the estimates|does not move the errors"):
-        ellipsoid.prove(
-            content("one_mass", "proof.json"), content("one_mass", "ellipsoid.json"), files | {"one_mass.c": changed}
-        )
+        proof, claim = content("one_mass", "proof.json"), content("one_mass", "ellipsoid.json")
+        ellipsoid.bounded(proof, claim, errors.prove(proof, files | {"one_mass.c": changed}))
 
 
 def judged(name: str, count: int) -> int:
@@ -396,7 +395,7 @@ def judged(name: str, count: int) -> int:
     genuine = (GENERATED / name / "ellipsoid.json").read_text("utf-8")
     tokens = list(re.finditer(r"(?<=\")-?\d+/\d+(?=\")|(?<=\")\d+(?=\")", genuine))
     proof, files = content(name, "proof.json"), texts(name)
-    shown = kernel.prove(proof, files)
+    shown = errors.prove(proof, files)
     for _ in range(count):
         token = tokens[generator.integers(len(tokens))]
         factor = 1 + Fraction(int(generator.integers(-40, 41)), int(generator.choice([50, 1000, 100_000])))
@@ -581,7 +580,7 @@ def test_many_rows_of_many_errors_are_refused_in_time() -> None:
     proof, claim = content("chain", "proof.json"), content("chain", "ellipsoid.json")
     rows = [["0"] * 31 + [str(k + 1), "100000"] for k in range(8000)]
     claim["sets"] = [{x: claim["sets"][0][x] for x in ("matrix", "weights")} | {"samples": "1", "rows": rows}]
-    shown, begun = kernel.prove(proof, texts("chain")), time.thread_time()
+    shown, begun = errors.prove(proof, texts("chain")), time.thread_time()
     with pytest.raises(ValueError, match=r"too many rows|more work than the limit"):
         ellipsoid.bounded(proof, claim, shown)
     assert time.thread_time() - begun < 7
@@ -605,7 +604,7 @@ def test_many_rows_at_every_sample_are_refused_before_they_fill_the_memory(last:
     begun, rest, ends = set_["after"][0]["start"], ["0"] * 31, [["0", "1000000"], last]
     set_["after"] = [{"row": [*rest, str(k + 1)], "start": begun, "bounds": ends[k > 0 :]} for k in range(990)]
     set_["rows"] = set_["rows"][:1]
-    shown, at = kernel.prove(proof, texts("chain")), time.thread_time()
+    shown, at = errors.prove(proof, texts("chain")), time.thread_time()
     with pytest.raises(ValueError, match="too many rows at too many samples"):
         ellipsoid.bounded(proof, claim, shown)
     assert time.thread_time() - at < 7

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.checker import held, kernel, verify
+from codegen.checker import errors, held, kernel, verify
 from codegen.replay.engine import load_twin
 
 NAME = "two_link_arm"
@@ -26,7 +26,7 @@ def shipped() -> tuple[dict[str, Any], dict[str, str]]:
 
 def test_the_arm_is_proved_of_its_c_in_its_box_and_to_first_order() -> None:
     proof, files = shipped()
-    shown = kernel.prove(proof, files)
+    shown = errors.prove(proof, files)
     assert not shown["whole"] and shown["first order"]
     held.require(proof, shown)
 
@@ -66,7 +66,7 @@ def test_forged_c_is_refused(case: str) -> None:
     before, step = files[f"{NAME}.c"].split(f"void {NAME}_step(", 1)
     assert step.count(old) == 1, case
     with pytest.raises((ValueError, ZeroDivisionError), match=answer):
-        kernel.prove(proof, files | {f"{NAME}.c": f"{before}void {NAME}_step({step.replace(old, new)}"})
+        errors.prove(proof, files | {f"{NAME}.c": f"{before}void {NAME}_step({step.replace(old, new)}"})
 
 
 def test_a_start_that_divides_by_what_may_be_zero_is_refused() -> None:
@@ -79,7 +79,7 @@ def test_a_start_that_divides_by_what_may_be_zero_is_refused() -> None:
         place = own if function == "init" else f"outputs->{own}"
         forged = files | {f"{NAME}.c": files[f"{NAME}.c"][:at] + body.replace(old, f"{old} + 0.0 / {place}", 1)}
         assert forged != files
-        shown = kernel.prove(proof, forged)
+        shown = errors.prove(proof, forged)
         with pytest.raises(ValueError, match="a division by what may be zero"):
             held.require(proof, shown)
 

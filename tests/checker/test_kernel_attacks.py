@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from codegen.checker import ellipsoid, frame, kernel, verify
+from codegen.checker import ellipsoid, errors, frame, verify
 from tests.checker.forged import POINT
 from tests.in_part import in_part
 
@@ -39,9 +39,9 @@ def with_rate(statements: str) -> dict[str, str]:
 
 def test_what_is_shipped_is_proved_and_a_loop_too() -> None:
     proof, files = shipped()
-    assert kernel.prove(proof, files)["whole"]
+    assert errors.prove(proof, files)["whole"]
     looped = "double t[2]; for (int i = 0; i < 2; i++) { const double a = E; t[i] = a; } const double v_dot_hat = t[1];"
-    assert kernel.prove(proof, with_rate(looped))["whole"]
+    assert errors.prove(proof, with_rate(looped))["whole"]
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ def test_what_is_shipped_is_proved_and_a_loop_too() -> None:
 def test_c_that_computes_something_else_is_refused(statements: str) -> None:
     proof, _ = shipped()
     with pytest.raises(ValueError, match=r"."):
-        kernel.prove(
+        errors.prove(
             proof, with_rate(statements.replace("7.0 * E", f"7.0 * {RATE}").replace("1.0 * E", f"1.0 * {RATE}"))
         )
 
@@ -96,17 +96,17 @@ def test_macros_before_step_are_refused_in_any_spelling() -> None:
     ):
         other = files["one_mass.c"][:at] + f"\n{line}\n" + files["one_mass.c"][at:]
         with pytest.raises(ValueError, match="a comment from // on, % or not ASCII"):
-            kernel.prove(proof, files | {"one_mass.c": other})
+            errors.prove(proof, files | {"one_mass.c": other})
 
 
 def test_a_true_level_is_no_sign_and_an_error_has_just_its_fields() -> None:
     proof, files = shipped()
     level = next(e["truth"] for e in proof["errors"] if e["truth"].startswith("true.a_"))
     with pytest.raises(ValueError, match="not so named"):
-        kernel.prove(proof | {"signs": proof["signs"] | {level: "outputs.a_hat_rail"}}, files)
-    errors = [proof["errors"][0] | {"note": "x"}, *proof["errors"][1:]]
+        errors.prove(proof | {"signs": proof["signs"] | {level: "outputs.a_hat_rail"}}, files)
+    noted = [proof["errors"][0] | {"note": "x"}, *proof["errors"][1:]]
     with pytest.raises(verify.Refused, match="fields"):
-        proved(proof | {"errors": errors}, files)
+        proved(proof | {"errors": noted}, files)
 
 
 def test_a_set_that_does_not_shrink_bounds_nothing() -> None:
@@ -117,7 +117,7 @@ def test_a_set_that_does_not_shrink_bounds_nothing() -> None:
     for ball in still["sets"]:
         ball["weights"][0] = "1"
     with pytest.raises(ValueError, match="weights"):
-        ellipsoid.prove(proof, still, files)
+        ellipsoid.bounded(proof, still, errors.prove(proof, files))
 
 
 @pytest.mark.parametrize("alike", in_part([True, False], [True]))
@@ -131,7 +131,7 @@ def test_many_rows_of_many_samples_are_more_work_than_the_limit(alike: bool, mon
         [row] * 200_000 if alike else [[str(k + 1), *row[1:]] for k in range(ellipsoid.MOST_ROWS)]
     )
     with pytest.raises(ValueError, match="more work than the limit"):
-        ellipsoid.prove(proof, claim, files)
+        ellipsoid.bounded(proof, claim, errors.prove(proof, files))
 
 
 def test_a_bound_beyond_floating_point_is_one_line(tmp_path: Path) -> None:
@@ -160,7 +160,7 @@ def test_an_error_that_stands_twice_covers_no_second_state() -> None:
         "reversals": [],
     }
     with pytest.raises(ValueError, match="not so named"):
-        kernel.prove(twice, {"one_mass.h": header, "one_mass.c": source})
+        errors.prove(twice, {"one_mass.h": header, "one_mass.c": source})
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_an_error_that_stands_twice_covers_no_second_state() -> None:
 def test_a_box_of_a_sign_and_a_rest_that_follows_an_error_are_refused(field: str, value: Any, why: str) -> None:
     proof, files = shipped()
     with pytest.raises(ValueError, match=why):
-        kernel.prove(proof | {field: value}, files)
+        errors.prove(proof | {field: value}, files)
 
 
 def test_a_disturbance_of_the_code_s_own_is_said_and_takes_the_status() -> None:
@@ -185,10 +185,10 @@ def test_a_disturbance_of_the_code_s_own_is_said_and_takes_the_status() -> None:
     files = shipped()[1]
     source = files["one_mass.c"].replace("inputs->w - F_hat_rail", "inputs->w - 9.81 - F_hat_rail", 1)
     files |= {"one_mass.c": source}
-    assert not kernel.prove(heavy, files)["whole"]
+    assert not errors.prove(heavy, files)["whole"]
     claim = json.loads((HERE / "ellipsoid.json").read_text("utf-8"))
     with pytest.raises(ValueError, match="have a rest"):
-        ellipsoid.prove(heavy, claim, files)
+        ellipsoid.bounded(heavy, claim, errors.prove(heavy, files))
 
 
 @pytest.mark.parametrize(
@@ -206,7 +206,7 @@ def test_a_local_of_prepare_is_not_there_in_step(local: str, rate: str) -> None:
     assert files["one_mass.c"].count(first) == 1
     source = files["one_mass.c"].replace(first, f"{first}\n    const double {local} = 1.0;")
     with pytest.raises(ValueError, match=f"{local} is nothing that is known"):
-        kernel.prove(proof, files | {"one_mass.c": source})
+        errors.prove(proof, files | {"one_mass.c": source})
 
 
 @pytest.mark.parametrize("macro", ["STICTION_ONE_MASS_H", "__REGISTER_PREFIX__"])
@@ -219,7 +219,7 @@ def test_a_parameter_that_a_macro_makes_nothing_is_refused(macro: str) -> None:
     header = header.replace("    { \\\n", "    { \\\n        0.001, \\\n", 1)
     assert header.count("0.001") == files["one_mass.h"].count("0.001") + 1
     with pytest.raises(ValueError, match="no fields of doubles"):
-        kernel.prove(proof, files | {"one_mass.h": header})
+        errors.prove(proof, files | {"one_mass.h": header})
 
 
 @pytest.mark.parametrize("size", ["18446744073709551617", "{ 18446744073709551617 }"])
@@ -232,7 +232,7 @@ def test_a_whole_number_that_c_cuts_is_no_value(size: str) -> None:
         header = header.replace("double rail_a;", "double rail_a[1];")
         files["one_mass.c"] = files["one_mass.c"].replace("parameters->rail_a", "parameters->rail_a[0]")
     with pytest.raises(ValueError, match="not as their fields"):
-        kernel.prove(proof, files | {"one_mass.h": header})
+        errors.prove(proof, files | {"one_mass.h": header})
 
 
 WRONG_WAY = {
@@ -258,14 +258,14 @@ def test_a_sign_that_none_is_proves_nothing(kind: str) -> None:
             for key in keys:
                 proof[place][key] = proof[place][key].replace(level, f"{level}*{one}")
     with pytest.raises(ValueError, match=r"no sign of a slip|nothing that is known"):
-        kernel.prove(proof | {"signs": proof["signs"] | signs}, files)
+        errors.prove(proof | {"signs": proof["signs"] | signs}, files)
 
 
 def test_a_range_takes_the_status() -> None:
     """V falls where each variable of the box is in its range, and nothing is said of elsewhere: a condition."""
     proof, files = shipped()
-    assert kernel.prove(proof, files)["whole"]
-    assert not kernel.prove(proof | {"box": {"true.v": ["0", "1"]}}, files)["whole"]
+    assert errors.prove(proof, files)["whole"]
+    assert not errors.prove(proof | {"box": {"true.v": ["0", "1"]}}, files)["whole"]
 
 
 REMARK = "|e| falls tenfold a sample"
@@ -295,7 +295,7 @@ def test_a_truth_of_any_name_is_refused(name: str) -> None:
     """A free level that is printed as sign(q)."""
     text = json.dumps(shipped()[0]).replace("true.a_rail", name)
     with pytest.raises(ValueError, match=r"not so named|is no expression"):
-        kernel.prove(json.loads(text), shipped()[1])
+        errors.prove(json.loads(text), shipped()[1])
 
 
 TWICE = (

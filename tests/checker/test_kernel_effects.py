@@ -19,7 +19,7 @@ import pytest
 
 from codegen.app.derived import Derived
 from codegen.certify.certify import Certificate
-from codegen.checker import kernel, verify
+from codegen.checker import errors, verify
 from codegen.spec import parse_spec
 
 SPEC = (Path(__file__).parents[2] / "specs" / "one_mass.yaml").read_text("utf-8")
@@ -92,7 +92,7 @@ def test_a_declared_effect_is_proved_with_the_machine_of_the_catalogue(kind: str
     outcome, sources = made(kind)
     assert outcome.kernel is not None, outcome.not_by_kernel
     proof = json.loads(outcome.kernel)
-    shown = kernel.prove(proof, sources)
+    shown = errors.prove(proof, sources)
     assert shown["whole"] == (kind not in SHARED and kind not in RANGED)
     assert shown["first order"] == (kind in FIRST_ORDER)
     assert {*proof.get("shared", {})} == {f"state.{z}" for z in SHARED.get(kind, ())}
@@ -127,7 +127,7 @@ def test_another_effect_in_the_c_is_refused(kind: str) -> None:
     assert old in sources["one_mass.c"]
     other = sources | {"one_mass.c": sources["one_mass.c"].replace(old, new)}
     with pytest.raises(ValueError, match=r"does not move the errors|prepare gives others"):
-        kernel.prove(json.loads(outcome.kernel), other)
+        errors.prove(json.loads(outcome.kernel), other)
 
 
 @pytest.mark.parametrize("kind", ["cogging_harmonics", "dead_zone"])

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from codegen.checker import frame, kernel, verify
+from codegen.checker import errors, frame, verify
 
 HERE = Path(__file__).parents[2] / "generated" / "one_mass"
 RATE = "parameters->one_over_m * (inputs->w - F_hat_rail)"
@@ -73,7 +73,7 @@ def test_c_that_means_something_else_is_refused(case: str) -> None:
     files["one_mass.c"] = files["one_mass.c"].replace(old, new)
     if alone:
         with pytest.raises(ValueError):
-            kernel.prove(proof, files)
+            errors.prove(proof, files)
     refused_by_verify(proof, files)
 
 
@@ -119,7 +119,7 @@ def test_no_proof_takes_minutes(kind: str, monkeypatch: pytest.MonkeyPatch) -> N
     LONG[kind](proof, files)
     begun = time.process_time()
     try:
-        kernel.prove(proof, files)
+        errors.prove(proof, files)
     except ValueError as why:
         assert re.search("more work than the limit|too many fields|no sign of a slip", str(why))
     assert time.process_time() - begun < 5
@@ -197,7 +197,7 @@ def test_a_check_that_is_always_too_large_is_refused(again: str) -> None:
         assert old in c
         c = c.replace(old, new)
     proof["states"]["state.z_v"] = f"1e75*(1e75*({proof['states']['state.z_v']}))"
-    kernel.prove(proof, files | {"one_mass.c": c})
+    errors.prove(proof, files | {"one_mass.c": c})
     with pytest.raises(verify.Refused, match="`check` is set again" if again else "above its limit"):
         verify.by_kernel_alone(proof, {name: text.encode() for name, text in (files | {"one_mass.c": c}).items()})
 
@@ -206,7 +206,7 @@ def test_a_decimal_that_is_rounded_is_not_enlarged() -> None:
     """1e14 times what the decimal of 1/m differs from it by is 0.05 in each sample, and was proved to be 0."""
     proof, files = shipped()
     files["one_mass.h"] = files["one_mass.h"].replace("1.0, /* one_over_m */", "1.0000000000000005, /* one_over_m */")
-    kernel.prove(proof, files)
+    errors.prove(proof, files)
     begin = "    const double z_v_next ="
     assert begin in files["one_mass.c"]
     more = f"{begin} 1e14 * (parameters->one_over_m - 1.0 / parameters->m) * v_hat +"

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from codegen.checker import kernel, theorem, verify
+from codegen.checker import errors, theorem, verify
 from tests.checker.forged import changed, sources
 
 SIGN_OF_W = (
@@ -79,7 +79,7 @@ def test_what_jumps_at_a_turn_of_the_slip_between_two_masses(formula: str, jumps
         proof_of("two_mass"),
         {x: y.decode() for x, y in sources("two_mass").items() if x[-2:] in (".c", ".h")},
     )
-    shown = kernel.prove(proof, files)
+    shown = errors.prove(proof, files)
     other = proof | {"states": proof["states"] | {"state.z_between": formula}}
     if jumps:
         with pytest.raises(ValueError, match=r"sign\.between (turns|stands)"):

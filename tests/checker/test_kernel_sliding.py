@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from codegen.checker import kernel, verify
+from codegen.checker import errors, kernel, verify
 from tests.certify.test_regions import DELTA, Machine, content
 from tests.checker.test_kernel import mutant
 
@@ -38,7 +38,7 @@ def number(text: str, at: dict[str, float]) -> float:
 
 @pytest.mark.parametrize("name", SLIDING)
 def test_the_sliding_of_a_dfo_is_proved_of_the_c(name: str) -> None:
-    found = kernel.prove(proof(name), files(name))
+    found = errors.prove(proof(name), files(name))
     assert found["first order"] and not found["whole"]
     sliding = content(name, "sliding.json")
     assert proof(name)["lyapunov_matrix"] == sliding["lyapunov_matrix"]
@@ -52,7 +52,7 @@ def moves_as_said(name: str, said: dict[str, Any], points: int = 20) -> bool:
     """Whether the committed twin moves by matrix and rest at random points of the box, and V falls there."""
     machine, dice = Machine(name), np.random.default_rng(4)
     truths, n = [e["truth"] for e in said["errors"]], len(machine.levels)
-    shown = kernel.prove(said, files(name))
+    shown = errors.prove(said, files(name))
     values = {p: float(x) for p, x in shown["c"].values.items()}
     P = np.array([[number(x, {}) for x in row] for row in said["lyapunov_matrix"]])
     root = np.linalg.inv(np.linalg.cholesky(P))
@@ -91,7 +91,7 @@ def judged(name: str, count: int) -> tuple[int, int]:
         try:
             with verify.theorem.or_refused("a mutant"):
                 said = json.loads(mutant(text, dice))
-                kernel.prove(said, files(name))
+                errors.prove(said, files(name))
         except verify.Refused:
             continue
         proved += 1
@@ -167,7 +167,7 @@ def test_other_code_of_a_dfo_is_refused(old: str, new: str) -> None:
     sources = files("one_mass_dfo")
     assert sources["one_mass_dfo.c"].count(old) == 1
     with pytest.raises(ValueError, match=r"does not move the errors|do not show the estimates"):
-        kernel.prove(proof("one_mass_dfo"), sources | {"one_mass_dfo.c": sources["one_mass_dfo.c"].replace(old, new)})
+        errors.prove(proof("one_mass_dfo"), sources | {"one_mass_dfo.c": sources["one_mass_dfo.c"].replace(old, new)})
 
 
 def test_what_is_printed_of_a_sliding_dfo(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from codegen.checker import algebra, frame, kernel, verify
+from codegen.checker import errors, frame, kernel, verify
 from codegen.checker.kernel import Poly, term
 
 GENERATED = Path(__file__).parents[2] / "generated"
@@ -52,7 +52,7 @@ def test_the_share_of_an_exponential_is_no_tangent_of_an_angle() -> None:
     known: dict[Any, Any] = {}
     curve = kernel.function("exp", term(-1, "x"), known)
     angle = kernel.function("cos", curve, known)
-    used = algebra.cleared(curve * angle, known, lambda q: None).names()
+    used = kernel.cleared(curve * angle, known, lambda q: None).names()
     assert {name for name in used if name.endswith(" t")} == {"?0 t", "?0 share t"}
 
 
@@ -102,7 +102,7 @@ def test_a_state_of_which_nothing_is_said_is_named_and_the_proof_is_not_of_the_w
     texts = {f"rig.{end}": (GENERATED / "rig" / f"rig.{end}").read_text("utf-8") for end in "ch"}
     proof = verify.theorem.read((GENERATED / "rig" / "proof.json").read_text("utf-8"))
     assert proof is not None
-    shown = kernel.prove(proof, texts)
+    shown = errors.prove(proof, texts)
     assert shown["whole"] and shown["aside"] == []
     field, line = (
         re.search(r"    double z_\w+; .*\n", texts["rig.h"]),
@@ -111,13 +111,13 @@ def test_a_state_of_which_nothing_is_said_is_named_and_the_proof_is_not_of_the_w
     assert field and line
     texts["rig.h"] = texts["rig.h"].replace(field[0], field[0] + "    double z_x;\n", 1)
     texts["rig.c"] = texts["rig.c"].replace(line[0], line[0] + "        state->z_x = 1000.0 * omega_hat;\n", 1)
-    shown = kernel.prove(proof, texts)
+    shown = errors.prove(proof, texts)
     assert not shown["whole"] and shown["aside"] == ["state.z_x"]
     domain = GENERATED / "one_mass_domain"
     texts = {f"one_mass_domain.{end}": (domain / f"one_mass_domain.{end}").read_text("utf-8") for end in "ch"}
     proof = verify.theorem.read((domain / "proof.json").read_text("utf-8"))
     assert proof is not None
-    shown = kernel.prove(proof, texts)
+    shown = errors.prove(proof, texts)
     shown = verify.theorem.proved(proof, {name: text.encode() for name, text in texts.items()})
     assert shown["aside"] == ["state.x_predicted"] and not shown["whole"]
     said = verify.theorem.words(proof, shown)

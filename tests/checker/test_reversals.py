@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from codegen.checker import ellipsoid, kernel, reversal
+from codegen.checker import ellipsoid, errors, kernel, reversal
 from tests.checker.test_ellipsoid import bounds, content
 from tests.checker.test_kernel import GENERATED, texts
 
@@ -86,7 +86,7 @@ def test_a_forged_reversal_is_refused(why: str) -> None:
 def test_a_reversal_where_the_machine_has_the_sign_in_another_force_is_refused() -> None:
     """The machine's other force would follow the code's sign in the claim, and its own in truth."""
     claim, proof = content("one_mass", "ellipsoid.json"), content("one_mass", "proof.json")
-    shown = kernel.prove(proof, texts("one_mass"))
+    shown = errors.prove(proof, texts("one_mass"))
     for more in ("sign.rail", "2*sign.rail*true.v", "true.a_rail"):
         other = proof | {"acceleration": {"true.v": f"(-true.a_rail*sign.rail + {more} + inputs.w)/parameters.m"}}
         of = reversal.Reversal("sign.rail", 1, 3, 1, Fraction(1), Fraction(20), Fraction(50), [])

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.checker import ellipsoid, verify
+from codegen.checker import ellipsoid, errors, verify
 
 ROOT = Path(__file__).parents[2]
 SPECS = sorted([*(ROOT / "specs").glob("*.yaml"), *(ROOT / "specs" / "thesis").glob("*.yaml")])
@@ -60,7 +60,8 @@ def friction_bounds(folder: Path, any_friction: bool = False) -> list[float]:
     if not (folder / "ellipsoid.json").exists():
         return []
     claim, proof = (json.loads((folder / f"{name}.json").read_text("utf-8")) for name in ("ellipsoid", "proof"))
-    found = ellipsoid.prove(proof, claim, {p.name: p.read_text("utf-8") for p in folder.glob(f"{folder.name}.[ch]")})
+    files = {p.name: p.read_text("utf-8") for p in folder.glob(f"{folder.name}.[ch]")}
+    found = ellipsoid.bounded(proof, claim, errors.prove(proof, files))
     rows = [(row, float(b)) for ball, each in zip(claim["sets"], found, strict=True)
             if ("friction" in ball) == any_friction for row, b in zip(ball["rows"], each, strict=False)]  # fmt: skip
     velocities = [k for k, e in enumerate(proof["errors"]) if e["truth"] in proof["acceleration"]]
