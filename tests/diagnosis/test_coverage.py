@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from codegen.diagnosis.evidence.coverage import _periods
-from codegen.diagnosis.fit.signals import is_resolved
+from codegen.diagnosis.evidence.coverage import _periods, survey
+from codegen.diagnosis.evidence.reservations import passed_too_fast
+from codegen.diagnosis.fit.signals import is_resolved, smooth_motion
+from codegen.diagnosis.fit.trial import part_of
+from codegen.effects import CATALOGUE
+from tests.diagnosis.stage import log_of, stage, system_of
+
+SWEEP = "0.15*t + 0.02*sin(2*pi*0.3*t)"
+"""A motion at 0.11 to 0.19 m/s, which passes 4.5 mm 25 to 42 times a second: above the cutoff of 20 Hz."""
 
 
 @pytest.mark.parametrize("orders", [(7,), (72, 18), (36, 12)])
@@ -64,3 +73,22 @@ def test_a_reversal_resolves_what_it_covers_while_slow() -> None:
     assert is_resolved(1.02 * longest, x, v, used, 20.0)
     assert not is_resolved(0.98 * longest, x, v, used, 20.0)
     assert not is_resolved(1.02 * longest, x, v, np.abs(t) > 0.03, 20.0)
+
+
+@pytest.mark.parametrize(("amplitude", "noise"), [(3.0, 1e-5), (0.0, 0.0), (0.0, 1e-5)])
+def test_a_period_above_the_cutoff_is_tried_if_it_stands_out_of_the_noise(
+    tmp_path: Path, amplitude: float, noise: float
+) -> None:
+    """A screw drive's cogging at 36 Hz moved it by 130 encoder steps and was not among the candidates."""
+    cogging = f"[{{kind: cogging, on: x, parameters: {{amplitude: {amplitude}, period: 0.0045, phase: 1}}}}]"
+    log = log_of(stage(cogging, reference=SWEEP, noise=noise), tmp_path, "log.csv")
+    system, motion = system_of(stage()), smooth_motion(log)
+    part = part_of(CATALOGUE["cogging"], 0, system)
+    found = survey(system, motion).covered(part, [4.0], motion.noise).periods()
+    x, v = motion.positions[:, 0], motion.velocities[:, 0]
+    above = [p for p in found if not is_resolved(p, x, v, motion.usable, motion.cutoff_hz)]
+    if not amplitude:
+        assert above == []
+        return
+    assert above[0] == pytest.approx(0.0045, rel=0.002)
+    assert not passed_too_fast(system, motion, part, {"period": above[0]})

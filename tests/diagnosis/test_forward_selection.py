@@ -419,15 +419,15 @@ def test_forms_of_an_effect_are_one_hypothesis() -> None:
 
 
 def test_an_unknown_period_counts_as_many_hypotheses_and_sets_of_effects_each() -> None:
-    """Of a ramp of 1 m at 0.1 m/s, a filter of 20 Hz shows waves down to 5 mm: 200 in the stroke. 20 candidates make
-    190 pairs.
+    """Of a ramp of 1 m at 0.1 m/s, a fine filter of 20 Hz shows waves down to 5 mm: 200 in the stroke. 20 candidates
+    make 190 pairs.
     """
     time = np.arange(0.0, 10.0, 0.002)
     motion = SimpleNamespace(
         positions=0.1 * time[:, None],
         velocities=np.full((len(time), 1), 0.1),
         usable=np.ones(len(time), dtype=bool),
-        cutoff_hz=20.0,
+        fine_hz=20.0,
     )
     search: Any = SimpleNamespace(system=system_of(stage()), motion=motion)
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from codegen.base.arrays import Array
 from codegen.diagnosis.fit.measure import drive_force
-from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual
-from codegen.diagnosis.fit.signals import Motion, is_resolved
+from codegen.diagnosis.fit.residual import Problem, inverse_dynamics_residual, unfiltered_residual
+from codegen.diagnosis.fit.signals import Motion, is_resolved, low_pass
 from codegen.diagnosis.fit.starting_values import resonances
 from codegen.diagnosis.fit.trial import Part
 from codegen.effects.start import Covered
@@ -27,6 +27,8 @@ PADDING = 16
 LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
 """Least and largest number of periods in the span."""
 KEPT_PERIODS = 3
+ALPHA = 0.01
+"""Probability that noise above the cutoff has a period that is tried."""
 RIDGE = 1e-9
 """Ridge on the scaled normal equations, which are singular where the direction of motion never changes."""
 KEPT_RESONANCES = 2
@@ -40,6 +42,7 @@ class Survey:
 
     Attributes:
         residual: (N, n) force residual of the refitted model, with the effects that were found.
+        above_cutoff: (N, n) what its low-pass at the fine cutoff has in addition.
         drive: (N, n) low-passed drive force.
         used: (N, n) samples at which the force balance can be used; at standstill friction takes any value.
         mass, distribution: M and U at the mean position.
@@ -48,6 +51,7 @@ class Survey:
     system: System
     motion: Motion
     residual: Array
+    above_cutoff: Array
     drive: Array
     used: NDArray[np.bool_]
     mass: Array
@@ -62,11 +66,11 @@ class Survey:
         contact = part.place if sits_on == "contact" else None
         i = part.effect.coordinate(self.system, part.place)
         if contact is None:
-            x, v, y, used = m.positions[:, i], m.velocities[:, i], self.residual[:, i], self.used[:, i]
+            x, v, used, across = m.positions[:, i], m.velocities[:, i], self.used[:, i], np.eye(len(self.mass))[i]
         else:
             column = self.distribution[:, contact]
             x, v = m.positions @ column, m.velocities @ column
-            y = self.residual @ column / (column @ column)
+            across = column / (column @ column)
             used = np.logical_and.reduce(self.used[:, column != 0], axis=1)
         span = max(float(np.ptp(x)), 1e-12)
         command = m.commands[:, part.place if sits_on == "input" else 0]
@@ -83,7 +87,7 @@ class Survey:
             sample_time=m.sample_time,
             duration=float(m.time[-1] - m.time[0]),
             cutoff_hz=m.cutoff_hz,
-            periods=self._once((sits_on, i, contact), lambda: _periods(sits_on, x, v, y, used, span, m.cutoff_hz)),
+            periods=self._once((sits_on, i, contact), lambda: self._periods(sits_on, x, v, across, used, span)),
             coupling=coupling,
             resonances=self._once(i, lambda: self._resonances(i)),
         )
@@ -97,6 +101,20 @@ class Survey:
             return self._found[key]
 
         return found
+
+    def _periods(
+        self, sits_on: str, x: Array, v: Array, across: Array, used: NDArray[np.bool_], span: float
+    ) -> tuple[float, ...]:
+        """Main periods of the residual; then those that the motion passes above the coarse cutoff only.
+
+        Free runs are compared with the measured position, so they show a force up to the fine cutoff. Most of the
+        residual up there is noise, of which a period must stand out.
+        """
+        coarse, fine = self.motion.cutoff_hz, self.motion.fine_hz
+        main = _periods(sits_on, x, v, self.residual @ across, used, span, coarse)
+        independent = 2 * (fine - coarse) * self.motion.sample_time
+        faster = _periods(sits_on, x, v, self.above_cutoff @ across, used, span, fine, independent)
+        return *main, *(p for p in faster if not is_resolved(p, x, v, used, coarse))
 
     def _resonances(self, i: int) -> tuple[dict[str, float], ...]:
         """Stiffness, damping and load fraction of the main resonances of coordinate ``i``."""
@@ -116,10 +134,13 @@ def survey(system: System, motion: Motion, model: System | None = None) -> Surve
     def numbers(matrix: Matrix) -> Array:
         return np.asarray(at_points(function_of(matrix, system.positions, system.values), middle[None])[0])
 
+    residual = inverse_dynamics_residual(model or system, motion)
+    fine = low_pass(unfiltered_residual(model or system, motion), motion.fine_hz, motion.sample_time)
     return Survey(
         system,
         motion,
-        inverse_dynamics_residual(model or system, motion),
+        residual,
+        fine - residual,
         motion.low_pass(drive_force(system, motion)),
         Problem(system, motion, {}).used,
         numbers(system.mass_matrix),
@@ -128,7 +149,14 @@ def survey(system: System, motion: Motion, model: System | None = None) -> Surve
 
 
 def _periods(
-    sits_on: str, x: Array, v: Array, y: Array, used: NDArray[np.bool_], span: float, cutoff_hz: float
+    sits_on: str,
+    x: Array,
+    v: Array,
+    y: Array,
+    used: NDArray[np.bool_],
+    span: float,
+    cutoff_hz: float,
+    independent: float | None = None,
 ) -> tuple[float, ...]:
     """Periods of the waves that explain most of a residual y(x): least-squares (Lomb–Scargle) periodogram.
 
@@ -136,6 +164,11 @@ def _periods(
     is modulated: sgn v of an effect on a contact; v² of a sensor's error, whose second time derivative grows with it;
     else 1. The normal equations are weighted by the time at each position. A period is left out if the motion passes it
     only at frequencies |v|/p above the cutoff.
+
+    Args:
+        independent: share of independent samples in a residual that is noise apart from such a wave. Its power over
+            the variance is then χ² with two degrees of freedom; the largest of all frequencies must be significant
+            (R. A. Fisher, Proc. R. Soc. A 125, 1929). None if the residual is not that.
     """
     carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))[used]
     if not carrier.any():
@@ -168,6 +201,12 @@ def _periods(
     matrix += RIDGE * np.eye(4)
     right = np.column_stack([np.full(count, y[used].sum()), np.full(count, data[0].real), data.real, data.imag]) / size
     power = np.einsum("ki,ki->k", right, np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
+    if independent is not None:
+        plain = right[:, :2]
+        gain = power - np.einsum("ki,ki->k", plain, np.linalg.solve(matrix[:, :2, :2], plain[:, :, None])[:, :, 0])
+        variance = np.maximum(np.var(y[used]) - gain / used.sum(), 1e-300)
+        nats = independent * gain / (2 * variance)
+        power[nats < np.log(count / PADDING / ALPHA)] = 0.0
     power[turns < LEAST_TURNS] = 0.0
     peaks = [
         k

@@ -72,10 +72,10 @@ def never_passed(system: System, motion: Motion, part: Part, parameters: Mapping
 
 
 def passed_too_fast(system: System, motion: Motion, part: Part, parameters: Mapping[str, float]) -> bool:
-    """Whether an effect's period is nowhere covered at a speed at which its force is below the filter's cutoff."""
+    """Whether an effect's period is nowhere covered so slowly that its force is below the cutoff of the position."""
     period = parameters.get("period", np.inf)
     return period <= _stroke(system, motion, part) and not is_resolved(
-        period, *_along(system, motion, part), motion.usable, motion.cutoff_hz
+        period, *_along(system, motion, part), motion.usable, motion.fine_hz
     )
 
 
@@ -92,7 +92,7 @@ def resolvable_periods(system: System, motion: Motion, part: Part, parameters: M
         return 1.0
     x, v = _along(system, motion, part)
     shares = np.geomspace(SHORTEST_PERIOD, 1.0, PERIODS_TRIED)
-    seen = (q for q in shares if is_resolved(q * stroke, x, v, motion.usable, motion.cutoff_hz))
+    seen = (q for q in shares if is_resolved(q * stroke, x, v, motion.usable, motion.fine_hz))
     return float(1 / next(seen, 1.0))
 
 
