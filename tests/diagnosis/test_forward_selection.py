@@ -479,7 +479,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     alone, pair = fit("lags"), fit("lag", "gain")
     for one, cost in ((alone, 9.0), (pair, 1.0)):
         one.cost, one.by_segment, one.residual = cost, squares, np.zeros((20, 40))
-    best = SimpleNamespace(found=alone, why_not="", unsure=False)
+    best = SimpleNamespace(found=alone, why_not="", unsure=False, for_table=None)
     asked: list[Any] = []
 
     def in_pairs(search: Any, some: Any) -> Any:
@@ -493,7 +493,6 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         "ties": [],
         "credible": True,
         "worth_it": True,
-        "at_noise": True,
         "explained_share": 1.0,
         "_in_seen_kinds": (pair if paired else alone, []),
         "_reconsidered": (pair, []),
@@ -506,6 +505,7 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
         monkeypatch.setattr(forward_selection, name, lambda *_, value=value: value)
     monkeypatch.setattr(forward_selection, "leader_first", lambda search, some: some)
     monkeypatch.setattr(forward_selection, "_pair", in_pairs)
+    monkeypatch.setattr(forward_selection, "at_noise", lambda fit: fit is pair)
     monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: False)
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda one: one, record=SimpleNamespace(start=[0.0]))
     found = forward_selection.find_effects(search, fit(), lambda turn, share: None)
@@ -513,6 +513,10 @@ def test_effects_are_tried_in_pairs_where_the_best_alone_is_far_off_in_some_segm
     monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: fit is alone)
     forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert asked == [[best]] * paired, "nothing is left that a pair could explain"
+    monkeypatch.setattr(forward_selection.credit, "is_negligible", lambda fit: False)
+    monkeypatch.setattr(forward_selection, "at_noise", lambda fit: True)
+    forward_selection.find_effects(search, fit(), lambda turn, share: None)
+    assert asked == [[best]] * paired, "the effects of the rounds leave only noise"
 
 
 @pytest.mark.parametrize(("gap", "cost", "kinds"), [(1e-15, 104.0, "c"), (1e-15, 111.0, "b"), (0.1, 100.0, "b")])

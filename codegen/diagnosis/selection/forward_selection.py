@@ -123,10 +123,26 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     later: list[LaterRound] = []
     joints: Sequence[int | None] = range(search.system.degrees_of_freedom) if search.rigid else [None]
     rounds = dict.fromkeys(joints, 0 if refit_only else MOST_EFFECTS)
-    turn = 0
+    turn = begun = 0
+    joint: int | None = None
+    # The best of the first round, for pairs; the fit with the first of them, and the number of candidates.
+    leaders: list[Ranked] = []
+    led, count = base, 0
     # Candidates that pass every test, in a round whose leader does not, and predict held-out segments as well.
     waiting: list[Ranked] = []
-    while (places := _unexplained(search, current, rounds, bool(turn))) or waiting:
+    while True:
+        places = _unexplained(search, current, rounds, bool(turn))
+        if leaders and (search.rigid or begun > 1 or not places):  # the best one's second round comes before pairs
+            pair, chosen = (None, False) if at_noise(confirmed) else _pair(search, leaders)
+            if pair is not None and pair.cost < confirmed.cost and worth_it(search, led, pair, count):
+                current = confirmed = pair
+                rivals, paired, among_all, waiting = [], True, chosen, []
+                rounds[joint] = MOST_EFFECTS - 1
+            leaders = []
+            continue
+        if not places and not waiting:
+            break
+        begun += 1
         possible: list[Ranked] = []
         doubtful = current.trial.parts[len(confirmed.trial.parts) :]
         if places:
@@ -169,10 +185,7 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         confirmed, among_all = current, True
         alone = current if joint is None else current.of_joint(joint)  # what other joints lack is theirs
         if is_first and not credit.near_noise(alone) and not credit.is_negligible(alone):
-            pair, chosen = _pair(search, possible[:PAIRED])
-            if pair is not None and pair.cost < current.cost and worth_it(search, current, pair, hypotheses(parts)):
-                current = confirmed = pair
-                rivals, paired, among_all = [], True, chosen
+            leaders, led, count = possible[:PAIRED], current, hypotheses(parts)
     current, rivals = _in_seen_kinds(search, confirmed, rivals if confirmed.trial.parts else [])
     if len(current.trial.parts) > 1:
         current, rivals = _reconsidered(search, current, None if paired else rivals, among_all)
