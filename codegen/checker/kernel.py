@@ -43,7 +43,7 @@ class Poly(dict[tuple[str, ...], Any]):
 
     def __mul__(self, other: "Poly") -> "Poly":
         terms = Poly()
-        signs = {x for x in other.names() if x.startswith("sign.")} & self.names()
+        signs = (found := {x for x in other.names() if x.startswith("sign.")}) and found & self.names()
         for n, d in other.items():
             demand(len(terms) < 10**6, "more terms than the limit")
             for m, c in self.items():
@@ -256,7 +256,7 @@ def function(name: str, p: Poly, known: Known) -> Poly:
 # are run in their order; a local or an output that is not set yet has no value.
 NUMBER = f"-?{frame.WHOLE}(/{frame.WHOLE})?"  # most of a matrix; as an expression it is the same
 EXPRESSION = r"(?!.*(--|\+\+|\*\*|//|\b[0-9][0-9.]*+(?:e[+-]?[0-9]++)?+[A-Za-z_]))[A-Za-z0-9_. ()\[\]+*/-]{1,20000}"
-parse = lru_cache(8)(ast.parse)  # rounding.py reads each statement again
+TREES = {False: lru_cache(500)(ast.parse), True: lru_cache(8)(ast.parse)}  # many of long texts would fill the memory
 
 
 class Text:
@@ -269,7 +269,7 @@ class Text:
         if re.fullmatch(NUMBER, text := text.strip(" ")):
             return term(Fraction(text))
         demand(re.fullmatch(EXPRESSION, text), f"{text[:80]!r} is no expression")
-        return self.of(parse(text, mode="eval").body, text)
+        return self.of(TREES[len(text) > 200](text, mode="eval").body, text)
 
     def of(self, node: ast.expr, text: str) -> Poly:
         here = text[node.col_offset : node.end_col_offset]

@@ -86,8 +86,8 @@ class Sized(kernel.Text):
 
     def value(self, text: str) -> Any:
         """The polynomial of an expression; the attribute ``latest`` is then its size."""
-        p = super().value(text)
-        self.latest = self.left(p, self.size(kernel.parse(text.strip(" "), mode="eval").body, text.strip(" ")))
+        p = super().value(text := text.strip(" "))
+        self.latest = self.left(p, self.size(kernel.TREES[len(text) > 200](text, mode="eval").body, text))
         return p
 
     def left(self, p: Any, size: float) -> float:
