@@ -583,6 +583,31 @@ def test_what_a_model_with_an_effect_is_compared_with(effect: str, force: float,
     assert refit.free_run_rmse_rows == (2.0,) and worse == pytest.approx(share)
 
 
+@pytest.mark.parametrize("effect", [COMPLIANCE, BACKLASH])
+@pytest.mark.parametrize("gain", [0.5, 1.0, 2.0])
+def test_a_load_far_from_the_noise_must_reduce_the_force_in_proportion_to_the_drive(
+    effect: str, gain: float, tmp_path: Path
+) -> None:
+    """A backlash of a hobby servo was written with half the torque constant.
+
+    It left 0.065 N*m of 0.102, and 55 % of the drive force of 52 %.
+    """
+    text = STAGE.replace("[w - b*v]", "[kt*w - b*v]").replace("parameters:", "parameters:\n  kt: {{value: 1, unit: 1}}")
+
+    def machine(effects: str) -> System:
+        filled = text.format(level=4, effects=effects, duration=1, reference="0", noise=0)
+        return system_of(parse_spec(filled, Path("stage.yaml")))
+
+    plain, rich = machine("[]"), machine(f"[{effect}]")
+    figures = tuple(ErrorFigures(f, (f,), 0.1, 2.0, (2.0,)) for f in (9.0, 1.0, 1.0))
+    answer = Answer("effect", (), plain, plain, (figures[0], figures[1], figures[2]))
+    problem = Problem(plain, smooth_motion(log_of(stage(), tmp_path, "plain.csv")), {})
+    declared, refit, worse = examination.references(answer, with_values(rich, {"kt": gain}), problem, near=False)
+    assert declared.force_rms_rows == pytest.approx((9.0 * min(gain, 1.0),))
+    assert refit.force_rms_rows == pytest.approx((min(gain, 1.0),))
+    assert refit.free_run_rmse_rows == (2.0,) and worse == pytest.approx(0.95**0.5 - 1)
+
+
 @pytest.mark.parametrize("joints", [None, (0, 1), (0, 2, 5)])
 def test_the_blocks_of_an_arm_are_those_of_its_segments(joints: tuple[int, ...] | None) -> None:
     """A row of the fit is a segment of one joint, where joints are run one at a time; blocks are stretches of time."""
@@ -619,3 +644,26 @@ def test_a_large_deviation_is_kept_only_where_both_errors_fall_by_more_than_no_c
     found, errors = scoring.justified(far)
     assert (found is far) == kept
     assert len(errors) == kept
+
+
+@pytest.mark.parametrize(("value", "tolerance", "kept"), [(-0.2, 0.5, False), (0.1, 0.5, True), (-0.2, 2.0, True)])
+def test_a_value_keeps_its_sign_where_its_tolerance_does_not_reach_to_zero(
+    monkeypatch: pytest.MonkeyPatch, value: float, tolerance: float, kept: bool
+) -> None:
+    """An inertia of 0.0012 kg m² became -0.0002, with both errors smaller; an offset of 200 % may change its sign."""
+    nothing = Information(np.zeros((BLOCKS, 1, 1)), np.zeros((BLOCKS, 1)))
+
+    def estimate_of(value: float, error: float) -> MapEstimate:
+        score = Score(np.full(BLOCKS, error**2), np.full(BLOCKS, np.log(error) * 40 / BLOCKS), 40)
+        return MapEstimate(np.array([value]), np.array([0.01]), np.ones(1, dtype=bool), nothing, score)
+
+    fixed, moved = estimate_of(1.0, 1.0), estimate_of(value, 0.7)
+    search = SimpleNamespace(
+        moved=(sympy.Symbol("J"),),
+        declared=np.array([1.0]),
+        prior_precision=np.array([tolerance**-2]),
+        system=SimpleNamespace(units={}),
+    )
+    monkeypatch.setattr(CrossValidation, "_with_declared", lambda self, chosen, k: ([k], fixed))
+    scoring = CrossValidation(search, None, None, None)  # type: ignore[arg-type]
+    assert (scoring.justified(moved)[0] is moved) == kept

@@ -224,18 +224,28 @@ class CrossValidation:
         return np.asarray(np.abs(chosen.values - self.search.declared) * np.sqrt(self.search.prior_precision))
 
     def justified(self, chosen: MapEstimate) -> tuple[MapEstimate, tuple[ParameterError, ...]]:
-        """The estimate without deviations beyond ``DOUBTFUL`` that do not improve both criteria; parameter errors."""
+        """The estimate without deviations beyond ``DOUBTFUL`` that do not improve both criteria; parameter errors.
+
+        Nor with a sign that a tolerance of less than the declared value excludes, as of an inertia below zero.
+        """
         while True:
             far, errors = self.distance(chosen), []
-            for k in (int(k) for k in np.argsort(far) if far[k] > DOUBTFUL):
+            turned = self._has_turned(chosen)
+            for k in (int(k) for k in np.argsort(far) if far[k] > DOUBTFUL or turned[k]):
                 group, fixed = self._with_declared(chosen, k)
-                if not all(r < 1 - SAME for r in chosen.score.over(fixed.score)):
+                if turned[k] or not all(r < 1 - SAME for r in chosen.score.over(fixed.score)):
                     chosen = fixed
                     break
                 if far[k] > AWAY:
                     errors.append(self._error(chosen, fixed, k, [j for j in group if j != k]))
             else:
                 return chosen, tuple(errors)
+
+    def _has_turned(self, chosen: MapEstimate) -> Flags:
+        """(p,) values with another sign than declared where the tolerance does not reach to zero."""
+        declared = self.search.declared
+        excluded = np.abs(declared) * np.sqrt(self.search.prior_precision) > 1
+        return np.asarray(excluded & (chosen.values * declared < 0))
 
     def _with_declared(self, chosen: MapEstimate, k: int) -> tuple[list[int], MapEstimate]:
         """The estimate with parameter ``k`` and those that would change in its place as declared; their indices."""

@@ -13,8 +13,9 @@ from codegen.diagnosis.evidence.estimate import Estimate, estimate, widened_by
 from codegen.diagnosis.evidence.reservations import may_be_absent, objections, remarks, takes_the_level
 from codegen.diagnosis.experiments.separation import without_leader
 from codegen.diagnosis.fit import credit
+from codegen.diagnosis.fit.credit import NEAR_NOISE, noise_ratio
 from codegen.diagnosis.fit.output_error import Fit, at_limit
-from codegen.diagnosis.fit.residual import Problem, drive_left
+from codegen.diagnosis.fit.residual import Problem, drive_gain, drive_left
 from codegen.diagnosis.fit.search import Search
 from codegen.diagnosis.fit.trial import Part, part_of, with_effects, with_values
 from codegen.diagnosis.results import ErrorFigures, Fact, FoundEffect, Verdict
@@ -204,10 +205,11 @@ def _judged(
 
     places = sorted({p.effect.coordinate(problem.system, p.place) for p in fit.trial.parts})
     acting = {i: problem.system.positions[i].name for i in places}
-    declared, without, worse = references(plain, options[0][1], problem, settled)
+    near = noise_ratio(outcome.final) <= NEAR_NOISE
+    declared, without, worse = references(plain, options[0][1], problem, settled, near)
     chosen = admitted(options, declared, measured, without, worse, shown, acting)
     if chosen.option is None and settled and agrees:  # the force agrees too: the usual references
-        declared, without, worse = references(plain, options[0][1], problem)
+        declared, without, worse = references(plain, options[0][1], problem, near=near)
         chosen = admitted(options, declared, measured, without, worse, shown, acting)
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=merged(chosen.refusals))
@@ -222,22 +224,39 @@ def _judged(
 
 
 def references(
-    plain: Answer, augmented: System, problem: Problem, settled: bool = False
+    plain: Answer, augmented: System, problem: Problem, settled: bool = False, near: bool = True
 ) -> tuple[ErrorFigures, ErrorFigures, float]:
     """Held-out errors of declared model and refit as references, and the share by which these may be exceeded.
 
-    The force residual of a load behind a spring is differentiated noise. For it, and if free runs have ``settled`` the
-    question, only the squared free-run error must decrease, by ``LEAST_SHARE``. The refit's force residual is divided
-    by the share of the drive force that the model's friction leaves, which amplifies the noise of the acceleration too.
+    For a load behind a spring, and if free runs have ``settled`` the question, the squared free-run error must decrease
+    by ``LEAST_SHARE``. The force residual of such a load is differentiated noise ``near`` the noise and not tested
+    there; elsewhere its square must decrease by as much, in proportion to the drive force.
+
+    For other effects the refit's force residual is divided by the share of the drive force that the model's friction
+    leaves, which amplifies the noise of the acceleration too.
     """
     declared, refit = plain.figures[:2]
-    if augmented.transmissions or settled:
+    least = float(np.sqrt(1 - credit.LEAST_SHARE)) - 1
+    if settled or (augmented.transmissions and near):
         unknown = (float("nan"),) * len(refit.force_rms_rows)
-        least = float(np.sqrt(1 - credit.LEAST_SHARE)) - 1
         return replace(declared, force_rms_rows=unknown), replace(refit, force_rms_rows=unknown), least
+    if augmented.transmissions:
+        pairs = ((declared, problem.system), (refit, plain.refit))
+        of_declared, of_refit = (_in_proportion(f, augmented, system, problem) for f, system in pairs)
+        return of_declared, of_refit, least
     left = drive_left(augmented, problem.motion) / drive_left(plain.refit, problem.motion)
     rows = tuple(rms / min(float(share), 1.0) for rms, share in zip(refit.force_rms_rows, left, strict=True))
     return declared, replace(refit, force_rms_rows=rows), REFIT_WORSE
+
+
+def _in_proportion(figures: ErrorFigures, augmented: System, system: System, problem: Problem) -> ErrorFigures:
+    """The errors of a system, its force residuals in proportion to a smaller drive force of the augmented one.
+
+    A smaller torque constant reduces the drive force and its residual alike.
+    """
+    gains = drive_gain(augmented, system, problem.motion)
+    rows = tuple(rms * min(float(gain), 1.0) for rms, gain in zip(figures.force_rms_rows, gains, strict=True))
+    return replace(figures, force_rms_rows=rows)
 
 
 def _examined(
