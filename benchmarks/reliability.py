@@ -1,10 +1,10 @@
 """Write codegen/diagnosis/reliability.json and docs/reliability.md anew from kept diagnoses whose truth is known.
 
-``python -m benchmarks.reliability --fit 73009 --check 88411 [--code CODE] [--out practice_results]``: the counts of the
-shipped file are of the seeds of ``--fit`` and of the spiked real logs; the seeds of ``--check`` say whether the stated
-probabilities hold on cases that are in none of the counts. `make practice SEED=…` and `python -m benchmarks.spikes`
-make the diagnoses; nothing is diagnosed here. With ``--kept-spikes N --kept-code CODE`` the shipped counts stay, which
-are of the seeds of ``--fit`` and N spiked logs by an earlier code, and only the seeds of ``--check`` are counted anew.
+``python -m benchmarks.reliability --fit 73009 --check 88411 [--out practice_results]``: the counts of the shipped file
+are of the seeds of ``--fit`` and of the spiked real logs; the seeds of ``--check`` say whether the stated probabilities
+hold on cases that are in none of the counts. `make practice SEED=…` and `python -m benchmarks.spikes` make the
+diagnoses, perhaps by earlier versions of the code (``--fit-code``, ``--spike-code``, ``--check-code``); nothing is
+diagnosed here.
 """
 
 from __future__ import annotations
@@ -98,12 +98,10 @@ def counts(judged: Iterable[Judged]) -> dict[str, tuple[int, int]]:
     return {name: (right[name], all_of[name]) for name in sorted(all_of)}
 
 
-def page(
-    fit: Mapping[str, tuple[int, int]], check: Mapping[str, tuple[int, int]], sources: Mapping[str, Any], code: str
-) -> str:
+def page(fit: Mapping[str, tuple[int, int]], check: Mapping[str, tuple[int, int]], sources: Mapping[str, Any]) -> str:
     """The text of docs/reliability.md."""
     rows = [(name, Reliability(*found), Rate(*check.get(name, (0, 0)))) for name, found in fit.items()]
-    return render("text/reliability.md.j2", rows=rows, code=code, **sources)
+    return render("text/reliability.md.j2", rows=rows, **sources)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -111,31 +109,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--fit", type=int, nargs="+", required=True, metavar="SEED")
     parser.add_argument("--check", type=int, nargs="*", default=[], metavar="SEED")
     parser.add_argument("--count", type=int, default=60, help="cases a tier")
-    parser.add_argument("--kept-spikes", type=int, help="keep the shipped counts, of so many spiked logs")
-    parser.add_argument("--kept-code", default="", help="the code that made the diagnoses of the shipped counts")
-    parser.add_argument("--code", default="", help="version of the code that made the diagnoses; by default this one")
+    for name in ("fit", "spike", "check"):
+        text = f"version of the code that made the diagnoses of --{name}; by default this one"
+        parser.add_argument(f"--{name}-code", default=code_version(), metavar="CODE", help=text)
     parser.add_argument("--out", type=Path, nargs="+", default=[ROOT / "practice_results"])
     args = parser.parse_args(arguments)
-    code = args.code or code_version()
     folders = [folder.resolve() for folder in args.out]
 
-    def of(seeds: Sequence[int]) -> list[Judged]:
+    def of(seeds: Sequence[int], code: str) -> list[Judged]:
         return [one for folder in folders for seed in seeds for one in of_seed(seed, args.count, code, folder)]
 
-    check = counts(of(args.check))
-    if args.kept_spikes is not None:
-        kept = {name: (right, judged) for name, (right, judged) in json.loads(FILE.read_text()).items()}
-        sources = {"fitted": args.fit, "checked": args.check, "spikes": args.kept_spikes, "checked_code": code}
-        text = page(kept, check, sources, args.kept_code)
-        write_atomically(PAGE, text)
-        print(text)
-        return
-    spikes = [one for folder in folders for one in of_spikes(code, folder)]
-    fit = counts([*of(args.fit), *spikes])
+    spikes = [one for folder in folders for one in of_spikes(args.spike_code, folder)]
+    fit, check = counts([*of(args.fit, args.fit_code), *spikes]), counts(of(args.check, args.check_code))
     if not fit:
-        parser.exit(1, f"reliability: no diagnosis by code {code} is here\n")
-    sources = {"fitted": args.fit, "checked": args.check, "spikes": len(spikes), "checked_code": code}
-    text = page(fit, check, sources, code)
+        parser.exit(1, f"reliability: no diagnosis by code {args.fit_code} is here\n")
+    sources = {"fitted": args.fit, "checked": args.check, "spikes": len(spikes)}
+    codes = {"code": args.fit_code, "spike_code": args.spike_code, "checked_code": args.check_code}
+    text = page(fit, check, sources | codes)
     rows = ",\n".join(f" {json.dumps(name)}: {json.dumps(found)}" for name, found in fit.items())
     write_atomically(FILE, f"{{\n{rows}\n}}\n")
     write_atomically(PAGE, text)

@@ -66,9 +66,9 @@ def test_a_spiked_log_is_judged_beside_the_plain_one() -> None:
 def test_the_page_states_what_was_counted_and_what_was_checked() -> None:
     fit = counts([("effect, at the noise", True)] * 9 + [("effect, at the noise", False)])
     check = counts([("effect, at the noise", True)] * 4)
-    text = page(fit, check, {"fitted": [11], "checked": [12], "spikes": 0, "checked_code": "abc"}, "abc")
+    sources = {"fitted": [11], "checked": [12], "spikes": 0, "code": "abc", "spike_code": "abc", "checked_code": "abc"}
+    text = page(fit, check, sources)
     assert "| effect, at the noise | 9 of 10 | 0.86 | 0.62 to 0.99 | 4 of 4: 100 % (51 … 100) | yes |" in text
-    wrong = page(
-        fit, {"effect, at the noise": (0, 8)}, {"fitted": [11], "checked": [12], "spikes": 0, "checked_code": ""}, ""
-    )
+    wrong = page(fit, {"effect, at the noise": (0, 8)}, sources | {"spikes": 4, "spike_code": "def"})
     assert "| 0 of 8: 0 % (0 … 32) | **no** |" in wrong
+    assert "4 real logs with a known effect put in ([spikes.md](spikes.md), code def)" in wrong
