@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -667,3 +669,73 @@ def test_a_value_keeps_its_sign_where_its_tolerance_does_not_reach_to_zero(
     monkeypatch.setattr(CrossValidation, "_with_declared", lambda self, chosen, k: ([k], fixed))
     scoring = CrossValidation(search, None, None, None)  # type: ignore[arg-type]
     assert (scoring.justified(moved)[0] is moved) == kept
+
+
+@pytest.mark.parametrize(
+    ("force", "named"),
+    [
+        ((0.48, 1.1, 0.6), "declared"),  # half the torque constant, refused; with the declared one 0.6 of 1 is a gain
+        ((1.1, 0.55, 1.2), ""),  # 0.55 with half the torque constant is 1.1 of the drive force
+    ],
+)
+def test_each_option_is_compared_in_proportion_to_its_own_drive(
+    force: tuple[float, float, float], named: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The references of the first option were those of all."""
+    gains = {"refitted": 0.4 if named else 1.0, "levels": 1.0 if named else 0.5, "declared": 1.0}
+    errors = dict(zip(gains, force, strict=True))
+    plain = ErrorFigures(1.0, (1.0,), 0.1, 1.0, (1.0,))
+
+    def references(plain_: Answer, model: str, *_: object) -> tuple[ErrorFigures, ErrorFigures, float]:
+        one = replace(plain, force_rms_rows=(min(gains[model], 1.0),))
+        return one, one, -0.025
+
+    part = SimpleNamespace(effect=SimpleNamespace(coordinate=lambda system, place: 0), place=0)
+    fit = SimpleNamespace(trial=SimpleNamespace(parts=(part,)), runner=None)
+    problem = SimpleNamespace(system=SimpleNamespace(positions=(sympy.Symbol("x"),)), motion=None)
+    answer = Answer("effect", (), *[SimpleNamespace(values={})] * 2, (plain,) * 3)  # type: ignore[arg-type]
+    stand_ins = {
+        "with_effects": lambda system, found: system,
+        "adopt_values": lambda *_: SimpleNamespace(errors=(), notes=()),
+        "_options": lambda *_: [(name, name) for name in gains],
+        "settled_by_free_runs": lambda *_: False,
+        "force_agrees": lambda *_: True,
+        "takes_the_level": lambda *_: "",
+        "against_regression": lambda *_: "",
+        "with_values": lambda *_: None,
+        "noise_ratio": lambda fit: 50.0,
+        "remarks": lambda *_: (),
+        "references": references,
+    }
+    for name, stand_in in stand_ins.items():
+        monkeypatch.setattr(examination, name, stand_in)
+    search: Any = SimpleNamespace(system=None, moved=())
+    outcome: Any = SimpleNamespace(final=fit, explained=0.5)
+
+    def measured(model: Any) -> ErrorFigures:
+        return ErrorFigures(0.0, (errors[model],), 0.1, 0.5, (0.5,))
+
+    found: Any = (SimpleNamespace(kind="backlash"),)
+    chosen = examination._judged(search, outcome, cast(Any, problem), answer, measured, cast(Any, fit), found)
+    assert chosen.verdict == ("effect" if named else "unknown")
+    assert not named or chosen.augmented == named
+
+
+def test_a_value_with_the_other_sign_is_said_to_be_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a motor with swapped leads both errors fell to a twentieth, and the sentence said that not both did."""
+    nothing = Information(np.zeros((BLOCKS, 1, 1)), np.zeros((BLOCKS, 1)))
+    score = Score(np.ones(BLOCKS), np.zeros(BLOCKS), 40)
+    kept, alone = (
+        MapEstimate(np.array([value]), np.array([0.01]), np.ones(1, dtype=bool), nothing, score)
+        for value in (1.0, -1.0)
+    )
+    search = SimpleNamespace(
+        moved=(sympy.Symbol("kt"),),
+        declared=np.array([1.0]),
+        prior_precision=np.array([0.05**-2]),
+        system=SimpleNamespace(units={}),
+    )
+    monkeypatch.setattr(CrossValidation, "_by_run", nothing)
+    monkeypatch.setattr(CrossValidation, "map_estimate", lambda self, source, moves: alone)
+    (fact,) = CrossValidation(search, None, None, None).refused(kept)  # type: ignore[arg-type]
+    assert "make it -1 " in fact.words and "other sign" in fact.words and "not both errors" not in fact.words

@@ -92,3 +92,14 @@ def test_a_period_above_the_cutoff_is_tried_if_it_stands_out_of_the_noise(
         return
     assert above[0] == pytest.approx(0.0045, rel=0.002)
     assert not passed_too_fast(system, motion, part, {"period": above[0]})
+
+
+def test_a_period_above_the_cutoff_is_not_hidden_by_a_stronger_one_below() -> None:
+    """Sidelobes of one wave took all three places, before those below the cutoff were left out."""
+    t = np.arange(0.0, 14.0, 0.002)
+    x, v = 0.15 * t + 0.02 * np.sin(0.6 * np.pi * t), 0.15 + 0.012 * np.pi * np.cos(0.6 * np.pi * t)
+    y = 2.0 * np.cos(2 * np.pi * x / 0.0064) + 0.38 * np.cos(2 * np.pi * x / 0.0045 + 1)
+    y += 0.2 * np.random.default_rng(3).standard_normal(len(t))
+    found = _periods("coordinate", x, v, y, np.ones(len(t), dtype=bool), float(np.ptp(x)), 50.0, 20.0, 0.12)
+    assert found and found[0] == pytest.approx(0.0045, rel=1e-3)
+    assert all(v.min() / period > 20.0 for period in found)

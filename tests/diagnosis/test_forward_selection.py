@@ -663,7 +663,7 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
     monkeypatch.setattr(forward_selection, "joint_of", lambda search, part: None)
     monkeypatch.setattr(forward_selection, "hypotheses", lambda parts: 1)
     monkeypatch.setattr(forward_selection, "leader_first", lambda search, found: list(found))
-    monkeypatch.setattr(forward_selection, "ties", lambda search, found: [])
+    monkeypatch.setattr(forward_selection, "ties", lambda search, found: found[1:])
     monkeypatch.setattr(forward_selection, "nothing_left", lambda found: False)
     monkeypatch.setattr(forward_selection, "explained_share", lambda search, a, b: 1.0)
     monkeypatch.setattr(forward_selection, "_in_seen_kinds", lambda search, current, rivals: (current, rivals))
@@ -672,3 +672,5 @@ def test_an_effect_that_passes_alone_is_tried_where_a_doubtful_one_gets_no_secon
     search: Any = SimpleNamespace(rigid=None, fitted_again=lambda fit: fit, record=SimpleNamespace(start=[]))
     outcome = forward_selection.find_effects(search, fit(), lambda turn, share: None)
     assert outcome.parts == named
+    # The doubtful leader fits better: it ties with the effect that takes its place, which is no rival of itself.
+    assert [r.found.part for r in outcome.rivals] == (["input_gain"] if named else [])

@@ -27,8 +27,10 @@ PADDING = 16
 LEAST_TURNS, MOST_TURNS = 1.0, 2000.0
 """Least and largest number of periods in the span."""
 KEPT_PERIODS = 3
+PERIODS_TRIED = 64
+"""Periods, in geometric steps, of which the shortest is sought that the motion covers below the coarse cutoff."""
 ALPHA = 0.01
-"""Probability that noise above the cutoff has a period that is tried."""
+"""Nominal probability that white noise above the cutoff has a period that is tried."""
 RIDGE = 1e-9
 """Ridge on the scaled normal equations, which are singular where the direction of motion never changes."""
 KEPT_RESONANCES = 2
@@ -113,8 +115,8 @@ class Survey:
         coarse, fine = self.motion.cutoff_hz, self.motion.fine_hz
         main = _periods(sits_on, x, v, self.residual @ across, used, span, coarse)
         independent = 2 * (fine - coarse) * self.motion.sample_time
-        faster = _periods(sits_on, x, v, self.above_cutoff @ across, used, span, fine, independent)
-        return *main, *(p for p in faster if not is_resolved(p, x, v, used, coarse))
+        above = self.above_cutoff @ across
+        return *main, *_periods(sits_on, x, v, above, used, span, fine, above_hz=coarse, independent=independent)
 
     def _resonances(self, i: int) -> tuple[dict[str, float], ...]:
         """Stiffness, damping and load fraction of the main resonances of coordinate ``i``."""
@@ -156,6 +158,7 @@ def _periods(
     used: NDArray[np.bool_],
     span: float,
     cutoff_hz: float,
+    above_hz: float = 0.0,
     independent: float | None = None,
 ) -> tuple[float, ...]:
     """Periods of the waves that explain most of a residual y(x): least-squares (Lomb–Scargle) periodogram.
@@ -166,9 +169,11 @@ def _periods(
     only at frequencies |v|/p above the cutoff.
 
     Args:
-        independent: share of independent samples in a residual that is noise apart from such a wave. Its power over
-            the variance is then χ² with two degrees of freedom; the largest of all frequencies must be significant
-            (R. A. Fisher, Proc. R. Soc. A 125, 1929). None if the residual is not that.
+        above_hz: periods that the motion covers somewhere below this frequency are left out too.
+        independent: share of independent samples in a residual that is mostly noise. Waves that are not significant at
+            ``ALPHA`` among all, by the χ² of their power in white noise (R. A. Fisher, Proc. R. Soc. A 125, 1929), are
+            then left out. A screen only: noise of a measured acceleration is not white, and passes it in a tenth of the
+            logs. None if the residual is not noise.
     """
     carrier = {"contact": np.sign(v), "sensor": v**2}.get(sits_on, np.ones_like(v))[used]
     if not carrier.any():
@@ -207,11 +212,16 @@ def _periods(
         variance = np.maximum(np.var(y[used]) - gain / used.sum(), 1e-300)
         nats = independent * gain / (2 * variance)
         power[nats < np.log(count / PADDING / ALPHA)] = 0.0
-    power[turns < LEAST_TURNS] = 0.0
+    least = LEAST_TURNS
+    if above_hz:
+        shares = np.geomspace(1 / turns[-1], 1.0, PERIODS_TRIED)
+        least = next((1 / q for q in shares if is_resolved(q * span, x, v, used, above_hz)), LEAST_TURNS)
+    power[turns < least] = 0.0
     peaks = [
         k
         for k in np.argsort(-power)[:200]
         if power[k] > 0 and power[k] >= power[max(0, k - PADDING // 2) : k + PADDING // 2 + 1].max()
     ]
-    seen = (p for p in (float(span / turns[k]) for k in peaks) if is_resolved(p, x, v, used, cutoff_hz))
+    periods = (float(span / turns[k]) for k in peaks)
+    seen = (p for p in periods if is_resolved(p, x, v, used, cutoff_hz) and not is_resolved(p, x, v, used, above_hz))
     return tuple(islice(seen, KEPT_PERIODS))

@@ -52,7 +52,7 @@ def objections(found: FoundEffect, part: Part, problem: Problem) -> list[str]:
         period, unit = found.parameters["period"], found.units["period"]
         words.append(
             f"the log passes the period of {found.kind}, {period:.3g} {unit}, too fast everywhere: the force "
-            f"lies above the cutoff of {problem.motion.cutoff_hz:.3g} Hz"
+            f"lies above the cutoff of {problem.motion.fine_hz:.3g} Hz"
         )
     return words
 

@@ -128,16 +128,18 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
     # The best of the first round, for pairs; the fit with the first of them, and the number of candidates.
     leaders: list[Ranked] = []
     led, count = base, 0
-    # Candidates that pass every test, in a round whose leader does not, and predict held-out segments as well.
+    # Candidates that pass every test, in a round whose leader does not, and predict held-out segments as well; and the
+    # others of that round that may tie with them, the leader among them.
     waiting: list[Ranked] = []
+    beside: list[Ranked] = []
     while True:
         places = _unexplained(search, current, rounds, bool(turn))
         if leaders and (search.rigid or begun > 1 or not places):  # the best one's second round comes before pairs
             pair, chosen = (None, False) if at_noise(confirmed) else _pair(search, leaders)
-            if pair is not None and pair.cost < confirmed.cost and worth_it(search, led, pair, count):
+            if pair is not None and _is_better_pair(pair, confirmed) and worth_it(search, led, pair, count):
                 current = confirmed = pair
                 rivals, paired, among_all, waiting = [], True, chosen, []
-                rounds[joint] = MOST_EFFECTS - 1
+                rounds[joint] = MOST_EFFECTS - len(pair.trial.parts)
             leaders = []
             continue
         if not places and not waiting:
@@ -158,11 +160,12 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
         if falls_back:
             current, possible, waiting = confirmed, waiting, []
             joint, doubtful = joint_of(search, possible[0].found.part), ()
+            rivals = rivals if confirmed.trial.parts else []  # else those of the doubtful leader
         if not possible:
             current, rounds[joint] = confirmed, 0
             continue
         possible = leader_first(search, possible)
-        tied = ties(search, possible)
+        tied = ties(search, [*possible, *(beside if falls_back else ())])
         current = search.fitted_again(possible[0].found)
         rivals = rivals if turn else tied
         turn, is_first = turn + 1, not turn
@@ -174,13 +177,14 @@ def find_effects(search: Search, base: Fit, report_progress: Progress, refit_onl
             elif not doubtful:
                 least = possible[0].evidence.share - credit.LEAST_SHARE
                 waiting = [r for r in possible[1:] if not r.why_not and r.evidence.share > least]
+                beside = [r for r in possible if all(r is not one for one in waiting)]
             current = current if rounds[joint] else confirmed
             continue
-        waiting = []
         has_one = any(joint_of(search, p) == joint for p in confirmed.trial.parts)
         if has_one and explained_share(search, confirmed, current) < credit.FURTHER:
             current, rounds[joint] = confirmed, 0
             continue
+        waiting = []
         rivals = tied or rivals
         confirmed, among_all = current, True
         alone = current if joint is None else current.of_joint(joint)  # what other joints lack is theirs
@@ -207,6 +211,11 @@ def _unexplained(search: Search, fit: Fit, rounds: Mapping[int | None, int], beg
         return [None] if rounds[None] and not (begun and nothing_left(fit)) else []
     left = [(joint, fit.of_joint(joint)) for joint, count in rounds.items() if count and joint is not None]
     return [joint for joint, own in sorted(left, key=lambda pair: -pair[1].cost) if not nothing_left(own)]
+
+
+def _is_better_pair(pair: Fit, confirmed: Fit) -> bool:
+    """Whether a pair takes the place of the effects found in rounds: it fits better, by ``BETTER`` if these are two."""
+    return pair.cost < confirmed.cost - (BETTER if len(confirmed.trial.parts) >= len(pair.trial.parts) else 0.0)
 
 
 def _pair(search: Search, ranked: Sequence[Ranked]) -> tuple[Fit | None, bool]:

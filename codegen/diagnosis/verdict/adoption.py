@@ -231,7 +231,7 @@ class CrossValidation:
         while True:
             far, errors = self.distance(chosen), []
             turned = self._has_turned(chosen)
-            for k in (int(k) for k in np.argsort(far) if far[k] > DOUBTFUL or turned[k]):
+            for k in (int(k) for k in np.lexsort((far, ~turned)) if far[k] > DOUBTFUL or turned[k]):
                 group, fixed = self._with_declared(chosen, k)
                 if turned[k] or not all(r < 1 - SAME for r in chosen.score.over(fixed.score)):
                     chosen = fixed
@@ -262,16 +262,18 @@ class CrossValidation:
         """Facts on deviations beyond ``DOUBTFUL`` by free runs alone that are not adopted."""
         kept = self.distance(adopted)
         alone = self.map_estimate(self._by_run, np.ones(self.count, dtype=bool))
-        far, facts = self.distance(alone), []
+        far, turned, facts = self.distance(alone), self._has_turned(alone), []
         for k in np.flatnonzero((far > DOUBTFUL) & (kept <= DOUBTFUL)):
             s, taken = self.search.moved[k], f"{adopted.values[k]:.4g}"
             declared, unit = f"{self.search.declared[k]:.4g}", in_unit(self.search.system, s)
+            why = "but not both errors fall with that"
+            if turned[k]:
+                why = "with the other sign, which the tolerance excludes: check the polarity, or the other values"
             facts.append(
                 Fact(
                     "spec.yaml",
                     f"{s.name} {'stays at' if taken == declared else 'becomes'} {taken}{unit}. Simulation alone would "
-                    f"make it {alone.values[k]:.4g}{unit} ({far[k]:.2g} tolerances from {declared}), but not both "
-                    "errors fall with that",
+                    f"make it {alone.values[k]:.4g}{unit} ({far[k]:.2g} tolerances from {declared}), {why}",
                     "Both errors: residual force and simulation error on held-out parts of the training log.",
                 )
             )

@@ -206,11 +206,21 @@ def _judged(
     places = sorted({p.effect.coordinate(problem.system, p.place) for p in fit.trial.parts})
     acting = {i: problem.system.positions[i].name for i in places}
     near = noise_ratio(outcome.final) <= NEAR_NOISE
-    declared, without, worse = references(plain, options[0][1], problem, settled, near)
-    chosen = admitted(options, declared, measured, without, worse, shown, acting)
+
+    def first_admitted(settled: bool) -> Admitted:
+        """The first option that its own references admit; see ``admitted``."""
+        refusals: list[Refusal] = []
+        for option in options:
+            declared, without, worse = references(plain, option[1], problem, settled, near)
+            one = admitted([option], declared, measured, without, worse, shown, acting)
+            refusals += one.refusals
+            if one.option is not None:
+                return replace(one, refusals=tuple(refusals))
+        return Admitted(None, measured(options[0][1]), tuple(refusals))
+
+    chosen = first_admitted(settled)
     if chosen.option is None and settled and agrees:  # the force agrees too: the usual references
-        declared, without, worse = references(plain, options[0][1], problem, near=near)
-        chosen = admitted(options, declared, measured, without, worse, shown, acting)
+        chosen = first_admitted(False)
     if chosen.option is None:
         return replace(plain, verdict="unknown", effects=found, against=merged(chosen.refusals))
     figures = (*plain.figures[:2], chosen.figures)
@@ -229,8 +239,9 @@ def references(
     """Held-out errors of declared model and refit as references, and the share by which these may be exceeded.
 
     For a load behind a spring, and if free runs have ``settled`` the question, the squared free-run error must decrease
-    by ``LEAST_SHARE``. The force residual of such a load is differentiated noise ``near`` the noise and not tested
-    there; elsewhere its square must decrease by as much, in proportion to the drive force.
+    by ``LEAST_SHARE``. The force residual is then not tested, unless free runs have not settled it and the log is not
+    ``near`` the noise, where the force residual of a load is differentiated noise: then its square must decrease by as
+    much, in proportion to the drive force.
 
     For other effects the refit's force residual is divided by the share of the drive force that the model's friction
     leaves, which amplifies the noise of the acceleration too.
