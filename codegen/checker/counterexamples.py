@@ -1,7 +1,7 @@
 """What the checker refuses, and why: python3 counterexamples.py generated/one_mass < PROOF.json shows each.
 
 Every case changes the genuine one_mass.c (c), one_mass.h (h) or its proof (p) in one place, so that the theorem of
-kernel.py, or what frame.py and theorem.py say, would be false or would speak of something else than the C that is
+errors.py, or what frame.py and theorem.py say, would be false or would speak of something else than the C that is
 compiled, or so that it is no proof at all.
 """
 
@@ -31,6 +31,7 @@ LAW = "parameters->one_over_m * (inputs->w - F_hat_rail)"
 SET = "        state->z_v = z_v_next;\n"
 GUARD = "    const double check = z_v_next"
 SHOW = "outputs->v_hat = v_hat;"
+E_50 = "2.7182818284590452353602874713526624977572470937000"  # the exp(1.0) of the kernel
 NOT_KNOWN, FIELDS = "is nothing that is known here", "fields are not so named"
 NOT_READ, NOT_SHOWN, NOT_MOVED = "cannot be read", "do not show the estimates", "does not move the errors"
 NO_WORD, FORM = "is no expression", "is not of the form that is read"
@@ -56,7 +57,12 @@ CASES = (
         ("a state that is never set", SET, ""),
         ("a state set by what it was", SET, "        state->z_v = state->z_v;\n"),
     ),
-    Case("what rounding leaves of a sum", "c", STEP, f"{STEP} 1e14 * (0.1 + 0.2 - 0.3) * v_hat +", "is its rounding"),
+    *alike(
+        "c",
+        "is its rounding",
+        ("what rounding leaves of a sum", STEP, f"{STEP} 1e14 * (0.1 + 0.2 - 0.3) * v_hat +"),
+        ("what 50 digits leave of an exp", STEP, f"{STEP} 1e60 * (exp(1.0) - {E_50}) * v_hat +"),  # -4e10 v_hat
+    ),
     Case(
         "a slip that rounding turns",
         "c",

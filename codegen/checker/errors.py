@@ -4,9 +4,11 @@ Standard library only; part of the checker (verify.py), which passes the other f
 identity or an inequality of polynomials that the kernel decides.
 
 THEOREM. Let the step of NAME.c run in exact arithmetic with the values of NAME_PARAMETERS, from any state and on any
-inputs, in samples with fault 0. Let a machine move by v[k+1] = v[k] + h acceleration[k] and x[k+1] = x[k] + h v[k]
-("semi_implicit": h v[k+1]; "exponential": h ((1 - q) v[k] + q v[k+1]) with a number q = `mean` of x in [0, 1]), the
-positions x and those v that are inputs measured exactly, all else of it constant.
+inputs, in samples with fault 0. In code, machine and matrix alike let the exp of a number be its decimal of 50 digits,
+or that of the parameter that `prepare` sets to it. (rounding.py refuses what multiplies the difference by much.)
+Let a machine move by v[k+1] = v[k] + h acceleration[k] and x[k+1] = x[k] + h v[k] ("semi_implicit": h v[k+1];
+"exponential": h ((1 - q) v[k] + q v[k+1]) with a number q = `mean` of x in [0, 1]), the positions x and those v that
+are inputs measured exactly, all else of it constant.
 Assume further, at each sample:
 - every sign is 1 or -1, the same in machine and code, and does not change from one sample to the next;
 - every expression of `domain` is positive;
@@ -18,10 +20,10 @@ e describes all of these states. Then
   a truth times the sign that `along` assigns to it, by default the sign of its error.
 Nothing is claimed about states without a formula (`aside`). Those listed in `shared` are assumed to be states of the
 machine too, with the same values (a clock, a delay line, a lag).
-Trusted: this file, kernel.py, frame.py, which reads the C, Python, and that the machine is yours. Not covered:
-rounding, samples with a fault, and the sample in which a sign changes. theorem.py verifies the further fields of a
-proof: `mass_matrix`, `force`, `reversals`, how `shared` states move, that no state of `aside` can feed a growing value
-back, and, by an example point, that `domain` and `box` are not empty.
+Trusted: this file, kernel.py, frame.py, which reads the C, Python, and that the machine is yours; where the exp of a
+number is used, rounding.py too. Not covered: rounding, samples with a fault, and the sample in which a sign changes.
+theorem.py verifies the further fields of a proof: `mass_matrix`, `force`, `reversals`, how `shared` states move, that
+no state of `aside` can feed a growing value back, and, by an example point, that `domain` and `box` are not empty.
 """
 
 import re
@@ -35,7 +37,7 @@ demand, term, Text = frame.demand, kernel.term, kernel.Text
 
 @frame.limited()
 def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
-    """Verifies the theorem above for a proof and its files (name: text); ValueError if it is not shown.
+    """Verifies the theorem above for a proof and its files (name: text); an exception of any class if it is not shown.
 
     Returns the polynomials that further checks use: of the C, the names, states before and after a sample, the matrix.
     """
@@ -113,7 +115,7 @@ def prove(proof: dict[str, Any], files: dict[str, str]) -> dict[str, Any]:
     # A term of more than one error is beyond the first order; where such are left, that is said.
     wrong = [z for z, p in remainders.items() for m in p if z not in moving or sum(x in hidden for x in m) < 2]
     demand(not wrong, f"the matrix does not move the errors: {wrong[:3]}")
-    # V falls, by the lemmas of the algebra.
+    # V falls, by lemmas 4 to 6 of the kernel.
     box = {x: [machine.value(end).constant() for end in (low, high)] for x, (low, high) in proof["box"].items()}
     fall = 1 - 2 * machine.value(proof["decay_rate"]).constant() * h.constant()
     demand({*box} <= {*c.inputs, *truths} and fall > 0 < h.constant(), "a box of no free variable, or V negative")

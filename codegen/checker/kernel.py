@@ -1,10 +1,10 @@
 """The kernel: polynomials, and when a matrix of them is positive semidefinite on a box. Standard library only.
 
-Numbers are exact. ValueError where a claim is not shown. Trusted: this file, Python, limits and numbers of frame.py.
-It knows nothing of machines or certificates: the other files of the checker reduce their claims to these two kinds.
+Numbers are exact, but for the exp of a number (lemma 8). A claim that is not shown raises an exception, of any class.
+Trusted are this file, Python, and limits and numbers of frame.py. The rest of the checker reduces its claims to these:
 
-- IDENTITIES. ``Text`` evaluates expressions and straight-line C as polynomials (lemmas 1, 7 to 9). Without reciprocals
-  (``cleared``, lemma 3) two of them are the same function just if they are the same.
+- IDENTITIES. ``Text`` evaluates expressions and straight-line C as polynomials (lemmas 1, 7 to 9). If two of them are
+  equal without reciprocals (``cleared``, lemma 3), they are the same function.
 - INEQUALITIES. ``semidefinite``: a symmetric matrix of polynomials is positive semidefinite where its variables are in
   a box (lemmas 2 to 5). ``contracts``: so is f P - F'PF, for a matrix F of quotients of polynomials (lemma 6).
 """
@@ -81,8 +81,8 @@ def integers(rows: Any) -> tuple[list[list[int]], int]:
 # LEMMA 2. Let p be the first diagonal entry of a symmetric A, r the rest of its row, B what is left without both. If
 # p > 0, A is positive semidefinite just if B - r r'/p is; if p = 0, just if r = 0 and B is; if p < 0, never. Definite
 # just if all p > 0. Times p and over the last p, entries that are whole stay whole (Bareiss).
-# Short numbers are tried first: b_ij is a_ij / 2^(s_i + s_j), rounded down. What is cut off is a symmetric matrix of
-# entries below 1, whose eigenvalues are above -n. So A is definite if (b_ij), less n on the diagonal, is semidefinite.
+# Short numbers are tried first: b_ij is a_ij / 2^(s_i + s_j), rounded down. What is cut off is a symmetric matrix with
+# entries in [0, 1): its eigenvalues are above -n. So A is definite if (b_ij), less n on the diagonal, is semidefinite.
 def positive(A: Any, definite: bool = False) -> bool:
     s, n = [max(row[i].bit_length() - SHORT, 0) // 2 for i, row in enumerate(A)], len(A)
     if max(s, default=0) > SHORT // 2:
@@ -102,8 +102,8 @@ def positive(A: Any, definite: bool = False) -> bool:
 
 
 # LEMMA 3. Let x = a/b, b > 0, in a sum of polynomials q x^k, k <= n. Times b^n it is the sum of q a^k b^(n-k), and of
-# the same sign. So a reciprocal r = 1/p goes, p > 0 to be shown: the last one first, since a later p may hold it.
-def replaced(sum_: Poly, x: str, a: Poly, b: Poly) -> Poly:
+# the same sign. So a reciprocal r = 1/p goes, p > 0 to be shown; the last one first, as its p may contain earlier ones.
+def replaced(sum_: Poly, x: str, a: Poly, b: Poly) -> Poly:  # x := a/b, times b^n
     parts: dict[int, Poly] = {}
     for m, c in sum_.items():
         rest = tuple(y for y in m if y != x) if x in m else m
@@ -112,14 +112,14 @@ def replaced(sum_: Poly, x: str, a: Poly, b: Poly) -> Poly:
     return sum((part * powers[k] for k, part in parts.items()), Poly())
 
 
-def cleared(sum_: Poly, known: Known, below: Any = None) -> Poly:
-    """Without reciprocals; if `below` shows a q >= 0, without each exp(-q) too (lemma 8)."""
+def cleared(sum_: Poly, known: Known, nonnegative: Any = None) -> Poly:
+    """Without reciprocals and, if `nonnegative` is given and shows that q >= 0, without each exp(-q) (lemma 8)."""
     for (name, p), r in reversed(known.items()):
         x = min(r.names(), default="")
         if name == "1/":
             sum_ = replaced(sum_, x, term(1), p)
-        elif name == "exp" and below and x in sum_.names():
-            below(q := Poly() - p)
+        elif name == "exp" and nonnegative and x in sum_.names():
+            nonnegative(q := Poly() - p)
             rising = term(1) + q + term("1/2") * q * q + term("1/6") * q * q * q
             sum_ = replaced(sum_, x, term(1, f"{x} share t"), rising)
     return sum_
@@ -127,44 +127,42 @@ def cleared(sum_: Poly, known: Known, below: Any = None) -> Poly:
 
 # LEMMA 4. On a cell x is (low + high t)/(1 + t) with t >= 0, but for x = high, its limit. So times (1 + t)^n a
 # polynomial of degree n in x is a sum of c_k t^k (lemma 3). c_k over the binomial coefficient of n and k is its k-th
-# Bernstein coefficient, and that is the polynomial if x is not in it. With one n for all entries, and so for each
-# variable, a matrix is a sum of matrices of numbers, its coefficients, times products that are not below 0. It is
-# positive semidefinite if these are. Here they stand times a number above 0, on each leaf of the tree (lemma 5).
+# Bernstein coefficient. A polynomial without x is its own coefficient, for each k. With one n for all entries, and so
+# for each variable, a matrix is a sum of matrices of numbers, its coefficients, times products that are not below 0.
+# It is positive semidefinite if these are. Here they stand times a number above 0, on each leaf of the tree (lemma 5).
 def coefficients(A: Any, box: Box, tree: Any, known: Known) -> Any:
-    joint = cleared(joined(A), known, lambda q: semidefinite([[q]], box, tree, known))
-    (whole,), _ = integers([joint.values()])
-    own, degree = defaultdict[str, set[str]](set), defaultdict[str, int](int)  # of an entry its variables
-    for place, *names in joint:
-        own[place].update(names)
+    entries = cleared(joined(A), known, lambda q: semidefinite([[q]], box, tree, known))
+    (whole,), _ = integers([entries.values()])
+    inside, degree = defaultdict[str, set[str]](set), defaultdict[str, int](int)  # inside: place -> variables there
+    for place, *names in entries:
+        inside[place].update(names)
         degree |= {x: max(degree[x], names.count(x)) for x in names}
-    most = sum(prod(degree[x] + 1 for x in variables) for variables in own.values())  # coefficients of all entries
+    most = sum(prod(degree[x] + 1 for x in variables) for variables in inside.values())  # of all entries
     demand(max(10 * len(A) * prod(n + 1 for n in degree.values()), most) < 10**6, "more terms than the limit")
-    terms = {(m[0], *(m.count(x) for x in degree if x in own[m[0]])): c for m, c in zip(joint, whole, strict=True)}
+    terms = {(m[0], *(m.count(x) for x in degree if x in inside[m[0]])): c for m, c in zip(entries, whole, strict=True)}
     for cell in leaves(box, tree):
         columns = {x: [*zip(*bernstein(n, *ends(x, cell)), strict=True)] for x, n in degree.items()}
-        tables, common = list[Any](), 0
-        for place, variables in own.items():
-            which, scale = tuple(x in variables for x in degree), prod(columns[x][0][0] for x in {*degree} - variables)
-            keys = [*product(*(range(degree[x] + 1) for x in compress(degree, which)))]
+        tables, common = defaultdict[Any, Any](lambda: defaultdict(list)), 0  # variables -> k of each -> coefficients
+        for place, variables in inside.items():
+            mask, scale = tuple(x in variables for x in degree), prod(columns[x][0][0] for x in {*degree} - variables)
+            keys = [*product(*(range(degree[x] + 1) for x in compress(degree, mask)))]
             table = [scale * terms.get((place, *key), 0) for key in keys]
-            for each in (columns[x] for x in compress(degree, which)):  # its powers, the first, go; k comes behind
+            for each in (columns[x] for x in compress(degree, mask)):  # its powers, the first, go; k comes behind
                 demand(True, "")
                 step = len(table) // len(each)
                 table = [sum(map(mul, column, table[at::step])) for at in range(step) for column in each]
-            tables.append((which, map(int, place[1:].split()), zip(keys, table, strict=True)))
-            common = gcd(common, *table)
-        parts: Any = defaultdict(lambda: defaultdict(list))  # which variables -> k of each -> entries
-        for which, (i, j), table in tables:
-            for key, c in table:
-                parts[which][key].append((i, j, c // (common or 1)))  # short numbers are fast
+            common, (i, j) = gcd(common, *table), map(int, place[1:].split())
+            for key, c in zip(keys, table, strict=True):
+                tables[mask][key].append((i, j, c))
         found = set()
         for key in product(*(range(n + 1) for n in degree.values())):
             matrix = [[0] * len(row) for row in A]
-            for which, entries in parts.items():
-                for i, j, c in entries[tuple(compress(key, which))]:
+            for mask, table in tables.items():
+                for i, j, c in table[tuple(compress(key, mask))]:
                     matrix[i][j] = c
             found.add(tuple(map(tuple, matrix)))  # many are the same, as of two signs
-        yield from found
+        for each_found in found:
+            yield tuple(tuple(c // (common or 1) for c in row) for row in each_found)  # short numbers are fast
 
 
 def joined(A: Any) -> Poly:  # the sum of the entries, each times the name "#i j" of its place
@@ -187,21 +185,23 @@ def bernstein(n: int, low: Any, high: Any) -> list[list[int]]:
 def ends(x: str, cell: Box) -> Any:
     """Its range: a sign's is within -1 and 1, that of lemmas 7 and 8 within 0 and 1."""
     demand(x in cell or re.match(r"sign\.|.* t$", x), f"{x} without a range")
-    return cell.get(x, [Fraction(-x.startswith("sign.")), Fraction(1)])
+    low, high = cell.get(x, [Fraction(-x.startswith("sign.")), Fraction(1)])
+    demand(low <= high, f"{x}: the range from {low} to {high} is empty")
+    return low, high
 
 
 # LEMMA 5. The two parts of a cell that is cut between its ends cover it: what holds on each leaf of a tree of cuts
-# [x, where, what is below, what is above] holds on the box.
+# [x, number, tree of the lower part, tree of the upper part] holds on the box.
 def leaves(cell: Box, tree: Any) -> Any:
     if tree == "":
         yield cell
     else:
-        x, cut, below, above = tree
+        x, cut, lower, upper = tree
         demand(re.fullmatch("-?[0-9]{1,40}(/[1-9][0-9]{0,39})?", cut), f"{x} is cut at no number")
         (low, high), middle = ends(x, cell), Fraction(cut)
         demand(low < middle < high, f"{x} is not cut between its ends")
-        yield from leaves(cell | {x: [low, middle]}, below)
-        yield from leaves(cell | {x: [middle, high]}, above)
+        yield from leaves(cell | {x: [low, middle]}, lower)
+        yield from leaves(cell | {x: [middle, high]}, upper)
 
 
 def semidefinite(A: Any, box: Box, tree: Any, known: Known, least: Any = 0) -> None:
@@ -226,20 +226,20 @@ def contracts(F: Any, P: Any, f: Fraction, box: Box, tree: Any, known: Known) ->
         demand(d > 0 and positive(gap), "V may not fall")
 
 
-# LEMMA 7. An angle has signs k and m, of its cosine and sine, and a t in [0, 1], the tangent of half of the angle
-# between 0 and pi/2 that has the same cosine and sine but for them: they are k (1 - t^2)/(1 + t^2) and m 2 t/(1 + t^2).
-# Any other sign, and a reciprocal, is a variable too, one for each argument: what holds for all values holds for that.
+# LEMMA 7. Let k and m be the signs of the cosine and sine of an angle, b the angle in [0, pi/2] whose cosine and sine
+# are the magnitudes of these, and t = tan(b/2), in [0, 1]. Then these are k (1 - t^2)/(1 + t^2) and m 2 t/(1 + t^2).
+# Any other sign, and a reciprocal, is a variable too, one for each argument; a claim is shown for all values of it.
 # LEMMA 8. With d the terms of p that hold an error, exp(p) = exp(p - d) (1 + d + d d r), r a number for each d: it is
 # (exp(d) - 1 - d)/d^2, near 1/2 for small errors. Where q >= 0, exp(-q) = u/(1 + q + q^2/2 + q^3/6) with a u in [0, 1],
-# since exp(q) is not below that sum. Of a number, exp is taken to 50 digits.
+# since exp(q) is not below that sum. The exp of a number is rounded to 50 digits: claims are shown of that decimal.
 def function(name: str, p: Poly, known: Known) -> Poly:
     if name == "fabs":
         return function("sgn", p, known) * p
     if name in ("sgn", "1/") and not p.names():
         return term((p.constant() > 0) - (p.constant() < 0) if name == "sgn" else 1 / p.constant())
     if name in ("cos", "sin") and (name, p) not in known:  # the t of a variable x is called "x t"
-        own = next((x for x in p.names() if p == term(1, x) and x[:5] != "sign."), f"?{len(known)}")
-        t, k, m = term(1, f"{own} t"), term(1, f"sign.cos {own}"), term(1, f"sign.sin {own}")
+        angle = next((x for x in p.names() if p == term(1, x) and x[:5] != "sign."), f"?{len(known)}")
+        t, k, m = term(1, f"{angle} t"), term(1, f"sign.cos {angle}"), term(1, f"sign.sin {angle}")
         u = function("1/", term(1) + t * t, known)
         known["cos", p], known["sin", p] = k * (term(2) * u - term(1)), term(2) * m * t * u
     if name == "exp" and not p.names():

@@ -654,6 +654,15 @@ def test_a_cover_proves_what_one_cell_does_not() -> None:
         claim("(x - 1/2)*(x - 1/2) - 1/10000", ["x", "1/2", ["x", "3/8", "", ""], ["x", "5/8", "", ""]])
 
 
+def test_a_range_turned_round_proves_nothing() -> None:
+    """x - 1 is not negative for all x in [2, 1], since there is none; nor is its negative."""
+    for text in ("x - 1", "1 - x", "2 - 2*x"):
+        with pytest.raises(ValueError, match="is empty"):
+            claim(text, "", (2, 1))
+    claim("x - 1", "", (1, 2))
+    claim("x - 1", "", (1, 1))
+
+
 @pytest.mark.parametrize(
     "cover", [["x", "0", "", ""], ["x", "1", "", ""], ["y", "1/2", "", ""], ["x", "1/2", ""], None, 0]
 )
