@@ -74,7 +74,7 @@ def diagnosed_logs(
     command = [sys.executable, "-m", "codegen.app.cli", "diagnose", str(spec), *map(str, train)]
     command += [word for file in test for word in ("--test", str(file))]
     command += ["--description", str(description)] if description is not None else []
-    command += ["-o", str(out)]
+    command += ["-o", str(out), "--force"]
     # With the modules' bytecode kept, as by default: where a machine forbids it, each run compiles 200 modules anew.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     before, start = os.times(), time.perf_counter()

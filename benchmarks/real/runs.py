@@ -40,7 +40,7 @@ def command(set_name: str, run: Diagnosed, out: Path) -> list[str]:
     for file in run.test:
         words += ["--test", str(data / file)]
     described = ["-d", str(specs / run.about)] if run.about else []
-    return [*words, *described, "-o", str(out)]
+    return [*words, *described, "-o", str(out), "--force"]
 
 
 def diagnosed(set_name: str, run: Diagnosed, out: Path) -> Kept:

@@ -335,7 +335,7 @@ def diagnose(
         typer.Option("--material", metavar="SHARE", help="of the drive force: less is immaterial; 2% by default"),
     ] = None,
     force: Annotated[
-        bool, typer.Option("--force", help="replace the diagnosis of another log in the default folder, too")
+        bool, typer.Option("--force", help="replace the diagnosis of another log, and files that you edited, too")
     ] = False,
     as_json: AsJson = False,
 ) -> None:

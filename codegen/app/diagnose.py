@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING, Any
 from codegen.app.derived import Derived, Source, derived_from
 from codegen.app.diagnosis_folder import (
     DIAGNOSIS_FILES,
+    FILES_SHA256,
     RESULT,
+    hashes_of,
     log_sha256,
     refuse_another_log,
+    refuse_edited_file,
     refuse_not_ours,
     refuse_other_robot,
 )
@@ -103,11 +106,11 @@ def diagnose(
         propose: whether PySINDy proposes terms for an unknown residual.
         material: share of the RMS drive force from which on a residual matters, 0.02 or "2 %"; 2 % by default.
         tell: called with the findings of the preflight on each log, before the fits.
-        force: whether the default folder is replaced even if it has the diagnosis of another log.
+        force: whether the folder's results are replaced even if they are of another log, or a file was edited.
 
     Raises:
-        BadInput: for a bad spec, log or share, or a folder with files that stiction did not write or, by default, of
-            another log; then nothing is written.
+        BadInput: for a bad spec, log or share, or a folder with files that stiction did not write or, without
+            ``force``, of another log or edited since; then nothing is written.
     """
     matters = MATERIAL if material is None else read_part(str(material), Place("--material"))
     logs, tests = _files(log), _files(test)
@@ -137,8 +140,9 @@ def diagnose(
     allowance = Allowance()
     train = read_logs(logs, spec, description=description, columns=columns, allowance=allowance)
     sha256 = log_sha256(logs)
-    if out is None and not force:
+    if not force:
         refuse_another_log(folder, sha256)
+        refuse_edited_file(folder, (*DIAGNOSIS_FILES, *robot))
     held_out = None
     if tests:
         held_out = read_logs(tests, spec, description=description, columns=columns, allowance=allowance)
@@ -171,7 +175,7 @@ def diagnose(
         files |= {f"generated/{augmented.spec.name}/{name}": text for name, text in generated.items()}
     if models.excitation is not None:
         files["excitation.csv"] = models.excitation
-    files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256})
+    files[RESULT] = json_text({**diagnosis.as_json(), "log_sha256": sha256, FILES_SHA256: hashes_of(files)})
     files["report.html"] = render_report(spec, diagnosis, models, {name: name for name in files})
     write_all(folder, files, (RESULT, "manifest.json"))
     notes = {"train": train.notes} | ({} if held_out is None else {"test": held_out.notes})

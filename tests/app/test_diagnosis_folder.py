@@ -1,4 +1,4 @@
-"""The folder named after a log: replaced by the same log, and not by another one of that name, unless told so."""
+"""The folder of a diagnosis: replaced by the same log; not by another one, nor where edited, unless told so."""
 
 from __future__ import annotations
 
@@ -70,7 +70,8 @@ def test_another_log_of_the_same_name_does_not_replace_a_diagnosis(folder: Path)
     assert contents(folder) == before
     log(Path("run.csv"), 0.3)  # other data under the same path
     assert is_refused(stiction("diagnose", "s.yaml", "run.csv"))
-    for ways in (("-o", "second"), ("--force",)):
+    assert is_refused(stiction("diagnose", "s.yaml", "other/run.csv", "-o", "run_diagnosis"))  # named, but not empty
+    for ways in (("-o", "second"), ("-o", "run_diagnosis", "--force")):
         assert stiction("diagnose", "s.yaml", "other/run.csv", *ways).code == 3
     told = [json.loads((folder / d / "diagnosis.json").read_text()) for d in ("second", "run_diagnosis")]
     assert told[0] == told[1]
@@ -78,14 +79,30 @@ def test_another_log_of_the_same_name_does_not_replace_a_diagnosis(folder: Path)
 
 
 def test_the_same_log_replaces_its_diagnosis_from_anywhere(folder: Path) -> None:
-    Path("run_diagnosis/spec.yaml").write_text("old\n")
+    Path("run_diagnosis/spec.yaml").unlink()
     Path("run_diagnosis/notes.txt").write_text("mine\n")
     Path("copy").mkdir()
     Path("copy/run.csv").write_bytes(Path("run.csv").read_bytes())
     for name in ("run.csv", "copy/run.csv"):
         assert stiction("diagnose", "s.yaml", name).code == 3
+        assert stiction("diagnose", "s.yaml", name, "-o", "run_diagnosis").code == 3
     assert Path("run_diagnosis/spec.yaml").read_text() == SPEC
     assert Path("run_diagnosis/notes.txt").read_text() == "mine\n"
+
+
+@pytest.mark.parametrize("ways", [(), ("-o", "run_diagnosis")])
+def test_an_edited_spec_is_not_replaced_unasked(folder: Path, ways: tuple[str, ...]) -> None:
+    """The user's notes and values in it were gone, with exit code 3 of the unfit log alone, or 0."""
+    written = Path("run_diagnosis/spec.yaml")
+    written.write_bytes(SPEC.replace("\n", "\r\n").encode())  # by a version control system: no edit
+    assert stiction("diagnose", "s.yaml", "run.csv", *ways).code == 3
+    written.write_text(f"# my notes\n{SPEC}")
+    before = contents(folder)
+    result = stiction("diagnose", "s.yaml", "run.csv", *ways)
+    assert is_one_message(result) and all(word in result.err for word in ("[FILE008]", "spec.yaml, edited", "--force"))
+    assert contents(folder) == before
+    assert stiction("diagnose", "s.yaml", "run.csv", *ways, "--force").code == 3
+    assert written.read_text() == SPEC
 
 
 def test_a_diagnosis_that_names_no_log_is_not_replaced_unasked(folder: Path) -> None:
