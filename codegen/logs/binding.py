@@ -47,7 +47,7 @@ class Binding:
         integrated: positions without a column, which are computed as the integral of their measured velocity.
         logged: whether every velocity was logged.
         findings: units that could not be used.
-        inferred_units: as of ``Intake``.
+        inferred_units, applied_units: as of ``Intake``.
     """
 
     terms: Mapping[str, Term]
@@ -57,6 +57,7 @@ class Binding:
     notes: tuple[str, ...]
     findings: tuple[Finding, ...] = ()
     inferred_units: Mapping[str, str] = field(default_factory=dict)
+    applied_units: Mapping[str, str] = field(default_factory=dict)
 
 
 def bind(source: LogFile, spec: Spec, description: LogDescription, explicit: Mapping[str, str] | None) -> Binding:
@@ -119,6 +120,7 @@ class _Search:
         self.notes: list[str] = []
         self.findings: list[Finding] = []
         self.inferred_units: dict[str, str] = {}
+        self.applied_units: dict[str, str] = {}
 
     def binding(self) -> Binding:
         self._refuse_unknown_symbols()
@@ -135,7 +137,8 @@ class _Search:
             where = self.description.place("scale.t") if stated else self.spec.place("log.scale.t")
             raise BadInput(where, f"factor {scale['t']:g}", "a positive factor for time", code="LOG013")
         notes, findings = tuple(self.notes), tuple(self.findings)
-        return Binding(self.terms, scale, integrated, logged, notes, findings, self.inferred_units)
+        units = self.inferred_units, self.applied_units
+        return Binding(self.terms, scale, integrated, logged, notes, findings, *units)
 
     def _refuse_unknown_symbols(self) -> None:
         spec, description = self.spec, self.description
@@ -436,7 +439,7 @@ class _Search:
             if factor != 1.0:
                 says = "file" if by_file else f"name of `{shown(name)}`"
                 wrong = f" (`units: {{{symbol}: {own}}}` in meta.yaml beside the log where that is wrong)"
-                self.inferred_units[symbol] = f"in {unit}, as the {says} says"
+                self.inferred_units[symbol], self.applied_units[symbol] = f"in {unit}, as the {says} says", unit
                 self.notes.append(
                     f"{symbol} is {self.inferred_units[symbol]}: converted to {own}{'' if by_file else wrong}"
                 )

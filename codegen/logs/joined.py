@@ -154,6 +154,7 @@ def _merged(one: Intake, other: Intake) -> Intake:
         integrated=one.integrated,
         columns={**one.columns, **other.columns},
         inferred_units={**one.inferred_units, **other.inferred_units},
+        applied_units={**one.applied_units, **other.applied_units},
     )
 
 

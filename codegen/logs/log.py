@@ -11,6 +11,7 @@ import numpy as np
 
 from codegen.base.arrays import Array, Flags
 from codegen.logs.description import EMPTY_DESCRIPTION, LogDescription
+from codegen.spec.model import Spec
 
 Severity = Literal["info", "warning", "problem"]
 
@@ -49,6 +50,7 @@ class Intake:
         doubted: symbols whose numbers are wrong, by ``findings``.
         columns: symbol → the column, or expression of columns, that it was read from.
         inferred_units: symbol → the unit, in words, that only the file or a column's name states; values are in SI.
+        applied_units: symbol → that unit, where it was converted to SI.
     """
 
     rows: int = 0
@@ -65,6 +67,7 @@ class Intake:
     doubted: frozenset[str] = frozenset()
     columns: Mapping[str, str] = field(default_factory=dict)
     inferred_units: Mapping[str, str] = field(default_factory=dict)
+    applied_units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def time_unit(self) -> str:
@@ -137,6 +140,21 @@ class Log:
     def where(self) -> str:
         """The place of an error that concerns the whole log: its file, or the names of all its files."""
         return self.files if self.records else str(self.path)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Symbol → the unit from which it was converted to SI, by the description or else by the file."""
+        return {**self.intake.applied_units, **self.description.units}
+
+    def scale_lines(self, factors: Mapping[str, float], spec: Spec) -> str:
+        """The lines of meta.yaml that multiply the values of symbols, as read, by factors; for a message.
+
+        A ``scale`` replaces a unit that only the file states, so that it is stated too.
+        """
+        stated = {name: self.description.stated_scale(name, spec) for name in factors}
+        scale = ", ".join(f"{name}: {stated[name] * float(f'{k:.4g}'):.10g}" for name, k in factors.items())
+        units = ", ".join(f"{name}: {self.units[name]}" for name in factors if name in self.units)
+        return f"`units: {{{units}}}` with `scale: {{{scale}}}`" if units else f"`scale: {{{scale}}}`"
 
     def in_record(self, time: float, ends: bool = False) -> tuple[Log, float]:
         """The record of an experiment in which a time of the whole log lies, and the time by that record's own column.

@@ -351,6 +351,7 @@ def _log(
         doubted=frozenset(symbol for symbols, _ in found for symbol in symbols),
         columns={symbol: term.text for symbol, term in binding.terms.items()},
         inferred_units=binding.inferred_units,
+        applied_units=binding.applied_units,
     )
     return Log(
         path=path,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from codegen.diagnosis.fit.residual import Problem
@@ -13,7 +14,7 @@ from codegen.diagnosis.results import Fact
 from codegen.diagnosis.verdict import wrong_values
 from codegen.diagnosis.verdict.wrong_values import scaled_position
 from codegen.effects import CATALOGUE
-from codegen.logs.description import EMPTY_DESCRIPTION
+from codegen.logs import Log
 from codegen.spec import parse_spec
 from tests.diagnosis.stage import STAGE, TRAIN, log_of, system_of
 from tests.machines import one_mass
@@ -24,7 +25,9 @@ def _remarks(kind: str, monkeypatch: pytest.MonkeyPatch, scale_fits: bool = True
     found = SimpleNamespace(kind=kind, on="u", parameters={"value": 5.0})
     answer = SimpleNamespace(verdict="effect", effects=(found,), refit=system, augmented=system)
     monkeypatch.setattr(wrong_values, "_as_well_by_scale", lambda problem, written, gain: scale_fits)
-    return scaled_position(answer, SimpleNamespace(description=EMPTY_DESCRIPTION), spec, None)  # type: ignore[arg-type]
+    none = np.zeros((2, 1))
+    log = Log(Path("a.csv"), "a", none[:, 0], none, None, none, 1e-3, None, None, None, ())
+    return scaled_position(answer, log, spec, None)  # type: ignore[arg-type]
 
 
 def test_gain_of_five_is_a_position_five_times_too_large(monkeypatch: pytest.MonkeyPatch) -> None:

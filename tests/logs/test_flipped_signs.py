@@ -63,6 +63,36 @@ def test_a_flipped_sign_is_named_where_a_log_can_tell(tmp_path, machine, turned,
     assert not problems(tmp_path, machine, turned, speeds, about=f"scale: {{{right}}}")
 
 
+@pytest.mark.parametrize("header", ["t,x [mm],v [mm/s],w [mN]\n", "t,x,v,w\ns,mm,mm/s,mN\n", "t,x [°],v,w [mN]\n"])
+@pytest.mark.parametrize("turned", ["w", "xv"])
+def test_the_line_that_turns_a_sign_keeps_the_unit_of_the_file(tmp_path, header, turned):
+    """`scale: {w: -1}` replaced the mN of the header, and the input was 1000 times too large."""
+    columns, text = made(), STANDING.replace("force: [w]", "force: [w - W]")
+    columns["w"] = columns["w"] + WEIGHT
+    if "°" in header:
+        text = text.replace("velocity: v, unit: m}", "velocity: v, unit: rad}").replace("unit: kg", "unit: kg*m^2")
+        text = text.replace("unit: N}", "unit: N*m}").replace("unit: N/m}", "unit: N*m/rad}")
+        sizes = {"x": 180 / np.pi, "w": 1e3}
+        header = header.replace("mN", "mNm")
+    else:
+        sizes = {"x": 1e3, "v": 1e3, "w": 1e3}
+    spec = parse_spec(text, Path("slider.yaml"))
+    columns = {name: (-1 if name in turned else 1) * sizes.get(name, 1) * values for name, values in columns.items()}
+    path = write_csv(tmp_path / "a.csv", columns)
+    path.write_text(header + path.read_text().split("\n", 1)[1])
+
+    def found(about: str) -> list[Finding]:
+        (tmp_path / "about.yaml").write_text(about)
+        log = read_log(path, spec, description=tmp_path / "about.yaml")
+        return [f for f in preflight(log, spec) if f.severity == "problem"]
+
+    (one,) = found("hold: []\n")
+    assert "seems flipped" in one.words
+    said = re.search(r"\(((?:`[^`]*`(?: with )?)+) in meta.yaml", one.words)
+    assert said is not None
+    assert not found("\n".join(re.findall("`(.*?)`", said[1])))
+
+
 @pytest.mark.parametrize("machine", FORCES)
 def test_a_right_log_has_no_flipped_sign(tmp_path, machine):
     assert not problems(tmp_path, machine, "")

@@ -240,7 +240,6 @@ def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> l
     if gain <= 0 or 1 / APPARENT < gain < APPARENT or not _as_well_by_scale(problem, written, gain):
         return []
     (x,) = system.positions
-    stated = log.description.stated_scale(x.name, spec)
     levels = ", ".join(
         f"{s.name} = {float(written.values[s]) / gain:.3g}{in_unit(system, s)} in place of "
         f"{float(written.values[s]):.3g}{in_unit(system, s)}"
@@ -250,7 +249,7 @@ def scaled_position(answer: Answer, log: Log, spec: Spec, problem: Problem) -> l
     return [
         Fact(
             "next",
-            f"Check the scale of {x.name} first (`scale: {{{x.name}: {stated / gain:.4g}}}` in meta.yaml beside the "
+            f"Check the scale of {x.name} first ({log.scale_lines({x.name: 1 / gain}, spec)} in meta.yaml beside the "
             f"log): {gains[0].kind} on {gains[0].on} is nearly the same motion as {x.name} logged {gain:.3g} times too "
             "large",
             f"With that scale: {levels}." if levels else "",

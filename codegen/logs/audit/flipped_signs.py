@@ -96,7 +96,8 @@ def _finding(
     """
     least = min(left for _, left in named)
     variables = [_in_words(group, log, spec) for group, _ in named]
-    lines = " or ".join(f"`scale: {_entries(group, log, spec)}`" for group, _ in named if group != POSITION_FORCES)
+    mended = [dict.fromkeys(group, -1.0) for group, _ in named if group != POSITION_FORCES]
+    lines = " or ".join(log.scale_lines(factors, spec) for factors in mended)
     which = f"{variables[0]} seems flipped" + "".join(f", or that of {one}" for one in variables[1:])
     rival = (
         f"; with {_in_words(other[1], log, spec)} reversed, {in_percent(other[0])}" if other and len(named) == 1 else ""
@@ -136,9 +137,3 @@ def _in_words(group: Flipped, log: Log, spec: Spec) -> str:
     return " and ".join(
         f"{kind}{'s' * (len(names) > 1)} {' and '.join(names)}" for kind, names in kinds.items() if names
     )
-
-
-def _entries(group: Flipped, log: Log, spec: Spec) -> str:
-    """The entries of ``scale`` that reverse the signs."""
-    scales = [f"{name}: {-log.description.stated_scale(name, spec):.6g}" for name in group]
-    return f"{{{', '.join(scales)}}}"

@@ -181,7 +181,7 @@ def _other_unit(
     tried = []
     for j, c in enumerate(spec.coordinates):
         inertia, seen = forces.inertia_factor(j)
-        for unit, factor in _other_units(log.description.units.get(c.name, c.unit)):
+        for unit, factor in _other_units(log.units.get(c.name, c.unit)):
             if found or (seen > INERTIA_SEEN and 1 / SCALE_OFF < inertia / factor < SCALE_OFF):
                 tried.append((balance.misfit(log, scaled(motion, j, factor)), j, unit))
     if not tried:
@@ -190,7 +190,7 @@ def _other_unit(
     now = forces.misfit
     others = [now, *(left for left, k, _ in tried if k != j)]
     name = spec.coordinates[j].name
-    taken = log.description.units.get(name, spec.coordinates[j].unit)
+    taken = log.units.get(name, spec.coordinates[j].unit)
     fits = least <= FITS and least <= BETTER * min(others)
     unit_factor = dict(_other_units(taken))[unit]
     inertia, _ = forces.inertia_factor(j)
@@ -198,7 +198,7 @@ def _other_unit(
         factor, fitted = _best_factor(log, balance, motion, j, unit_factor if fits else inertia)
         if fitted < min(SURE_FACTOR, BETTER * least) and not 1 / NO_UNIT < factor / unit_factor < NO_UNIT:
             misfits = {"misfit": now, "misfit_in_unit": least, "misfit_scaled": fitted}
-            yield _no_unit(name, spec, 1 / factor, misfits)
+            yield _no_unit(name, log, spec, 1 / factor, misfits)
             return
     if not fits:
         return
@@ -223,7 +223,7 @@ def _best_factor(log: Log, balance: Balance, motion: Motion, j: int, about: floa
     return float(10.0**found.x), float(found.fun)
 
 
-def _no_unit(name: str, spec: Spec, factor: float, misfits: dict[str, float]) -> Finding:
+def _no_unit(name: str, log: Log, spec: Spec, factor: float, misfits: dict[str, float]) -> Finding:
     """The finding on a scale that is wrong by a factor of no usual unit; it names a gear ratio of this value.
 
     Args:
@@ -231,14 +231,13 @@ def _no_unit(name: str, spec: Spec, factor: float, misfits: dict[str, float]) ->
         misfits: unbalanced share of the squared forces: as read, in the best usual unit, and divided by the factor.
     """
     gear, ratio = gear_ratio(spec, factor)
-    scale = 1 / ratio
     same = f" The parameter {gear} has this value: is {name} measured on the other side of a gear?" if gear else ""
     left = {key: f"{in_percent(value)}" for key, value in misfits.items()}
     words = (
         f"The scale of {name} seems off by a factor of {factor:.3g}. As read, {left['misfit']} of the squared forces "
         f"stay unbalanced; divided by it, {left['misfit_scaled']}; in the best usual unit, {left['misfit_in_unit']}."
         f"{same} "
-        f"(`scale: {{{name}: {scale:.4g}}}` in meta.yaml beside the log)"
+        f"({log.scale_lines({name: 1 / ratio}, spec)} in meta.yaml beside the log)"
     )
     return Finding("problem", f"scale of {name}", words, misfits)
 
@@ -255,9 +254,9 @@ def _against_velocity(log: Log, spec: Spec, motion: Motion) -> Iterator[Finding]
         factor = float(logged @ slope) / sizes[0] ** 2
         if 1 / APART < factor < APART:
             continue
-        unit = log.description.units.get(c.name, c.unit)
+        unit = log.units.get(c.name, c.unit)
         meant = [other for other, by in _other_units(unit) if abs(by * factor - 1) < NEAR]
-        key = f"`units: {{{c.name}: {meant[0]}}}`" if meant else f"`scale: {{{c.name}: {1 / factor:.4g}}}`"
+        key = f"`units: {{{c.name}: {meant[0]}}}`" if meant else log.scale_lines({c.name: 1 / factor}, spec)
         words = (
             f"{c.name} moves {factor:.3g} times as far as the measured {c.velocity} says: one of the two has a wrong "
             f"scale or sign. If it is {c.name}: {key} in meta.yaml beside the log."

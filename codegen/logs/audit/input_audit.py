@@ -213,8 +213,7 @@ def audit_undriven(forces: Forces, spec: Spec, outside: Outside | None) -> Itera
 
 def _reversing_line(name: str, spec: Spec, read: Log) -> str:
     """The line of meta.yaml that reverses the sign of an input, as a remark in brackets."""
-    scale = read.description.stated_scale(name, spec)
-    return f"(`scale: {{{name}: {-scale:.6g}}}` in meta.yaml beside the log reverses {name}.)"
+    return f"({read.scale_lines({name: -1.0}, spec)} in meta.yaml beside the log reverses {name}.)"
 
 
 def _asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
@@ -226,12 +225,11 @@ def _asked_unit(name: str, factor: float, spec: Spec, read: Log) -> str:
         factor: required force over the force of the input as read; positive.
     """
     own = next(i.unit for i in spec.inputs if i.name == name)
-    scale = factor * read.description.stated_scale(name, spec)
-    line = f"(`scale: {{{name}: {scale:.4g}}}` in meta.yaml beside the log corrects a scale.)"
-    if name in read.intake.inferred_units or own in ("", "1"):
+    line = f"({read.scale_lines({name: factor}, spec)} in meta.yaml beside the log corrects a scale.)"
+    if own in ("", "1"):
         return line
     here = Place("")
-    taken = read.description.units.get(name, own)
+    taken = read.units.get(name, own)
     wanted = factor * float(si_factor(taken, here))
     for prefix in PREFIXES:
         unit = prefix + own

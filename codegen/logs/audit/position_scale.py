@@ -145,7 +145,7 @@ def _finding(
         if by_input.left * ALIKE < position.left or (level_seen and fits["input"] and not fits["position"]):
             return None
         if not apart and not (level_seen and fits["position"] and not fits["input"]):
-            line = f"`scale: {{{driving[0]}: {log.description.stated_scale(driving[0], spec) * by_input.factor:.4g}}}`"
+            line = log.scale_lines({driving[0]: by_input.factor}, spec)
             rivals.append(f"{driving[0]} is {by_input.factor:.3g} times too small ({line})")
         elif not apart:
             excluded = (
@@ -161,7 +161,7 @@ def _finding(
         if gear
         else "measured before a gear, or in another unit"
     )
-    line = f"`scale: {{{name}: {log.description.stated_scale(name, spec) / ratio:.4g}}}`"
+    line = log.scale_lines({name: 1 / ratio}, spec)
     words = (
         f"The scale of {name} seems off by a factor of {k:.3g}. As read, {in_percent(plain.left)} of the squared "
         f"forces stay unbalanced; divided by it, with the declared inertia, {in_percent(position.left)}. "
