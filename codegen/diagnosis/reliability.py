@@ -52,7 +52,8 @@ class Reliability:
         )
         return (
             f"{self.right} of {self.of} verdicts of this class ({kind}) were right on logs with known truth: "
-            f"{in_percent(self.probability)} (95 %: {low.removesuffix(' %')} to {high})."
+            f"probability about {in_percent(self.probability)}, estimated from these (95 %: "
+            f"{low.removesuffix(' %')} to {high})."
         )
 
     def as_json(self) -> dict[str, Any]:

@@ -17,6 +17,10 @@ Verdict = Literal["effect", "none", "ambiguous", "unknown", "unfit"]
 
 MATERIAL = 0.02
 """Share of the RMS drive force below which structure is only reported as a remainder, not called ``unknown``."""
+LEAST_CORRELATION = 0.95
+"""Correlation of two friction estimates below which their agreement is ``poor``."""
+CLOSE_DIFFERENCE, FAIR_DIFFERENCE = 0.1, 0.25
+"""Largest relative differences of two friction estimates that count as ``close`` and ``fair``."""
 WORTH = 2.0
 """Least separation by a change of the machine over that by repeating the motion, at which it is proposed."""
 Nature = Literal["immaterial", "noise", "structured"]
@@ -336,6 +340,25 @@ class Agreement:
     correlation: float
     relative_difference: float
     samples: int
+
+    @property
+    def level(self) -> str:
+        """``close``, ``fair`` or ``poor``."""
+        if not self.correlation >= LEAST_CORRELATION:
+            return "poor"
+        if self.relative_difference <= CLOSE_DIFFERENCE:
+            return "close"
+        return "fair" if self.relative_difference <= FAIR_DIFFERENCE else "poor"
+
+    @property
+    def judgement(self) -> str:
+        """The level in a sentence."""
+        return {
+            "close": "The two agree closely.",
+            "fair": "The two agree in shape, less in detail.",
+            "poor": "They agree poorly: noise, a coarse encoder or a sample time too long for the observer may be the "
+            "reason. Read the figures on the residual with care.",
+        }[self.level]
 
 
 @dataclass(frozen=True)

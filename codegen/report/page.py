@@ -11,7 +11,7 @@ from urllib.parse import quote
 from codegen.base.text import render
 from codegen.base.version import VERSION
 from codegen.diagnosis.diagnose import Models
-from codegen.diagnosis.results import Agreement, Candidate, Diagnosis, ErrorFigures, FoundEffect
+from codegen.diagnosis.results import Candidate, Diagnosis, ErrorFigures, FoundEffect
 from codegen.effects import CATALOGUE
 from codegen.effects.declare import places_of, unit_words
 from codegen.mechanics.system import System
@@ -22,14 +22,9 @@ from codegen.report.series import MOST_POINTS, CoordinateSeries, held_out_series
 from codegen.report.wording import change, number, percent, prefixed, unit_text, with_unit
 from codegen.spec.model import Spec
 
-LEAST_CORRELATION = 0.95
-"""Correlation of two friction estimates below which their agreement is ``poor``."""
-CLOSE_DIFFERENCE, FAIR_DIFFERENCE = 0.1, 0.25
-"""Largest relative differences of two friction estimates that count as ``close`` and ``fair``."""
 SEVERITIES = ("problem", "warning", "info")
 MOST_PARAMETERS = 8
 """Most lines of one candidate in a table; a sum of harmonics has two parameters an order."""
-Level = Literal["close", "fair", "poor"]
 Outcome = Literal["chosen", "carried", "rival", "later", "passed", "rejected"]
 """Outcome of a candidate. carried: in the augmented model, while others tie with it; rival: ties with that one; later:
 rejected in this round, but named in the verdict."""
@@ -134,7 +129,6 @@ class Page:
     pictures: PictureView
     rounds: tuple[RoundView, ...]
     leader: str
-    agreement_level: Level
     findings: tuple[tuple[str, str, tuple[tuple[str, str], ...]], ...]
     difference: tuple[tuple[str, str], ...]
     observer_declared: bool
@@ -165,7 +159,6 @@ def render_report(spec: Spec, diagnosis: Diagnosis, models: Models, files: Mappi
         pictures=_pictures(shown, series, panels[len(evidence) :]),
         rounds=_rounds(diagnosis, models),
         leader=" and ".join(f"{e.kind} on {e.on}" for e in models.named),
-        agreement_level=_level(diagnosis.agreement),
         findings=_findings(diagnosis),
         difference=_difference(spec, models.spec_text),
         observer_declared=spec.observer is not None,
@@ -285,14 +278,6 @@ def _law_drawings(found: LawEvidence, models: Models) -> tuple[Drawing, ...]:
     return tuple(
         law_drawing(p, found.variable, of, f"{name}, {p.direction}" if p.direction else name) for p in found.panels
     )
-
-
-def _level(agreement: Agreement | None) -> Level:
-    if agreement is None or not agreement.correlation >= LEAST_CORRELATION:
-        return "poor"
-    if agreement.relative_difference <= CLOSE_DIFFERENCE:
-        return "close"
-    return "fair" if agreement.relative_difference <= FAIR_DIFFERENCE else "poor"
 
 
 def _findings(diagnosis: Diagnosis) -> tuple[tuple[str, str, tuple[tuple[str, str], ...]], ...]:

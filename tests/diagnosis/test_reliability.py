@@ -39,6 +39,12 @@ def test_a_class_is_printed_by_what_it_means() -> None:
     assert "(none, simulation error above the noise) were" in Reliability(9, 10, "none, above the noise").words
 
 
+def test_the_probability_is_said_to_be_an_estimate() -> None:
+    """22 of 24 are 91.7 %, the estimate from them is 90 %: the two stood beside each other as if they were one."""
+    told = Reliability(22, 24, "effect, at the noise").words
+    assert told.endswith("known truth: probability about 90 %, estimated from these (95 %: 76 to 98 %).")
+
+
 def test_the_shipped_counts_are_of_the_classes_that_a_diagnosis_asks_for() -> None:
     asked = {class_of(verdict, near) for verdict in ("effect", "none", "ambiguous") for near in (True, False)}
     assert set(measured()) <= asked

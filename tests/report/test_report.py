@@ -268,6 +268,18 @@ def test_infinite_and_missing_figures_are_words(lacking: Case, monkeypatch: pyte
 def test_poor_agreement_is_told(lacking: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     poor = Agreement(float("nan"), 0.5, 100)
     assert "They agree poorly" in ReadPage(words(lacking, monkeypatch, agreement=poor)).text
+    told = Diagnosed(replace(lacking.diagnosis, agreement=poor), Path("out"), ()).text(paths=False)
+    assert "check of the residual" in told and "They agree poorly" in told  # the figures stood there alone
+
+
+def test_the_generated_code_is_listed_with_the_files(lacking: Case) -> None:
+    files = ("spec.yaml", "generated/stage/stage.c", "generated/stage/manifest.json", "diagnosis.json")
+    told = Diagnosed(lacking.diagnosis, Path("out"), files).text(paths=True)
+    assert [line.partition("  ")[0] for line in told.splitlines() if line.startswith("out/")] == [
+        "out/spec.yaml",
+        "out/diagnosis.json",
+        "out/generated/stage/",
+    ]
 
 
 def test_certificate_before_and_after(lacking: Case, two_masses: Case, monkeypatch: pytest.MonkeyPatch) -> None:
