@@ -9,7 +9,8 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -216,10 +217,23 @@ class Derived(Shown):
         from codegen.certify.certify import Certificate, certify
 
         hashes = {name: sha256(text) for name, text in self.sources.items()}
-        outcome = certify(self.spec, self.analysis, hashes, self.header.command.raw, places=self.program.places)
+        of_spec = partial(
+            certify, self.spec, self.analysis, hashes, self.header.command.raw, places=self.program.places
+        )
+        outcome = of_spec()
         sources = {name: text.encode() for name, text in self.sources.items()}
         if isinstance(outcome, Certificate):
-            return _with_kernel_proof(with_bounds(self.spec, self.analysis, outcome), self, sources)
+            found, refused = _with_kernel_proof(with_bounds(self.spec, self.analysis, outcome), self, sources)
+            if not refused or not (angles := _narrow_angles(self.analysis)):
+                return found
+            other = of_spec(all_angles=True)
+            if isinstance(other, Certificate):
+                turned, refused = _with_kernel_proof(with_bounds(self.spec, self.analysis, other), self, sources)
+                if not refused:
+                    return turned
+            names = " and ".join(angles)
+            words = f"V decreases for {names} in the envelope, the kernel proves this for a full turn of {names} only"
+            return replace(found, not_by_kernel=f"{words}, and no V was found for that: {found.not_by_kernel}")
         if outcome.regions is not None and "sliding.json" in outcome.regions.proofs:
             return _with_sliding_proof(outcome, outcome.regions.proofs["sliding.json"], self, sources)
         return outcome
@@ -299,8 +313,20 @@ def _with_sliding_proof(
     return replace(refusal, not_by_kernel=why)
 
 
-def _with_kernel_proof(certificate: Certificate, machine: Derived, sources: Mapping[str, bytes]) -> Certificate:
-    """The certificate with the kernel's proof for these sources, or why there is none.
+def _narrow_angles(analysis: Analysis) -> list[str]:
+    """The angles in sines and cosines of the error matrix of which the envelope has less than a full turn."""
+    from codegen.certify.family import build_family
+    from codegen.certify.trigonometric import angles_of
+
+    family = build_family(analysis.dynamics, analysis.points.ranges)
+    ranges = {a: family.variables[a] for a in angles_of(family) if a in family.variables}
+    return [a.name for a, (low, high) in ranges.items() if high - low < 2 * pi * (1 - 1e-6)]
+
+
+def _with_kernel_proof(
+    certificate: Certificate, machine: Derived, sources: Mapping[str, bytes]
+) -> tuple[Certificate, bool]:
+    """The certificate with the kernel's proof for these sources, or why there is none; and whether it refused one.
 
     With a proof and a known bound, also with the proved effect of noise and drift.
     """
@@ -314,8 +340,8 @@ def _with_kernel_proof(certificate: Certificate, machine: Derived, sources: Mapp
         content = checker.parsed(certificate.text)
         _, shown, unproved = checker.of_its_proof(content, {**sources, checker.PROOF: proof.encode()})
     except (NotCovered, checker.Refused) as error:
-        return replace(certificate, not_by_kernel=str(error))
+        return replace(certificate, not_by_kernel=str(error)), isinstance(error, checker.Refused)
     if unproved:
-        return replace(certificate, kernel=None, not_by_kernel=unproved)
+        return replace(certificate, kernel=None, not_by_kernel=unproved), True
     certificate = replace(certificate, kernel=proof, not_by_kernel="")
-    return with_ellipsoid(certificate, machine.spec, observer, places, shown)
+    return with_ellipsoid(certificate, machine.spec, observer, places, shown), False

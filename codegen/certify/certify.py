@@ -57,6 +57,7 @@ def certify(
     command: str,
     further: bool = True,
     places: Mapping[str, str] | None = None,
+    all_angles: bool = False,
 ) -> Certificate | Refusal:
     """Certify the sampled observer of a spec over its envelope: find P with V = e'Pe decreasing in every sample.
 
@@ -70,6 +71,7 @@ def certify(
         command: the command line, which the certificate records.
         further: whether to search also for one V for all signs of the slips and, after a refusal, for regions.
         places: name of an input or output of the code → its place there; None if the certificate need not state it.
+        all_angles: whether V must decrease at all angles, also beyond the envelope, as the kernel's proof needs.
 
     Raises:
         BadInput: if the envelope lacks a range for a variable of the error matrix.
@@ -78,16 +80,22 @@ def certify(
     if beyond := beyond_checker(analysis.dynamics.observer):
         return _undecided(analysis, beyond, narrower=False)
     stated = partial(frame, spec, files, command)
-    found = _certified(analysis, stated, further, places)
+    found = _certified(analysis, stated, further, places, all_angles)
     if isinstance(found, Certificate) and analysis.dynamics.observer.declared_levels:
         for share in SHARES:
-            if isinstance(wider := _certified(about_declared(analysis, share), stated, further, places), Certificate):
+            if isinstance(
+                wider := _certified(about_declared(analysis, share), stated, further, places, all_angles), Certificate
+            ):
                 return wider
     return found
 
 
 def _certified(
-    analysis: Analysis, stated: Callable[..., dict[str, Any]], further: bool, places: Mapping[str, str] | None
+    analysis: Analysis,
+    stated: Callable[..., dict[str, Any]],
+    further: bool,
+    places: Mapping[str, str] | None,
+    all_angles: bool,
 ) -> Certificate | Refusal:
     """Certify at the levels of ``analysis``: by structure, by one V over the envelope, or by regions.
 
@@ -121,7 +129,7 @@ def _certified(
     except verify.Refused as error:
         return replace(_undecided(analysis, str(error)), regions=by_parts())
     why = "no quadratic Lyapunov function common to the whole envelope was found"
-    found_first = _proposals(analysis, family, cells, common, spectral)
+    found_first = _proposals(analysis, family, cells, common, spectral, all_angles)
     for proposal, share in ((each, share) for each in found_first for share in SLOWER):
         try:
             ((content, report),) = proved([(base, replace(proposal, rate=share * proposal.rate))], analysis)
@@ -160,20 +168,21 @@ def _common(family: Family, h: float) -> tuple[Cells, Found | None]:
 
 
 def _proposals(
-    analysis: Analysis, family: Family, cells: Cells, common: Found | None, spectral: float
+    analysis: Analysis, family: Family, cells: Cells, common: Found | None, spectral: float, all_angles: bool
 ) -> Iterator[Found]:
     """Candidates for P, the preferred one first.
 
     Args:
         common: P over the cells, if one was found.
         spectral: the spectral rate, 1/s.
+        all_angles: whether only those are wanted that hold at all angles.
     """
     observer, h = analysis.dynamics.observer, analysis.dynamics.period
-    if h and (common is None or common.rate < ENOUGH * spectral):
+    if h and (all_angles or common is None or common.rate < ENOUGH * spectral):
         over = over_angles(family, observer.sample_time)
-        if over is not None and (common is None or common.rate < over.rate):
+        if over is not None and (all_angles or common is None or common.rate < over.rate):
             yield over
-    if common is None:
+    if common is None or all_angles:
         return
     matrices = extreme_points(cells.matrices)
     if len(matrices) == 1 and observer.level_errors:  # V grows at a reversal: prefer the P with the shortest dwell time

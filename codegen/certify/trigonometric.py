@@ -37,6 +37,13 @@ Cell = dict[str, tuple[Fraction, Fraction]]
 """Tangent variable "q t" of an angle q → (low, high) in [0, 1]."""
 
 
+def angles_of(family: Family) -> list[sympy.Symbol]:
+    """The symbols in sines and cosines of A, by name."""
+    matrix = family.matrix.xreplace(dict(family.parameters))
+    found = {a for e in matrix for f in e.atoms(sympy.sin, sympy.cos) for a in f.free_symbols}
+    return sorted(found, key=str)
+
+
 def over_angles(family: Family, h: Any) -> Found | None:
     """A proposal with a cover of the angles; None if A has other functions or no angle, or if no P is found.
 
@@ -45,13 +52,12 @@ def over_angles(family: Family, h: Any) -> Found | None:
         h: sample time of the explicit step, s, exact.
     """
     matrix = family.matrix.xreplace(dict(family.parameters))
-    angle_set = {a for e in matrix for f in e.atoms(sympy.sin, sympy.cos) for a in f.free_symbols}
-    others = [v for v in family.variables if v not in angle_set]
+    angles = angles_of(family)
+    others = [v for v in family.variables if v not in angles]
     alike = all(f.func in (sympy.sin, sympy.cos) for e in matrix for f in e.atoms(sympy.Function))
     rational = all(p.exp.is_Integer for e in matrix for p in e.atoms(sympy.Pow))
-    if not angle_set or not alike or not rational or matrix.rows > MOST_ERRORS or 2 ** len(others) > MOST_CORNERS:
+    if not angles or not alike or not rational or matrix.rows > MOST_ERRORS or 2 ** len(others) > MOST_CORNERS:
         return None
-    angles = sorted(angle_set, key=str)
     circle = np.linspace(-np.pi, np.pi, max(3, int(MOST_POINTS ** (1 / len(angles)))), endpoint=False)
     function = sympy.lambdify([*angles, *others], matrix, "numpy")
     corners = product(*[circle] * len(angles), *[[float(e) for e in family.variables[v]] for v in others])

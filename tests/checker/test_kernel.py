@@ -196,6 +196,33 @@ def test_a_magnitude_of_a_position_is_read_and_a_quotient_with_it_is_not(force: 
     assert (outcome.kernel is None) == bool(why) and why in outcome.not_by_kernel
 
 
+GANTRY = """name: gantry
+coordinates: {x: {velocity: vx, unit: m}, p: {velocity: vp, unit: rad}}
+inputs: {w: {unit: N}}
+parameters: {M: {value: 12, unit: kg}, m: {value: 2, unit: kg}, L: {value: 0.3, unit: m}, g: {value: 9.81, unit: m/s^2}}
+mass_matrix: [[M + m, m*L*cos(p)], [m*L*cos(p), m*L**2]]
+force: [w + m*L*vp**2*sin(p), -m*g*L*sin(p)]
+friction:
+  distribution: [[1, 0], [0, 1]]
+  contacts: [{name: rail, a: 14, unit: N}, {name: pivot, a: 0.02, unit: N*m}]
+observer: {kind: gcfo, velocity: estimated, gains: {K_F: [276, 0.341], K_v: 10}, sample_time: 1 ms}
+envelope: {x: [-0.5, 0.5], p: [-30 deg, 30 deg], vx: [-0.6, 0.6], vp: [-2, 2]}
+"""
+
+
+def test_a_narrow_range_of_an_angle_is_proved_of_the_c_with_a_v_for_all_angles(monkeypatch) -> None:
+    """A hanging load swings by 30 degrees: V was chosen for these, and the kernel, which takes all angles, refused it."""
+    outcome, _ = generated(GANTRY)
+    assert isinstance(outcome, Certificate) and outcome.kernel is not None, outcome.not_by_kernel
+    assert [float(Fraction(end)) for end in outcome.content["variables"]["p"]] == pytest.approx(
+        [-math.pi / 6, math.pi / 6]
+    )
+    monkeypatch.setattr("codegen.certify.certify.over_angles", lambda family, h: None)
+    outcome, _ = generated(GANTRY)
+    assert isinstance(outcome, Certificate) and outcome.kernel is None
+    assert "a full turn of p" in outcome.not_by_kernel and "V may not fall" in outcome.not_by_kernel
+
+
 # The machines as the specs' sources print them, typed here by hand: mass matrix and force over true quantities.
 MACHINES = {
     "one_mass": ([["m"]], ["w - s_rail*a_rail"]),
