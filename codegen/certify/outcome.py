@@ -91,12 +91,14 @@ class Proposal:
         sample_time: s.
         gains: name → scalar, list or list of rows, as in that section.
         decay_rate: α of the certificate, 1/s.
+        of_little_use: in words, the bounds on friction errors that exceed the largest friction; empty for none.
     """
 
     line: str
     sample_time: float
     gains: Mapping[str, Any]
     decay_rate: float
+    of_little_use: str = ""
 
 
 @dataclass(frozen=True)

@@ -93,3 +93,27 @@ def test_a_long_line_is_broken_at_the_width_of_a_screen_and_in_a_file_it_is_not(
     assert first == "refused: short" and last == "" and max(map(len, broken)) <= 70 and len(broken) > 8
     assert broken[0].startswith("  sliding.json: in") and all(re.match(r"    \S", line) for line in broken[1:])
     assert " ".join(broken).split() == text.split()[2:]
+
+
+ARM = """name: tilt_arm
+coordinates: {q: {velocity: w, unit: rad}}
+inputs: {i: {unit: N*m}}
+parameters: {J: {value: 0.05, unit: kg*m^2}}
+mass_matrix: [[J]]
+force: [i]
+friction: {distribution: [[1]], contacts: [{name: gear, a: 0.35, unit: N*m}]}
+observer: {kind: cfo, velocity: estimated, gains: {K_F: 60, K_v: 900}, sample_time: 4 ms}
+envelope: {w: [-3, 3], w_dot: [-20, 20], q_noise: [-0.01 deg, 0.01 deg]}
+"""
+
+
+def test_a_proposed_sample_time_is_the_printed_one_and_a_useless_bound_is_said_with_it(tmp_path: Path) -> None:
+    """Two lines, one above the other, gave 0.000885 s and 0.000886 s for the longest sample time."""
+    (tmp_path / "arm.yaml").write_text(ARM)
+    done = stiction("certify", tmp_path / "arm.yaml")
+    lines = " ".join(done.err.split())
+    largest = re.search(r"at these gains: euler (\S+) s", lines)
+    proposed = re.search(r"sample_time: (\S+) with a rate of [^;]*; its error bound is of little use: (.*?)$", lines)
+    assert done.code == 3 and largest and proposed and largest[1] == proposed[1]
+    words = re.match(r"\|e_a_gear\| <= (\S+) N\*m, the friction at most 0.35 N\*m", proposed[2])
+    assert words and float(words[1]) > 0.35

@@ -211,7 +211,7 @@ envelope: {x: [-0.5, 0.5], p: [-30 deg, 30 deg], vx: [-0.6, 0.6], vp: [-2, 2]}
 
 
 def test_a_narrow_range_of_an_angle_is_proved_of_the_c_with_a_v_for_all_angles(monkeypatch) -> None:
-    """A hanging load swings by 30 degrees: V was chosen for these, and the kernel, which takes all angles, refused it."""
+    """A hanging load swings by 30 degrees: the kernel takes all angles, and refused the V for these."""
     outcome, _ = generated(GANTRY)
     assert outcome.kernel is not None, outcome.not_by_kernel
     assert [float(Fraction(end)) for end in outcome.content["variables"]["p"]] == pytest.approx(

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from decimal import ROUND_FLOOR
 from itertools import product
 from typing import Any, Protocol
 
@@ -22,6 +23,7 @@ from codegen.analysis.feasibility.gain_dynamics import GainDynamics, Settings
 from codegen.analysis.feasibility.region import LINE, bisect, stable
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput, Place
+from codegen.base.significant import rounded_to
 from codegen.base.text import render
 from codegen.certify.certify import Certificate, Proposal, Proposals, Refusal, certify
 from codegen.certify.enclosure import enclose_family
@@ -134,8 +136,10 @@ def _first(key: str, specs: Sequence[Spec], derive: Derive) -> Proposal | None:
                 assert spec.observer is not None
                 h, gains = float(spec.observer.sample_time), spec.observer.gains
                 line = render("text/proposed_line.j2", key=key, h=h, gains=gains).strip()
+                useless = render("text/bounds_of_little_use.j2", bounds=found.bounds).strip()
                 where = spec.place("observer.gains")
-                return Proposal(line, h, {name: _numbers(raw, where) for name, raw in gains.items()}, found.decay_rate)
+                numbers = {name: _numbers(raw, where) for name, raw in gains.items()}
+                return Proposal(line, h, numbers, found.decay_rate, useless)
     return None
 
 
@@ -171,7 +175,7 @@ def _sample_times(spec: Spec, analysis: Analysis, family: GainDynamics) -> Itera
     longest = h if at[0] == 0 else h * SHORTER ** float(bisect(inside, shares[at], shares[at - 1])[1][0])
     assert spec.observer is not None
     for share in SHARES:
-        exact = sympy.Rational(f"{longest * share:.{DIGITS}g}")
+        exact = sympy.Rational(rounded_to(longest * share, DIGITS, ROUND_FLOOR))
         yield replace(spec, observer=replace(spec.observer, sample_time=exact))
 
 
