@@ -16,7 +16,7 @@ from codegen.analysis.feasibility.failure import Failure
 from codegen.analysis.feasibility.gains import Feasibility, GainSet, assess
 from codegen.analysis.feasibility.noise import DEFAULT_STEP
 from codegen.analysis.feasibility.region import SEARCHED, Margin
-from codegen.analysis.feasibility.suggest import GAIN_FACTOR, NOISE_SHARE, Suggestion, suggested_text
+from codegen.analysis.feasibility.suggest import AS_FAST, GAIN_FACTOR, NOISE_SHARE, Suggestion, suggested_text
 from codegen.app.derived import Source, derived_from
 from codegen.app.gains_bound import USEFUL, GainBound, bounds_at, why_no_bound
 from codegen.base.border import verb
@@ -74,6 +74,7 @@ class GainReport(Result):
             "default_step": DEFAULT_STEP,
             "noise_bound": NOISE_SHARE,
             "factor": GAIN_FACTOR,
+            "as_fast": AS_FAST,
             "decibel": decibel,
             "limit_motion": limit_motion,
             "complex_text": _complex_text,
@@ -175,12 +176,15 @@ def limit_motion(z: complex, sample_time: float) -> tuple[str, float]:
 
 
 def _axis_words(report: Feasibility, axis: GainAxis) -> dict[str, Any]:
-    """An axis for the text, with the sign of its gains."""
+    """An axis for the text, with the sign of its gains; ``at_end``: whether the set chosen is close to an end of it."""
     sign = -1.0 if axis.negative else 1.0
+    chosen = report.before_division
     return {
         "name": f"{axis.name} (factor)" if axis.factor else axis.name,
         "unit": "" if axis.unit == "1" else axis.unit,
         "range": _ordered(axis.low, axis.high, sign),
+        "at_end": chosen is not None
+        and any(math.isclose(chosen.numbers[axis.name], end, rel_tol=1 - AS_FAST) for end in (axis.low, axis.high)),
         "sampled": [_ordered(low, high, sign) for low, high in report.sampled[axis.name]],
         "continuous": [_ordered(low, high, sign) for low, high in report.continuous[axis.name]],
     }

@@ -247,3 +247,27 @@ def test_an_axis_under_gravity_has_a_bound_and_one_with_drag_is_told_why_it_has_
     chosen = tmp_path / "chosen.yaml"
     chosen.write_text(path.read_text().replace("{free: [50, 200]}", "100"))
     assert json.loads(stiction("certify", chosen, "--json").out)["error_bounds"] == drag["no_error_bound"]
+
+
+def test_a_suggestion_at_an_end_of_its_range_says_so(free: Path) -> None:
+    """The range of K_v ended above the optimum, and nothing told the user to widen it."""
+    assert "an end of its range" not in stiction("gains", free).out
+    free.write_text(free.read_text().replace("K_v: {free: [1, 1e4]}", "K_v: {free: [1, 20]}"))
+    told = stiction("gains", free).out
+    assert "K_v of this set is within 2 % of an end of its range, 1 to 20 1/s" in told and "K_F of this set" not in told
+    shares = json.loads(stiction("gains", free, "--json").out)["suggested"]["noise_shares"]
+    assert f"for its friction is F_hat_rail, with {100 * shares['F_hat_rail']:.3g} % where 5 % is the limit" in told
+
+
+@pytest.mark.parametrize(
+    ("acceleration", "noise", "part", "reason"),
+    [("80", "5e-6", "displacement", "motion within a sample"), ("1", "5e-5", "noise", "noise of the positions")],
+)
+def test_why_a_bound_is_large_follows_from_its_largest_part(
+    free: Path, acceleration: str, noise: str, part: str, reason: str
+) -> None:
+    """Noise was the largest part, and the motion within a sample was blamed."""
+    free.write_text(free.read_text().replace("210", acceleration).replace("5e-6", noise))
+    told = stiction("gains", free).out
+    (line,) = [line for line in told.splitlines() if "Certified at those" in line]
+    assert f"the largest part is {part}" in line and f"because fast gains amplify the {reason}." in told

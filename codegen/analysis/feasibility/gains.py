@@ -64,6 +64,11 @@ class GainSet:
         return None if self.noise_shares is None else max(self.noise_shares.values())
 
     @property
+    def noisiest(self) -> str | None:
+        """The output with the largest of ``noise_shares``."""
+        return max(self.noise_shares, key=self.noise_shares.__getitem__) if self.noise_shares else None
+
+    @property
     def stable(self) -> bool:
         """Whether the sampled error is stable at every operating point."""
         return self.failure is None or (self.failure.which == "continuous" and self.radius < 1)
