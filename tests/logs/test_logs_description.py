@@ -11,6 +11,7 @@ from slider_log import TEXT, rows, write_csv
 
 from codegen.base.errors import BadInput
 from codegen.logs import read_description, read_log
+from codegen.logs.description import LogDescription
 from codegen.spec.reader import parse_spec
 from tests.told import refused, tells
 
@@ -172,3 +173,10 @@ def test_a_measured_input_at_irregular_times_keeps_its_integral(tmp_path, spec):
     reached = np.cumsum(log.inputs[:, 0]) * log.sample_time
     exact = (np.sin(3 * (log.time + log.sample_time)) - np.sin(3 * log.time[0])) / 3
     assert np.abs(reached - exact)[:-2].max() < 2e-4
+
+
+def test_every_key_is_in_the_table_of_the_docs() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "specification.md").read_text("utf-8")
+    table = text.split("| key | what it says |\n")[1].split("\n\n")[0]
+    keys = {key for line in table.splitlines() for key in re.findall(r"`(\w+)`", line.split("|")[1])}
+    assert keys == set(LogDescription.model_fields)
