@@ -449,7 +449,10 @@ def words(proof: dict[str, Any], shown: dict[str, Any], sized: bool = False, fal
             f" becomes {plain(of)}"
             for z, of in proof.get("shared", {}).items()
         ),
-        *(f"only where {along.get(x, '')}{plain(x)} is in [{low}, {high}]" for x, (low, high) in proof["box"].items()),
+        *(
+            f"only where {along.get(x, '')}{plain(x)} is in [{exact(low)}, {exact(high)}]"
+            for x, (low, high) in shown["box"].items()
+        ),
         *(
             f"only where the state {z} is {plain(proof['states'][z])}"
             for z in proof["states"]

@@ -41,6 +41,15 @@ def _quantity_like(value: object) -> object:
         raise ValueError("expected a number, or one with its unit such as 1 ms") from None
 
 
+def _value_beside_unit(value: object) -> object:
+    """As ``_number_like``; a value with its unit is told where the unit belongs."""
+    parts = split_quantity(value) if isinstance(value, str) else None
+    if parts is not None:
+        number, unit = parts
+        raise ValueError(f"expected a number alone, and its unit beside it: {{value: {number}, unit: {unit}}}")
+    return _number_like(value)
+
+
 def _unit_like(value: object) -> object:
     """The unit 1, which YAML reads as a number, as text."""
     return "1" if value == 1 and not isinstance(value, bool) else value
@@ -125,7 +134,7 @@ class InputSection(Section):
 
 
 class ParameterSection(Section):
-    value: Number
+    value: Annotated[str, BeforeValidator(_value_beside_unit), WithJsonSchema(_NUMBER)]
     unit: Unit = "1"
     tolerance: Text | None = None
 

@@ -175,7 +175,7 @@ def test_what_is_printed_of_a_sliding_dfo(capsys: pytest.CaptureFixture[str]) ->
     assert verify.main([str(GENERATED / "one_mass_dfo/proof.json")]) == verify.DOMAIN
     told = capsys.readouterr().out
     for line in (
-        "only where sign(rail)*f_rail is in [5001/5000, 10099999/10000000]",
+        "only where sign(rail)*f_rail is in [1.0002, 1.0099999]",
         "only where a_rail is in [40, 60]",
         "only where sign(rail)*(f_hat_rail - 1) > 0",
         "whatever the errors; what this does to V is not bounded",

@@ -70,6 +70,14 @@ def test_anything_else_is_told(given: str) -> None:
     assert "alone" not in told.value.expected
 
 
+def test_a_parameter_s_value_with_a_unit_is_told_where_the_unit_belongs() -> None:
+    """ "A number alone, without its unit" left a newcomer to find the key `unit:`."""
+    with pytest.raises(BadInput) as told:
+        spec(("m: {value: 1, unit: kg}", "m: {value: 10 kg}"))
+    assert told.value.place.key == "parameters.m.value"
+    assert told.value.expected == "a number alone, and its unit beside it: {value: 10, unit: kg}"
+
+
 @pytest.mark.parametrize(
     ("given", "meant"), [("2 kHz", "0.5 ms"), ("400 Hz", "2.5 ms"), ("0 Hz", None), ("1 mm", None)]
 )
