@@ -330,14 +330,15 @@ def _result(
         s.name: (float(system.values[s]), float(answer.refit.values[s]), float(answer.augmented.values[s]))
         for s in moved
     }
+    training = (relative_error(system), relative_error(answer.refit), relative_error(answer.augmented))
     diagnosis = Diagnosis(
         verdict=answer.verdict,
-        statement=statement(case, answer, left, rivals, refitted, outcome, experiment, records),
+        statement=statement(case, answer, left, rivals, refitted, outcome, experiment, records, training),
         effects=named,
         declared=declared,
         refit=refit,
         augmented=augmented,
-        training=(relative_error(system), relative_error(answer.refit), relative_error(answer.augmented)),
+        training=training,
         refitted=refitted,
         data=data,
         findings=case.findings_in_words,

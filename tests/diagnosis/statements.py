@@ -14,7 +14,15 @@ def statement_of(verdict: str, left: Remainder | None = None, **given: Any) -> S
     plain: dict[str, Any] = dict.fromkeys(
         ("effects", "rivals", "against", "errors", "remarks", "faults", "doubts", "changes", "written"), ()
     )
-    plain |= {"by_force": True, "declared": 2.0, "refit": 2.0, "augmented": 1.0, "unit": "N", "where": ""}
+    plain |= {
+        "by_force": True,
+        "declared": 2.0,
+        "refit": 2.0,
+        "augmented": 1.0,
+        "training": (),
+        "unit": "N",
+        "where": "",
+    }
     plain |= {"records": 0, "refused": None, "noise": 5.2, "far": 0.9, "material": 0.02, "experiment": None}
     plain |= {"left": left, "left_on": "", "over": [], "kept": False} | given
     if left is not None:

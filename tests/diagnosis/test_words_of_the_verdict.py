@@ -133,6 +133,11 @@ def test_the_evidence_compares_with_declared_and_refitted_values():
     falls = statement_of("effect", effects=(SPRING,), declared=2.0, refit=1.5, augmented=0.5)
     (words,) = falls.of("evidence")
     assert "2 N as declared, 0.5 N with the effect (75 % smaller); 1.5 N with refitted values alone" in words
+    apart = {"declared": 5.84, "refit": 0.1, "augmented": 0.09, "training": (0.226, 0.123, 0.0094)}
+    (words,) = statement_of("effect", effects=(SPRING,), **apart).of("evidence")
+    assert "5.84 N as declared, 0.1 N with refitted values alone, 0.09 N with the effect (10 % smaller than" in words
+    assert "on the training log the relative force error is 12 % refitted, 0.94 % with the effect." in words
+    assert "times" not in words and words.count("refitted values alone") == 1
     (words,) = statement_of("effect", effects=(SPRING,), augmented=2.1).of("evidence")
     assert "does not fall" in words and "smaller" not in words and "refitted values alone are no better" in words
     (words,) = statement_of("effect", effects=(SPRING,), by_force=False, unit="m", declared=float("inf")).of("evidence")

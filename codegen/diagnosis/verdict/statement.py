@@ -31,6 +31,7 @@ def statement(
     outcome: Outcome | None = None,
     experiment: Separation | None = None,
     records: int = 0,
+    training: Sequence[float] = (),
 ) -> Statement:
     """The verdict in words, with figures of the coordinate on which the first effect acts.
 
@@ -39,6 +40,7 @@ def statement(
         rivals: of the first effect.
         refitted: name → value in the declared, refit and augmented model.
         outcome: of the free-run fits; None for a diagnosis of ``records`` steady records by their means.
+        training: relative force error on the training log as declared, refitted and augmented.
     """
     system, material, findings = case.problem.system, case.material, case.findings["train"]
     most = worst(left, material)
@@ -58,6 +60,7 @@ def statement(
         declared=declared,
         refit=refit,
         augmented=augmented,
+        training=training,
         unit=system.force_unit(i) if by_force else system.position_units[i],
         where=system.positions[i].name if several else "",
         faults=[f.words for f in findings if f.severity == "problem"],
