@@ -137,6 +137,15 @@ class ComputedEntry(sympy.Function):
         return rf"{body}^{{{exp}}}" if exp else body
 
 
+def by_computed(expression: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
+    """(terms with computed entries, all others) of a sum; a product of sums with computed entries is expanded."""
+    computed, others = [], []
+    for term in sympy.Add.make_args(expression):
+        for part in sympy.Add.make_args(sympy.expand_mul(term)) if term.has(ComputedEntry) else [term]:
+            (computed if part.has(ComputedEntry) else others).append(part)
+    return sympy.Add(*computed), sympy.Add(*others)
+
+
 def computed_matrix(
     label: Callable[[int, int], str], value: Any, arguments: Mapping[sympy.Symbol, Any], symmetric: bool = False
 ) -> Any:

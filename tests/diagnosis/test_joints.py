@@ -8,20 +8,31 @@ from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 
+import casadi
 import numpy as np
 import pytest
 from mechanics.robots import TWO_LINKS
 
 from codegen.diagnosis.case import uncertain_values
 from codegen.diagnosis.evidence.force_evidence import ForceCriterion
+from codegen.diagnosis.fit import residual
 from codegen.diagnosis.fit.credit import near_noise, noise_ratio
 from codegen.diagnosis.fit.joints import is_separable
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import record_of
-from codegen.diagnosis.fit.residual import Problem, ResidualAlong, inverse_dynamics_residual
+from codegen.diagnosis.fit.residual import (
+    Problem,
+    ResidualAlong,
+    drive_shares,
+    evaluate_forces,
+    force_function,
+    inverse_dynamics_residual,
+    residual_at_drive,
+    unfiltered_residual,
+)
 from codegen.diagnosis.fit.search import Search, search_on
 from codegen.diagnosis.fit.signals import smooth_motion
-from codegen.diagnosis.fit.trial import Part, model_of
+from codegen.diagnosis.fit.trial import Part, model_of, part_of
 from codegen.diagnosis.results import ErrorFigures, FoundEffect
 from codegen.diagnosis.selection import forward_selection
 from codegen.diagnosis.selection.candidate_fits import CandidateFits, every_part
@@ -32,7 +43,10 @@ from codegen.diagnosis.verdict.answer import Answer
 from codegen.diagnosis.verdict.force_fits import ForceFits
 from codegen.diagnosis.verdict.force_led import credited_by_force
 from codegen.diagnosis.verdict.force_selection import ForceSelection
+from codegen.effects import CATALOGUE
 from codegen.logs import Log
+from codegen.mechanics.casadi_form import over_rows
+from codegen.mechanics.system import Matrix
 from codegen.spec import Spec, parse_spec
 from tests.diagnosis.stage import log_of, stage, system_of
 from tests.in_part import in_part
@@ -280,8 +294,88 @@ def test_slopes_of_the_force_by_links_are_computed_once(tmp_path: Path, monkeypa
     monkeypatch.setattr(ResidualAlong, "at", at_values)
     found = fits.fit(base.trial.with_part(part), start)
     assert found.parameters["b"] == pytest.approx(0.4, rel=0.02)
+    start[list(fits.by_links)] = search.declared[list(fits.by_links)]  # the bodies are evaluated there
     alone = [changed[0] for theta in tried if len(changed := np.flatnonzero(theta != start)) == 1]
     assert sorted(alone) == [0, 1, len(search.moved)]  # friction levels, and b
+
+
+def test_forces_of_the_bodies_are_evaluated_once_for_all_fits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are linear in the values of the links, and took most of the time of an arm's diagnosis."""
+    log = logged(tmp_path, DRAG)
+    search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
+    fits = ForceFits(search, search.problem, search.refit())
+    start, _ = np.append(fits.plain.theta, 0.2), fits.by_links
+    whole = force_function(search.system, [Matrix(search.system.equation_error)]).n_instructions()
+    evaluated, tried, rows, at = list[bool](), list[np.ndarray](), over_rows, ResidualAlong.at
+
+    def over(function: casadi.Function, points: np.ndarray) -> np.ndarray:
+        evaluated.append(2 * function.n_instructions() > whole)
+        return rows(function, points)
+
+    def at_values(along: ResidualAlong, theta: np.ndarray, every: int = 1) -> np.ndarray:
+        tried.append(theta)
+        return at(along, theta, every)
+
+    monkeypatch.setattr(residual, "over_rows", over)
+    monkeypatch.setattr(ResidualAlong, "at", at_values)
+    for name in ("viscous", "coulomb_asymmetry"):
+        part = next(p for p in every_part(search, []) if (p.kind, p.on, len(p.names)) == (name, "q_2", 1))
+        fits.fit(search.declared_trial.with_part(part), start)
+    assert len(tried) > 8
+    assert sum(evaluated) <= 1
+
+
+@pytest.mark.parametrize("kind", ["inertia_error", "viscous", "load_dependent_friction", "input_delay", "compliance"])
+def test_the_force_at_other_values_of_the_links_is_that_of_their_model(tmp_path: Path, kind: str) -> None:
+    log = logged(tmp_path, DRAG)
+    search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
+    fits = ForceFits(search, search.problem, search.refit())
+    assert len(fits.by_links) > 3
+    part = part_of(CATALOGUE[kind], 0, search.system)
+    trial, rng = search.declared_trial.with_part(part), np.random.default_rng(1)
+    for _ in range(2):
+        theta = trial.theta(
+            search.declared * rng.uniform(0.8, 1.2, len(search.moved)), [dict.fromkeys(part.names, 0.01)]
+        )
+        model = residual_at_drive(model_of(trial, theta), search.motion)
+        np.testing.assert_allclose(fits._forces(trial, theta), model, rtol=1e-6, atol=1e-6 * np.abs(model).max())
+
+
+def test_a_residual_by_bodies_and_others_is_that_of_the_whole_arm(tmp_path: Path) -> None:
+    log = logged(tmp_path, DRAG)
+    search = search_of(arm(tmp_path, ", tolerance: {mass: 20 %, inertia: 30 %}"), log)
+    effects, motion = ("inertia_error", "load_dependent_friction", "viscous", "presliding"), search.motion
+    rng = np.random.default_rng(3)
+    for kind in effects:
+        part = next(p for p in every_part(search, []) if (p.kind, p.on) == (kind, "q_2"))
+        trial = search.declared_trial.with_part(part)
+        along, given = ResidualAlong(trial, motion), dict.fromkeys(part.names, 0.2)
+        levels = search.declared * np.where(np.arange(len(search.moved)) < 2, 1.3, 1.0)
+        for moved in (search.declared, levels, search.declared * rng.uniform(0.9, 1.1, len(search.moved)), levels):
+            theta = trial.theta(moved, [given])
+            model = model_of(trial, theta)
+            whole = evaluate_forces(model, [Matrix(model.equation_error)], motion)[0]
+            if kind == "presliding":  # of a state of its own in place of the level's friction
+                whole = unfiltered_residual(model, motion)
+            size = np.abs(whole).max()
+            np.testing.assert_allclose(along.at(theta), whole, rtol=1e-12, atol=1e-12 * size, err_msg=kind)
+            np.testing.assert_allclose(along.at(theta, 3), whole[::3], rtol=1e-12, atol=1e-12 * size, err_msg=kind)
+
+
+def test_what_the_inputs_change_of_an_arm_is_the_difference_of_its_residuals(tmp_path: Path) -> None:
+    log = logged(tmp_path)
+    search = search_of(arm(tmp_path), log)
+    part = next(p for p in every_part(search, []) if (p.kind, p.on) == ("load_dependent_friction", "q_2"))
+    trial, motion = search.declared_trial.with_part(part), search.motion
+    model, plain = (model_of(trial, trial.theta(search.declared, [{"mu": mu}])) for mu in (0.2, 0.0))
+    changes = []
+    for one in (model, plain):
+        error = [Matrix(one.equation_error)]
+        changes.append(evaluate_forces(one, error, motion) - evaluate_forces(one, error, motion, 0 * motion.inputs))
+    own, its = (np.sqrt((change[0][motion.usable] ** 2).mean(axis=0)) for change in changes)
+    shares = drive_shares(model, plain, motion, np.zeros_like(motion.positions, dtype=bool))
+    np.testing.assert_allclose(shares, own / its, rtol=1e-9)
+    assert shares[1] != pytest.approx(1, abs=0.01)
 
 
 SPRING = "{kind: spring, on: [q_1], parameters: {k: 6}}"

@@ -26,7 +26,7 @@ from codegen.diagnosis.fit.record import Record
 from codegen.diagnosis.fit.shooting import FreeRun, Shooter, Structure, has_bristles, owners, terms_of
 from codegen.diagnosis.fit.signals import central_difference
 from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
-from codegen.mechanics.computed import ComputedEntry
+from codegen.mechanics.computed import ComputedEntry, by_computed
 from codegen.mechanics.system import Matrix, System
 
 _NAMES = ("mass", "force", "stiffness", "damping", "position", "speed")
@@ -70,8 +70,8 @@ def joint_of(system: System, index: int) -> Joint:
     """One joint of a separable system, with the system's effects there."""
     contacts = tuple(c for c in range(len(system.contacts)) if system.distribution[index, c] != 0)
     x, v = system.positions[index], system.velocities[index]
-    force = _computed(system.force[index], False) + FORCE + STIFFNESS * (x - POSITION) + DAMPING * (v - SPEED)
-    mass = _computed(system.mass_matrix[index, index], False) + MASS
+    force = by_computed(system.force[index])[1] + FORCE + STIFFNESS * (x - POSITION) + DAMPING * (v - SPEED)
+    mass = by_computed(system.mass_matrix[index, index])[1] + MASS
     own = [system.contacts[c] for c in contacts]
     used = set().union(force.free_symbols, mass.free_symbols)
     used |= set().union(*(c.extra_level.free_symbols | c.extra_force.free_symbols for c in own))
@@ -97,11 +97,6 @@ def joint_of(system: System, index: int) -> Joint:
             transmissions=(),
         ),
     )
-
-
-def _computed(expression: sympy.Expr, computed: bool = True) -> sympy.Expr:
-    """The terms of a sum that are computed from the arm's bodies, or those that the spec states."""
-    return sympy.Add(*[term for term in sympy.Add.make_args(expression) if bool(term.has(ComputedEntry)) is computed])
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,8 +175,8 @@ def _computed_terms(system: System) -> Matrix:
     forces = []
     for i in range(system.degrees_of_freedom):
         taken = [mass[i, j] * a for j, a in enumerate(system.accelerations) if j != i and mass[i, j] != 0]
-        forces.append(_computed(system.force[i]) - sympy.Add(*taken))
-    return Matrix([*forces, *(_computed(mass[i, i]) for i in range(system.degrees_of_freedom))])
+        forces.append(by_computed(system.force[i])[0] - sympy.Add(*taken))
+    return Matrix([*forces, *(by_computed(mass[i, i])[0] for i in range(system.degrees_of_freedom))])
 
 
 def rigid_terms(system: System, moved: Sequence[sympy.Symbol]) -> RigidTerms:

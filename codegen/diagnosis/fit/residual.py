@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import casadi
 import numpy as np
@@ -19,7 +19,8 @@ from codegen.diagnosis.fit.record import STEPS_PER_PERIOD, Record
 from codegen.diagnosis.fit.shooting import all_law_terms, owners
 from codegen.diagnosis.fit.signals import Motion, central_difference, derivative_noise, white_noise
 from codegen.diagnosis.fit.trial import Runner, Trial, runner_of
-from codegen.mechanics.casadi_form import over_rows, symbol_values, to_casadi
+from codegen.mechanics.casadi_form import function_of, over_rows, symbol_values, to_casadi
+from codegen.mechanics.computed import by_computed
 from codegen.mechanics.loads import with_loads
 from codegen.mechanics.numpy_form import numpy_function
 from codegen.mechanics.system import TIME, Matrix, System
@@ -144,6 +145,8 @@ LEAST_LEFT = 1e-6
 """Lower limit of ``drive_left``, to avoid a division by zero."""
 LONGEST_CROSSING_S = 0.03
 """Longest time for which a reversal is at standstill; a longer standstill is stick."""
+BODIES = 4
+"""Forces of an arm's bodies that are kept for all models: fits run one after another."""
 
 
 @recent(OF_MODELS)
@@ -337,9 +340,34 @@ def _changes_drive(system: System) -> bool:
 
 def _drive(system: System, motion: Motion) -> Array:
     """(N, n) change of g − U λ by the inputs, unfiltered."""
-    inputs = effective_inputs(system, motion)
-    forces = [evaluate_forces(system, [Matrix(system.equation_error)], motion, w) for w in (inputs, 0 * inputs)]
+    inputs, (_, others) = effective_inputs(system, motion), _by_bodies(system)
+    forces = [evaluate_forces(system, [others], motion, w) for w in (inputs, 0 * inputs)]
     return np.asarray((forces[0] - forces[1])[0])
+
+
+def _by_bodies(system: System) -> tuple[Matrix, Matrix]:
+    """The equation error g − M a − U λ as a sum: terms computed from an arm's bodies, which are slow, and all others.
+
+    The first depend on positions, velocities, accelerations and parameters; if not, all terms are among the others.
+    """
+    error = system.equation_error
+    bodies, others = (Matrix(part) for part in zip(*map(by_computed, error), strict=True))
+    if bodies.free_symbols <= {*system.positions, *system.velocities, *system.accelerations, *system.values}:
+        return bodies, others
+    return Matrix.zeros(*error.shape), Matrix(error)
+
+
+@lru_cache(maxsize=BODIES)
+def _bodies_function(terms: tuple[sympy.Expr, ...], symbols: tuple[sympy.Symbol, ...]) -> casadi.Function:
+    """The compiled terms of the bodies, which all models of an arm have in common."""
+    return function_of(Matrix(terms), symbols)
+
+
+@recent(BODIES)
+def _bodies_along(function: casadi.Function, motion: Motion, every: int, *numbers: float) -> Array:
+    """(M, n) terms of the bodies at every so many samples of a motion, with these values of their parameters."""
+    at = np.hstack([motion.positions, motion.velocities, motion.accelerations])[::every]
+    return over_rows(function, np.hstack([at, np.tile(numbers, (len(at), 1))]))
 
 
 def unfiltered_residual(system: System, motion: Motion) -> Array:
@@ -367,10 +395,15 @@ class ResidualAlong:
         self._laws = dict(all_law_terms(system))
         stiffness = (contact.law.bristle_stiffness(contact.law_parameters) for contact in system.contacts)
         self._bristles = {k: found for k, found in enumerate(stiffness) if found != 0}
-        whole, columns = system, [system.equation_error]
+        whole = with_loads(system) if self._hides else system
+        bodies, error = _by_bodies(whole)
+        if system.transmissions or system.sensor_errors:  # the bodies' motion is not the logged one
+            bodies, error = Matrix([]), Matrix(whole.equation_error)
+        moving = (*whole.positions, *whole.velocities, *whole.accelerations)
+        self._links = sorted(bodies.free_symbols - set(moving), key=str)
+        self._of_bodies = _bodies_function(tuple(bodies), (*moving, *self._links)) if any(bodies) else None
+        columns = [error]
         if self._hides:
-            whole = with_loads(system)
-            columns = [whole.equation_error]
             for k in self._dynamic:
                 c, slip = system.contacts[k], system.slip_velocity[k]
                 by_level = c.force - c.extra_force if k in self._bristles else Sgn(c.slip) * c.law_level
@@ -410,8 +443,10 @@ class ResidualAlong:
             at = np.hstack([at, np.tile(numbers, (len(at), 1))])
         forces = over_rows(self._function, at).reshape(len(at), self._columns, -1).transpose(1, 0, 2)
         raw, *rest = np.ascontiguousarray(forces)
-        deflected = iter(hidden[:, len(system.contacts) :][:, : len(owners(system))].T)
         values = {**system.values, **dict(zip(trial.symbols, map(float, numbers), strict=True))}
+        if self._of_bodies is not None:
+            raw = raw + _bodies_along(self._of_bodies, motion, every, *(float(values[s]) for s in self._links))
+        deflected = iter(hidden[:, len(system.contacts) :][:, : len(owners(system))].T)
         for k, by_level, direction in zip(self._dynamic, rest[::2], rest[1::2], strict=True):
             if k in self._bristles:
                 force = float(self._bristles[k].subs(values)) * hidden[:, k]

@@ -20,8 +20,8 @@ from codegen.diagnosis.fit.residual import (
     drive_gain,
     drive_left,
     drive_symbols,
+    inverse_dynamics_residual,
     moves_measurement,
-    residual_at_drive,
 )
 from codegen.diagnosis.fit.search import ROUNDS, Search
 from codegen.diagnosis.fit.starting_values import STEP
@@ -95,13 +95,22 @@ class ForceFits:
         return less <= CLOSE * most and plain - most <= CLOSE * (plain - less)
 
     def _forces(self, trial: Trial, theta: Array) -> Array:
-        """The residual divided by the drive gain of the values, since a weaker drive makes every force smaller."""
-        model, motion = model_of(trial, theta), self.problem.motion
+        """The residual divided by the drive gain of the values, since a weaker drive makes every force smaller.
+
+        It is linear in the parameters of an arm's links. So the arm's bodies are evaluated at their declared values.
+        """
+        motion, at, added = self.problem.motion, theta, np.zeros(1)
+        if self.by_links and not trial.changed.transmissions and not trial.changed.sensor_errors:
+            places, at = list(self.by_links), theta.copy()
+            at[places] = self.search.declared[places]
+            added = self._slopes_by_links @ (theta - at)[places]
         if moves_measurement(trial):
-            forces = residual_at_drive(model, motion)
+            forces = inverse_dynamics_residual(model_of(trial, at), motion)
         else:
             along = self._along.get(trial) or self._along.setdefault(trial, ResidualAlong(trial, motion))
-            forces = motion.low_pass(along.at(theta)) / drive_left(model, motion)
+            forces = motion.low_pass(along.at(at))
+        model = model_of(trial, theta)
+        forces = (forces + added) / drive_left(model, motion)
         return forces / drive_gain(model, self.problem.system, motion) if self._moves_drive else forces
 
     @cached_property
@@ -180,10 +189,14 @@ class ForceFits:
         would otherwise take a residual of the whole arm in every fit.
         """
         rigid = self.search.rigid
-        if rigid is None or not rigid.parameters:
-            return {}
-        slopes = residual_slopes(self.search.system, self.problem.motion, rigid.parameters)
-        return {self.search.moved.index(s): slopes[:, :, k] for k, s in enumerate(rigid.parameters)}
+        symbols = () if rigid is None else rigid.parameters
+        return {self.search.moved.index(s): self._slopes_by_links[:, :, k] for k, s in enumerate(symbols)}
+
+    @cached_property
+    def _slopes_by_links(self) -> Array:
+        """(N, n, P) slopes of the low-passed residual by the parameters of an arm's links."""
+        assert self.search.rigid is not None
+        return residual_slopes(self.search.system, self.problem.motion, self.search.rigid.parameters)
 
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
