@@ -14,7 +14,9 @@ from codegen.diagnosis.evidence.acting_joint import joint_of_difference
 from codegen.diagnosis.fit.credit import SIGNED
 from codegen.diagnosis.fit.force_rows import residual_slopes
 from codegen.diagnosis.fit.output_error import Fit, damped_step, polish, segment_cost, segment_weights, shooting_fit
+from codegen.diagnosis.fit.recent import recent
 from codegen.diagnosis.fit.residual import (
+    BODIES,
     Problem,
     ResidualAlong,
     drive_gain,
@@ -103,7 +105,7 @@ class ForceFits:
         if self.by_links and not trial.changed.transmissions and not trial.changed.sensor_errors:
             places, at = list(self.by_links), theta.copy()
             at[places] = self.search.declared[places]
-            added = self._slopes_by_links @ (theta - at)[places]
+            added = self._change_by_links(*map(float, (theta - at)[places]))
         if moves_measurement(trial):
             forces = inverse_dynamics_residual(model_of(trial, at), motion)
         else:
@@ -198,6 +200,16 @@ class ForceFits:
         assert self.search.rigid is not None
         return residual_slopes(self.search.system, self.problem.motion, self.search.rigid.parameters)
 
+    @recent(BODIES)
+    def _change_by_links(self, *change: float) -> Array:
+        """(N, n) change of the low-passed residual by a change of those parameters; slopes by all others keep it."""
+        return np.asarray(self._slopes_by_links @ np.array(change))
+
+    @recent(BODIES)
+    def _scaled_by_links(self, *left: float) -> dict[int, Array]:
+        """``by_links`` of the predicted force in blocks, for a ``drive_left``, which few effects change."""
+        return {k: self._scaled(-slope / np.array(left)) for k, slope in self.by_links.items()}
+
     def _slopes(self, trial: Trial, theta: Array, now: Array, size: Array, before: Array | None = None) -> Array:
         """Derivatives of the predicted force by each parameter, (p, SIGNED, K).
 
@@ -207,8 +219,7 @@ class ForceFits:
         slopes = [] if before is None or self._moves_drive else list(before[: len(trial.moved)])
         by_links: dict[int, Array] = {}
         if not slopes and not self._moves_drive and not trial.changed.sensor_errors:
-            left = drive_left(model_of(trial, theta), self.problem.motion)
-            by_links = {k: self._scaled(-slope / left) for k, slope in self.by_links.items()}
+            by_links = self._scaled_by_links(*map(float, drive_left(model_of(trial, theta), self.problem.motion)))
         for k in range(len(slopes), len(theta)):
             if k in by_links:
                 slopes.append(by_links[k])
