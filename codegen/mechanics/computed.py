@@ -139,7 +139,8 @@ class ComputedEntry(sympy.Function):
 
 def by_computed(expression: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
     """(terms with computed entries, all others) of a sum; a product of sums with computed entries is expanded."""
-    computed, others = [], []
+    computed: list[sympy.Expr] = []
+    others: list[sympy.Expr] = []
     for term in sympy.Add.make_args(expression):
         for part in sympy.Add.make_args(sympy.expand_mul(term)) if term.has(ComputedEntry) else [term]:
             (computed if part.has(ComputedEntry) else others).append(part)

@@ -338,7 +338,8 @@ def test_the_force_at_other_values_of_the_links_is_that_of_their_model(tmp_path:
             search.declared * rng.uniform(0.8, 1.2, len(search.moved)), [dict.fromkeys(part.names, 0.01)]
         )
         model = residual_at_drive(model_of(trial, theta), search.motion)
-        np.testing.assert_allclose(fits._forces(trial, theta), model, rtol=1e-6, atol=1e-6 * np.abs(model).max())
+        close = 1e-6 if kind == "compliance" else 1e-9  # its states are simulated
+        np.testing.assert_allclose(fits._forces(trial, theta), model, rtol=close, atol=close * np.abs(model).max())
 
 
 def test_a_residual_by_bodies_and_others_is_that_of_the_whole_arm(tmp_path: Path) -> None:

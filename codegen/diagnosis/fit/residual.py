@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import Any
 
 import casadi
 import numpy as np
@@ -358,7 +359,7 @@ def _by_bodies(system: System) -> tuple[Matrix, Matrix]:
 
 
 @lru_cache(maxsize=BODIES)
-def _bodies_function(terms: tuple[sympy.Expr, ...], symbols: tuple[sympy.Symbol, ...]) -> casadi.Function:
+def _bodies_function(terms: tuple[sympy.Expr, ...], symbols: tuple[sympy.Symbol, ...]) -> Any:
     """The compiled terms of the bodies, which all models of an arm have in common."""
     return function_of(Matrix(terms), symbols)
 
