@@ -28,9 +28,9 @@ LEAST, SHORT = Fraction(1, 10**40), 30  # SHORT: binary digits of a short number
 
 
 # LEMMA 1. A polynomial is {monomial: coefficient, not 0}, a monomial its names, sorted, each as often as its power. Two
-# are the same real function just if they are the same here. "sign.…" is 1 or -1: pairs of it are left out.
+# are one real function if and only if they are equal here. "sign.…" is 1 or -1: pairs of it are left out.
 class Poly(dict[tuple[str, ...], Any]):
-    def __hash__(self) -> int:  # type: ignore[override]  # dict has none: a Poly is a key once it is made, and is not changed then
+    def __hash__(self) -> int:  # type: ignore[override]  # a dict has no hash; a Poly is not changed once it is a key
         return hash(frozenset(self.items()))
 
     def __add__(self, other: "Poly") -> "Poly":

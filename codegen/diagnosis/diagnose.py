@@ -406,9 +406,10 @@ def _refit(spec: Spec, search: Search, case: Case) -> tuple[Search, Fit]:
 
 
 def _by_remainder(verdict: Verdict, left: Sequence[Remainder], material: float) -> Verdict:
-    """``none`` for ``unknown`` if the remainder is small; the reverse if it is predicted by the motion and large.
+    """The verdict after a test of the remaining force residual; ``effect`` and ``ambiguous`` are not changed.
 
-    With a material change in time the verdict is ``unknown``.
+    ``unknown`` becomes ``none`` if the part that the motion predicts is below the material share and no material change
+    in time is left. ``none`` becomes ``unknown`` if such a change is left, or if the predicted part is large.
     """
     if verdict not in ("none", "unknown"):
         return verdict

@@ -208,7 +208,7 @@ def _judged(
     near = noise_ratio(outcome.final) <= NEAR_NOISE
 
     def first_admitted(settled: bool) -> Admitted:
-        """The first option that its own references admit; see ``admitted``."""
+        """The first option that passes the test on held-out data, each with its own ``references``."""
         refusals: list[Refusal] = []
         for option in options:
             declared, without, worse = references(plain, option[1], problem, settled, near)
