@@ -251,12 +251,12 @@ def test_a_ladder_of_speeds_is_one_experiment(tmp_path, drive):
     assert "at its own rate" in found["sample rate"].words and found["duration"].figures["samples"] == 500 * len(files)
 
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "specification.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "logs.md"
 
 
 def descriptions() -> list[str]:
-    """The examples in the page's section on logs."""
-    section = PAGE.read_text().split("\n## Logs\n")[1].split("\n## ")[0]
+    """The examples in the page's section of known descriptions."""
+    section = PAGE.read_text("utf-8").split("\n## Descriptions of known logs\n")[1]
     return [block.split("```")[0] for block in section.split("```yaml\n")[1:]]
 
 
