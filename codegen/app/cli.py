@@ -275,7 +275,6 @@ def cancel(
 def simulate(
     spec: SpecPath,
     out: Annotated[Path, written("LOG", "the CSV file to write")],
-    method: Annotated[str, typer.Option("--method", help="steps, or events: slow, exact between events")] = "steps",
     plant: Annotated[str, typer.Option("--plant", help="own, or mujoco: the exported model in MuJoCo")] = "own",
     as_json: AsJson = False,
 ) -> None:
@@ -284,7 +283,7 @@ def simulate(
     from codegen.base.progress import progress
 
     with progress() as tell:
-        result = simulate(spec, out, lambda share: tell("simulate", share), method, plant)
+        result = simulate(spec, out, lambda share: tell("simulate", share), plant)
     if as_json:
         print_json(result.content)
         return

@@ -9,12 +9,11 @@ from typing import Any
 
 from codegen.app.derived import Source, derived_from
 from codegen.base.border import verb
-from codegen.base.errors import BadInput, refuse_unknown
+from codegen.base.errors import refuse_unknown
 from codegen.base.files import refuse_target
 from codegen.base.shown import Result
 from codegen.simulate.closed_loop import simulate as simulate_plant
 from codegen.simulate.loop_run import Excursion, excursions, write_log
-from codegen.simulate.observed_loop import METHODS
 
 PLANTS = ("own", "mujoco")
 
@@ -61,25 +60,18 @@ def simulate(
     source: Source,
     out: str | Path,
     progress: Callable[[float], None] | None = None,
-    method: str = "steps",
     plant: str = PLANTS[0],
 ) -> Simulated:
     """Write a log of the plant of a spec, with its declared effects, driven as its ``simulation:`` section says.
 
     Args:
-        method: of the plant: ``steps``, or ``events`` for the slow reference.
-        plant: ``own``, or ``mujoco``: the exported model in MuJoCo, in ``steps``.
+        plant: ``own``, or ``mujoco``: the exported model in MuJoCo.
 
     Raises:
-        BadInput: for a bad spec or one without ``simulation:``, another method or plant, a MuJoCo that
+        BadInput: for a bad spec or one without ``simulation:``, another plant, a MuJoCo that
             is not installed or cannot represent the machine, or a file that cannot be written.
     """
-    refuse_unknown(method, METHODS, "--method", "", " or ".join(METHODS), code="CALL001")
     refuse_unknown(plant, PLANTS, "--plant", "", " or ".join(PLANTS), code="CALL001")
-    chosen = next(known for known in METHODS if known == method)
-    if plant != PLANTS[0] and chosen != METHODS[0]:
-        found = f"`{chosen}` with --plant {plant}"
-        raise BadInput("--method", found, f"`{METHODS[0]}`, or no --plant", code="CALL002")
     target = Path(out)
     refuse_target(target, {"the spec itself": Path(source)}, (".csv", ".txt"))
     machine = derived_from(source)
@@ -90,7 +82,7 @@ def simulate(
 
         make_plant, model = mujoco_plant(spec, system)
         notes = tuple(remark.text for remark in model.remarks if remark.held != "exact")
-    run = simulate_plant(spec, system, progress, method=chosen, make_plant=make_plant)
+    run = simulate_plant(spec, system, progress, make_plant=make_plant)
     write_log(target, spec, run)
     share = spec.simulation.cancel if spec.simulation is not None else None
     gain = float(spec.cancellation.gain) if spec.cancellation is not None else 1.0

@@ -13,7 +13,7 @@ from codegen.mechanics.system import System
 from codegen.observers import observer_of
 from codegen.simulate.controller import declared_controller, input_limit
 from codegen.simulate.loop_run import LoopRun
-from codegen.simulate.observed_loop import Method, PlantMaker, run_loop
+from codegen.simulate.observed_loop import PlantMaker, run_loop
 from codegen.simulate.observer_in_loop import Cancellation, ObserverInLoop, generated_observer
 from codegen.simulate.sensors import Sensors
 from codegen.simulate.simulable import refuse_unsimulable, steps_a_sample
@@ -27,7 +27,6 @@ def simulate(
     system: System,
     progress: Callable[[float], None] | None = None,
     twin: bool = False,
-    method: Method = "steps",
     make_plant: PlantMaker | None = None,
 ) -> LoopRun:
     """The run of ``spec.simulation`` on ``system``.
@@ -42,7 +41,7 @@ def simulate(
         system: the machine, with its effects; it may differ from the spec's.
         progress: called with the share that is done, from 0 to 1.
         twin: whether the observer is the Python twin instead of the compiled C.
-        method, make_plant: of the plant, see ``run_loop``.
+        make_plant: of the plant, see ``run_loop``.
 
     Raises:
         BadInput: if the spec has no simulation section, a reference or gain has no counterpart, a contact's law cannot
@@ -72,7 +71,6 @@ def simulate(
         (start, np.zeros_like(start)),
         seed=simulation.seed,
         progress=progress,
-        method=method,
         make_plant=make_plant,
     )
     finite = np.isfinite(run.true_positions).all(axis=1) & np.isfinite(run.true_velocities).all(axis=1)

@@ -165,7 +165,7 @@ class HeldInput:
             edges: (parts + 1,) limits of the parts of a sample, from 0 to 1.
         """
         chains = [system.actuator(k) for k in range(len(system.inputs))]
-        delays = _delays(system, period)
+        delays = [float(chain.delay.subs(system.values)) / period for chain in chains]
         self._past = np.zeros((1 + max((ceil(d) for d in delays), default=0), len(delays)))
         self._shares = np.zeros((len(edges) - 1, *self._past.shape))
         for index, delay in enumerate(delays):
@@ -229,13 +229,3 @@ class _Static:
         self._given[:] = command
         self._trigger()
         return self._acting.copy()
-
-
-def edges_at_changes(system: System, period: float) -> Array:
-    """The times within a sample, from 0 to 1, at which a delayed command changes, with both ends."""
-    return np.array(sorted({0.0, 1.0} | {d - floor(d) for d in _delays(system, period)}))
-
-
-def _delays(system: System, period: float) -> list[float]:
-    """The delay of each input, in samples."""
-    return [float(system.actuator(k).delay.subs(system.values)) / period for k in range(len(system.inputs))]

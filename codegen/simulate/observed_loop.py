@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, Protocol, get_args
+from typing import Protocol
 
 import casadi
 import numpy as np
@@ -19,11 +19,6 @@ from codegen.simulate.observer_in_loop import Cancellation, Estimator, ObserverI
 from codegen.simulate.plant import Plant, substeps_of
 from codegen.simulate.sensors import SensorError, Sensors, low_passed_velocity
 
-if TYPE_CHECKING:
-    from codegen.simulate.event_plant import EventPlant
-
-Method = Literal["steps", "events"]
-METHODS: tuple[Method, ...] = get_args(Method)
 PARTS = 20
 """Number of progress reports in a run."""
 PERFECT = Sensors()
@@ -64,7 +59,6 @@ def run_loop(
     substeps: int | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
-    method: Method = "steps",
     make_plant: PlantMaker | None = None,
 ) -> LoopRun:
     """Simulate a machine with a sampled controller and a sampled observer.
@@ -86,28 +80,21 @@ def run_loop(
         substeps: plant steps in a sample; by default those of ``substeps_of``.
         seed: of the sensor noise.
         progress: called with the share that is done, from 0 to 1.
-        method: ``steps``, the time stepper, or ``events``, the slow event-driven reference.
-        make_plant: maker of another plant in place of both, such as one of another simulator.
+        make_plant: maker of another plant in place of the time stepper, such as one of another simulator.
 
     Returns:
         The run; NaN from the sample on at which the motion is not finite.
 
     Raises:
-        BadInput: for a law with states and the method ``events``.
         ValueError: for a cancellation without an observer, or an observer with inputs that the system does not have.
     """
     if cancellation is not None and observer is None:
         raise ValueError("a cancellation without an observer; expected one whose estimates it cancels")
     n, m = system.degrees_of_freedom, len(system.inputs)
     x, v = (np.zeros(n), np.zeros(n)) if start is None else (np.array(part, dtype=float) for part in start)
-    plant: MovedPlant | EventPlant
+    plant: MovedPlant
     if make_plant is not None:
         plant = make_plant(period, x, v)
-    elif method == "events":
-        # The import of SciPy's integrators takes a second, which the time stepper saves.
-        from codegen.simulate.event_plant import EventPlant
-
-        plant = EventPlant(system, period, x, v)
     else:
         plant = _Plant(system, period, substeps or substeps_of(system, period, x), x, v)
     estimator = None if observer is None else Estimator(observer, system, cancellation)

@@ -12,12 +12,10 @@ import pytest
 from codegen.effects.declare import add_declared_effects
 from codegen.mechanics import System, build_system
 from codegen.simulate.closed_loop import simulate
-from codegen.simulate.event_plant import EventPlant
 from codegen.simulate.plant import simulate_open_loop
 from codegen.simulate.sensors import SensorError
 from codegen.spec import parse_spec
 from tests.machines import SPRING_MASS
-from tests.told import refused
 
 from .hybrid import Truth, integrate
 
@@ -234,9 +232,3 @@ def test_a_stiff_spring_gets_the_steps_that_it_needs() -> None:
         runs.append(simulate(spec, add_declared_effects(build_system(spec), spec)).true_positions)
     assert np.ptp(runs[1]) > 0.05
     np.testing.assert_allclose(runs[0], runs[1], atol=1e-6)  # so stiff that it moves as one
-
-
-def test_the_event_integrator_does_not_take_a_load_for_rigid() -> None:
-    system = machine(f"{{kind: compliance, on: x, parameters: {{{STIFF}}}}}", "m")
-    with refused("SPEC035 one_mass"):
-        EventPlant(system, 0.01, np.zeros(1), np.zeros(1))

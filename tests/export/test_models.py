@@ -126,7 +126,6 @@ def test_simulate_takes_mujoco_as_its_plant(tmp_path: Path) -> None:
     own, other = (np.loadtxt(log, delimiter=",", skiprows=1) for log in logs)
     assert np.abs(own - other).max() < 1e-3
     assert is_one_message(stiction("simulate", path, "-o", logs[0], "--plant", "gazebo"))
-    assert is_one_message(stiction("simulate", path, "-o", logs[0], "--plant", "mujoco", "--method", "events"))
 
 
 def test_without_mujoco_one_message_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

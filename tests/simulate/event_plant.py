@@ -7,15 +7,16 @@ from typing import Any
 
 import casadi
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from codegen.base.arrays import Array
-from codegen.base.errors import BadInput
 from codegen.mechanics.casadi_form import in_place, symbol_values, to_casadi
 from codegen.mechanics.solve import factorised
 from codegen.mechanics.system import TIME, System
-from codegen.simulate.drive import HeldInput, edges_at_changes
-from codegen.simulate.mode_search import Limits, Mode, NoMode, find_mode, forces_of
+from codegen.simulate.drive import HeldInput
 from codegen.simulate.plant_contacts import PlantContacts
+
+from .mode_search import Limits, Mode, NoMode, find_mode, forces_of
 
 TOLERANCE = 1e-11
 """Relative tolerance of the integrator; the absolute one is a tenth of it."""
@@ -30,7 +31,6 @@ _ROUNDING = 64 * float(np.finfo(np.float64).eps)
 """Relative magnitude below which an acceleration counts as a rounding error."""
 _MOST_EVENTS = 10_000
 """Most events between two changes of the input; beyond them the state is NaN."""
-_STEPPER = "`--method steps`, or a machine without it"
 
 
 class EventPlant:
@@ -49,20 +49,19 @@ class EventPlant:
     """
 
     def __init__(self, system: System, period: float, x: Array, v: Array) -> None:
-        """Raises BadInput for a law with states, an actuator with a lag, or a load behind a spring."""
+        """Raises ValueError for a law with states, an actuator with a lag, or a load behind a spring."""
         contacts = PlantContacts(system)
         lags = any(system.actuator(k).lag is not None for k in range(len(system.inputs)))
         laws = [f"the law {system.contacts[c].law.name}" for c in contacts.dynamic.contacts]
         beyond = ["an actuator lag"] * lags + ["a compliance or backlash"] * bool(system.transmissions) + laws
         if beyond:
-            found = f"{beyond[0]}, which `--method events` cannot integrate"
-            raise BadInput(f"the machine {system.name}", found, _STEPPER, code="SPEC035")
+            raise ValueError(f"{beyond[0]} of {system.name}: for the time stepper alone")
         n = system.degrees_of_freedom
         self.state: Array = np.concatenate([x, v]).astype(float)
         self.positions, self.velocities = self.state[:n], self.state[n:]
         self.forces, self.events = np.zeros(len(system.contacts)), 0
         self._n, self._period = n, period
-        self._edges = edges_at_changes(system, period)
+        self._edges = _edges(system, period)
         self._held = HeldInput(system, period, self._edges)
         function, count = _laws(system, contacts), len(system.contacts)
         ends = np.cumsum([n * count, n, *[count] * 7, count * count]).tolist()
@@ -83,8 +82,6 @@ class EventPlant:
 
     def _until(self, now: float, end: float, w: Array, mode: Mode) -> None:
         """Integrate from ``now`` to ``end`` under the input w, from event to event; NaN if that fails."""
-        from scipy.integrate import solve_ivp  # its import takes half a second, which the time stepper saves
-
         for _ in range(_MOST_EVENTS):
             watched = range(len(mode.directions))
             found = solve_ivp(
@@ -211,6 +208,12 @@ def _laws(system: System, contacts: PlantContacts) -> Any:
     parts = [compliance, motion, slip, free, smooth, levels.forward, levels.backward, *held]
     found = casadi.vertcat(*(casadi.vec(casadi.densify(p)) for p in (*parts, casadi.mtimes(U.T, compliance))))
     return casadi.Function("laws", [casadi.vertcat(x, v, w, t)], [found], {"cse": True})
+
+
+def _edges(system: System, period: float) -> Array:
+    """The times within a sample, from 0 to 1, at which a delayed command changes, with both ends."""
+    delays = [float(system.actuator(k).delay.subs(system.values)) / period for k in range(len(system.inputs))]
+    return np.array(sorted({0.0, 1.0} | {d % 1 for d in delays}))
 
 
 class _Event:
