@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
 import sympy
+
+from codegen.base.arrays import Array
 
 Values = Mapping[str, sympy.Expr]
 """Parameter of a law → its symbol or its value."""
@@ -36,20 +39,33 @@ class LawParameter:
     default: Any = None
 
 
+@dataclass(frozen=True)
+class LawState:
+    """An internal state of a dynamic law; ``unit`` is a template as in LawParameter."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
 class FrictionLaw(ABC):
     """A friction law: the force λ at one contact as a function of its slip velocity u, and of states or history.
 
     Attributes:
+        form: of the force, as the title of a group of laws, and a sentence about it.
         name: as in a spec.
         source: publication.
+        states: z, in order.
         parameters: in order.
         drives: observers that can use the law: "level" (CFO, GCFO), "state" (DFO, GDFO), or "" for none.
         why_not: if ``drives`` is empty, the reason.
         instead: laws to simulate in its place, if no plant can simulate this one.
     """
 
+    form: ClassVar[tuple[str, str]]
     name: ClassVar[str]
     source: ClassVar[str]
+    states: ClassVar[tuple[LawState, ...]] = ()
     parameters: ClassVar[tuple[LawParameter, ...]]
     drives: ClassVar[str]
     why_not: ClassVar[str] = ""
@@ -76,33 +92,61 @@ class FrictionLaw(ABC):
     def slope_bound(self, p: Values) -> sympy.Expr:
         """A bound on |∂a/∂u| (Lemma 2.1, generalised), in force unit · s / slip unit; oo if there is none."""
 
+    def sliding_level(self, slip_speed: Array, p: Mapping[str, float]) -> Array:
+        """The level in steady sliding at speeds (N,) above zero, with parameters as numbers."""
+        s = sympy.Symbol("s", positive=True)
+        level = _function([s], self.level(s, {name: sympy.sympify(value) for name, value in p.items()}))
+        return np.broadcast_to(level(slip_speed), np.shape(slip_speed))
+
+    @abstractmethod
+    def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
+        """The force λ over a history of slip, which begins at rest without load.
+
+        Args:
+            time: s, increasing, length N.
+            slip_velocity: u at those times, length N.
+            p: parameters as numbers.
+            applied_force: the tangential force on the contact at rest, length N, if the law needs it.
+
+        Returns:
+            λ at those times, length N.
+        """
+
+
+def _function(arguments: Sequence[sympy.Symbol], expression: Any) -> Callable[..., Any]:
+    """A numerical function of the arguments."""
+    modules = [{"Magnitude": np.abs, "Sgn": np.sign}, "numpy"]
+    made: Callable[..., Any] = sympy.lambdify(arguments, expression, modules)
+    return made
+
 
 class ZeroMemoryLaw(FrictionLaw):
     """A law λ = level(|u|) sgn(u), whose force depends on the present slip velocity only."""
 
+    form = (
+        "Zero-memory laws",
+        "The force depends on the present slip velocity alone, as in figure 1.1 of the thesis.",
+    )
     drives = "level"
 
-
-@dataclass(frozen=True)
-class LawState:
-    """An internal state of a dynamic law; ``unit`` is a template as in LawParameter."""
-
-    name: str
-    unit: str
-    meaning: str
+    def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
+        """The force over a history; zero at rest."""
+        return self.sliding_level(np.abs(slip_velocity), p) * np.sign(slip_velocity)
 
 
 class DynamicLaw(FrictionLaw):
     """A law in state-space form: λ = force(u, z), dz/dt = rates(u, z).
 
     Attributes:
-        states: z, in order.
         scale: name of the parameter a in λ = a φ(u, z), if neither φ nor the rates contain it: a DFO estimates it. ""
             if there is none; a DFO then estimates a factor of the whole force, nominally 1.
     """
 
+    form = (
+        "Laws in state-space form",
+        "The force and the states' rates are functions of slip velocity and states; hysteresis as in figure 1.2.",
+    )
     drives = "state"
-    states: ClassVar[tuple[LawState, ...]]
     scale: ClassVar[str] = ""
 
     @abstractmethod
@@ -125,6 +169,26 @@ class DynamicLaw(FrictionLaw):
         """The states at rest without load."""
         return tuple(sympy.Integer(0) for _ in self.states)
 
+    def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
+        """The force over a history, linear in u between the samples; integrated by LSODA."""
+        from scipy.integrate import solve_ivp  # its import takes a second, which a list of the laws saves
+
+        values = {name: sympy.sympify(value) for name, value in p.items()}
+        arguments = u, *z = sympy.symbols(f"u z:{len(self.states)}", real=True)
+        rates = _function(arguments, list(self.rates(u, tuple(z), values)))
+        force = _function(arguments, self.force(u, tuple(z), values))
+        found = solve_ivp(
+            lambda t, states: rates(np.interp(t, time, slip_velocity), *states),
+            (time[0], time[-1]),
+            [float(state) for state in self.rest_state(values)],
+            "LSODA",
+            time,
+            rtol=1e-7,
+            atol=1e-9,
+            max_step=(time[-1] - time[0]) / 200,
+        )
+        return force(slip_velocity, *found.y)
+
 
 class MemoryLaw(FrictionLaw):
     """A law without state-space form: its force depends on the history of slip, such as the time since it stopped.
@@ -133,19 +197,9 @@ class MemoryLaw(FrictionLaw):
         simulable: whether a plant with set-valued friction simulates it, by its levels at rest and in sliding.
     """
 
+    form = (
+        "Laws that are not in state-space form",
+        "The force needs the history of the slip. No observer can run them; in steady sliding they have a level.",
+    )
     drives = ""
     simulable: ClassVar[bool] = False
-
-    @abstractmethod
-    def response(self, time: Any, slip_velocity: Any, p: Mapping[str, float], applied_force: Any = None) -> Any:
-        """The force λ over a history of slip.
-
-        Args:
-            time: s, increasing, length N.
-            slip_velocity: u at those times, length N.
-            p: parameters as numbers.
-            applied_force: the tangential force on the contact at rest, length N, if the law needs it.
-
-        Returns:
-            λ at those times, length N.
-        """

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
 from codegen.spec.validation import read_model
 
+Panel = Literal["steady", "slow", "loop", "presliding", "time", "step", "rests"]
 FILE = Path(__file__).with_suffix(".yaml")
 
 
@@ -15,12 +17,14 @@ class Example(BaseModel):
     """Parameters and motion with which a law is drawn, in N, m and s.
 
     Attributes:
+        panels: of the picture, from left to right.
         top_speed: amplitude of the sinusoidal slip velocity at ``frequency``.
         presliding: amplitudes of small sinusoidal slips.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     parameters: dict[str, float]
+    panels: tuple[Panel, ...] = ("steady",)
     top_speed: float = 0.1
     frequency: float = 1.0
     presliding: tuple[float, ...] = ()

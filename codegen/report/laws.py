@@ -11,7 +11,7 @@ import sympy
 from codegen.base.files import write_all
 from codegen.base.shown import named
 from codegen.base.text import render
-from codegen.friction import LAWS, DynamicLaw, FrictionLaw, LawParameter, MemoryLaw
+from codegen.friction import LAWS, FrictionLaw, LawParameter
 from codegen.mechanics.contacts import admissible
 from codegen.report.examples import EXAMPLES
 from codegen.report.law_examples import caption, law_picture
@@ -22,27 +22,10 @@ SPEED = sympy.Symbol("s", nonnegative=True)
 
 
 def law_groups() -> list[dict[str, Any]]:
-    """The kinds of laws: title, a sentence about the kind, and its laws in the order of the registry."""
-    kinds: tuple[tuple[str, str, Any], ...] = (
-        (
-            "Zero-memory laws",
-            "The force depends on the present slip velocity alone, as in figure 1.1 of the thesis.",
-            lambda law: not isinstance(law, DynamicLaw | MemoryLaw),
-        ),
-        (
-            "Laws in state-space form",
-            "The force and the states' rates are functions of slip velocity and states; hysteresis as in figure 1.2.",
-            lambda law: isinstance(law, DynamicLaw),
-        ),
-        (
-            "Laws that are not in state-space form",
-            "The force needs the history of the slip. No observer can run them; in steady sliding they have a level.",
-            lambda law: isinstance(law, MemoryLaw),
-        ),
-    )
+    """The forms of laws: title, a sentence about the form, and its laws in the order of the registry."""
     return [
-        {"title": title, "about": about, "laws": [law_view(law) for law in LAWS.values() if belongs(law)]}
-        for title, about, belongs in kinds
+        {"title": title, "about": about, "laws": [law_view(law) for law in LAWS.values() if law.form == (title, about)]}
+        for title, about in dict.fromkeys(law.form for law in LAWS.values())
     ]
 
 
@@ -66,10 +49,7 @@ def law_view(law: FrictionLaw) -> dict[str, Any]:
             }
             for p in law.parameters
         ],
-        "states": [
-            {"name": s.name, "unit": s.unit.format(F="F", q="q"), "meaning": s.meaning}
-            for s in (law.states if isinstance(law, DynamicLaw) else ())
-        ],
+        "states": [{"name": s.name, "unit": s.unit.format(F="F", q="q"), "meaning": s.meaning} for s in law.states],
         "level": _plain(law.level(SPEED, symbols)),
         "bound": _bound(law.slope_bound(symbols)),
         "drives": law.drives or "neither",

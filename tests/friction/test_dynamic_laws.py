@@ -202,3 +202,12 @@ def test_ruina_and_linker_dieterich_step_by_the_direct_effect_and_decay_over_the
 def test_age_grows_with_the_time_at_rest() -> None:
     rate, _ = dynamics("linker_dieterich", draw("linker_dieterich", 1))
     assert rate(0.0, 3.0) == 1.0
+
+
+def test_a_history_of_dahl_s_force_is_its_exponential() -> None:
+    """f' = c u (1 − f) at a constant u > 0 from rest, so F = a (1 − exp(−c u t)); zero memory: the level."""
+    time, speed = np.linspace(0, 0.1, 50), np.full(50, 0.2)
+    values = {"a": 50.0, "c": 100.0, "i": 1}
+    np.testing.assert_allclose(LAWS["dahl"].response(time, speed, values), 50 * -np.expm1(-100 * 0.2 * time), atol=1e-5)
+    at_level = LAWS["static_viscous"].response(time, -speed, {"F_c": 40.0, "F_s": 60.0, "F_v": 100.0})
+    np.testing.assert_allclose(at_level, -(40 + 100 * 0.2))
