@@ -21,8 +21,6 @@ LEAST_CORRELATION = 0.95
 """Correlation of two friction estimates below which their agreement is ``poor``."""
 CLOSE_DIFFERENCE, FAIR_DIFFERENCE = 0.1, 0.25
 """Largest relative differences of two friction estimates that count as ``close`` and ``fair``."""
-WORTH = 2.0
-"""Least separation by a change of the machine over that by repeating the motion, at which it is proposed."""
 Nature = Literal["immaterial", "noise", "structured"]
 """Nature of a remainder: too small to matter, predicted by neither motion nor time, or predicted by these."""
 Term = Literal["force", "friction level", "inertia", "viscous friction"]
@@ -271,16 +269,6 @@ class MotionTried:
 
 
 @dataclass(frozen=True)
-class SetupTried:
-    """A simulated change of the machine on the log's path: separation in standard deviations, and input needed."""
-
-    kind: str
-    what: str
-    separation: float
-    largest_input: float
-
-
-@dataclass(frozen=True)
 class Separation:
     """Discriminating experiments for candidates that tie: the best one with each rival.
 
@@ -288,7 +276,6 @@ class Separation:
         tried: motions, in order.
         chosen: the cheapest that separates by ``needed``; None if none does.
         references: of the chosen motion, coordinate → expression of t.
-        changes: of the machine, largest separation first; empty if a candidate has states of its own.
     """
 
     pairs: tuple[TiedPair, ...]
@@ -296,15 +283,6 @@ class Separation:
     chosen: MotionTried | None
     references: Mapping[str, str]
     needed: float
-    changes: tuple[SetupTried, ...] = ()
-
-    @property
-    def change(self) -> SetupTried | None:
-        """The change that separates most, if that is enough and clearly more than repeating the same motion."""
-        again = next((c.separation for c in self.changes if c.kind == "none"), 0.0)
-        best = self.changes[0] if self.changes else None
-        enough = best is not None and best.kind != "none" and best.separation >= max(self.needed, WORTH * again)
-        return best if enough else None
 
     def as_json(self) -> dict[str, Any]:
         """The object of diagnosis.json, which ``plain`` converts."""
@@ -315,8 +293,6 @@ class Separation:
             "separation_needed": self.needed,
             "motion": None if self.chosen is None else asdict(self.chosen) | {"reference": dict(self.references)},
             "tried": self.tried,
-            "change": self.change,
-            "changes": self.changes,
         }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import pytest
 
 from codegen.app import diagnose
 from codegen.base.errors import BadInput
-from codegen.diagnosis.results import FoundEffect, MotionTried, Remainder, Separation, SetupTried, Statement
+from codegen.diagnosis.results import FoundEffect, MotionTried, Remainder, Separation, Statement, TiedPair
 from codegen.diagnosis.verdict.conclusion import worst
 from tests.app.command import is_one_message, stiction
 from tests.diagnosis.stage import log_of, stage
@@ -49,23 +50,23 @@ def test_variables_are_named_only_where_what_follows_them_is_material() -> None:
 def test_an_ambiguous_verdict_says_what_would_tell() -> None:
     spring = FoundEffect("spring", "x", {"k": 3.0}, {"k": "N/m"}, intervals={"k": (2.0, 4.0)})
     drag = FoundEffect("viscous", "rail", {"b": 2.123456}, {"b": "N*s/m"})
-    tried = (SetupTried("load", "a constant force of 3 N on x", 30.0, 1.0), SetupTried("none", "the same", 2.0, 1.0))
+    pairs = (TiedPair(("spring", "x"), ("viscous", "rail"), 3.0, 0.5, "several speeds"),)
     motion = MotionTried("chirp up and down", 10.0, 1.0, 12.0)
 
     def said(experiment: Separation) -> Statement:
         return statement_of("ambiguous", SMALL, effects=(spring,), rivals=(drag,), experiment=experiment)
 
-    both = said(Separation((), (motion,), motion, {}, 10.0, tried))
+    both = said(Separation(pairs, (motion,), motion, {}, 10.0))
     assert both.headline == "Something is missing, but this log cannot tell spring on x from viscous on rail."
     assert both.of("values") == ("spring on x: k = 3 N/m (95 %: 2 to 4).", "viscous on rail: b = 2.123 N*s/m.")
     assert both.of("next") == (
-        "To tell them apart, log another motion, chirp up and down (excitation.csv), or this motion again with a "
-        "constant force of 3 N on x; then diagnose both logs together.",
+        "To tell them apart, log another motion, chirp up and down (excitation.csv), and diagnose both logs "
+        "together. The catalogue says: several speeds.",
     )
-    (change,) = said(Separation((), (motion,), None, {}, 10.0, tried)).of("next")
-    assert "log this motion again with a constant force of 3 N on x;" in change
-    (none,) = said(Separation((), (), None, {}, 10.0, tried[1:])).of("next")
-    assert "excitation.csv" not in none and "constant force" not in none
+    (none,) = said(Separation(pairs, (motion,), None, {}, 10.0)).of("next")
+    assert "excitation.csv" not in none and "under another load" in none and none.endswith("says: several speeds.")
+    (unknown,) = said(Separation((replace(pairs[0], catalogue=""),), (), None, {}, 10.0)).of("next")
+    assert "catalogue" not in unknown
 
 
 def test_another_limit_makes_another_nature() -> None:

@@ -22,7 +22,6 @@ from codegen.diagnosis.results import (
     Remainder,
     Round,
     Separation,
-    SetupTried,
     TiedPair,
 )
 from codegen.report import page
@@ -221,13 +220,10 @@ def test_every_round_and_every_effect_of_the_verdict_is_in_a_table(
 
 def test_what_would_separate_tied_candidates_is_told(lacking: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     pair = TiedPair(("offset", "x"), ("coulomb_asymmetry", "rail"), 0.5, 0.1, "another mounting")
-    tried = (SetupTried("mounting", "upside down", 61.8, 30.0), SetupTried("none", "nothing changed", 0.2, 29.0))
-    told = Separation((pair,), (), None, {}, 10.0, tried)
+    told = Separation((pair,), (), None, {}, 10.0)
     text = ReadPage(words(lacking, monkeypatch, verdict="ambiguous", effects=(), separation=told)).text
-    assert "this one separates most: upside down , and the path of this log again (61.8 standard deviations)" in text
-    assert "upside down 61.8 30 nothing changed 0.2 29" in text
-    text = ReadPage(words(lacking, monkeypatch, separation=replace(told, changes=tried[1:]))).text
-    assert "No change of the machine separates them" in text
+    assert "offset on x and coulomb_asymmetry on rail 0.5° 0.1 offset on x fits better another mounting" in text
+    assert "No motion of the library tells them apart" in text
 
 
 def test_parameters_at_a_limit_are_marked_and_have_no_interval(lacking: Case, monkeypatch: pytest.MonkeyPatch) -> None:

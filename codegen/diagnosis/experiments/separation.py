@@ -16,8 +16,6 @@ from sympy import sin, tanh
 
 from codegen.base.arrays import Array
 from codegen.base.errors import BadInput
-from codegen.diagnosis.experiments.discrimination import Discrimination, Model
-from codegen.diagnosis.experiments.follow import follow, logged
 from codegen.diagnosis.fit.credit import independent_share
 from codegen.diagnosis.fit.output_error import Fit
 from codegen.diagnosis.fit.record import LEAST_SEGMENTS, PERIODS, Record, record_of
@@ -30,6 +28,7 @@ from codegen.effects import CATALOGUE
 from codegen.effects.register import kinds_of, separating_experiment
 from codegen.logs import Log
 from codegen.mechanics.system import TIME, System
+from codegen.simulate.controller import Feedback, sampled
 from codegen.simulate.loop_run import LoopRun
 from codegen.simulate.sensors import Sensors
 
@@ -52,6 +51,8 @@ DIGITS = 4
 MOST_RIVALS, MOST_CONFUSABLE = 2, 1
 MOST_SIMULATED = 5_000_000
 """Samples of all motions that are tried, times the cube of the number of coordinates: of an arm few, or none."""
+LOOP_SHARE, LOOP_SAMPLES = 0.4, 60
+"""Bandwidth of the loop over the coarse cutoff, and least number of samples in its period."""
 
 
 def tied_fits(search: Search, outcome: Outcome) -> list[Fit]:
@@ -83,7 +84,7 @@ def separate(
 
     A motion is simulated under a position loop with each candidate in turn as the truth, with the log's noise on the
     positions. Every candidate is refitted to it, as in a diagnosis, and must fit worse than the truth by ``SEPARATED``.
-    Shorter motions are cheaper; among equals, the one with the least ∫|w|² dt. For changes see ``discrimination``.
+    Shorter motions are cheaper; among equals, the one with the least ∫|w|² dt.
 
     Args:
         outcome: with rivals. tied: its fits, see ``tied_fits``.
@@ -97,21 +98,18 @@ def separate(
     reach = reach_of(search.system, search.motion, envelope)
     machines = [fit.model for fit in tied]
     report = progress or (lambda what, share: None)
-    models = [_model(fit) for fit in tied]
-    changes = tuple(Discrimination(search, log, models).tried(lambda what, share: report(what, 0.5 * share)))
     tried: list[MotionTried] = []
     count = len(library(reach, search.motion))
-    report(f"{count} motions", 0.5)
     for motion, simulated in _cheapest_first(search, machines[0], reach, log.sample_time):
-        report(f"motion {len(tried) + 1} of {count}", 0.5 + 0.5 * len(tried) / count)
+        report(f"motion {len(tried) + 1} of {count}", len(tried) / count)
         figures = _try(search, log, fits, machines, reach, motion, simulated)
         tried.append(figures)
         if figures.separation >= SEPARATED:
             names = [x.name for x in search.system.positions]
             texts = {name: reference_text(r) for name, r in zip(names, motion.references, strict=True)}
             text = _csv(search.system, motion, simulated, log.sample_time)
-            return Separation(pairs, tuple(tried), figures, texts, SEPARATED, changes), text
-    return Separation(pairs, tuple(tried), None, {}, SEPARATED, changes), None
+            return Separation(pairs, tuple(tried), figures, texts, SEPARATED), text
+    return Separation(pairs, tuple(tried), None, {}, SEPARATED), None
 
 
 def _cheapest_first(search: Search, machine: System, reach: Reach, h: float) -> Iterator[tuple[ExtraMotion, LoopRun]]:
@@ -170,13 +168,6 @@ def _distance(truth: Fit, other: Fit) -> float:
     return float(np.copysign(2 * np.sqrt(independent_share(truth) * abs(gain)), gain))
 
 
-def _model(fit: Fit) -> Model:
-    """A fit with its parameters in SI."""
-    trial = fit.runner.trial
-    theta, count = trial.numbers(fit.theta), len(trial.moved)
-    return Model(trial, theta, np.append(fit.prior.precision[:count], np.zeros(len(theta) - count)))
-
-
 def _try(
     search: Search,
     log: Log,
@@ -210,6 +201,64 @@ def _simulated(search: Search, machine: System, reach: Reach, motion: ExtraMotio
     """A motion under a position loop; None if it diverges."""
     samples = round(motion.duration / h)
     return follow(search, machine, *motion.at(h * np.arange(samples, dtype=np.float64)), reach.centre, h, reach.inputs)
+
+
+def follow(
+    search: Search,
+    machine: System,
+    target: Array,
+    rate: Array,
+    centre: Array,
+    h: float,
+    limit: Array,
+) -> LoopRun | None:
+    """Simulate a machine that follows a trajectory under a PD loop, critically damped at ``centre``.
+
+    The run starts at rest at the first position.
+
+    Args:
+        search: its system and cutoff give the gains, see ``loop_gains``.
+        machine: the plant.
+        target, rate: (N, n) reference positions and velocities, one row for each sample.
+        centre: (n,) positions at which the gains are computed.
+        h: sample time, s.
+        limit: (m,) largest |w|.
+
+    Returns:
+        The run, or None if it diverges.
+    """
+    from codegen.simulate.observed_loop import run_loop  # with the code generator, which few diagnoses need
+
+    position_gain, velocity_gain = loop_gains(search, centre, h)
+    controller = Feedback(
+        len(machine.inputs),
+        machine.degrees_of_freedom,
+        reference=sampled(target, h),
+        velocity_reference=sampled(rate, h),
+        position_gain=position_gain,
+        velocity_gain=velocity_gain,
+    )
+    start = (target[0], np.zeros_like(target[0]))
+    run = run_loop(machine, h, len(target), controller, limit=limit, start=start)
+    return run if np.isfinite(run.positions).all() and np.isfinite(run.inputs).all() else None
+
+
+def logged(log: Log, positions: Array, inputs: Array) -> Log:
+    """A copy of a log with the data of a simulated run."""
+    time = log.sample_time * np.arange(len(positions), dtype=np.float64)
+    return replace(log, time=time, positions=positions, velocities=None, inputs=inputs, gaps=())
+
+
+def loop_gains(search: Search, centre: Array, h: float) -> tuple[Array, Array]:
+    """(m, n) gains ω² B⁺M and 2ω B⁺M of a critically damped position loop; M and B = ∂g/∂w at ``centre``."""
+    system = search.system
+    at = dict(system.values) | dict(zip(system.positions, map(float, centre), strict=True))
+    at |= dict.fromkeys((*system.velocities, *system.inputs), 0)
+    mass = np.array(system.mass_matrix.subs(at), dtype=float)
+    reached = np.array(sympy.Matrix(system.force).jacobian(list(system.inputs)).subs(at), dtype=float)
+    frequency = 2 * np.pi * min(LOOP_SHARE * search.motion.cutoff_hz, 1 / (LOOP_SAMPLES * h))
+    to_inputs = np.linalg.pinv(reached) @ mass
+    return frequency**2 * to_inputs, 2 * frequency * to_inputs
 
 
 def _energy(run: LoopRun, h: float) -> float:
