@@ -19,7 +19,7 @@ from typing import Literal
 
 from codegen.base.errors import BadInput
 from codegen.base.files import sha256, write_all
-from codegen.base.temporary import in_temporary_folder, private_folder, refuse_replaceable, temporary_directory
+from codegen.base.temporary import private_folder, refuse_replaceable, temporary_directory
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden", "-s")
 """Compiler options. The library has no debug data and no path, so that the same sources give the same bytes."""
@@ -46,7 +46,6 @@ def find_compiler() -> tuple[str, ...] | None:
     return (found, *options)
 
 
-@in_temporary_folder
 def compile_shared(sources: Mapping[str, str], units: Sequence[str], flags: Sequence[str] = ()) -> bytes:
     """Compile C files into a shared library, in a folder that only this user can write.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import subprocess
@@ -13,7 +14,8 @@ import pytest
 
 from codegen.base import files as files_of
 from codegen.base.files import write_all
-from codegen.base.temporary import private_folder, sweep_files, sweep_folders, temporary_file
+from codegen.base.temporary import private_folder, sweep_files, temporary_file
+from tests.told import refused
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="no locks that end with their process")
 
@@ -22,28 +24,20 @@ import sys, time
 from pathlib import Path
 from typing import IO
 import codegen.base.files as files
-from codegen.base.temporary import private_folder
 
 def stop(*_):
     print("ready", flush=True)
     time.sleep(600)
 
-folder = Path(sys.argv[1])
-if sys.argv[2] == "file":
-    files.take_place = stop
-    files.write_all(folder, {"a.txt": "a", "b.txt": "b", "below/c.txt": "c"})
-else:
-    with private_folder() as made:
-        (made / "x.c").write_text("int x;")
-        stop()
+files.take_place = stop
+files.write_all(Path(sys.argv[1]), {"a.txt": "a", "b.txt": "b", "below/c.txt": "c"})
 """
 
 
-def run(folder: Path, what: str) -> subprocess.Popen[str]:
+def run(folder: Path) -> subprocess.Popen[str]:
     """A run that stands still when its temporaries are there."""
-    environment = {**os.environ, "TMPDIR": str(folder)}
-    command = [sys.executable, "-c", STOPPED, str(folder), what]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    command = [sys.executable, "-c", STOPPED, str(folder)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None and process.stdout.readline() == "ready\n"
     return process
 
@@ -58,7 +52,7 @@ def files(folder: Path) -> list[str]:
 
 
 def test_the_next_run_removes_the_files_of_a_killed_one_and_no_others(tmp_path: Path) -> None:
-    process = run(tmp_path, "file")
+    process = run(tmp_path)
     try:
         assert len(files(tmp_path)) == 3
         write_all(tmp_path, {"other.txt": "o"})
@@ -69,28 +63,23 @@ def test_the_next_run_removes_the_files_of_a_killed_one_and_no_others(tmp_path: 
     assert files(tmp_path) == ["a.txt", "c.txt", "other.txt"]
 
 
-def test_the_next_run_removes_the_folders_of_a_killed_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_private_folder_is_removed_and_a_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tmp_path.chmod(0o700)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    process = run(tmp_path, "folder")
-    try:
-        (theirs,) = tmp_path.iterdir()
-        with private_folder() as mine:
-            assert sorted(tmp_path.iterdir()) == sorted([theirs, mine])
-    finally:
-        end(process)
-    with private_folder() as mine:
-        assert list(tmp_path.iterdir()) == [mine]
+    with refused("FILE007 No space left"), private_folder() as folder:
+        assert folder.stat().st_mode & 0o777 == 0o700 and folder.parent == tmp_path
+        (folder / "x.c").write_text("int x;")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     assert not list(tmp_path.iterdir())
 
 
 def test_names_that_a_user_might_give_stay(tmp_path: Path) -> None:
-    """Among them our pattern with a check that does not fit, our names on a folder or a link, and names of before."""
+    """Among them our pattern with other letters, our names on a folder or a link, and names of before."""
     path, stream = temporary_file(tmp_path)
     stream.close()
     right = path.name
     path.unlink()
-    wrong = right.replace("-", "-0", 1).replace("0", "1", 1)
+    wrong = right.replace("-", "-A", 1)
     kept = [".a.txt.x8h2k1qz", ".stiction", ".stiction-1-2.tmp", f"{right}.bak", f"x{right}", right[1:], wrong]
     for name in kept:
         (tmp_path / name).write_text("mine")
@@ -101,22 +90,7 @@ def test_names_that_a_user_might_give_stay(tmp_path: Path) -> None:
     (tmp_path / right).unlink()
     (tmp_path / right).mkdir()
     sweep_files(tmp_path)
-    sweep_folders(tmp_path)
     assert (tmp_path / right).is_dir() and (tmp_path / "target").read_text() == "mine"
-
-
-def test_a_folder_without_a_lock_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    tmp_path.chmod(0o700)
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    with private_folder() as folder:
-        name = folder.name
-    (tmp_path / name).mkdir()
-    (tmp_path / name / "notes.txt").write_text("mine")
-    sweep_folders(tmp_path)
-    assert (tmp_path / name / "notes.txt").is_file()
-    (tmp_path / name / "lock").touch()
-    sweep_folders(tmp_path)
-    assert not (tmp_path / name).exists()
 
 
 def test_marks_take_their_places_first_where_new_and_last_where_not(
