@@ -201,14 +201,14 @@ HOSTILE = {
     "no header": (archive({"t.npy": b"x"}), "no .npy file"),
     "shorter than it says": (
         archive({f"{n}.npy": array(v, "(300,)") for n, v in MADE.items()}),
-        "an array that is cut off",
+        "EOF: reading array data",
     ),
     "longer than it says": (archive({f"{n}.npy": array(v, "(100,)") for n, v in MADE.items()}), "longer than it says"),
     "huge": (archive({f"{n}.npy": array(v, f"({'9' * 14},)") for n, v in MADE.items()}), "bytes when unpacked"),
     "other lengths": (archive({f"{n}.npy": array(v[:9] if n == "x" else v) for n, v in MADE.items()}), "9 values"),
     "packed otherwise": (archive({"t.npy": GOOD["t"]}, zipfile.ZIP_LZMA), "compression method 14"),
-    "a damaged member": (DAMAGED, "damaged"),
-    "a damaged list": (archive({"t.npy": GOOD["t"]}).replace(b"PK\1\2", b"PK\7\7"), "damaged archive"),
+    "a damaged member": (DAMAGED, "Bad CRC-32"),
+    "a damaged list": (archive({"t.npy": GOOD["t"]}).replace(b"PK\1\2", b"PK\7\7"), "a damaged file"),
 }
 
 
